@@ -1,0 +1,40 @@
+# One library a folder: sysid_add_library(models SOURCES a.cc DEPENDS ...).
+# Folders include only downwards (scripts/check_includes): tools -> sysid ->
+# residuals -> models.
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+# What every target of the project is compiled with.
+function(sysid_compile_options target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_options(${target} PRIVATE -Wall -Wextra)
+  if(SYSID_WERROR)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(SYSID_NATIVE)
+    target_compile_options(${target} PRIVATE -march=native)
+  endif()
+  # Debian's libceres is built for SSE2: Eigen's objects and its allocator must
+  # agree with it about alignment, whatever we compile for, and its inline
+  # functions must not be taken from our objects (hence hidden).
+  target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
+  set_target_properties(${target} PROPERTIES
+    CXX_EXTENSIONS OFF
+    CXX_VISIBILITY_PRESET hidden
+    VISIBILITY_INLINES_HIDDEN ON)
+endfunction()
+
+function(sysid_add_library name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_library(sysid_${name} STATIC ${arg_SOURCES})
+  add_library(sysid::${name} ALIAS sysid_${name})
+  set_target_properties(sysid_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(sysid_${name} PUBLIC
+    $<BUILD_INTERFACE:${sysid_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:include/sysid>)
+  target_link_libraries(sysid_${name} PUBLIC ${arg_DEPENDS})
+  sysid_compile_options(sysid_${name})
+endfunction()

@@ -1,0 +1,130 @@
+#include "models/dynamics.h"
+
+#include <Eigen/Eigenvalues>
+#include <cstdio>
+
+#include "models/dynamics-impl.h"
+
+namespace sysid {
+
+#define SYSID_INSTANTIATE(T)                                              \
+  template class Workspace<T>;                                            \
+  template bool ForwardDynamics<T>(Workspace<T>*, const T*, const T*,     \
+                                   const T*, T*);                         \
+  template void InverseDynamics<T>(Workspace<T>*, const T*, const T*,     \
+                                   const T*, T*);                         \
+  template void MassMatrix<T>(Workspace<T>*, const T*, MatrixX<T>*);      \
+  template void ForwardKinematics<T>(Workspace<T>*, const T*);            \
+  template Vector3<T> LinkPosition<T>(const Workspace<T>&, int);
+SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
+#undef SYSID_INSTANTIATE
+
+double KineticEnergy(Workspace<double>* ws, const double* q,
+                     const double* qd) {
+  Eigen::MatrixXd M;
+  MassMatrix<double>(ws, q, &M);
+  const Eigen::Map<const Eigen::VectorXd> rate(qd, ws->model().nv());
+  return 0.5 * rate.dot(M * rate);
+}
+
+double PotentialEnergy(Workspace<double>* ws, const double* q) {
+  ForwardKinematics<double>(ws, q);
+  double energy = 0.0;
+  for (const BodyData<double>& b : ws->bodies) {
+    energy -= ws->gravity.dot(b.mass * b.p_WB + b.R_WB * b.h_B);
+  }
+  return energy;
+}
+
+std::vector<std::string> SingularJoints(const Model& model) {
+  // The articulated inertia that each joint feels, at a configuration without
+  // accidental alignment; one that is nothing beside the body's whole moment is
+  // rounding.
+  constexpr double kSingular = 1e-10;
+  Workspace<double> ws(model);
+  Eigen::VectorXd q = model.mechanism().NeutralConfiguration();
+  for (const Body& body : model.bodies()) {
+    if (body.type == JointType::kSpherical) {
+      const Eigen::Quaterniond tilted = Exp<double>(
+          Eigen::Vector3d(0.3 + 0.1 * body.joint, -0.5, 0.7));
+      q.segment<4>(body.q_index) = tilted.coeffs();
+    } else {
+      q[body.q_index] = 0.4 + 0.3 * body.joint;
+    }
+  }
+  internal::PlaceBodies<double>(&ws, q.data());
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(model.nv());
+  internal::MoveBodies<double>(&ws, zero.data(), false);
+  for (BodyData<double>& b : ws.bodies) internal::InertiaAndBias<double>(&b);
+  // Bodies that are singular are handed on as if they were locked, so that the
+  // pass reaches the root and every singular joint is named.
+  std::vector<std::string> faults;
+  for (int i = static_cast<int>(ws.bodies.size()) - 1; i >= 0; --i) {
+    const Body& body = model.bodies()[i];
+    BodyData<double>& b = ws.bodies[i];
+    const Joint& joint = model.mechanism().joints[body.joint];
+    const std::string& link = model.mechanism().links[joint.child_link].name;
+    const std::string where = "joint '" + joint.name + "': ";
+    BodyData<double> scratch = b;  // becomes the parent's share
+    bool singular = false;
+    if (body.type == JointType::kPrismatic) {
+      singular = !(b.axis.dot(b.M * b.axis) + b.armature >
+                   kSingular * b.M.trace());
+      if (singular) {
+        faults.push_back(where + "link '" + link + "' and what it carries "
+                         "have no mass along its axis");
+      }
+    } else {
+      Eigen::Matrix3d D = b.I;
+      D.diagonal().array() += b.armature;
+      const double scale = D.trace();
+      if (body.type == JointType::kSpherical) {
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(D);
+        singular = !(eigen.eigenvalues()[0] > kSingular * scale);
+        if (singular) {
+          const Eigen::Vector3d axis =
+              b.R_WB.transpose() * eigen.eigenvectors().col(0);
+          char text[96];
+          std::snprintf(text, sizeof(text), "(%.3g, %.3g, %.3g)", axis[0],
+                        axis[1], axis[2]);
+          faults.push_back(
+              where + "link '" + link + "' has no inertia about its axis " +
+              text + ", so its spin is undefined (a point mass on a massless "
+              "rod?); give it a small inertia about that axis");
+        }
+      } else {
+        singular = !(b.axis.dot(D * b.axis) > kSingular * scale);
+        if (singular) {
+          faults.push_back(where + "link '" + link + "' and what it carries "
+                           "have no inertia about its axis");
+        }
+      }
+    }
+    if (body.parent < 0) continue;
+    BodyData<double>& parent = ws.bodies[body.parent];
+    if (singular) {
+      internal::AddToParent<double>(b.r, b.I, b.H, b.M, b.n, b.f, &parent);
+      continue;
+    }
+    if (body.type == JointType::kSpherical) {
+      Eigen::Matrix3d D = b.I;
+      D.diagonal().array() += b.armature;
+      const Eigen::Matrix3d Di = D.inverse();
+      internal::AddToParent<double>(
+          b.r, b.I - b.I * Di * b.I, b.H - b.I * Di * b.H,
+          b.M - b.H.transpose() * Di * b.H, b.n, b.f, &parent);
+    } else {
+      const bool slide = body.type == JointType::kPrismatic;
+      const Eigen::Vector3d U_n = slide ? b.H * b.axis : b.I * b.axis;
+      const Eigen::Vector3d U_f =
+          (slide ? b.M : Eigen::Matrix3d(b.H.transpose())) * b.axis;
+      const double D = b.axis.dot(slide ? U_f : U_n) + b.armature;
+      internal::AddToParent<double>(
+          b.r, b.I - U_n * U_n.transpose() / D, b.H - U_n * U_f.transpose() / D,
+          b.M - U_f * U_f.transpose() / D, b.n, b.f, &parent);
+    }
+  }
+  return faults;
+}
+
+}  // namespace sysid

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/workspace.h"
+
+namespace sysid {
+
+// Rigid-body dynamics of a Model in world axes, after Featherstone, "Rigid Body
+// Dynamics Algorithms", 2008, written with classical accelerations of body
+// origins (docs/theory.md section 2 derives the equations that the code cites).
+// T is a scalar of models/scalars.h. Pointers are to nq (q) and nv (qd, qdd,
+// tau) numbers; tau is the effort of the drives, to which the effects of the
+// model add theirs.
+
+// qdd by the articulated-body algorithm (ABA). False where a joint-space
+// inertia is not positive (SingularJoints names the joint) or a number is not
+// finite.
+template <typename T>
+[[nodiscard]] bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd,
+                                   const T* tau, T* qdd);
+
+// tau by the recursive Newton-Euler algorithm (RNEA): the effort of the drives
+// that gives qdd, so ForwardDynamics(InverseDynamics(qdd)) = qdd.
+template <typename T>
+void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
+                     T* tau);
+
+// The joint-space inertia M(q), nv x nv, by the composite-rigid-body algorithm
+// (CRBA); the armature of effects is on its diagonal.
+template <typename T>
+void MassMatrix(Workspace<T>* ws, const T* q, MatrixX<T>* M);
+
+// Sets R_WB and p_WB of every body.
+template <typename T>
+void ForwardKinematics(Workspace<T>* ws, const T* q);
+
+// Position of a link's origin in the world, after ForwardKinematics.
+template <typename T>
+Vector3<T> LinkPosition(const Workspace<T>& ws, int link);
+
+// Kinetic and potential energy, J (potential: 0 with every body at the world's
+// origin).
+double KineticEnergy(Workspace<double>* ws, const double* q, const double* qd);
+double PotentialEnergy(Workspace<double>* ws, const double* q);
+
+// One line per joint about whose axis nothing that it carries has inertia, so
+// that its acceleration is undefined; the others may then be wrong too. Empty
+// where the model can move.
+std::vector<std::string> SingularJoints(const Model& model);
+
+}  // namespace sysid

@@ -1,0 +1,120 @@
+#include "models/effects/catalogue.h"
+
+#include <algorithm>
+
+#include "models/effects/coulomb_friction.h"
+#include "models/effects/effort_bias.h"
+#include "models/effects/sensor_offset.h"
+#include "models/effects/viscous_damping.h"
+#include "models/error.h"
+
+namespace sysid {
+
+// One line an effect.
+Catalogue::Catalogue() {
+  Add<ViscousDamping>();
+  Add<CoulombFriction>();
+  Add<EffortBias>();
+  Add<SensorOffset>();
+}
+
+void EffectSet::Add(std::shared_ptr<const Effect> effect) {
+  if (Contains(effect->name())) {
+    throw InputError("effect " + effect->name(), "is in the model already",
+                     "name each effect once");
+  }
+  offsets_.push_back(static_cast<int>(parameters_.size()));
+  for (const EffectParameter& parameter : effect->parameters()) {
+    parameters_.push_back(parameter);
+  }
+  effects_.push_back(std::move(effect));
+}
+
+bool EffectSet::Contains(const std::string& name) const {
+  const std::vector<std::string> all = names();
+  return std::find(all.begin(), all.end(), name) != all.end();
+}
+
+std::vector<std::string> EffectSet::names() const {
+  std::vector<std::string> names;
+  for (const auto& effect : effects_) names.push_back(effect->name());
+  return names;
+}
+
+std::vector<std::string> Catalogue::kinds() const {
+  std::vector<std::string> kinds;
+  for (const Entry& entry : entries_) kinds.push_back(entry.kind);
+  return kinds;
+}
+
+std::vector<std::string> Catalogue::Targets(const Entry& entry,
+                                            const Mechanism& mechanism) const {
+  std::vector<std::string> targets;
+  if (entry.target == TargetKind::kBase) {
+    targets.push_back("base");
+  } else if (entry.target == TargetKind::kLink) {
+    for (size_t i = 1; i < mechanism.links.size(); ++i) {
+      if (mechanism.nominal.links[i].mass > 0) {
+        targets.push_back(mechanism.links[i].name);
+      }
+    }
+  } else {
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.type != JointType::kFixed && entry.applies(joint.type)) {
+        targets.push_back(joint.name);
+      }
+    }
+  }
+  return targets;
+}
+
+std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
+                                              const Mechanism& mechanism,
+                                              const std::string& place) const {
+  const size_t at = name.find('@');
+  if (at == std::string::npos) {
+    throw InputError(place, "effect '" + name + "' has no target",
+                     "write effect@target, for instance " + name + "@" +
+                         (mechanism.JointNames().empty()
+                              ? std::string("base")
+                              : mechanism.JointNames().front()));
+  }
+  const std::string kind = name.substr(0, at);
+  const std::string target = name.substr(at + 1);
+  const auto entry =
+      std::find_if(entries_.begin(), entries_.end(),
+                   [&](const Entry& e) { return e.kind == kind; });
+  if (entry == entries_.end()) {
+    throw InputError(place, "unknown effect '" + kind + "'",
+                     NameHint(kind, kinds()));
+  }
+  const std::vector<std::string> targets = Targets(*entry, mechanism);
+  if (std::find(targets.begin(), targets.end(), target) == targets.end()) {
+    const int joint = mechanism.FindJoint(target);
+    if (joint >= 0 && entry->target == TargetKind::kJoint) {
+      throw InputError(place,
+                       "effect '" + kind + "' has no meaning on the " +
+                           ToString(mechanism.joints[joint].type) +
+                           " joint '" + target + "'",
+                       targets.empty() ? "this model has no joint for it"
+                                       : "it acts on: " + Join(targets));
+    }
+    throw InputError(
+        place, "effect '" + kind + "': unknown target '" + target + "'",
+        NameHint(target, targets));
+  }
+  return entry->make(mechanism, target);
+}
+
+std::vector<std::string> Catalogue::Candidates(
+    const Mechanism& mechanism) const {
+  std::vector<std::string> candidates;
+  for (const Entry& entry : entries_) {
+    for (const std::string& target : Targets(entry, mechanism)) {
+      candidates.push_back(entry.kind + "@" + target);
+    }
+  }
+  return candidates;
+}
+
+}  // namespace sysid

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "models/effects/effect.h"
+
+namespace sysid {
+
+// The effects of a model, in the order in which they were added, and their
+// parameters as one list. Copies share the (const) effects.
+class EffectSet {
+ public:
+  // Throws InputError where the same effect is there already.
+  void Add(std::shared_ptr<const Effect> effect);
+
+  int size() const { return static_cast<int>(effects_.size()); }
+  const Effect& effect(int i) const { return *effects_[i]; }
+  // Where effect i's parameters begin in MechanismParameters::effects.
+  int offset(int i) const { return offsets_[i]; }
+  const std::vector<EffectParameter>& parameters() const {
+    return parameters_;
+  }
+  bool Contains(const std::string& name) const;
+  std::vector<std::string> names() const;  // "coulomb_friction@joint1"
+
+ private:
+  std::vector<std::shared_ptr<const Effect>> effects_;
+  std::vector<int> offsets_;
+  std::vector<EffectParameter> parameters_;
+};
+
+// Every effect that the toolkit can plant, fit and screen. The shipped ones are
+// listed in catalogue.cc, a line each; a program may add its own.
+class Catalogue {
+ public:
+  Catalogue();  // the shipped effects
+
+  template <class E>
+  void Add() {
+    entries_.push_back(
+        {E::kName, E::kTarget,
+         [](JointType type) {
+           if constexpr (requires { E::Applies(type); }) {
+             return E::Applies(type);
+           } else {
+             return true;
+           }
+         },
+         [](const Mechanism& mechanism, const std::string& target) {
+           return std::shared_ptr<const Effect>(new E(mechanism, target));
+         }});
+  }
+
+  // "coulomb_friction@joint1" -> the effect. `place` says in errors where the
+  // name was read ("--add"). Throws InputError for a name without '@', an
+  // unknown effect or target (with the nearest known), a target of the wrong
+  // kind or a joint on which the effect has no meaning.
+  std::shared_ptr<const Effect> Make(const std::string& name,
+                                     const Mechanism& mechanism,
+                                     const std::string& place) const;
+
+  std::vector<std::string> kinds() const;
+  // Every effect on every target where it has a meaning.
+  std::vector<std::string> Candidates(const Mechanism& mechanism) const;
+
+ private:
+  struct Entry {
+    std::string kind;
+    TargetKind target;
+    bool (*applies)(JointType);
+    std::shared_ptr<const Effect> (*make)(const Mechanism&,
+                                          const std::string&);
+  };
+  std::vector<std::string> Targets(const Entry& entry,
+                                   const Mechanism& mechanism) const;
+
+  std::vector<Entry> entries_;
+};
+
+}  // namespace sysid

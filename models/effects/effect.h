@@ -1,0 +1,213 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/mechanism.h"
+#include "models/scalars.h"
+
+namespace sysid {
+
+// A physical effect that a plain rigid-body model lacks: friction, an offset,
+// a delay. It has a name ("coulomb_friction"), a target (a joint, a link or
+// "base"), parameters, and hooks into the model. At its null values it does
+// nothing at all.
+//
+// To add one: write a class in a file of its own,
+//
+//   class CoulombFriction : public EffectOf<CoulombFriction> { ... };
+//
+// with the hooks it needs as member templates over the scalar, and add its line
+// to catalogue.cc. Nothing else: simulation, fit, screening and the page work
+// from this interface. docs/effects.md leads through an example.
+
+// What an effect's target may be.
+enum class TargetKind { kJoint, kLink, kBase };
+
+// A parameter of an effect, in SI units.
+struct EffectParameter {
+  std::string name;            // "joint1.friction"
+  std::string unit;            // "N m", "-" where it has none
+  double null_value = 0.0;     // the effect is off here
+  double typical_scale = 1.0;  // a plausible size, for scaling and searching
+  double lower = 0.0;          // physical bounds; +-infinity where none
+  double upper = 0.0;
+};
+
+// The joint as an effect on it sees it. For a spherical joint qd is the
+// relative angular velocity in the child's axes, 3 numbers; else one number.
+template <typename T>
+struct JointState {
+  JointType type;
+  int nv;       // 1 or 3
+  const T* q;   // 1 number, or the quaternion x, y, z, w
+  const T* qd;  // nv numbers
+};
+
+// A link as an effect on it sees it; world axes.
+template <typename T>
+struct LinkState {
+  Vector3<T> v_com;   // velocity of the centre of mass, m/s
+  Matrix3<T> R_WL;    // link to world
+  Vector3<T> w;       // angular velocity, rad/s
+};
+
+// The recorded effort, as an input effect sees it: nv numbers at any time, by
+// the zero-order hold of contracts.md section 2.
+class EffortSignal {
+ public:
+  virtual ~EffortSignal() = default;
+  virtual const double* At(double time) const = 0;
+};
+
+// The hooks for one scalar; all do nothing unless the effect says otherwise. p
+// points at the effect's own parameters, in the order of Effect::parameters().
+template <typename T>
+class EffectHooks {
+ public:
+  virtual ~EffectHooks() = default;
+  // Generalised force on the target joint, added to tau (nv numbers), N m or N.
+  virtual void AddEffort(const JointState<T>&, const T* /*p*/,
+                         T* /*tau*/) const {}
+  // Added to the diagonal of the joint-space inertia of the target joint.
+  virtual void AddJointInertia(const T* /*p*/, T* /*inertia*/) const {}
+  // Changes the acceleration of gravity, world axes, m/s^2.
+  virtual void ModifyGravity(const T* /*p*/, Vector3<T>* /*gravity*/) const {}
+  // Force on the target link at its centre of mass, world axes, N.
+  virtual void AddLinkForce(const LinkState<T>&, const T* /*p*/,
+                            Vector3<T>* /*force*/) const {}
+  // Changes the efforts of all joints (nv numbers); they come as measured.
+  virtual void ModifyInput(const EffortSignal&, double /*time*/,
+                           const T* /*p*/, T* /*tau*/) const {}
+  // Turns the true position of the target joint into the measured one.
+  virtual void ModifyMeasurement(const T* /*p*/, T* /*q*/) const {}
+};
+
+// Which hooks an effect uses: the inner loop visits no other.
+enum HookMask : unsigned {
+  kEffortHook = 1u << 0,
+  kJointInertiaHook = 1u << 1,
+  kGravityHook = 1u << 2,
+  kLinkForceHook = 1u << 3,
+  kInputHook = 1u << 4,
+  kMeasurementHook = 1u << 5,
+};
+
+class Effect {
+ public:
+  virtual ~Effect() = default;
+
+  const std::string& kind() const { return kind_; }      // "coulomb_friction"
+  const std::string& target() const { return target_; }  // "joint1"
+  std::string name() const { return kind_ + "@" + target_; }
+  unsigned hooks() const { return hooks_; }
+  int joint() const { return joint_; }  // target's index, -1 if not a joint
+  int link() const { return link_; }    // target's index, -1 if not a link
+  const std::vector<EffectParameter>& parameters() const {
+    return parameters_;
+  }
+
+  // The hooks for a scalar of the closed list.
+  virtual const EffectHooks<double>& HooksFor(ScalarTag<double>) const = 0;
+  virtual const EffectHooks<Jet8>& HooksFor(ScalarTag<Jet8>) const = 0;
+  virtual const EffectHooks<Jet16>& HooksFor(ScalarTag<Jet16>) const = 0;
+  virtual const EffectHooks<Jet24>& HooksFor(ScalarTag<Jet24>) const = 0;
+
+ protected:
+  Effect(const std::string& kind, unsigned hooks, const Mechanism& mechanism,
+         const std::string& target);
+
+  // Called by the constructors of effects. The unit may say "{effort}" and
+  // "{position}": N m or N, rad or m, by the target joint's type.
+  void AddParameter(const std::string& name, const std::string& unit,
+                    double typical_scale, double lower, double upper);
+
+  bool IsPrismatic() const { return prismatic_; }
+
+ private:
+  std::string kind_;
+  std::string target_;
+  unsigned hooks_;
+  int joint_ = -1;
+  int link_ = -1;
+  bool prismatic_ = false;
+  std::vector<EffectParameter> parameters_;
+};
+
+// Gives a derived effect its hooks for every scalar from its member templates
+// (the names of EffectHooks, with T as first template argument). What it does
+// not define does nothing.
+template <class Derived>
+class EffectOf : public Effect {
+ public:
+  template <typename T>
+  void AddEffort(const JointState<T>&, const T*, T*) const {}
+  template <typename T>
+  void AddJointInertia(const T*, T*) const {}
+  template <typename T>
+  void ModifyGravity(const T*, Vector3<T>*) const {}
+  template <typename T>
+  void AddLinkForce(const LinkState<T>&, const T*, Vector3<T>*) const {}
+  template <typename T>
+  void ModifyInput(const EffortSignal&, double, const T*, T*) const {}
+  template <typename T>
+  void ModifyMeasurement(const T*, T*) const {}
+
+  const EffectHooks<double>& HooksFor(ScalarTag<double>) const final {
+    return double_;
+  }
+  const EffectHooks<Jet8>& HooksFor(ScalarTag<Jet8>) const final {
+    return jet8_;
+  }
+  const EffectHooks<Jet16>& HooksFor(ScalarTag<Jet16>) const final {
+    return jet16_;
+  }
+  const EffectHooks<Jet24>& HooksFor(ScalarTag<Jet24>) const final {
+    return jet24_;
+  }
+
+  // Forwards the virtual calls of one scalar to the derived class.
+  template <typename T>
+  class Forward final : public EffectHooks<T> {
+   public:
+    explicit Forward(const EffectOf& effect)
+        : effect_(static_cast<const Derived&>(effect)) {}
+    void AddEffort(const JointState<T>& joint, const T* p,
+                   T* tau) const override {
+      effect_.template AddEffort<T>(joint, p, tau);
+    }
+    void AddJointInertia(const T* p, T* inertia) const override {
+      effect_.template AddJointInertia<T>(p, inertia);
+    }
+    void ModifyGravity(const T* p, Vector3<T>* gravity) const override {
+      effect_.template ModifyGravity<T>(p, gravity);
+    }
+    void AddLinkForce(const LinkState<T>& link, const T* p,
+                      Vector3<T>* force) const override {
+      effect_.template AddLinkForce<T>(link, p, force);
+    }
+    void ModifyInput(const EffortSignal& measured, double time, const T* p,
+                     T* tau) const override {
+      effect_.template ModifyInput<T>(measured, time, p, tau);
+    }
+    void ModifyMeasurement(const T* p, T* q) const override {
+      effect_.template ModifyMeasurement<T>(p, q);
+    }
+
+   private:
+    const Derived& effect_;
+  };
+
+ protected:
+  using Effect::Effect;
+  EffectOf(const EffectOf&) = delete;
+  EffectOf& operator=(const EffectOf&) = delete;
+
+ private:
+  Forward<double> double_{*this};
+  Forward<Jet8> jet8_{*this};
+  Forward<Jet16> jet16_{*this};
+  Forward<Jet24> jet24_{*this};
+};
+
+}  // namespace sysid

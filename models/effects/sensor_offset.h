@@ -1,0 +1,31 @@
+#pragma once
+
+#include <limits>
+#include <string>
+
+#include "models/effects/effect.h"
+
+namespace sysid {
+
+// measured = true + offset on a joint of one degree of freedom, rad or m.
+class SensorOffset : public EffectOf<SensorOffset> {
+ public:
+  static constexpr char kName[] = "sensor_offset";
+  static constexpr TargetKind kTarget = TargetKind::kJoint;
+
+  SensorOffset(const Mechanism& mechanism, const std::string& joint)
+      : EffectOf(kName, kMeasurementHook, mechanism, joint) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    AddParameter(joint + ".sensor_offset", "{position}", 0.01, -kInfinity,
+                 kInfinity);
+  }
+
+  static bool Applies(JointType type) { return type != JointType::kSpherical; }
+
+  template <typename T>
+  void ModifyMeasurement(const T* p, T* q) const {
+    q[0] += p[0];
+  }
+};
+
+}  // namespace sysid

@@ -1,0 +1,157 @@
+#include "models/mechanism.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "glog/logging.h"
+#include "models/error.h"
+
+namespace sysid {
+namespace {
+
+std::string Number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.6g", value);
+  return text;
+}
+
+}  // namespace
+
+int ConfigurationSize(JointType type) {
+  if (type == JointType::kFixed) return 0;
+  return type == JointType::kSpherical ? 4 : 1;
+}
+
+int VelocitySize(JointType type) {
+  if (type == JointType::kFixed) return 0;
+  return type == JointType::kSpherical ? 3 : 1;
+}
+
+bool IsRotation1(JointType type) {
+  return type == JointType::kRevolute || type == JointType::kContinuous;
+}
+
+std::string ToString(JointType type) {
+  switch (type) {
+    case JointType::kFixed:
+      return "fixed";
+    case JointType::kRevolute:
+      return "revolute";
+    case JointType::kContinuous:
+      return "continuous";
+    case JointType::kPrismatic:
+      return "prismatic";
+    case JointType::kSpherical:
+      return "spherical";
+  }
+  LOG(FATAL) << "not a joint type";
+  return "";
+}
+
+int Mechanism::FindLink(const std::string& link_name) const {
+  for (size_t i = 0; i < links.size(); ++i) {
+    if (links[i].name == link_name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+int Mechanism::FindJoint(const std::string& joint_name) const {
+  for (size_t i = 0; i < joints.size(); ++i) {
+    if (joints[i].name == joint_name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+int Mechanism::AddRoot(const std::string& link_name) {
+  CHECK(links.empty()) << "the root is added first, once";
+  links.push_back({link_name, {}});
+  nominal.links.emplace_back();
+  return 0;
+}
+
+int Mechanism::AddJoint(const Joint& joint, const std::string& child_link_name,
+                        const Eigen::Vector3d& p_PJ,
+                        const Inertial<double>& child) {
+  const int index = static_cast<int>(joints.size());
+  CHECK_GE(joint.parent_link, 0);
+  CHECK_LT(joint.parent_link, static_cast<int>(links.size()));
+  CHECK_LT(std::abs(joint.axis.norm() - 1.0), 1e-12) << joint.name;
+  joints.push_back(joint);
+  Joint& added = joints.back();
+  added.child_link = index + 1;
+  added.q_index = nq;
+  added.v_index = nv;
+  nq += ConfigurationSize(joint.type);
+  nv += VelocitySize(joint.type);
+  links[joint.parent_link].child_joints.push_back(index);
+  links.push_back({child_link_name, {}});
+  nominal.joint_p.push_back(p_PJ);
+  nominal.links.push_back(child);
+  return index;
+}
+
+Eigen::VectorXd Mechanism::NeutralConfiguration() const {
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(nq);
+  for (const Joint& joint : joints) {
+    if (joint.type == JointType::kSpherical) q[joint.q_index + 3] = 1.0;
+  }
+  return q;
+}
+
+std::vector<std::string> Mechanism::JointNames() const {
+  std::vector<std::string> names;
+  for (const Joint& joint : joints) {
+    if (joint.type != JointType::kFixed) names.push_back(joint.name);
+  }
+  return names;
+}
+
+std::vector<std::string> Mechanism::LinkNames() const {
+  std::vector<std::string> names;
+  for (const Link& link : links) names.push_back(link.name);
+  return names;
+}
+
+Eigen::Vector3d LinkAxis(const Mechanism& mechanism, int link) {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+  if (!mechanism.links[link].child_joints.empty()) {
+    direction =
+        mechanism.nominal.joint_p[mechanism.links[link].child_joints.front()];
+  }
+  if (direction.norm() < 1e-9) direction = mechanism.nominal.links[link].com;
+  if (direction.norm() < 1e-9) return Eigen::Vector3d::UnitZ();
+  return direction.normalized();
+}
+
+double LinkLength(const Mechanism& mechanism,
+                  const MechanismParameters<double>& parameters, int link) {
+  const std::vector<int>& children = mechanism.links[link].child_joints;
+  if (!children.empty()) return parameters.joint_p[children.front()].norm();
+  return 2.0 * parameters.links[link].com.norm();
+}
+
+std::vector<std::string> PhysicalFaults(const Mechanism& mechanism) {
+  std::vector<std::string> faults;
+  for (size_t i = 1; i < mechanism.links.size(); ++i) {
+    const Inertial<double>& body = mechanism.nominal.links[i];
+    const std::string where = "link '" + mechanism.links[i].name + "': ";
+    if (body.mass < 0) {
+      faults.push_back(where + "mass " + Number(body.mass) +
+                       " kg is negative");
+    }
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(body.inertia);
+    const Eigen::Vector3d moments = eigen.eigenvalues();
+    const double scale = moments.cwiseAbs().maxCoeff();
+    const std::string listed = "principal moments " + Number(moments[0]) +
+                               ", " + Number(moments[1]) + ", " +
+                               Number(moments[2]) + " kg m^2 ";
+    if (moments[0] < -1e-9 * scale) {
+      faults.push_back(where + listed + "are not all positive");
+    } else if (moments[0] + moments[1] < moments[2] * (1 - 1e-6)) {
+      faults.push_back(where + listed + "violate the triangle inequality");
+    }
+  }
+  return faults;
+}
+
+}  // namespace sysid

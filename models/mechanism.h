@@ -1,0 +1,118 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/math/types.h"
+
+namespace sysid {
+
+// Degrees of freedom of the joints that the toolkit knows. The dynamics do not
+// distinguish continuous from revolute: it has no position limits.
+enum class JointType { kFixed, kRevolute, kContinuous, kPrismatic, kSpherical };
+
+// Numbers in q (a spherical joint: unit quaternion x, y, z, w as Eigen keeps
+// it) and in qd (a spherical joint: angular velocity of the child relative to
+// the parent, in the child's axes, rad/s).
+int ConfigurationSize(JointType type);
+int VelocitySize(JointType type);
+bool IsRotation1(JointType type);     // revolute or continuous
+std::string ToString(JointType type);  // as URDF says it
+
+struct Link {
+  std::string name;
+  std::vector<int> child_joints;  // in the order of the file
+};
+
+// Joint i connects links[parent_link] to links[i + 1]; parent_link <= i, so
+// walking up the indices visits parents first (Featherstone's numbering).
+// Frames: P parent link, J joint (fixed in the parent), C child link (its
+// origin is J's; it turns or slides with the joint). R_PJ carries vectors of J
+// to P. The origin p_PJ is a parameter and lives in MechanismParameters.
+struct Joint {
+  std::string name;
+  JointType type = JointType::kFixed;
+  int parent_link = -1;
+  int child_link = -1;
+  Eigen::Matrix3d R_PJ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit, in J = in C
+  int q_index = 0;                                  // first number in q
+  int v_index = 0;                                  // first number in qd
+  // <dynamics> of the URDF: MakeModel turns them into effects.
+  double damping = 0.0;   // N m s/rad or N s/m
+  double friction = 0.0;  // N m or N
+  // Read from the URDF and written back; the dynamics have no stops.
+  bool has_limits = false;
+  double lower = 0.0, upper = 0.0, effort_limit = 0.0, velocity_limit = 0.0;
+};
+
+// Mass (kg), centre of mass in link axes (m), rotational inertia about the
+// centre of mass in link axes (kg m^2).
+template <typename T>
+struct Inertial {
+  T mass = T(0);
+  Vector3<T> com = Vector3<T>::Zero();
+  Matrix3<T> inertia = Matrix3<T>::Zero();
+};
+
+// The values that can be estimated, apart from the topology. `effects` holds
+// the effects' parameters, in the order of EffectSet::parameters().
+template <typename T>
+struct MechanismParameters {
+  std::vector<Inertial<T>> links;    // per link; the root's has no influence
+  std::vector<Vector3<T>> joint_p;   // per joint: p_PJ, m
+  T gravity = T(9.81);               // m/s^2, along -z of the world
+  std::vector<T> effects;
+};
+
+// A tree of links on a root that is fixed in the world (the root link's frame
+// is the world's, z up). Const once loaded.
+struct Mechanism {
+  std::string name;
+  std::vector<Link> links;    // links[0] is the root
+  std::vector<Joint> joints;  // joints[i] carries links[i + 1]
+  int nq = 0;
+  int nv = 0;
+  MechanismParameters<double> nominal;  // without effects
+
+  // Index, or -1.
+  int FindLink(const std::string& link_name) const;
+  int FindJoint(const std::string& joint_name) const;
+
+  // A joint's place and names, for adding joints in code: tests, examples and
+  // the loader all build through this. Links are named by the caller; the
+  // parent must exist. Sets indices and sizes. Returns the joint's index.
+  int AddRoot(const std::string& link_name);
+  int AddJoint(const Joint& joint, const std::string& child_link_name,
+               const Eigen::Vector3d& p_PJ, const Inertial<double>& child);
+
+  // The nominal configuration: zeros, and the identity for quaternions.
+  Eigen::VectorXd NeutralConfiguration() const;
+  std::vector<std::string> JointNames() const;  // moving joints
+  std::vector<std::string> LinkNames() const;
+};
+
+// The unit vector that stands for a link in a heading (see residuals/): from
+// its joint to its first child joint, else to its centre of mass, in link axes;
+// z where both are at the joint.
+Eigen::Vector3d LinkAxis(const Mechanism& mechanism, int link);
+
+// <link>.length (contracts.md section 3), m; 0 where it is undefined (the link
+// has neither a child joint nor a centre of mass away from its joint).
+double LinkLength(const Mechanism& mechanism,
+                  const MechanismParameters<double>& parameters, int link);
+
+// One line per fault of the nominal values, empty where all is well: negative
+// masses, principal moments that are negative or violate the triangle
+// inequality, each with the name of the link at fault. (Joints without inertia:
+// SingularJoints in dynamics.h.)
+std::vector<std::string> PhysicalFaults(const Mechanism& mechanism);
+
+// Half the trace minus the inertia: the second moments of the mass about its
+// centre; positive semidefinite for every real body.
+template <typename T>
+Matrix3<T> SecondMoments(const Matrix3<T>& inertia) {
+  return Matrix3<T>::Identity() * (inertia.trace() * T(0.5)) - inertia;
+}
+
+}  // namespace sysid

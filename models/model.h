@@ -1,0 +1,70 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "models/effects/catalogue.h"
+#include "models/mechanism.h"
+
+namespace sysid {
+
+// What moves as one: a link behind a moving joint with all that is fixed to it.
+// The body's frame B is the frame of that link. Bodies are numbered with
+// parents first; -1 is the world.
+struct Body {
+  int parent = -1;
+  int joint = -1;
+  JointType type = JointType::kFixed;
+  int q_index = 0;
+  int v_index = 0;
+  Eigen::Vector3d axis;  // unit, in B
+  // Rotation from B to the parent body's axes: R(q) = A + B cos q + C sin q for
+  // a hinge (Rodrigues' formula, the joint's R_PJ multiplied in once); A alone
+  // for a slide; A R(quaternion) for a spherical joint.
+  Eigen::Matrix3d A, B, C;
+};
+
+// Where a link is: rigidly on a body (-1: on the world).
+struct Placement {
+  int body = -1;
+  Eigen::Matrix3d R_BL = Eigen::Matrix3d::Identity();
+};
+
+// A mechanism, the effects in it, and nominal values for both: all that the
+// dynamics need, const while they run.
+class Model {
+ public:
+  explicit Model(Mechanism mechanism);
+
+  // The effect's parameters start at null.
+  void AddEffect(std::shared_ptr<const Effect> effect);
+  // Sets the nominal value of a parameter of an effect; CHECKs the name.
+  void SetEffectParameter(const std::string& name, double value);
+
+  const Mechanism& mechanism() const { return mechanism_; }
+  const EffectSet& effects() const { return effects_; }
+  const MechanismParameters<double>& nominal() const { return nominal_; }
+  // Replaces nominal values: a fitted model, or a changed one to simulate.
+  void SetNominal(const MechanismParameters<double>& nominal);
+
+  const std::vector<Body>& bodies() const { return bodies_; }
+  const Placement& placement(int link) const { return placements_[link]; }
+  int nq() const { return mechanism_.nq; }
+  int nv() const { return mechanism_.nv; }
+  int state_size() const { return nq() + nv(); }   // x = (q, qd)
+  int tangent_size() const { return 2 * nv(); }    // dx = (dq, dqd)
+
+ private:
+  Mechanism mechanism_;
+  EffectSet effects_;
+  MechanismParameters<double> nominal_;
+  std::vector<Body> bodies_;
+  std::vector<Placement> placements_;
+};
+
+// The mechanism with the damping and friction of its URDF's <dynamics> as
+// effects at those values (contracts.md section 5 names them).
+Model MakeModel(const Mechanism& mechanism, const Catalogue& catalogue);
+
+}  // namespace sysid

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <vector>
+
+#include "models/model.h"
+
+namespace sysid {
+
+// Scratch of the dynamics for one thread and one rollout: what is computed from
+// the parameters once (SetParameters), and what each evaluation overwrites. No
+// evaluation allocates.
+//
+// Everything is in world axes. The spatial quantities of body i refer to its
+// own origin, which is its joint's: moving them from a body to its parent is a
+// cross product with r, never a rotation (docs/theory.md section 2).
+template <typename T>
+struct BodyData {
+  // Constants of a rollout, in body axes.
+  T mass;
+  Vector3<T> h_B;    // mass times centre of mass, kg m
+  Matrix3<T> I_B;    // rotational inertia about the body's origin, kg m^2
+  Vector3<T> p_PB;   // the joint's origin in the parent body's frame, m
+  T armature;        // added to the diagonal of the joint-space inertia
+  bool has_armature;  // by an effect, whatever its value
+
+  // Kinematics.
+  Matrix3<T> R_WB;
+  Vector3<T> p_WB;   // m
+  Vector3<T> r;      // from the parent's origin to this one's, world axes
+  Vector3<T> axis;   // of a hinge or slide, world axes
+  Vector3<T> w;      // angular velocity
+  Vector3<T> v;      // velocity of the origin
+  Vector3<T> c_w, c_v;     // accelerations that are there with qdd = 0
+  Vector3<T> alpha, a;     // angular acceleration, acceleration of the origin
+
+  // Articulated inertia [I H; H^T M] and bias force [n; f], about the origin.
+  Matrix3<T> I, H, M;
+  Vector3<T> n, f;
+  Vector3<T> U_n, U_f;     // I^A S of a hinge or slide
+  T D;                     // S^T I^A S
+  T u;
+  Matrix3<T> D_inverse;    // of a spherical joint
+  Vector3<T> u3;
+};
+
+template <typename T>
+class Workspace {
+ public:
+  // Starts at the model's nominal values. The model must outlive it.
+  explicit Workspace(const Model& model);
+
+  // Folds the parameters into the constants of each body: once a rollout.
+  void SetParameters(const MechanismParameters<T>& parameters);
+
+  const Model& model() const { return *model_; }
+  const MechanismParameters<T>& parameters() const { return parameters_; }
+
+  std::vector<BodyData<T>> bodies;
+  Vector3<T> gravity;               // world axes, effects included
+  std::vector<Vector3<T>> p_BL;     // per link: its origin in its body's frame
+  std::vector<T> tau;               // nv: scratch for efforts
+
+  // One effect bound to this scalar and to its place in the model.
+  struct Bound {
+    const EffectHooks<T>* hooks;
+    const T* p;
+    int body;  // of the target joint or link, -1 for base
+    int link;
+  };
+  std::vector<Bound> effort_effects, link_force_effects, input_effects,
+      measurement_effects;
+
+ private:
+  void BindEffects();
+
+  const Model* model_;
+  MechanismParameters<T> parameters_;
+};
+
+}  // namespace sysid
