@@ -65,7 +65,6 @@ std::vector<std::string> SingularJoints(const Model& model) {
     const Joint& joint = model.mechanism().joints[body.joint];
     const std::string& link = model.mechanism().links[joint.child_link].name;
     const std::string where = "joint '" + joint.name + "': ";
-    BodyData<double> scratch = b;  // becomes the parent's share
     bool singular = false;
     if (body.type == JointType::kPrismatic) {
       singular = !(b.axis.dot(b.M * b.axis) + b.armature >

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/math/types.h"
+
+namespace sysid {
+
+// What a column group of a recording measures.
+enum class ChannelKind {
+  kPosition,         // J.q: 1 number, rad or m
+  kVelocity,         // J.qd: 1 number, rad/s or m/s
+  kOrientation,      // J.qx ..: 4 numbers x, y, z, w; unit
+  kAngularVelocity,  // J.wx ..: 3 numbers, child's axes, rad/s
+  kFramePosition,    // F.px ..: 3 numbers, world axes, m
+};
+
+// One measured quantity over time. A missing measurement is a row of NaN (the
+// whole row, also where only one of its cells was empty).
+struct Channel {
+  ChannelKind kind = ChannelKind::kPosition;
+  int target = -1;      // joint index, or link index of a frame position
+  std::string name;     // "joint1", "joint1.qd", "tip"
+  RowMatrixXd values;   // samples x 1, 3 or 4
+};
+
+// A recording: what sysid_fit fits. SI units throughout.
+struct Run {
+  std::string name;              // the file as the user gave it
+  std::vector<double> t;         // s, strictly increasing
+  std::vector<Channel> channels;
+  RowMatrixXd effort;            // samples x nv, held until the next sample;
+                                 // zero where nothing was measured
+  int size() const { return static_cast<int>(t.size()); }
+};
+
+}  // namespace sysid
