@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/mechanism.h"
+#include "residuals/run.h"
+
+namespace sysid {
+
+// The columns of a run's CSV that belong together (contracts.md section 2):
+// J.q; J.qd; J.tau; J.qw..qz; J.wx..wz; J.taux..tauz; F.px..pz.
+struct ColumnGroup {
+  bool is_effort = false;  // else a channel of this kind:
+  ChannelKind kind = ChannelKind::kPosition;
+  int target = -1;   // joint index, or link index of a frame position
+  std::string name;  // of the channel: "joint1", "joint1.qd", "joint1.w", "tip"
+  std::vector<std::string> columns;  // in the order of the file
+  // columns[i] is number slots[i] of the channel's row (a quaternion is
+  // w, x, y, z in files and x, y, z, w in memory).
+  std::vector<int> slots;
+};
+
+// Every group that a recording of this mechanism could have: the moving joints
+// in order, then the links.
+std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism);
+
+// All their columns, "t" first.
+std::vector<std::string> RunColumnNames(const Mechanism& mechanism);
+
+// What is wrong with a name of the form of our columns ("jiont1.q") that is
+// none of this mechanism's, and what to do: "the model has no joint 'jiont1'"
+// with "did you mean 'joint1.q'?"; "joint 'ball' is spherical" with the columns
+// it has.
+struct ColumnNameFault {
+  std::string what;
+  std::string hint;
+};
+ColumnNameFault ExplainUnknownColumn(const std::string& name,
+                                     const Mechanism& mechanism);
+
+// Whether the name ends as ours do (".q", ".qw", ".taux", ".px", ...).
+bool HasRunColumnSuffix(const std::string& name);
+
+}  // namespace sysid

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/mechanism.h"
+#include "residuals/run.h"
+
+namespace sysid {
+
+// The run as CSV (contracts.md section 2): each comment on a line after "# ",
+// the header, a row a sample, numbers that read back as they are. A missing
+// measurement is an empty cell; the effort of a joint that has none throughout
+// is left out.
+std::string FormatRun(const Mechanism& mechanism, const Run& run,
+                      const std::vector<std::string>& comments = {});
+
+}  // namespace sysid

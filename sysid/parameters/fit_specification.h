@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/io/column_map.h"
+
+namespace sysid {
+
+// A value and where it was read ("fit.yaml:3:5"), for errors that come later.
+template <typename T>
+struct Located {
+  T value{};
+  std::string place;
+};
+
+// A Gaussian belief about a parameter, in its unit.
+struct GaussianPrior {
+  double mean = 0.0;
+  double std = 0.0;  // > 0
+};
+
+// What a fit is asked to do, as written (contracts.md section 4). Names are not
+// checked against a model here. SI units. What the file does not say is empty.
+struct FitSpecification {
+  struct Free {
+    std::string name;  // "link1.length"
+    std::optional<double> initial, lower, upper;
+    std::optional<GaussianPrior> prior;
+    std::string place;  // of the name
+  };
+  struct Fix {
+    std::string name;
+    std::optional<double> value;  // empty: as the model has it
+    std::string place;
+  };
+  struct Loss {
+    std::string name;             // one of LossNames()
+    std::optional<double> scale;  // > 0; residuals are in units of the noise
+  };
+
+  std::string path;  // the file; empty where there is none
+  // A shipped model's name as it is; a path resolved against the file's folder.
+  std::optional<Located<std::string>> model;
+  std::vector<Free> free;  // in the order of the file, as all that follow
+  std::vector<Fix> fix;
+  std::vector<Located<std::string>> effects;  // "coulomb_friction@joint1"
+  ColumnMap columns;
+  std::optional<Located<double>> noise;            // > 0
+  std::optional<Located<std::string>> integrator;  // one of IntegratorNames()
+  std::optional<Located<double>> step;             // s, > 0
+  std::optional<Located<double>> segment;          // s, > 0
+  std::optional<Located<std::string>> residual;    // one of ResidualNames()
+  std::optional<Located<std::string>> solver;      // one of SolverNames()
+  std::optional<Located<Loss>> loss;
+  std::optional<Located<std::uint64_t>> seed;
+};
+
+// The words that flags and files may use.
+const std::vector<std::string>& IntegratorNames();
+const std::vector<std::string>& ResidualNames();
+const std::vector<std::string>& SolverNames();
+const std::vector<std::string>& LossNames();
+
+// Reads a specification. An empty file is an empty specification. `free` is a
+// map of names to {initial, lower, upper, prior: {mean, std}} (all optional),
+// or a list of names; `fix` a map of names to numbers, or a list of names;
+// `loss` a name or {name, scale}.
+//
+// Throws InputError with file, line and column for anything else: unknown keys
+// at any level (with the nearest known), keys given twice, values of the wrong
+// type, text that is not YAML, lower >= upper, an initial value outside its
+// bounds, a standard deviation, noise, step, segment or scale that is not
+// positive, an integrator, residual, solver or loss that there is not.
+FitSpecification ReadFitSpecification(const std::string& path);
+
+// The same from text; `path` names it in errors and resolves `model`.
+FitSpecification ParseFitSpecification(const std::string& path,
+                                       const std::string& text);
+
+}  // namespace sysid
