@@ -1,10 +1,25 @@
-# One library a folder: sysid_add_library(models SOURCES a.cc DEPENDS ...).
-# Folders include only downwards (scripts/check_includes): tools -> sysid ->
-# residuals -> models.
+# How the project's targets are made:
+#   sysid_add_library(models SOURCES a.cc DEPENDS ...)      -> sysid::models
+#   sysid_add_program(sysid_fit SOURCES fit.cc DEPENDS ...)
+# Both are installed. Folders include only downwards (scripts/check_includes):
+# tools -> sysid -> residuals -> models.
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+set(SYSID_SANITIZE "" CACHE STRING
+  "Sanitizer: empty, address (with undefined behaviour) or thread")
+set_property(CACHE SYSID_SANITIZE PROPERTY STRINGS "" address thread)
+if(SYSID_SANITIZE STREQUAL "address")
+  set(sysid_sanitize_flags -fsanitize=address,undefined
+    -fno-sanitize-recover=all -fno-omit-frame-pointer)
+elseif(SYSID_SANITIZE STREQUAL "thread")
+  set(sysid_sanitize_flags -fsanitize=thread -fno-omit-frame-pointer)
+elseif(SYSID_SANITIZE)
+  message(FATAL_ERROR "SYSID_SANITIZE is '${SYSID_SANITIZE}'; it can be empty, "
+    "address or thread")
 endif()
 
 # What every target of the project is compiled with.
@@ -20,9 +35,18 @@ function(sysid_compile_options target)
   if(SYSID_NATIVE)
     target_compile_options(${target} PRIVATE -march=native)
   endif()
+  if(sysid_sanitize_flags)
+    target_compile_options(${target} PRIVATE ${sysid_sanitize_flags})
+    target_link_options(${target} PUBLIC ${sysid_sanitize_flags})
+  endif()
+  if(SYSID_NAN_MATRICES)
+    target_compile_definitions(${target} PUBLIC
+      $<BUILD_INTERFACE:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
+  endif()
   # Debian's libceres is built for SSE2: Eigen's objects and its allocator must
   # agree with it about alignment, whatever we compile for, and its inline
-  # functions must not be taken from our objects (hence hidden).
+  # functions must not be taken from our objects (hence hidden). Public: who
+  # links the library agrees too (docs/decisions/0003-native-build.md).
   target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF
@@ -40,4 +64,13 @@ function(sysid_add_library name)
     $<INSTALL_INTERFACE:include/sysid>)
   target_link_libraries(sysid_${name} PUBLIC ${arg_DEPENDS})
   sysid_compile_options(sysid_${name})
+  set_property(GLOBAL APPEND PROPERTY SYSID_LIBRARIES sysid_${name})
+endfunction()
+
+function(sysid_add_program name)
+  cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_DEPENDS})
+  sysid_compile_options(${name})
+  set_property(GLOBAL APPEND PROPERTY SYSID_PROGRAMS ${name})
 endfunction()

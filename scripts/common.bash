@@ -1,0 +1,124 @@
+# What the scripts share; sourced, not run.
+
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+
+fail() {
+  echo "error: $*" >&2
+  exit 1
+}
+
+# configure_and_build PRESET [TARGET...]: one line of progress; the whole output
+# goes to build/PRESET.log and is shown only where it fails.
+configure_and_build() {
+  local preset="$1"
+  shift
+  local log="$root/build/$preset.log"
+  local start=$SECONDS
+  mkdir -p "$root/build"
+  cd "$root"
+
+  echo "configuring build/$preset"
+  if ! cmake --preset "$preset" >"$log" 2>&1; then
+    tail -n 30 "$log" >&2
+    fail "cmake could not configure; the whole log is $log"
+  fi
+
+  local -a targets=()
+  if (($# > 0)); then
+    targets=(--target "$@")
+  fi
+  if ! NINJA_STATUS='[%f/%t] ' cmake --build --preset "$preset" \
+      --parallel "$(nproc)" "${targets[@]}" 2>&1 |
+      tee -a "$log" | show_progress "building build/$preset"; then
+    # From the first failure on; ninja finishes what runs beside it.
+    grep -n -m 1 '^FAILED:' "$log" | cut -d: -f1 |
+      { read -r line || line=1; tail -n "+$line" "$log" | head -n 60; } >&2
+    fail "the build failed; the whole log is $log"
+  fi
+  echo "built build/$preset in $((SECONDS - start)) s"
+}
+
+# Reads ninja's lines; on a terminal a live line, elsewhere one every tenth.
+show_progress() {
+  local title="$1" line tenth last_tenth=0
+  while IFS= read -r line; do
+    [[ "$line" =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
+    if [[ -t 1 ]]; then
+      printf '\r%s: %s/%s' "$title" "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}"
+      last_tenth=1
+    else
+      tenth=$((10 * BASH_REMATCH[1] / BASH_REMATCH[2]))
+      if ((tenth > last_tenth)); then
+        echo "$title: ${BASH_REMATCH[1]}/${BASH_REMATCH[2]}"
+        last_tenth=$tenth
+      fi
+    fi
+  done
+  if [[ -t 1 ]] && ((last_tenth > 0)); then
+    echo
+  fi
+}
+
+# run_tests PRESET [CTEST ARGUMENT...]: a line a test in build/PRESET-test.log
+# and, on failure, the outputs; else ctest's closing lines only.
+run_tests() {
+  local preset="$1"
+  shift
+  local log="$root/build/$preset-test.log"
+  cd "$root"
+  echo "testing build/$preset"
+  if ! ctest --preset "$preset" "$@" 2>&1 | tee "$log" | show_tests; then
+    sed -n '/ tests failed out of /,$p' "$log" >&2
+    fail "tests failed; their output is in $log"
+  fi
+  sed -n '/ tests passed, /,$p' "$log"
+}
+
+# Reads ctest's lines: a failed test with its output is shown at once, of the
+# others a live line on a terminal, or one every tenth.
+show_tests() {
+  local line tenth last_tenth=0 failed=0
+  while IFS= read -r line; do
+    if [[ "$line" =~ ^\ *([0-9]+)/([0-9]+)\ Test\ +#.*\ Passed\  ]]; then
+      failed=0
+      if [[ -t 1 ]]; then
+        printf '\rtests: %s/%s' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}"
+        last_tenth=1
+      else
+        tenth=$((10 * BASH_REMATCH[1] / BASH_REMATCH[2]))
+        if ((tenth > last_tenth)); then
+          echo "tests: ${BASH_REMATCH[1]}/${BASH_REMATCH[2]}"
+          last_tenth=$tenth
+        fi
+      fi
+    elif [[ "$line" =~ ^\ *[0-9]+/[0-9]+\ Test\ +# ]]; then
+      failed=1
+      echo
+      echo "$line"
+    elif [[ "$line" =~ ^\ +Start\ +[0-9]+: || "$line" == *' tests passed, '* ]]
+    then
+      failed=0
+    elif ((failed)); then
+      echo "$line"
+    fi
+  done
+  if [[ -t 1 ]] && ((last_tenth > 0)); then
+    echo
+  fi
+}
+
+# tracked_files REGEX: paths from the root of the project's own files; all that
+# are there where there is no git (a release's archive).
+tracked_files() {
+  cd "$root"
+  if command -v git >/dev/null && git rev-parse --git-dir >/dev/null 2>&1; then
+    git ls-files
+  else
+    find . -path ./build -prune -o -path ./.git -prune -o -type f -print |
+      sed 's|^\./||' | sort
+  fi | { grep -E "$1" || true; } |
+    while IFS= read -r file; do
+      # A tracked file may be deleted, and that not yet committed.
+      if [[ -e "$file" ]]; then echo "$file"; fi
+    done
+}
