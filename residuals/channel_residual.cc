@@ -1,0 +1,58 @@
+#include "residuals/channel_residual.h"
+
+#include "glog/logging.h"
+
+namespace sysid {
+
+ChannelResidual MakeChannelResidual(const Mechanism& mechanism,
+                                    const Channel& channel,
+                                    OrientationResidual orientation) {
+  if (channel.kind == ChannelKind::kFramePosition) {
+    return FramePositionResidual{channel.target};
+  }
+  const Joint& joint = mechanism.joints[channel.target];
+  switch (channel.kind) {
+    case ChannelKind::kPosition:
+      if (joint.type == JointType::kPrismatic) {
+        return PositionResidual{joint.q_index};
+      }
+      return PlanarHeadingResidual{joint.q_index};
+    case ChannelKind::kOrientation:
+      if (orientation == OrientationResidual::kRotation) {
+        return RotationResidual{joint.q_index};
+      }
+      return HeadingResidual{joint.q_index,
+                             LinkAxis(mechanism, joint.child_link)};
+    case ChannelKind::kVelocity:
+      return VelocityResidual{joint.v_index};
+    case ChannelKind::kAngularVelocity:
+      return AngularVelocityResidual{joint.v_index};
+    case ChannelKind::kFramePosition:
+      break;
+  }
+  LOG(FATAL) << "not a channel kind";
+  return PositionResidual{0};
+}
+
+int ResidualSize(const ChannelResidual& residual) {
+  return std::visit([](const auto& r) { return r.kSize; }, residual);
+}
+
+int ResidualDof(const ChannelResidual& residual) {
+  return std::visit([](const auto& r) { return r.kDof; }, residual);
+}
+
+std::string ResidualUnit(const Mechanism& mechanism, const Channel& channel) {
+  if (channel.kind == ChannelKind::kFramePosition) return "m";
+  const bool slide =
+      mechanism.joints[channel.target].type == JointType::kPrismatic;
+  const std::string length = slide ? "m" : "rad";
+  return IsPositionLike(channel.kind) ? length : length + "/s";
+}
+
+bool IsPositionLike(ChannelKind kind) {
+  return kind == ChannelKind::kPosition || kind == ChannelKind::kOrientation ||
+         kind == ChannelKind::kFramePosition;
+}
+
+}  // namespace sysid

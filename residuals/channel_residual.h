@@ -1,0 +1,157 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "models/dynamics.h"
+#include "models/math/rotation.h"
+#include "residuals/run.h"
+
+namespace sysid {
+
+// What one measured channel says of a state: functors (measurement in, error
+// out, SI units, no weights). Each is a small const value. kSize numbers come
+// out, of which kDof are independent (a unit vector in the plane has two
+// components and one degree of freedom).
+
+// The predicted state as the sensors see it.
+template <typename T>
+struct PredictedState {
+  const T* q;    // with the effects' measurement hooks
+  const T* qd;
+  const Workspace<T>* workspace;  // kinematics of the true q
+};
+
+// (cos q, sin q) - (cos q^, sin q^): norm 2 |sin(error / 2)|, no branch cut.
+// The measurement is the angle, rad.
+struct PlanarHeadingResidual {
+  static constexpr int kSize = 2;
+  static constexpr int kDof = 1;
+  int q_index;
+
+  template <typename T>
+  void operator()(const PredictedState<T>& state, const double* measured,
+                  T* r) const {
+    using std::cos;
+    using std::sin;
+    r[0] = cos(state.q[q_index]) - cos(measured[0]);
+    r[1] = sin(state.q[q_index]) - sin(measured[0]);
+  }
+};
+
+// R(q) a - R(q^) a, a the link's axis (LinkAxis) in its own frame. The
+// measurement is the quaternion x, y, z, w; both signs give the same.
+struct HeadingResidual {
+  static constexpr int kSize = 3;
+  static constexpr int kDof = 2;
+  int q_index;
+  Eigen::Vector3d axis;
+
+  template <typename T>
+  void operator()(const PredictedState<T>& state, const double* measured,
+                  T* r) const {
+    const T* q = state.q + q_index;
+    const Vector3<T> z = ToMatrix(Quaternion<T>(q[3], q[0], q[1], q[2])) *
+                         axis.cast<T>();
+    const Eigen::Vector3d z_measured =
+        ToMatrix(Eigen::Quaterniond(measured[3], measured[0], measured[1],
+                                    measured[2])) *
+        axis;
+    for (int k = 0; k < 3; ++k) r[k] = z[k] - z_measured[k];
+  }
+};
+
+// Log(q^* q), rad: the full rotation error of a spherical joint.
+struct RotationResidual {
+  static constexpr int kSize = 3;
+  static constexpr int kDof = 3;
+  int q_index;
+
+  template <typename T>
+  void operator()(const PredictedState<T>& state, const double* measured,
+                  T* r) const {
+    const T* q = state.q + q_index;
+    const Vector3<T> phi = Log(
+        Multiply(Quaternion<T>(T(measured[3]), T(-measured[0]),
+                               T(-measured[1]), T(-measured[2])),
+                 Quaternion<T>(q[3], q[0], q[1], q[2])));
+    for (int k = 0; k < 3; ++k) r[k] = phi[k];
+  }
+};
+
+// q - q^ of a slide, m.
+struct PositionResidual {
+  static constexpr int kSize = 1;
+  static constexpr int kDof = 1;
+  int q_index;
+
+  template <typename T>
+  void operator()(const PredictedState<T>& state, const double* measured,
+                  T* r) const {
+    r[0] = state.q[q_index] - measured[0];
+  }
+};
+
+// qd - qd^: rad/s or m/s.
+struct VelocityResidual {
+  static constexpr int kSize = 1;
+  static constexpr int kDof = 1;
+  int v_index;
+
+  template <typename T>
+  void operator()(const PredictedState<T>& state, const double* measured,
+                  T* r) const {
+    r[0] = state.qd[v_index] - measured[0];
+  }
+};
+
+// The same for a spherical joint, child's axes.
+struct AngularVelocityResidual {
+  static constexpr int kSize = 3;
+  static constexpr int kDof = 3;
+  int v_index;
+
+  template <typename T>
+  void operator()(const PredictedState<T>& state, const double* measured,
+                  T* r) const {
+    for (int k = 0; k < 3; ++k) r[k] = state.qd[v_index + k] - measured[k];
+  }
+};
+
+// p_WL - p^, m, of a link's origin in the world.
+struct FramePositionResidual {
+  static constexpr int kSize = 3;
+  static constexpr int kDof = 3;
+  int link;
+
+  template <typename T>
+  void operator()(const PredictedState<T>& state, const double* measured,
+                  T* r) const {
+    const Vector3<T> p = LinkPosition<T>(*state.workspace, link);
+    for (int k = 0; k < 3; ++k) r[k] = p[k] - measured[k];
+  }
+};
+
+// The closed list: one line a residual.
+using ChannelResidual =
+    std::variant<PlanarHeadingResidual, HeadingResidual, RotationResidual,
+                 PositionResidual, VelocityResidual, AngularVelocityResidual,
+                 FramePositionResidual>;
+
+// What a spherical joint's orientation is compared by (flag --residual).
+enum class OrientationResidual { kHeading, kRotation };
+
+ChannelResidual MakeChannelResidual(const Mechanism& mechanism,
+                                    const Channel& channel,
+                                    OrientationResidual orientation);
+
+int ResidualSize(const ChannelResidual& residual);
+int ResidualDof(const ChannelResidual& residual);
+// Unit of the error: "rad", "m", "rad/s", "m/s".
+std::string ResidualUnit(const Mechanism& mechanism, const Channel& channel);
+// Whether a channel tells of positions (not of velocities).
+bool IsPositionLike(ChannelKind kind);
+
+}  // namespace sysid

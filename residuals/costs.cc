@@ -1,0 +1,287 @@
+#include "residuals/costs.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "glog/logging.h"
+#include "models/state.h"
+
+namespace sysid {
+namespace {
+
+using Map = Eigen::Map<RowMatrixXd>;
+
+// d(x [+] dx)/d dx at dx = 0, state_size x tangent_size: for a quaternion
+// v + w the rows (w 1 + [v]x) / 2 and -v^T / 2.
+template <class Matrix>
+void PlusJacobianAt(const Model& model, const double* x, Matrix* J) {
+  J->setZero();
+  for (const Body& body : model.bodies()) {
+    const int q = body.q_index, v = body.v_index;
+    if (body.type == JointType::kSpherical) {
+      const Eigen::Map<const Eigen::Vector3d> vec(x + q);
+      J->template block<3, 3>(q, v) =
+          0.5 * (x[q + 3] * Eigen::Matrix3d::Identity() +
+                 Skew<double>(Eigen::Vector3d(vec)));
+      J->template block<1, 3>(q + 3, v) = -0.5 * vec.transpose();
+    } else {
+      (*J)(q, v) = 1.0;
+    }
+  }
+  for (int i = 0; i < model.nv(); ++i) (*J)(model.nq() + i, model.nv() + i) = 1;
+}
+
+// J_tangent MinusJacobian(x): what Ceres multiplies by PlusJacobian again.
+void LiftToAmbient(const Model& model, const double* x,
+                   const Eigen::Ref<const RowMatrixXd>& J_tangent,
+                   Eigen::Ref<RowMatrixXd> J) {
+  const int nq = model.nq(), nv = model.nv();
+  for (const Body& body : model.bodies()) {
+    const int q = body.q_index, v = body.v_index;
+    if (body.type == JointType::kSpherical) {
+      // The pseudo-inverse of the 4 x 3 block of PlusJacobianAt.
+      Eigen::Matrix<double, 4, 3> P;
+      const Eigen::Map<const Eigen::Vector3d> vec(x + q);
+      P.topRows<3>() = 2.0 * (x[q + 3] * Eigen::Matrix3d::Identity() +
+                              Skew<double>(Eigen::Vector3d(vec)));
+      P.row(3) = -2.0 * vec.transpose();
+      J.middleCols<4>(q) = J_tangent.middleCols<3>(v) * P.transpose();
+    } else {
+      J.col(q) = J_tangent.col(v);
+    }
+  }
+  J.middleCols(nq, nv) = J_tangent.middleCols(nv, nv);
+}
+
+// The defect x_end [-] x_next and its derivatives by both tangents.
+void Defect(const Model& model, const double* x_end, const double* x_next,
+            double* defect, RowMatrixXd* J_end, RowMatrixXd* J_next) {
+  const int tangent = model.tangent_size();
+  BoxMinus<double>(model, x_end, x_next, defect);
+  if (J_end == nullptr) return;
+  J_end->setIdentity(tangent, tangent);
+  *J_next = -*J_end;
+  for (const Body& body : model.bodies()) {
+    if (body.type != JointType::kSpherical) continue;
+    const int v = body.v_index;
+    // Log(q0* q1) by q1's tangent: J_r^-1(phi); by q0's: -J_r^-1(-phi).
+    const Eigen::Vector3d phi(defect[v], defect[v + 1], defect[v + 2]);
+    const double angle = phi.norm();
+    // J_r^-1(phi) = 1 + [phi]/2 + c [phi]^2 (Sola et al., eq. 144).
+    double c = 1.0 / 12.0;
+    if (angle > 1e-3) {
+      c = 1.0 / (angle * angle) -
+          (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
+    }
+    const Eigen::Matrix3d K = Skew<double>(phi);
+    const Eigen::Matrix3d even = Eigen::Matrix3d::Identity() + c * K * K;
+    J_end->block<3, 3>(v, v) = even + 0.5 * K;
+    J_next->block<3, 3>(v, v) = -(even - 0.5 * K);
+  }
+}
+
+}  // namespace
+
+bool StateManifold::Plus(const double* x, const double* delta,
+                         double* x_plus_delta) const {
+  BoxPlus<double>(*model_, x, delta, x_plus_delta);
+  return true;
+}
+
+bool StateManifold::PlusJacobian(const double* x, double* jacobian) const {
+  Map J(jacobian, AmbientSize(), TangentSize());
+  PlusJacobianAt(*model_, x, &J);
+  return true;
+}
+
+bool StateManifold::Minus(const double* y, const double* x,
+                          double* y_minus_x) const {
+  BoxMinus<double>(*model_, y, x, y_minus_x);
+  return true;
+}
+
+bool StateManifold::MinusJacobian(const double* x, double* jacobian) const {
+  Map J(jacobian, TangentSize(), AmbientSize());
+  const RowMatrixXd identity =
+      RowMatrixXd::Identity(TangentSize(), TangentSize());
+  J.setZero();
+  LiftToAmbient(*model_, x, identity, J);
+  return true;
+}
+
+SegmentCost::SegmentCost(const SegmentRollout* rollout, bool with_defect)
+    : rollout_(rollout),
+      with_defect_(with_defect),
+      with_theta_(rollout->parameters().size() > 0) {
+  const Model& model = rollout->model();
+  mutable_parameter_block_sizes()->push_back(model.state_size());
+  if (with_theta_) {
+    mutable_parameter_block_sizes()->push_back(rollout->parameters().size());
+  }
+  if (with_defect) {
+    mutable_parameter_block_sizes()->push_back(model.state_size());
+  }
+  set_num_residuals(rollout->num_residuals() +
+                    (with_defect ? model.tangent_size() : 0));
+}
+
+bool SegmentCost::Evaluate(double const* const* parameters, double* residuals,
+                           double** jacobians) const {
+  const Model& model = rollout_->model();
+  const int size = model.state_size(), tangent = model.tangent_size();
+  const int n = rollout_->num_residuals();
+  const int n_theta = rollout_->parameters().size();
+  const double* x0 = parameters[0];
+  const double* theta = with_theta_ ? parameters[1] : nullptr;
+  if (with_theta_ &&
+      !rollout_->parameters().FirstImpossibleLink(theta).empty()) {
+    return false;
+  }
+  const double* x_next = with_defect_ ? parameters[with_theta_ ? 2 : 1] : nullptr;
+  std::vector<double> x_end(size);
+  if (jacobians == nullptr) {
+    if (!(*rollout_)(x0, theta, residuals, x_end.data())) return false;
+    if (with_defect_) {
+      Defect(model, x_end.data(), x_next, residuals + n, nullptr, nullptr);
+    }
+    return true;
+  }
+  double* J_x0 = jacobians[0];
+  double* J_theta = with_theta_ ? jacobians[1] : nullptr;
+  double* J_x_next = with_defect_ ? jacobians[with_theta_ ? 2 : 1] : nullptr;
+  RowMatrixXd J, J_end;
+  if (!rollout_->Linearize(x0, theta, J_theta != nullptr, residuals,
+                           x_end.data(), &J, &J_end)) {
+    return false;
+  }
+  const int rows = num_residuals();
+  if (with_defect_) {
+    RowMatrixXd D_end, D_next;
+    Defect(model, x_end.data(), x_next, residuals + n, &D_end, &D_next);
+    J.conservativeResize(rows, Eigen::NoChange);
+    J.bottomRows(tangent) = D_end * J_end;
+    if (J_x_next != nullptr) {
+      Map out(J_x_next, rows, size);
+      out.setZero();
+      LiftToAmbient(model, x_next, D_next, out.bottomRows(tangent));
+    }
+  }
+  if (J_x0 != nullptr) {
+    Map out(J_x0, rows, size);
+    LiftToAmbient(model, x0, J.leftCols(tangent), out);
+  }
+  if (J_theta != nullptr) {
+    Map out(J_theta, rows, n_theta);
+    out = J.rightCols(n_theta);
+  }
+  return true;
+}
+
+PriorCost::PriorCost(int block_size, std::vector<int> places,
+                     std::vector<double> means)
+    : places_(std::move(places)), means_(std::move(means)) {
+  CHECK_EQ(places_.size(), means_.size());
+  mutable_parameter_block_sizes()->push_back(block_size);
+  set_num_residuals(static_cast<int>(places_.size()));
+}
+
+bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
+                         double** jacobians) const {
+  for (size_t i = 0; i < places_.size(); ++i) {
+    residuals[i] = parameters[0][places_[i]] - means_[i];
+  }
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Map J(jacobians[0], num_residuals(), parameter_block_sizes()[0]);
+    J.setZero();
+    for (size_t i = 0; i < places_.size(); ++i) J(i, places_[i]) = 1.0;
+  }
+  return true;
+}
+
+StatePriorCost::StatePriorCost(const Model* model, std::vector<double> x_prior)
+    : model_(model), x_prior_(std::move(x_prior)) {
+  mutable_parameter_block_sizes()->push_back(model->state_size());
+  set_num_residuals(model->tangent_size());
+}
+
+bool StatePriorCost::Evaluate(double const* const* parameters,
+                              double* residuals, double** jacobians) const {
+  RowMatrixXd D_end, D_next;
+  Defect(*model_, parameters[0], x_prior_.data(), residuals, &D_end, &D_next);
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    Map out(jacobians[0], num_residuals(), model_->state_size());
+    LiftToAmbient(*model_, parameters[0], D_end, out);
+  }
+  return true;
+}
+
+void EvaluateLoss(RobustLoss loss, double scale, double s, double* rho,
+                  double* rho_prime) {
+  const double c2 = scale * scale;
+  if (loss == RobustLoss::kHuber && s > c2) {
+    *rho = 2.0 * scale * std::sqrt(s) - c2;
+    *rho_prime = scale / std::sqrt(s);
+  } else if (loss == RobustLoss::kCauchy) {
+    *rho = c2 * std::log1p(s / c2);
+    *rho_prime = 1.0 / (1.0 + s / c2);
+  } else {
+    *rho = s;
+    *rho_prime = 1.0;
+  }
+}
+
+WhitenedCost::WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
+                           std::vector<double> sigmas, RobustLoss loss,
+                           double loss_scale, std::vector<Group> groups)
+    : cost_(std::move(cost)),
+      inverse_sigmas_(std::move(sigmas)),
+      loss_(loss),
+      loss_scale_(loss_scale),
+      groups_(std::move(groups)) {
+  CHECK_EQ(static_cast<int>(inverse_sigmas_.size()), cost_->num_residuals());
+  for (double& sigma : inverse_sigmas_) {
+    CHECK_GT(sigma, 0.0);
+    sigma = 1.0 / sigma;
+  }
+  *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
+  set_num_residuals(cost_->num_residuals());
+}
+
+bool WhitenedCost::Evaluate(double const* const* parameters, double* residuals,
+                            double** jacobians) const {
+  if (!cost_->Evaluate(parameters, residuals, jacobians)) return false;
+  const int rows = num_residuals();
+  const Eigen::Map<const Eigen::VectorXd> weights(inverse_sigmas_.data(), rows);
+  Eigen::Map<Eigen::VectorXd> r(residuals, rows);
+  r.array() *= weights.array();
+  const size_t blocks = parameter_block_sizes().size();
+  for (size_t b = 0; jacobians != nullptr && b < blocks; ++b) {
+    if (jacobians[b] == nullptr) continue;
+    Map J(jacobians[b], rows, parameter_block_sizes()[b]);
+    J.array().colwise() *= weights.array();
+  }
+  if (loss_ == RobustLoss::kNone) return true;
+  for (const Group& group : groups_) {
+    auto part = r.segment(group.first, group.size);
+    const double s = part.squaredNorm();
+    if (s < 1e-24) continue;  // rho(s)/s = 1 there
+    double rho, rho_prime;
+    EvaluateLoss(loss_, loss_scale_, s, &rho, &rho_prime);
+    const double w = std::sqrt(rho / s);
+    // dw/ds = (rho' s - rho) / (2 w s^2); dr' = w dr + 2 (dw/ds) r r^T dr.
+    const double dw = (rho_prime * s - rho) / (2.0 * w * s * s);
+    const Eigen::VectorXd before = part;
+    part *= w;
+    for (size_t b = 0; jacobians != nullptr && b < blocks; ++b) {
+      if (jacobians[b] == nullptr) continue;
+      Map J(jacobians[b], rows, parameter_block_sizes()[b]);
+      auto rows_J = J.middleRows(group.first, group.size);
+      const Eigen::RowVectorXd rJ = before.transpose() * rows_J;
+      rows_J *= w;
+      rows_J += 2.0 * dw * before * rJ;
+    }
+  }
+  return true;
+}
+
+}  // namespace sysid

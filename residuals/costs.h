@@ -1,0 +1,105 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "ceres/ceres.h"
+#include "residuals/segment.h"
+
+namespace sysid {
+
+// (3.1) and (3.2) for Ceres: a whole state x as one parameter block.
+class StateManifold final : public ceres::Manifold {
+ public:
+  // The model must outlive it.
+  explicit StateManifold(const Model* model) : model_(model) {}
+
+  int AmbientSize() const override { return model_->state_size(); }
+  int TangentSize() const override { return model_->tangent_size(); }
+  bool Plus(const double* x, const double* delta,
+            double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x,
+             double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  const Model* model_;
+};
+
+// Of a segment, in SI units: parameter blocks x_k, theta, and x_{k+1} where
+// another segment follows; residuals are the errors of SegmentRollout, then the
+// defect x_end [-] x_{k+1} (2 nv numbers) where another follows. No theta block
+// where the map is empty.
+class SegmentCost final : public ceres::CostFunction {
+ public:
+  SegmentCost(const SegmentRollout* rollout, bool with_defect);
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const SegmentRollout* rollout_;
+  bool with_defect_;
+  bool with_theta_;
+};
+
+// (theta - mean) / 1 for the components of one block that have a prior; SI.
+class PriorCost final : public ceres::CostFunction {
+ public:
+  // Component `places[i]` of a block of the given size has the mean `means[i]`.
+  PriorCost(int block_size, std::vector<int> places, std::vector<double> means);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  std::vector<int> places_;
+  std::vector<double> means_;
+};
+
+// x [-] x_prior of a state, SI.
+class StatePriorCost final : public ceres::CostFunction {
+ public:
+  StatePriorCost(const Model* model, std::vector<double> x_prior);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const Model* model_;
+  std::vector<double> x_prior_;
+};
+
+// Losses on a whitened measurement s = |r|^2 / sigma^2; rho(s) ~ s near 0.
+enum class RobustLoss { kNone, kHuber, kCauchy };
+
+// rho(s) and its derivative, at scale c (in standard deviations):
+//   Huber: s, or 2 c sqrt(s) - c^2 beyond s > c^2;  Cauchy: c^2 log(1 + s/c^2).
+void EvaluateLoss(RobustLoss loss, double scale, double s, double* rho,
+                  double* rho_prime);
+
+// The one place where errors are divided by their standard deviations, so that
+// chi-square and covariance mean something. Rows in `groups` are also bent by
+// the loss, group by group (Ceres' own losses would bend a whole segment):
+// r -> sqrt(rho(s)/s) r with s = |r|^2, exactly differentiated.       (5.3)
+class WhitenedCost final : public ceres::CostFunction {
+ public:
+  struct Group {
+    int first;
+    int size;
+  };
+  WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
+               std::vector<double> sigmas, RobustLoss loss = RobustLoss::kNone,
+               double loss_scale = 1.0, std::vector<Group> groups = {});
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  std::unique_ptr<ceres::CostFunction> cost_;
+  std::vector<double> inverse_sigmas_;
+  RobustLoss loss_;
+  double loss_scale_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace sysid

@@ -1,0 +1,106 @@
+#include "residuals/segment.h"
+
+#include <algorithm>
+
+#include "glog/logging.h"
+#include "residuals/segment-impl.h"
+
+namespace sysid {
+
+SegmentRollout::SegmentRollout(const Model* model,
+                               const ParameterMap* parameters,
+                               const Measurements* measurements, int first,
+                               int last, const RolloutOptions& options)
+    : model_(model),
+      parameters_(parameters),
+      measurements_(measurements),
+      first_(first),
+      last_(last),
+      options_(options) {
+  const Run& run = *measurements->run;
+  CHECK_LT(first, last);
+  CHECK_LT(last, run.size());
+  const int end = last == run.size() - 1 ? last + 1 : last;
+  for (int k = first; k < end; ++k) {
+    for (size_t c = 0; c < run.channels.size(); ++c) {
+      if (std::isnan(run.channels[c].values(k, 0))) continue;
+      const int size = ResidualSize(measurements->residuals[c]);
+      rows_.push_back({k, static_cast<int>(c), num_residuals_, size});
+      num_residuals_ += size;
+      if (run.channels[c].kind == ChannelKind::kFramePosition) {
+        needs_kinematics_ = true;
+      }
+    }
+  }
+}
+
+template <typename T>
+bool SegmentRollout::LinearizePass(const double* x0, const double* theta,
+                                   int first_column, int columns,
+                                   double* errors, double* x_end,
+                                   RowMatrixXd* J, RowMatrixXd* J_end) const {
+  const int tangent = model_->tangent_size();
+  const int size = model_->state_size();
+  std::vector<T> center(size), dx(tangent, T(0.0)), start(size);
+  std::vector<T> theta_jet(parameters_->size());
+  for (int i = 0; i < size; ++i) center[i] = T(x0[i]);
+  for (int i = 0; i < parameters_->size(); ++i) theta_jet[i] = T(theta[i]);
+  for (int c = 0; c < columns; ++c) {
+    const int column = first_column + c;
+    T& seed = column < tangent ? dx[column] : theta_jet[column - tangent];
+    seed.v[c] = 1.0;
+  }
+  BoxPlus<T>(*model_, center.data(), dx.data(), start.data());
+  std::vector<T> r(num_residuals_), end(size), end_center(size);
+  if (!(*this)(start.data(), theta_jet.data(), r.data(), end.data())) {
+    return false;
+  }
+  for (int i = 0; i < num_residuals_; ++i) {
+    errors[i] = r[i].a;
+    for (int c = 0; c < columns; ++c) (*J)(i, first_column + c) = r[i].v[c];
+  }
+  for (int i = 0; i < size; ++i) {
+    x_end[i] = end[i].a;
+    end_center[i] = T(end[i].a);
+  }
+  std::vector<T> end_tangent(tangent);
+  BoxMinus<T>(*model_, end.data(), end_center.data(), end_tangent.data());
+  for (int i = 0; i < tangent; ++i) {
+    for (int c = 0; c < columns; ++c) {
+      (*J_end)(i, first_column + c) = end_tangent[i].v[c];
+    }
+  }
+  return true;
+}
+
+bool SegmentRollout::Linearize(const double* x0, const double* theta,
+                               bool with_theta, double* errors, double* x_end,
+                               RowMatrixXd* J, RowMatrixXd* J_end) const {
+  const int total =
+      model_->tangent_size() + (with_theta ? parameters_->size() : 0);
+  J->resize(num_residuals_, total);
+  J_end->resize(model_->tangent_size(), total);
+  for (int column = 0; column < total;) {
+    const int left = total - column;
+    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
+    const int columns = std::min(left, width);
+    const bool ok =
+        width == 24   ? LinearizePass<Jet24>(x0, theta, column, columns, errors,
+                                             x_end, J, J_end)
+        : width == 16 ? LinearizePass<Jet16>(x0, theta, column, columns, errors,
+                                             x_end, J, J_end)
+                      : LinearizePass<Jet8>(x0, theta, column, columns, errors,
+                                            x_end, J, J_end);
+    if (!ok) return false;
+    column += columns;
+  }
+  return true;
+}
+
+#define SYSID_INSTANTIATE(T)                                               \
+  template bool SegmentRollout::operator()<T>(const T*, const T*, T*, T*,  \
+                                              std::vector<T>*) const;
+SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
+#undef SYSID_INSTANTIATE
+
+}  // namespace sysid

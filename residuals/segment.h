@@ -1,0 +1,87 @@
+#pragma once
+
+#include <vector>
+
+#include "models/integrator.h"
+#include "models/parameters.h"
+#include "residuals/channel_residual.h"
+#include "residuals/run.h"
+
+namespace sysid {
+
+// How the time between samples is integrated.
+struct RolloutOptions {
+  Integrator integrator = Integrator::kRungeKutta4;
+  // Longest step, s; the time between two samples is divided evenly into as few
+  // steps as this allows. 0: one step a sample.
+  double step = 0.0;
+};
+
+// A run with what compares the model with it: shared by its segments.
+struct Measurements {
+  const Run* run;
+  std::vector<ChannelResidual> residuals;  // per channel of the run
+};
+
+// The rows that come from one sample of one channel.
+struct SegmentRow {
+  int sample;
+  int channel;
+  int first;  // row
+  int size;
+};
+
+// The functor of multiple shooting: rolls the model out from the state x0 at
+// sample `first` to sample `last`, and says by how much it misses what was
+// measured at the samples [first, last) (at `last` too where it ends the run).
+// Missing measurements have no row. Everything SI; weights come later.
+//
+//   x_{k+1} = Step(x_k, tau_k, theta),  r_k = h(x_k, theta) - y_k       (5.1)
+class SegmentRollout {
+ public:
+  // The pointers must outlive the functor.
+  SegmentRollout(const Model* model, const ParameterMap* parameters,
+                 const Measurements* measurements, int first, int last,
+                 const RolloutOptions& options);
+
+  // x0: nq + nv numbers; theta: parameters.size(). Writes num_residuals() errors
+  // and the state at `last`; with `states` also the state at each sample of
+  // [first, last]. False where the dynamics fail. Instantiated for the scalars
+  // of models/scalars.h.
+  template <typename T>
+  bool operator()(const T* x0, const T* theta, T* errors, T* x_end,
+                  std::vector<T>* states = nullptr) const;
+
+  // Values and derivatives by the tangent of x0 (2 nv columns), then by theta
+  // (where with_theta): rows of errors in J, rows of x_end's tangent in J_end.
+  // Jets in passes of 24, 16 or 8 columns, padded.
+  bool Linearize(const double* x0, const double* theta, bool with_theta,
+                 double* errors, double* x_end, RowMatrixXd* J,
+                 RowMatrixXd* J_end) const;
+
+  const Model& model() const { return *model_; }
+  const ParameterMap& parameters() const { return *parameters_; }
+  const Measurements& measurements() const { return *measurements_; }
+  int first() const { return first_; }
+  int last() const { return last_; }
+  int num_residuals() const { return num_residuals_; }
+  const std::vector<SegmentRow>& rows() const { return rows_; }
+
+ private:
+  template <typename T>
+  bool LinearizePass(const double* x0, const double* theta, int first_column,
+                     int columns, double* errors, double* x_end,
+                     RowMatrixXd* J, RowMatrixXd* J_end) const;
+
+  const Model* model_;
+  const ParameterMap* parameters_;
+  const Measurements* measurements_;
+  int first_;
+  int last_;
+  RolloutOptions options_;
+  int num_residuals_ = 0;
+  std::vector<SegmentRow> rows_;
+  bool needs_kinematics_ = false;  // some channel is a frame's position
+};
+
+}  // namespace sysid
