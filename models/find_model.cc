@@ -1,0 +1,70 @@
+#include "models/find_model.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <set>
+
+#include "models/error.h"
+
+namespace sysid {
+namespace {
+
+namespace fs = std::filesystem;
+
+// In the order in which they are searched; they need not exist.
+std::vector<fs::path> RobotFolders() {
+  std::vector<fs::path> folders;
+  const char* data_dir = std::getenv("SYSID_DATA_DIR");
+  if (data_dir && *data_dir) folders.push_back(fs::path(data_dir) / "robots");
+  folders.push_back(fs::path(SYSID_SOURCE_DATADIR) / "robots");
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) {
+    folders.push_back(program.parent_path().parent_path() /
+                      "share/sysid/robots");
+  }
+  folders.push_back(fs::path(SYSID_INSTALL_DATADIR) / "robots");
+  return folders;
+}
+
+bool EndsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() &&
+         text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+}  // namespace
+
+std::string FindModel(const std::string& name_or_file) {
+  if (name_or_file.find('/') != std::string::npos ||
+      EndsWith(name_or_file, ".urdf")) {
+    return name_or_file;
+  }
+  if (name_or_file.empty()) {
+    throw InputError("--model", "no model is named",
+                     "a URDF file, or one of: " + Join(ShippedModels()));
+  }
+  std::error_code error;
+  for (const fs::path& folder : RobotFolders()) {
+    const fs::path file = folder / (name_or_file + ".urdf");
+    if (fs::is_regular_file(file, error)) return file.string();
+  }
+  throw InputError("--model",
+                   "no shipped model is named '" + name_or_file + "'",
+                   NameHint(name_or_file, ShippedModels()));
+}
+
+std::vector<std::string> ShippedModels() {
+  std::set<std::string> names;
+  for (const fs::path& folder : RobotFolders()) {
+    std::error_code error;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end;
+         it.increment(error)) {
+      if (it->path().extension() == ".urdf") {
+        names.insert(it->path().stem().string());
+      }
+    }
+  }
+  return {names.begin(), names.end()};
+}
+
+}  // namespace sysid

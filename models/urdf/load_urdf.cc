@@ -1,0 +1,111 @@
+#include "models/urdf/load_urdf.h"
+
+#include <Eigen/Geometry>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "glog/logging.h"
+#include "models/error.h"
+#include "models/urdf/urdf_outline.h"
+#include "models/urdf/urdf_tree.h"
+#include "models/urdf/urdfdom.h"
+
+namespace sysid {
+namespace {
+
+Eigen::Vector3d ToEigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Eigen::Matrix3d ToEigen(const urdf::Rotation& q) {
+  return Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+}
+
+Inertial<double> ToInertial(const urdf::Link& link) {
+  Inertial<double> body;
+  if (!link.inertial) return body;
+  const urdf::Inertial& from = *link.inertial;
+  body.mass = from.mass;
+  body.com = ToEigen(from.origin.position);
+  Eigen::Matrix3d I;
+  I << from.ixx, from.ixy, from.ixz,  //
+      from.ixy, from.iyy, from.iyz,   //
+      from.ixz, from.iyz, from.izz;
+  const Eigen::Matrix3d R = ToEigen(from.origin.rotation);
+  if (R == Eigen::Matrix3d::Identity()) {
+    body.inertia = I;
+  } else {
+    const Eigen::Matrix3d turned = R * I * R.transpose();
+    body.inertia = 0.5 * (turned + turned.transpose());
+  }
+  return body;
+}
+
+Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
+              int parent_link) {
+  Joint joint;
+  joint.name = from.name;
+  joint.type = outline.type;  // urdfdom calls spherical joints floating
+  joint.parent_link = parent_link;
+  joint.R_PJ = ToEigen(from.parent_to_joint_origin_transform.rotation);
+  if (IsRotation1(joint.type) || joint.type == JointType::kPrismatic) {
+    joint.axis = ToEigen(from.axis);
+  }
+  if (from.dynamics) {
+    joint.damping = from.dynamics->damping;
+    joint.friction = from.dynamics->friction;
+  }
+  joint.has_limits = outline.has_limits;
+  if (joint.has_limits) {
+    joint.lower = outline.lower;
+    joint.upper = outline.upper;
+    joint.effort_limit = outline.effort;
+    joint.velocity_limit = outline.velocity;
+  }
+  return joint;
+}
+
+}  // namespace
+
+Mechanism LoadUrdf(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) {
+    throw InputError(path, "is a folder, not a URDF file");
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw InputError(path,
+                     std::string("cannot be read: ") + std::strerror(errno),
+                     "give a URDF file or the name of a shipped model");
+  }
+  std::ostringstream text;
+  text << file.rdbuf();
+  return LoadUrdfText(text.str(), path);
+}
+
+Mechanism LoadUrdfText(const std::string& text, const std::string& path) {
+  const UrdfOutline outline = ReadUrdfOutline(text, path);
+  const urdf::ModelInterfaceSharedPtr urdf =
+      ParseWithUrdfdom(TextForUrdfdom(outline), path);
+  Mechanism mechanism;
+  mechanism.name = urdf->getName();
+  std::vector<int> index(outline.links.size(), -1);  // of the outline's links
+  index[outline.root] = mechanism.AddRoot(outline.links[outline.root].name);
+  mechanism.nominal.links[0] = ToInertial(*urdf->getRoot());
+  for (int j : ParentsFirst(outline)) {
+    const UrdfJoint& joint = outline.joints[j];
+    const urdf::JointConstSharedPtr from = urdf->getJoint(joint.name);
+    const urdf::LinkConstSharedPtr child =
+        urdf->getLink(outline.links[joint.child].name);
+    CHECK(from && child) << joint.name;
+    const int added = mechanism.AddJoint(
+        ToJoint(*from, joint, index[joint.parent]), child->name,
+        ToEigen(from->parent_to_joint_origin_transform.position),
+        ToInertial(*child));
+    index[joint.child] = mechanism.joints[added].child_link;
+  }
+  return mechanism;
+}
+
+}  // namespace sysid

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+#include "models/mechanism.h"
+
+namespace sysid {
+
+// A URDF file as a Mechanism: topology and nominal values, SI. The root link's
+// frame is the world's. Joints are in the order of the file, but parents before
+// children; fixed joints stay joints (Model merges what moves as one). Inertias
+// are turned into the link's axes by the rpy of their origin.
+//
+// Joint types: revolute, continuous, prismatic, fixed, and spherical (as
+// Bullet's importer reads it: a quaternion, without an axis). <dynamics damping
+// friction> and <limit> are kept in Joint; a <limit> may lack any of its four
+// numbers, and revolute joints may lack the <limit>, as there are no stops in
+// the dynamics. Visual and collision elements and the extensions of others
+// (<gazebo>, <transmission>) are ignored.
+//
+// Throws InputError that lists every fault, each with line and column: not XML,
+// no <robot>, names missing or used twice, unknown or missing links of a joint,
+// more than one root, loops, joint types that are missing, unknown or not
+// supported (planar, floating, mimic), numbers that are unreadable as a whole
+// or not finite, a moving body without mass, negative masses, inertias that no
+// body can have, axes that are zero or off unit length by more than 1e-3 (less
+// is taken for rounding and normalised), negative damping and friction, lower
+// limits above upper ones, misspelt elements and attributes, no moving joint.
+Mechanism LoadUrdf(const std::string& path);
+
+// The same from text; messages call the file `path`.
+Mechanism LoadUrdfText(const std::string& text, const std::string& path);
+
+}  // namespace sysid

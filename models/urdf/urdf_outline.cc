@@ -1,0 +1,277 @@
+#include "models/urdf/urdf_outline.h"
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include "models/error.h"
+#include "models/urdf/urdf_tree.h"
+#include "models/urdf/urdf_xml.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kUnitTolerance = 1e-3;  // an axis written with few digits
+
+std::string Line(int row) { return "line " + std::to_string(row); }
+
+// "link 'arm'", or "link without a name".
+std::string Called(const std::string& kind, const std::string& name) {
+  return name.empty() ? kind + " without a name" : kind + " '" + name + "'";
+}
+
+// Name of a link or a joint, unique among those at `seen` (name -> row).
+std::string ReadName(const UrdfElement& element, const std::string& kind,
+                     std::map<std::string, int>* seen) {
+  const std::string name = element.Text("name");
+  if (name.empty()) {
+    element.Fault("every " + kind + " needs one",
+                  "<" + kind + " name=\"...\">");
+    return name;
+  }
+  const auto [first, is_new] = seen->insert({name, element.xml()->Row()});
+  if (!is_new) {
+    element.FaultAt("name",
+                    "the name is used twice, first in " + Line(first->second));
+  }
+  return name;
+}
+
+void CheckInertia(const UrdfElement& inertia, const UrdfLink& link) {
+  const double* I = link.inertia;
+  Inertial<double> body;
+  body.mass = link.mass > 0 ? link.mass : 0;  // a negative one is noted already
+  body.inertia << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
+  Mechanism alone;
+  alone.AddRoot("world");
+  Joint joint;
+  joint.parent_link = 0;
+  alone.AddJoint(joint, link.name, Eigen::Vector3d::Zero(), body);
+  const std::string prefix = "link '" + link.name + "': ";
+  for (std::string fault : PhysicalFaults(alone)) {
+    if (fault.rfind(prefix, 0) == 0) fault.erase(0, prefix.size());
+    inertia.Fault(fault,
+                  "the moments of a body about its centre of mass: each is at "
+                  "most the sum of the other two");
+  }
+  if (link.mass == 0 && !body.inertia.isZero(0)) {
+    inertia.Fault("a rotational inertia without a mass",
+                  "give the mass, or make the inertia zero");
+  }
+}
+
+void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
+  link->has_inertial = true;
+  inertial.CheckChildren({"origin", "mass", "inertia"});
+  inertial.Origin(link->xyz, link->rpy);
+  const UrdfElement mass = inertial.Child("mass");
+  bool read = false;
+  if (!mass.exists()) {
+    inertial.Fault("<inertial> has no <mass>", "<mass value=\"kg\"/>");
+  } else if ((read = mass.RequiredNumber("value", &link->mass)) &&
+             link->mass < 0) {
+    mass.FaultAt("value", "mass " + mass.Text("value") + " kg is negative");
+  }
+  // An unreadable mass is noted: not once more as a missing one.
+  if (!read) link->mass = std::numeric_limits<double>::quiet_NaN();
+  const UrdfElement inertia = inertial.Child("inertia");
+  if (!inertia.exists()) {
+    inertial.Fault("<inertial> has no <inertia>",
+                   "six numbers about the centre of mass; zeros make a point "
+                   "mass");
+    return;
+  }
+  static constexpr const char* kMoments[] = {"ixx", "ixy", "ixz",
+                                             "iyy", "iyz", "izz"};
+  bool all_read = true;
+  for (int i = 0; i < 6; ++i) {
+    if (!inertia.RequiredNumber(kMoments[i], &link->inertia[i])) {
+      all_read = false;
+    }
+  }
+  if (all_read) CheckInertia(inertia, *link);
+}
+
+std::optional<JointType> ReadType(const UrdfElement& joint) {
+  const std::string type = joint.Text("type");
+  if (type.empty()) {
+    joint.Fault("no type", "type=\"revolute\", for example");
+    return {};
+  }
+  std::vector<std::string> known;
+  for (JointType t :
+       {JointType::kRevolute, JointType::kContinuous, JointType::kPrismatic,
+        JointType::kSpherical, JointType::kFixed}) {
+    if (type == ToString(t)) return t;
+    known.push_back(ToString(t));
+  }
+  if (type == "planar") {
+    joint.FaultAt("type", "planar joints are not supported",
+                  "use two prismatic joints and a revolute one, each carrying "
+                  "a part of the mass");
+  } else if (type == "floating") {
+    joint.FaultAt("type", "floating joints are not supported",
+                  "the root link is fixed in the world");
+  } else {
+    joint.FaultAt("type", "unknown joint type '" + type + "'",
+                  NameHint(type, known));
+  }
+  return {};
+}
+
+// The link that <parent link="..."> or <child link="..."> names, or -1.
+int ReadEnd(const UrdfElement& joint, const char* which,
+            const std::vector<UrdfLink>& links) {
+  const UrdfElement end = joint.Child(which);
+  if (!end.exists() || end.Text("link").empty()) {
+    (end.exists() ? end : joint)
+        .Fault(std::string("no ") + which + " link",
+               std::string("<") + which + " link=\"...\"/>");
+    return -1;
+  }
+  const std::string name = end.Text("link");
+  std::vector<std::string> names;
+  for (size_t i = 0; i < links.size(); ++i) {
+    if (links[i].name == name) return static_cast<int>(i);
+    names.push_back(links[i].name);
+  }
+  end.FaultAt(
+      "link",
+      "the " + std::string(which) + " link '" + name + "' is not in the file",
+      NameHint(name, names));
+  return -1;
+}
+
+void ReadAxis(const UrdfElement& joint, double* values) {
+  const UrdfElement axis = joint.Child("axis");
+  if (!axis.exists()) return;
+  axis.CheckAttributes({"xyz"});
+  if (!axis.Has("xyz")) {
+    axis.Fault("<axis> has no xyz", "<axis xyz=\"0 0 1\"/>");
+    return;
+  }
+  if (!axis.Vector3("xyz", values)) return;
+  Eigen::Map<Eigen::Vector3d> vector(values);
+  const double norm = vector.norm();
+  if (norm == 0) {
+    axis.FaultAt("xyz", "the axis is zero",
+                 "it is the direction about or along which the joint moves");
+  } else if (std::abs(norm - 1) > kUnitTolerance) {
+    char text[128];
+    std::snprintf(text, sizeof(text), "%.9g %.9g %.9g", vector[0] / norm,
+                  vector[1] / norm, vector[2] / norm);
+    axis.FaultAt("xyz",
+                 "the axis '" + axis.Text("xyz") + "' is not a unit vector",
+                 "normalised: " + std::string(text));
+  } else if (std::abs(norm - 1) > 1e-14) {
+    vector /= norm;  // digits lost in writing
+  }
+}
+
+void ReadDynamics(const UrdfElement& element, UrdfJoint* joint) {
+  const UrdfElement dynamics = element.Child("dynamics");
+  if (!dynamics.exists()) return;
+  dynamics.CheckAttributes({"damping", "friction"});
+  const std::pair<const char*, double*> numbers[] = {
+      {"damping", &joint->damping}, {"friction", &joint->friction}};
+  for (const auto& [name, value] : numbers) {
+    if (dynamics.Number(name, value) && *value < 0) {
+      dynamics.FaultAt(
+          name, std::string(name) + " " + dynamics.Text(name) + " is negative",
+          "it would drive the joint");
+    }
+  }
+}
+
+void ReadLimits(const UrdfElement& element, UrdfJoint* joint) {
+  joint->effort = joint->velocity = std::numeric_limits<double>::infinity();
+  const UrdfElement limit = element.Child("limit");
+  if (!limit.exists()) return;
+  limit.CheckAttributes({"lower", "upper", "effort", "velocity"});
+  joint->has_limits = true;
+  limit.Number("lower", &joint->lower);
+  limit.Number("upper", &joint->upper);
+  limit.Number("effort", &joint->effort);
+  limit.Number("velocity", &joint->velocity);
+  if (joint->lower > joint->upper) {
+    limit.Fault("lower limit " + limit.Text("lower") +
+                " is above the upper limit " + limit.Text("upper"));
+  }
+}
+
+UrdfLink ReadLink(const TiXmlElement* xml, std::map<std::string, int>* seen,
+                  UrdfFaults* faults) {
+  UrdfLink link;
+  link.row = xml->Row();
+  link.column = xml->Column();
+  const UrdfElement named(
+      xml, Called("link", UrdfElement(xml, "", faults).Text("name")), faults);
+  link.name = ReadName(named, "link", seen);
+  named.CheckChildren({"inertial", "visual", "collision"});
+  const UrdfElement inertial = named.Child("inertial");
+  if (inertial.exists()) ReadInertial(inertial, &link);
+  return link;
+}
+
+UrdfJoint ReadJoint(const TiXmlElement* xml, const std::vector<UrdfLink>& links,
+                    std::map<std::string, int>* seen, UrdfFaults* faults) {
+  UrdfJoint joint;
+  joint.row = xml->Row();
+  joint.column = xml->Column();
+  const UrdfElement named(
+      xml, Called("joint", UrdfElement(xml, "", faults).Text("name")), faults);
+  joint.name = ReadName(named, "joint", seen);
+  named.CheckAttributes({"name", "type"});
+  named.CheckChildren({"origin", "parent", "child", "axis", "limit", "dynamics",
+                       "mimic", "calibration", "safety_controller"});
+  const std::optional<JointType> type = ReadType(named);
+  joint.type_known = type.has_value();
+  joint.type = type.value_or(JointType::kFixed);
+  joint.parent = ReadEnd(named, "parent", links);
+  joint.child = ReadEnd(named, "child", links);
+  named.Origin(joint.xyz, joint.rpy);
+  const bool one_axis =
+      IsRotation1(joint.type) || joint.type == JointType::kPrismatic;
+  if (one_axis) ReadAxis(named, joint.axis);
+  ReadLimits(named, &joint);
+  if (joint.type != JointType::kFixed) ReadDynamics(named, &joint);
+  const UrdfElement mimic = named.Child("mimic");
+  if (mimic.exists()) {
+    mimic.Fault("mimic joints are not supported",
+                "leave <mimic> out: the joint is then free of the other, or "
+                "make it fixed");
+  }
+  return joint;
+}
+
+}  // namespace
+
+UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path) {
+  TiXmlDocument document;
+  const TiXmlElement* robot = ParseRobot(text, path, &document);
+  UrdfFaults faults(path);
+  const UrdfElement top(robot, "robot", &faults);
+  UrdfOutline outline;
+  outline.robot_name = top.Text("name");
+  if (outline.robot_name.empty()) {
+    top.Fault("no name", "<robot name=\"...\">");
+  }
+  top.CheckChildren({"link", "joint", "material", "gazebo", "transmission"});
+  std::map<std::string, int> link_names, joint_names;
+  for (const TiXmlElement* xml = robot->FirstChildElement("link"); xml;
+       xml = xml->NextSiblingElement("link")) {
+    outline.links.push_back(ReadLink(xml, &link_names, &faults));
+  }
+  if (outline.links.empty()) top.Fault("no links");
+  for (const TiXmlElement* xml = robot->FirstChildElement("joint"); xml;
+       xml = xml->NextSiblingElement("joint")) {
+    outline.joints.push_back(
+        ReadJoint(xml, outline.links, &joint_names, &faults));
+  }
+  CheckTree(&outline, &faults);
+  faults.Throw();
+  return outline;
+}
+
+}  // namespace sysid
