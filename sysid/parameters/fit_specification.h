@@ -6,15 +6,9 @@
 #include <vector>
 
 #include "sysid/io/column_map.h"
+#include "sysid/parameters/located.h"
 
 namespace sysid {
-
-// A value and where it was read ("fit.yaml:3:5"), for errors that come later.
-template <typename T>
-struct Located {
-  T value{};
-  std::string place;
-};
 
 // A Gaussian belief about a parameter, in its unit.
 struct GaussianPrior {

@@ -1,0 +1,121 @@
+#include "sysid/io/run_columns.h"
+
+#include <algorithm>
+
+#include "models/error.h"
+
+namespace sysid {
+namespace {
+
+void AddGroup(ChannelKind kind, bool is_effort, int target,
+              const std::string& name, const std::string& base,
+              const std::vector<std::string>& suffixes,
+              const std::vector<int>& slots, std::vector<ColumnGroup>* groups) {
+  ColumnGroup group;
+  group.kind = kind;
+  group.is_effort = is_effort;
+  group.target = target;
+  group.name = name;
+  for (const std::string& suffix : suffixes) {
+    group.columns.push_back(base + "." + suffix);
+  }
+  group.slots = slots;
+  groups->push_back(group);
+}
+
+const std::vector<std::string>& Suffixes() {
+  static const auto& suffixes = *new std::vector<std::string>{
+      "q",  "qd", "tau",  "qw",   "qx",   "qy", "qz", "wx",
+      "wy", "wz", "taux", "tauy", "tauz", "px", "py", "pz"};
+  return suffixes;
+}
+
+// "joint1.q" -> "joint1", "q"; the name may have dots of its own.
+bool Split(const std::string& name, std::string* base, std::string* suffix) {
+  const size_t dot = name.rfind('.');
+  if (dot == std::string::npos || dot == 0) return false;
+  *base = name.substr(0, dot);
+  *suffix = name.substr(dot + 1);
+  return std::find(Suffixes().begin(), Suffixes().end(), *suffix) !=
+         Suffixes().end();
+}
+
+}  // namespace
+
+std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
+  std::vector<ColumnGroup> groups;
+  for (size_t i = 0; i < mechanism.joints.size(); ++i) {
+    const Joint& joint = mechanism.joints[i];
+    const std::string& name = joint.name;
+    const int target = static_cast<int>(i);
+    if (joint.type == JointType::kFixed) continue;
+    if (joint.type == JointType::kSpherical) {
+      AddGroup(ChannelKind::kOrientation, false, target, name, name,
+               {"qw", "qx", "qy", "qz"}, {3, 0, 1, 2}, &groups);
+      AddGroup(ChannelKind::kAngularVelocity, false, target, name + ".w", name,
+               {"wx", "wy", "wz"}, {0, 1, 2}, &groups);
+      AddGroup(ChannelKind::kPosition, true, target, name + ".tau", name,
+               {"taux", "tauy", "tauz"}, {0, 1, 2}, &groups);
+    } else {
+      AddGroup(ChannelKind::kPosition, false, target, name, name, {"q"}, {0},
+               &groups);
+      AddGroup(ChannelKind::kVelocity, false, target, name + ".qd", name,
+               {"qd"}, {0}, &groups);
+      AddGroup(ChannelKind::kPosition, true, target, name + ".tau", name,
+               {"tau"}, {0}, &groups);
+    }
+  }
+  for (size_t i = 0; i < mechanism.links.size(); ++i) {
+    const std::string& name = mechanism.links[i].name;
+    AddGroup(ChannelKind::kFramePosition, false, static_cast<int>(i), name,
+             name, {"px", "py", "pz"}, {0, 1, 2}, &groups);
+  }
+  return groups;
+}
+
+std::vector<std::string> RunColumnNames(const Mechanism& mechanism) {
+  std::vector<std::string> names = {"t"};
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    names.insert(names.end(), group.columns.begin(), group.columns.end());
+  }
+  return names;
+}
+
+bool HasRunColumnSuffix(const std::string& name) {
+  std::string base, suffix;
+  return Split(name, &base, &suffix);
+}
+
+ColumnNameFault ExplainUnknownColumn(const std::string& name,
+                                     const Mechanism& mechanism) {
+  const std::string quoted = "'" + name + "'";
+  std::string base, suffix;
+  if (!Split(name, &base, &suffix)) {
+    const std::vector<std::string> names = RunColumnNames(mechanism);
+    return {quoted + " is not a column of a run", NameHint(name, names)};
+  }
+  const bool of_link = suffix[0] == 'p';
+  const int j = mechanism.FindJoint(base);
+  if (j >= 0 && !of_link) {
+    const Joint& joint = mechanism.joints[j];
+    std::vector<std::string> columns;
+    for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+      if (group.kind == ChannelKind::kFramePosition || group.target != j)
+        continue;
+      columns.insert(columns.end(), group.columns.begin(), group.columns.end());
+    }
+    return {"joint '" + base + "' is " + ToString(joint.type) +
+                " and has no column " + quoted,
+            columns.empty() ? "it does not move"
+                            : "its columns are " + Join(columns)};
+  }
+  const std::vector<std::string> bases =
+      of_link ? mechanism.LinkNames() : mechanism.JointNames();
+  const std::string kind = of_link ? "link '" : "joint '";
+  const std::string nearest = NearestName(base, bases);
+  return {"the model has no " + kind + base + "' (column " + quoted + ")",
+          nearest.empty() ? NameHint(base, bases)
+                          : "did you mean '" + nearest + "." + suffix + "'?"};
+}
+
+}  // namespace sysid

@@ -1,0 +1,124 @@
+#include "sysid/parameters/yaml_reader.h"
+
+#include <cmath>
+#include <set>
+
+#include "models/error.h"
+#include "sysid/io/csv.h"
+
+namespace sysid {
+
+std::string YamlReader::Place(const YAML::Mark& mark) const {
+  if (mark.is_null()) return path_;
+  return path_ + ":" + std::to_string(mark.line + 1) + ":" +
+         std::to_string(mark.column + 1);
+}
+
+std::string YamlReader::Place(const YAML::Node& node) const {
+  return Place(node.Mark());
+}
+
+void YamlReader::Fail(const YAML::Node& node, const std::string& what,
+                      const std::string& hint) const {
+  throw InputError(Place(node), what, hint);
+}
+
+std::string YamlReader::KindOf(const YAML::Node& node) {
+  if (node.IsMap()) return "a map";
+  if (node.IsSequence()) return "a list";
+  if (node.IsScalar()) return Shown(node.Scalar());
+  return "nothing";
+}
+
+std::vector<YamlReader::Entry> YamlReader::Map(const YAML::Node& node,
+                                               const std::string& what,
+                                               const std::string& hint) const {
+  if (!node.IsMap()) {
+    Fail(node, what + " must be a map, not " + KindOf(node), hint);
+  }
+  std::vector<Entry> entries;
+  std::set<std::string> seen;
+  for (const auto& pair : node) {
+    if (!pair.first.IsScalar()) {
+      Fail(pair.first,
+           "a key of " + what + " must be a name, not " + KindOf(pair.first));
+    }
+    if (!seen.insert(pair.first.Scalar()).second) {
+      Fail(pair.first,
+           Shown(pair.first.Scalar()) + " is given twice in " + what,
+           "keep one of them");
+    }
+    entries.emplace_back(pair.first, pair.second);
+  }
+  return entries;
+}
+
+void YamlReader::CheckKey(const YAML::Node& key, const std::string& of,
+                          const std::vector<std::string>& known) const {
+  for (const std::string& name : known) {
+    if (key.Scalar() == name) return;
+  }
+  Fail(key, "unknown key " + Shown(key.Scalar()) + " in " + of,
+       NameHint(key.Scalar(), known));
+}
+
+std::string YamlReader::Text(const YAML::Node& node, const std::string& what,
+                             const std::string& hint) const {
+  if (!node.IsScalar() || node.Scalar().empty()) {
+    Fail(node,
+         what + " must be text, not " +
+             (node.IsScalar() ? "nothing" : KindOf(node)),
+         hint);
+  }
+  return node.Scalar();
+}
+
+double YamlReader::Number(const YAML::Node& node,
+                          const std::string& what) const {
+  double value;
+  if (!node.IsScalar() || !ParseNumber(node.Scalar(), &value)) {
+    Fail(node, what + " must be a number, not " + KindOf(node));
+  }
+  if (!std::isfinite(value)) {
+    Fail(node, what + " must be finite, not " + KindOf(node));
+  }
+  return value;
+}
+
+Located<double> YamlReader::Positive(const YAML::Node& node,
+                                     const std::string& what) const {
+  const double value = Number(node, what);
+  if (value <= 0.0) Fail(node, what + " must be positive, not " + KindOf(node));
+  return {value, Place(node)};
+}
+
+Located<std::string> YamlReader::Word(
+    const YAML::Node& node, const std::string& what,
+    const std::vector<std::string>& known) const {
+  const std::string word = Text(node, what, "known: " + Join(known));
+  for (const std::string& name : known) {
+    if (word == name) return {word, Place(node)};
+  }
+  Fail(node, "there is no " + what + " " + Shown(word), NameHint(word, known));
+}
+
+std::vector<Located<std::string>> YamlReader::NameList(
+    const YAML::Node& node, const std::string& what,
+    const std::string& hint) const {
+  if (!node.IsSequence()) {
+    Fail(node, what + " must be a list, not " + KindOf(node), hint);
+  }
+  std::vector<Located<std::string>> names;
+  std::set<std::string> seen;
+  for (const YAML::Node& item : node) {
+    const std::string name = Text(item, "an entry of " + what, hint);
+    if (!seen.insert(name).second) {
+      Fail(item, Shown(name) + " is given twice in " + what,
+           "keep one of them");
+    }
+    names.push_back({name, Place(item)});
+  }
+  return names;
+}
+
+}  // namespace sysid

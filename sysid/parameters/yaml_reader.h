@@ -1,0 +1,55 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sysid/parameters/located.h"
+
+namespace sysid {
+
+// Takes YAML nodes for what they should be, or throws InputError with their
+// file, line and column. `what` names the node in the text ("prior of x").
+class YamlReader {
+ public:
+  using Entry = std::pair<YAML::Node, YAML::Node>;
+
+  // `path` names the file in errors.
+  explicit YamlReader(const std::string& path) : path_(path) {}
+
+  const std::string& path() const { return path_; }
+  std::string Place(const YAML::Mark& mark) const;
+  std::string Place(const YAML::Node& node) const;
+  [[noreturn]] void Fail(const YAML::Node& node, const std::string& what,
+                         const std::string& hint = "") const;
+
+  // The pairs of a map, in order. Throws for anything but a map, and for keys
+  // that are no names or appear twice.
+  std::vector<Entry> Map(const YAML::Node& node, const std::string& what,
+                         const std::string& hint) const;
+  // Throws for a key that is not known, with the nearest.
+  void CheckKey(const YAML::Node& key, const std::string& of,
+                const std::vector<std::string>& known) const;
+
+  std::string Text(const YAML::Node& node, const std::string& what,
+                   const std::string& hint = "") const;
+  double Number(const YAML::Node& node, const std::string& what) const;
+  Located<double> Positive(const YAML::Node& node,
+                           const std::string& what) const;
+  // One of the known words.
+  Located<std::string> Word(const YAML::Node& node, const std::string& what,
+                            const std::vector<std::string>& known) const;
+  // The texts of a list, each once.
+  std::vector<Located<std::string>> NameList(const YAML::Node& node,
+                                             const std::string& what,
+                                             const std::string& hint) const;
+
+ private:
+  static std::string KindOf(const YAML::Node& node);
+
+  std::string path_;
+};
+
+}  // namespace sysid
