@@ -31,8 +31,11 @@ configure_and_build() {
       --parallel "$(nproc)" "${targets[@]}" 2>&1 |
       tee -a "$log" | show_progress "building build/$preset"; then
     # From the first failure on; ninja finishes what runs beside it.
-    grep -n -m 1 '^FAILED:' "$log" | cut -d: -f1 |
-      { read -r line || line=1; tail -n "+$line" "$log" | head -n 60; } >&2
+    if grep -q '^FAILED:' "$log"; then
+      awk '/^FAILED:/ { on = 1 } on && n++ < 60' "$log" >&2
+    else
+      tail -n 5 "$log" >&2
+    fi
     fail "the build failed; the whole log is $log"
   fi
   echo "built build/$preset in $((SECONDS - start)) s"
