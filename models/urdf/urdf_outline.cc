@@ -231,9 +231,9 @@ UrdfJoint ReadJoint(const TiXmlElement* xml, const std::vector<UrdfLink>& links,
   joint.parent = ReadEnd(named, "parent", links);
   joint.child = ReadEnd(named, "child", links);
   named.Origin(joint.xyz, joint.rpy);
-  const bool one_axis =
-      IsRotation1(joint.type) || joint.type == JointType::kPrismatic;
-  if (one_axis) ReadAxis(named, joint.axis);
+  const bool axis_counts = !joint.type_known || IsRotation1(joint.type) ||
+                           joint.type == JointType::kPrismatic;
+  if (axis_counts) ReadAxis(named, joint.axis);
   ReadLimits(named, &joint);
   if (joint.type != JointType::kFixed) ReadDynamics(named, &joint);
   const UrdfElement mimic = named.Child("mimic");

@@ -113,7 +113,8 @@ double MassOfBody(const UrdfOutline& outline,
     counted[link] = true;
     mass += outline.links[link].mass;
     for (int j : joints[link]) {
-      if (outline.joints[j].type == JointType::kFixed) {
+      if (outline.joints[j].type == JointType::kFixed &&
+          outline.joints[j].child >= 0) {
         stack.push_back(outline.joints[j].child);
       }
     }
@@ -124,7 +125,7 @@ double MassOfBody(const UrdfOutline& outline,
 void CheckMovingMasses(const UrdfOutline& outline, UrdfFaults* faults) {
   const std::vector<std::vector<int>> joints = JointsByParent(outline);
   for (const UrdfJoint& joint : outline.joints) {
-    if (joint.type == JointType::kFixed) continue;
+    if (joint.type == JointType::kFixed || joint.child < 0) continue;
     const UrdfLink& link = outline.links[joint.child];
     if (link.mass < 0) continue;  // noted already
     if (MassOfBody(outline, joints, joint.child) != 0) continue;
@@ -146,11 +147,12 @@ void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
     moves |= !joint.type_known || joint.type != JointType::kFixed;
     ends_known &= joint.parent >= 0 && joint.child >= 0;
   }
-  if (!moves) {
+  if (!moves && !outline->links.empty()) {
     faults->Add(0, 0, "no moving joint: there is nothing to identify",
                 "joints are revolute, continuous, prismatic or spherical");
   }
   const std::vector<int> carriers = CarryingJoints(*outline, faults);
+  CheckMovingMasses(*outline, faults);
   // A joint without a known end may be the one that makes this a tree.
   if (!ends_known || outline->links.empty()) return;
   std::vector<int> roots;
@@ -160,7 +162,6 @@ void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
   CheckRoots(*outline, roots, faults);
   CheckCycles(*outline, roots, carriers, faults);
   if (roots.size() == 1) outline->root = roots[0];
-  CheckMovingMasses(*outline, faults);
 }
 
 std::vector<int> ParentsFirst(const UrdfOutline& outline) {

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "models/error.h"
+#include "models/urdf/xml_scan.h"
 
 namespace sysid {
 namespace {
@@ -30,6 +31,7 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
   if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
     throw InputError(path, "the file is empty", kHint);
   }
+  CheckWellFormed(text, path);
   document->SetTabSize(1);
   document->Parse(text.c_str());
   if (document->Error()) {
@@ -39,13 +41,6 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
     throw InputError(
         placed ? Place(path, document->ErrorRow(), document->ErrorCol()) : path,
         "not XML: " + what, "the fault is here or shortly before");
-  }
-  for (const TiXmlNode* node = document->FirstChild(); node;
-       node = node->NextSibling()) {
-    if (node->ToText()) {
-      throw InputError(Place(path, node->Row(), node->Column()),
-                       "not XML: text outside of an element", kHint);
-    }
   }
   const TiXmlElement* robot = document->FirstChildElement();
   if (!robot) throw InputError(path, "no <robot> element", kHint);
