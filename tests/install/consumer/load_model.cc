@@ -1,10 +1,33 @@
+// load_model FILE.urdf: the accelerations of a robot let go at rest, by the
+// library as a user has it.
 #include <iostream>
 
-#include "models/mechanism.h"
+#include "models/dynamics.h"
+#include "models/error.h"
+#include "models/urdf/load_urdf.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
-  const sysid::Mechanism mechanism;
-  std::cout << argv[1] << ": " << mechanism.nq << '\n';
-  return 0;
+  try {
+    const sysid::Model model =
+        sysid::MakeModel(sysid::LoadUrdf(argv[1]), sysid::Catalogue());
+    sysid::Workspace<double> workspace(model);
+
+    // Quaternions of spherical joints are x, y, z, w in memory.
+    Eigen::VectorXd q = Eigen::VectorXd::Zero(model.nq());
+    for (const sysid::Body& body : model.bodies()) {
+      if (body.type == sysid::JointType::kSpherical) q[body.q_index + 3] = 1.0;
+    }
+    const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model.nv());
+    Eigen::VectorXd qdd(model.nv());
+    if (!sysid::ForwardDynamics(&workspace, q.data(), rest.data(), rest.data(),
+                                qdd.data())) {
+      return 1;
+    }
+    std::cout << argv[1] << ": qdd = " << qdd.transpose() << '\n';
+    return 0;
+  } catch (const sysid::InputError& error) {
+    std::cerr << error.what() << '\n';
+    return 2;
+  }
 }
