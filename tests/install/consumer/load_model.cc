@@ -1,5 +1,6 @@
-// load_model FILE.urdf: the accelerations of a robot let go at rest, by the
+// load_model FILE.urdf: the accelerations of a pendulum let go tilted, by the
 // library as a user has it.
+#include <cmath>
 #include <iostream>
 
 #include "models/dynamics.h"
@@ -13,10 +14,13 @@ int main(int argc, char** argv) {
         sysid::MakeModel(sysid::LoadUrdf(argv[1]), sysid::Catalogue());
     sysid::Workspace<double> workspace(model);
 
-    // Quaternions of spherical joints are x, y, z, w in memory.
+    // Every spherical joint turned by 0.3 rad about x. Quaternions are x, y, z,
+    // w in memory.
     Eigen::VectorXd q = Eigen::VectorXd::Zero(model.nq());
     for (const sysid::Body& body : model.bodies()) {
-      if (body.type == sysid::JointType::kSpherical) q[body.q_index + 3] = 1.0;
+      if (body.type != sysid::JointType::kSpherical) continue;
+      q[body.q_index] = std::sin(0.15);
+      q[body.q_index + 3] = std::cos(0.15);
     }
     const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model.nv());
     Eigen::VectorXd qdd(model.nv());
@@ -25,7 +29,7 @@ int main(int argc, char** argv) {
       return 1;
     }
     std::cout << argv[1] << ": qdd = " << qdd.transpose() << '\n';
-    return 0;
+    return qdd.norm() > 1 ? 0 : 1;
   } catch (const sysid::InputError& error) {
     std::cerr << error.what() << '\n';
     return 2;
