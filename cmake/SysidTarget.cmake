@@ -28,7 +28,7 @@ function(sysid_compile_options target)
   # g++ 12 takes the undefined registers of its own AVX-512 intrinsics for
   # uninitialised variables (its bug 105593).
   target_compile_options(${target} PRIVATE -Wall -Wextra
-    -Wno-maybe-uninitialized)
+    -Wno-maybe-uninitialized -Wno-array-bounds)
   if(SYSID_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()

@@ -1,0 +1,305 @@
+#include "sysid/estimation/evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "models/state.h"
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/levenberg_marquardt.h"
+#include "sysid/estimation/parallel.h"
+#include "sysid/estimation/shooting_stage.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Sums of squares by channel name, and over all.
+struct Sums {
+  double squares = 0.0;   // SI
+  double whitened = 0.0;
+  double dof = 0.0;
+};
+
+}  // namespace
+
+double ObservedStateDof(const ShootingProblem& problem) {
+  double dof = 0.0;
+  for (const Body& body : problem.model().bodies()) {
+    const bool blind =
+        body.type == JointType::kSpherical &&
+        problem.options().orientation == OrientationResidual::kHeading;
+    dof += 2.0 * (blind ? 2 : VelocitySize(body.type));
+  }
+  return dof;
+}
+
+RunErrors EvaluateErrors(const ShootingProblem& problem,
+                         const ShootingPoint& point, double fitted) {
+  RunErrors errors;
+  std::vector<std::string> order;
+  std::map<std::string, Sums> by_channel;
+  std::map<std::string, ChannelError> described;
+  Sums total, position;
+  bool failed = false;
+  const int size = problem.model().state_size();
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const RunData& data = *problem.runs()[r];
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    for (size_t c = 0; c < data.run.channels.size(); ++c) {
+      const Channel& channel = data.run.channels[c];
+      if (described.count(channel.name) > 0) continue;
+      order.push_back(channel.name);
+      described[channel.name] = {
+          channel.name, ResidualUnit(problem.model().mechanism(), channel), 0,
+          0, data.sigma[c]};
+    }
+    for (int k = 0; k < nodes.segments(); ++k) {
+      const SegmentRollout rollout(&problem.model(), &problem.map(),
+                                   &data.measurements, nodes.samples[k],
+                                   nodes.samples[k + 1],
+                                   problem.options().rollout);
+      std::vector<double> r_si(rollout.num_residuals()), x_end(size);
+      if (!rollout(nodes.states.row(k).data(), point.theta.data(), r_si.data(),
+                   x_end.data())) {
+        failed = true;
+        continue;
+      }
+      Sums segment;
+      for (const SegmentRow& row : rollout.rows()) {
+        double squares = 0.0;
+        for (int i = 0; i < row.size; ++i) {
+          squares += r_si[row.first + i] * r_si[row.first + i];
+        }
+        const double sigma = data.sigma[row.channel];
+        const Channel& channel = data.run.channels[row.channel];
+        const double dof =
+            ResidualDof(data.measurements.residuals[row.channel]);
+        Sums* sums[] = {&segment, &total, &by_channel[channel.name],
+                        IsPositionLike(channel.kind) ? &position : nullptr};
+        for (Sums* sum : sums) {
+          if (sum == nullptr) continue;
+          sum->squares += squares;
+          sum->whitened += squares / (sigma * sigma);
+          sum->dof += dof;
+        }
+      }
+      if (segment.dof > 0) {
+        errors.segments.push_back(
+            {data.run.name, data.run.t[nodes.samples[k]],
+             data.run.t[nodes.samples[k + 1]],
+             std::sqrt(segment.whitened / segment.dof)});
+      }
+    }
+  }
+  // What was fitted took up this much of the noise, evenly over the samples.
+  const double left = std::max(1.0, total.dof - fitted);
+  const double inflate = std::sqrt(total.dof / left);
+  const Sums& shown = position.dof > 0 ? position : total;
+  errors.total.rms =
+      failed ? kInfinity : inflate * std::sqrt(shown.squares / shown.dof);
+  errors.total.normalized_rms =
+      failed ? kInfinity : inflate * std::sqrt(total.whitened / total.dof);
+  for (const std::string& name : order) {
+    ChannelError channel = described[name];
+    const Sums& sums = by_channel[name];
+    if (sums.dof == 0) continue;
+    channel.rms = failed ? kInfinity
+                         : inflate * std::sqrt(sums.squares / sums.dof);
+    channel.normalized_rms =
+        failed ? kInfinity : inflate * std::sqrt(sums.whitened / sums.dof);
+    errors.channels.push_back(channel);
+  }
+  for (SegmentError& segment : errors.segments) {
+    segment.normalized_rms *= inflate;
+  }
+  return errors;
+}
+
+std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
+                                          const Eigen::VectorXd& theta) {
+  constexpr double kHorizons[] = {0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0};
+  constexpr double kWindow = 0.2;  // s, from which a state is estimated
+  constexpr int kMostStarts = 40;  // a run
+  const int min_samples = MinSegmentSamples(problem);
+  ShootingPoint windows;
+  windows.theta = theta;
+  for (size_t r = 0; r < problem.runs().size(); ++r) {
+    const RunData& data = *problem.runs()[r];
+    ShootingPoint::Nodes nodes;
+    nodes.samples = CutRun(data.run.t, kWindow, min_samples);
+    const RowMatrixXd states = StatesFromData(problem, static_cast<int>(r));
+    nodes.states.resize(nodes.segments(), states.cols());
+    for (int k = 0; k < nodes.segments(); ++k) {
+      nodes.states.row(k) = states.row(nodes.samples[k]);
+    }
+    windows.runs.push_back(std::move(nodes));
+  }
+  ShootingStage::Options options;
+  options.defect = kInfinity;
+  options.fix_theta = true;
+  options.max_iterations = 20;
+  options.function_tolerance = 1e-6;
+  {
+    ShootingStage stage(problem, options, &windows);
+    std::vector<HistoryEntry> history;
+    stage.Solve("horizon", Now(), &history);
+  }
+  constexpr int kCount = sizeof(kHorizons) / sizeof(kHorizons[0]);
+  std::vector<Sums> sums(kCount);
+  for (size_t r = 0; r < problem.runs().size(); ++r) {
+    const RunData& data = *problem.runs()[r];
+    const ShootingPoint::Nodes& nodes = windows.runs[r];
+    const std::vector<double>& t = data.run.t;
+    const int stride = std::max(1, nodes.segments() / kMostStarts);
+    for (int k = 0; k < nodes.segments(); k += stride) {
+      const int first = nodes.samples[k];
+      const auto end = std::upper_bound(t.begin(), t.end(),
+                                        t[first] + kHorizons[kCount - 1] * 1.01);
+      const int last = static_cast<int>(end - t.begin()) - 1;
+      if (last <= first) continue;
+      const SegmentRollout rollout(&problem.model(), &problem.map(),
+                                   &data.measurements, first, last,
+                                   problem.options().rollout);
+      std::vector<double> r_si(rollout.num_residuals());
+      std::vector<double> x_end(problem.model().state_size());
+      if (!rollout(nodes.states.row(k).data(), theta.data(), r_si.data(),
+                   x_end.data())) {
+        continue;
+      }
+      for (const SegmentRow& row : rollout.rows()) {
+        if (!IsPositionLike(data.run.channels[row.channel].kind)) continue;
+        const double ahead = t[row.sample] - t[first];
+        for (int h = 0; h < kCount; ++h) {
+          // Samples within a tenth of the horizon before it.
+          if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
+            continue;
+          }
+          for (int i = 0; i < row.size; ++i) {
+            sums[h].squares += r_si[row.first + i] * r_si[row.first + i];
+          }
+          sums[h].dof += ResidualDof(data.measurements.residuals[row.channel]);
+        }
+      }
+    }
+  }
+  std::vector<HorizonError> result;
+  for (int h = 0; h < kCount; ++h) {
+    if (sums[h].dof == 0) continue;
+    result.push_back({kHorizons[h], std::sqrt(sums[h].squares / sums[h].dof)});
+  }
+  return result;
+}
+
+std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
+                                    const ShootingPoint& point) {
+  std::vector<OpenError> result;
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const RunData& data = *problem.runs()[r];
+    const SegmentRollout rollout(&problem.model(), &problem.map(),
+                                 &data.measurements, 0, data.run.size() - 1,
+                                 problem.options().rollout);
+    std::vector<double> errors(rollout.num_residuals());
+    std::vector<double> x_end(problem.model().state_size());
+    const bool ok = rollout(point.runs[r].states.row(0).data(),
+                            point.theta.data(), errors.data(), x_end.data());
+    OpenError open;
+    open.trajectory = data.run.name;
+    open.duration_s = data.run.t.back() - data.run.t.front();
+    std::vector<double> squares(data.run.channels.size(), 0.0);
+    std::vector<double> count(data.run.channels.size(), 0.0);
+    for (const SegmentRow& row : rollout.rows()) {
+      double norm2 = 0.0;
+      for (int i = 0; i < row.size; ++i) {
+        norm2 += errors[row.first + i] * errors[row.first + i];
+      }
+      const ChannelResidual& residual =
+          data.measurements.residuals[row.channel];
+      if (std::holds_alternative<PlanarHeadingResidual>(residual) ||
+          std::holds_alternative<HeadingResidual>(residual)) {
+        // Unit vectors at the angle e are 2 sin(e/2) apart.
+        const double angle =
+            2.0 * std::asin(std::min(1.0, 0.5 * std::sqrt(norm2)));
+        norm2 = angle * angle;
+      }
+      squares[row.channel] += norm2;
+      count[row.channel] += 1.0;
+    }
+    for (size_t c = 0; c < data.run.channels.size(); ++c) {
+      if (count[c] == 0) continue;
+      const Channel& channel = data.run.channels[c];
+      open.channels.push_back(
+          {channel.name, ResidualUnit(problem.model().mechanism(), channel),
+           ok ? std::sqrt(squares[c] / count[c]) : kInfinity});
+    }
+    result.push_back(std::move(open));
+  }
+  return result;
+}
+
+Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
+                       const EstimationOptions& options,
+                       const ShootingProblem& train, double segment_s) {
+  EstimationOptions same = options;
+  same.rollout = train.options().rollout;
+  same.progress = nullptr;
+  same.segment = segment_s;
+  ShootingProblem problem(model, {}, std::move(runs), same);
+  problem.UseNoiseOf(train);
+  Holdout holdout;
+  holdout.point = StatesOnly(problem, segment_s, kInfinity);
+  const double fitted = [&] {
+    double states = 0.0;
+    for (const auto& nodes : holdout.point.runs) states += nodes.segments();
+    return states * ObservedStateDof(problem);
+  }();
+  holdout.errors = EvaluateErrors(problem, holdout.point, fitted);
+  // For the open prediction one initial state has to serve the whole run.
+  ShootingPoint joined = StatesOnly(problem, segment_s, kTightDefect);
+  holdout.open = EvaluateOpen(problem, joined);
+  return holdout;
+}
+
+std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
+                                         const Eigen::VectorXd& theta, int run,
+                                         const RowMatrixXd& states) {
+  const Model& model = problem.model();
+  const Run& recording = problem.runs()[run]->run;
+  MechanismParameters<double> values;
+  problem.map().Apply<double>(theta.data(), &values);
+  Workspace<double> ws(model);
+  ws.SetParameters(values);
+  std::vector<RowMatrixXd> predicted;
+  for (const Channel& channel : recording.channels) {
+    predicted.emplace_back(recording.size(), channel.values.cols());
+  }
+  for (int k = 0; k < recording.size(); ++k) {
+    const double* x = states.row(k).data();
+    std::vector<double> seen(x, x + model.nq());
+    for (const auto& effect : ws.measurement_effects) {
+      effect.hooks->ModifyMeasurement(
+          effect.p, &seen[model.bodies()[effect.body].q_index]);
+    }
+    ForwardKinematics<double>(&ws, x);
+    for (size_t c = 0; c < recording.channels.size(); ++c) {
+      const Channel& channel = recording.channels[c];
+      const int columns = static_cast<int>(channel.values.cols());
+      if (channel.kind == ChannelKind::kFramePosition) {
+        predicted[c].row(k) =
+            LinkPosition<double>(ws, channel.target).transpose();
+        continue;
+      }
+      const Joint& joint = model.mechanism().joints[channel.target];
+      const double* from = IsPositionLike(channel.kind)
+                               ? seen.data() + joint.q_index
+                               : x + model.nq() + joint.v_index;
+      predicted[c].row(k) =
+          Eigen::Map<const Eigen::RowVectorXd>(from, columns);
+    }
+  }
+  return predicted;
+}
+
+}  // namespace sysid

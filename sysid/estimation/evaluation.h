@@ -1,0 +1,88 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+// Root mean square per independent number measured. `rms` is over position-like
+// channels (rad and m; over all where there is none), `normalized_rms` over all,
+// each divided by its noise: 1 is the noise floor. Both are corrected for the
+// numbers that were fitted: they estimate the standard deviation of what the
+// model does not explain.
+struct ErrorSummary {
+  double rms = 0.0;
+  double normalized_rms = 0.0;
+};
+
+struct ChannelError {
+  std::string name, unit;
+  double rms = 0.0;
+  double normalized_rms = 0.0;
+  double noise = 0.0;
+};
+
+struct SegmentError {
+  std::string trajectory;
+  double t_start = 0.0, t_end = 0.0;
+  double normalized_rms = 0.0;
+};
+
+struct RunErrors {
+  ErrorSummary total;
+  std::vector<ChannelError> channels;
+  std::vector<SegmentError> segments;
+};
+
+// Of the trajectories of a point, when `fitted` numbers were fitted to them.
+// Where the dynamics fail the errors are infinite.
+RunErrors EvaluateErrors(const ShootingProblem& problem,
+                         const ShootingPoint& point, double fitted);
+
+// How many independent numbers of a run's initial state the data speaks of: the
+// axial spin of a spherical joint does not show in heading vectors.
+double ObservedStateDof(const ShootingProblem& problem);
+
+// Error against how far ahead the model predicts: states estimated from short
+// windows, then rolled out; rms over position-like channels.
+struct HorizonError {
+  double horizon_s = 0.0;
+  double rms = 0.0;
+};
+std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
+                                          const Eigen::VectorXd& theta);
+
+// One prediction over the whole run from the first state of the point; in the
+// measurement's own unit, angles as the angle between (rad).
+struct OpenError {
+  std::string trajectory;
+  double duration_s = 0.0;
+  struct Channel {
+    std::string name, unit;
+    double rms = 0.0;  // infinity where the dynamics fail
+  };
+  std::vector<Channel> channels;
+};
+std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
+                                    const ShootingPoint& point);
+
+// Runs that were not fitted, predicted by a model. Each segment starts from a
+// state that is estimated from that segment alone; the parameters stay.
+struct Holdout {
+  RunErrors errors;
+  std::vector<OpenError> open;
+  ShootingPoint point;
+};
+Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
+                       const EstimationOptions& options,
+                       const ShootingProblem& train, double segment_s);
+
+// What each channel would have measured at each sample, given the states there
+// (SampleStates): matrices like Channel::values.
+std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
+                                         const Eigen::VectorXd& theta, int run,
+                                         const RowMatrixXd& states);
+
+}  // namespace sysid

@@ -1,0 +1,314 @@
+#include "sysid/estimation/initial_states.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "models/state.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kHalfWindow = 0.05;  // s
+constexpr int kMinNeighbours = 2;     // samples on either side
+
+// Value and slope at t0 of the polynomial through the points (t, y) in the least
+// squares; cubic where there are enough of them. y: one row a point.
+void FitPolynomial(const std::vector<double>& t, const RowMatrixXd& y,
+                   double t0, Eigen::RowVectorXd* value,
+                   Eigen::RowVectorXd* slope) {
+  const int n = static_cast<int>(t.size());
+  const int degree = n >= 7 ? 3 : n >= 4 ? 2 : n >= 2 ? 1 : 0;
+  const double scale =
+      n > 1 ? std::max(t.back() - t0, t0 - t.front()) : 1.0;
+  RowMatrixXd V(n, degree + 1);
+  for (int i = 0; i < n; ++i) {
+    double power = 1.0;
+    for (int d = 0; d <= degree; ++d, power *= (t[i] - t0) / scale) {
+      V(i, d) = power;
+    }
+  }
+  const RowMatrixXd coefficients = V.householderQr().solve(y);
+  *value = coefficients.row(0);
+  slope->setZero(y.cols());
+  if (degree > 0) *slope = coefficients.row(1) / scale;
+}
+
+// The valid samples around k: within the half window, at least a few.
+std::vector<int> Neighbours(const std::vector<double>& t,
+                            const std::vector<int>& valid, size_t k) {
+  size_t low = k, high = k;
+  const double t0 = t[valid[k]];
+  while (low > 0 && (t0 - t[valid[low - 1]] <= kHalfWindow ||
+                     k - low < static_cast<size_t>(kMinNeighbours))) {
+    --low;
+  }
+  while (high + 1 < valid.size() &&
+         (t[valid[high + 1]] - t0 <= kHalfWindow ||
+          high - k < static_cast<size_t>(kMinNeighbours))) {
+    ++high;
+  }
+  return std::vector<int>(valid.begin() + low, valid.begin() + high + 1);
+}
+
+// Fills the rows that are not `known` between their neighbours: linear in the
+// tangent; the ends are held.
+void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
+                bool quaternion, Eigen::Ref<RowMatrixXd> q,
+                Eigen::Ref<RowMatrixXd> qd) {
+  const int n = static_cast<int>(t.size());
+  int before = -1;
+  for (int k = 0; k <= n; ++k) {
+    if (k < n && !known[k]) continue;
+    for (int m = before + 1; m < k; ++m) {
+      if (before < 0 || k == n) {
+        const int from = before < 0 ? k : before;
+        q.row(m) = q.row(from);
+        qd.row(m).setZero();
+        continue;
+      }
+      const double s = (t[m] - t[before]) / (t[k] - t[before]);
+      if (quaternion) {
+        const Eigen::Quaterniond a(Eigen::Vector4d(q.row(before).transpose()));
+        const Eigen::Quaterniond b(Eigen::Vector4d(q.row(k).transpose()));
+        q.row(m) = a.slerp(s, b).coeffs().transpose();
+      } else {
+        q.row(m) = (1 - s) * q.row(before) + s * q.row(k);
+      }
+      qd.row(m) = (1 - s) * qd.row(before) + s * qd.row(k);
+    }
+    before = k;
+  }
+}
+
+void SmoothScalar(const std::vector<double>& t, bool wraps,
+                  const Eigen::VectorXd& measured, Eigen::Ref<RowMatrixXd> q,
+                  Eigen::Ref<RowMatrixXd> qd) {
+  std::vector<int> valid;
+  std::vector<double> unwrapped(t.size(), kNaN);
+  for (size_t k = 0; k < t.size(); ++k) {
+    if (std::isnan(measured[k])) continue;
+    double value = measured[k];
+    if (wraps && !valid.empty()) {
+      const double before = unwrapped[valid.back()];
+      value -= 2 * M_PI * std::round((value - before) / (2 * M_PI));
+    }
+    unwrapped[k] = value;
+    valid.push_back(static_cast<int>(k));
+  }
+  std::vector<bool> known(t.size(), false);
+  for (size_t i = 0; i < valid.size(); ++i) {
+    const std::vector<int> around = Neighbours(t, valid, i);
+    std::vector<double> times;
+    RowMatrixXd y(around.size(), 1);
+    for (size_t m = 0; m < around.size(); ++m) {
+      times.push_back(t[around[m]]);
+      y(m, 0) = unwrapped[around[m]];
+    }
+    Eigen::RowVectorXd value, slope;
+    FitPolynomial(times, y, t[valid[i]], &value, &slope);
+    q(valid[i], 0) = value[0];
+    qd(valid[i], 0) = slope[0];
+    known[valid[i]] = true;
+  }
+  BridgeGaps(t, known, false, q, qd);
+}
+
+void SmoothQuaternion(const std::vector<double>& t,
+                      const RowMatrixXd& measured, Eigen::Ref<RowMatrixXd> q,
+                      Eigen::Ref<RowMatrixXd> qd) {
+  std::vector<int> valid;
+  for (size_t k = 0; k < t.size(); ++k) {
+    if (!std::isnan(measured(k, 0))) valid.push_back(static_cast<int>(k));
+  }
+  const auto at = [&](int k) {
+    return Eigen::Quaterniond(Eigen::Vector4d(measured.row(k).transpose()));
+  };
+  std::vector<bool> known(t.size(), false);
+  for (size_t i = 0; i < valid.size(); ++i) {
+    const std::vector<int> around = Neighbours(t, valid, i);
+    const Eigen::Quaterniond middle = at(valid[i]);
+    std::vector<double> times;
+    RowMatrixXd phi(around.size(), 3);
+    for (size_t m = 0; m < around.size(); ++m) {
+      times.push_back(t[around[m]]);
+      phi.row(m) =
+          Log<double>(Multiply(middle.conjugate(), at(around[m]))).transpose();
+    }
+    Eigen::RowVectorXd value, slope;
+    FitPolynomial(times, phi, t[valid[i]], &value, &slope);
+    const Eigen::Vector3d moved = value.transpose();
+    q.row(valid[i]) =
+        Multiply(middle, Exp<double>(moved)).normalized().coeffs().transpose();
+    qd.row(valid[i]) = slope;  // body axes; J_r(moved) = 1 to the noise
+    known[valid[i]] = true;
+  }
+  BridgeGaps(t, known, true, q, qd);
+}
+
+// The positions of the measured frames as functions of q, and their derivatives
+// by the tangent of q.
+class FrameKinematics {
+ public:
+  FrameKinematics(const ShootingProblem& problem, const Run& run)
+      : model_(problem.model()), run_(run) {
+    const Eigen::VectorXd theta = problem.InitialTheta();
+    const std::vector<Jet24> theta_jet(theta.begin(), theta.end());
+    problem.map().Apply<Jet24>(theta_jet.data(), &values_);
+  }
+
+  // Moves q (nq) so that the frames at sample k meet their measurements;
+  // columns of dq that are not `movable` stay. Damped Gauss-Newton.
+  void Solve(int k, const std::vector<bool>& movable,
+             Eigen::VectorXd* q) const {
+    const int nv = model_.nv();
+    for (int iteration = 0; iteration < 20; ++iteration) {
+      Eigen::MatrixXd J;
+      Eigen::VectorXd r;
+      Evaluate(k, *q, &r, &J);
+      if (r.size() == 0) return;
+      for (int v = 0; v < nv; ++v) {
+        if (!movable[v]) J.col(v).setZero();
+      }
+      Eigen::MatrixXd H = J.transpose() * J;
+      H.diagonal().array() += 1e-6 * std::max(H.trace() / nv, 1e-9);
+      const Eigen::VectorXd dq = -H.ldlt().solve(J.transpose() * r);
+      Eigen::VectorXd x(model_.state_size()), dx(model_.tangent_size());
+      x << *q, Eigen::VectorXd::Zero(nv);
+      const double largest = dq.cwiseAbs().maxCoeff();
+      dx << dq * std::min(1.0, 0.5 / std::max(largest, 1e-12)),
+          Eigen::VectorXd::Zero(nv);
+      BoxPlus<double>(model_, x.data(), dx.data(), x.data());
+      *q = x.head(model_.nq());
+      if (largest < 1e-10) return;
+    }
+  }
+
+ private:
+  void Evaluate(int k, const Eigen::VectorXd& q, Eigen::VectorXd* r,
+                Eigen::MatrixXd* J) const {
+    std::vector<const Channel*> frames;
+    for (const Channel& channel : run_.channels) {
+      if (channel.kind == ChannelKind::kFramePosition &&
+          !std::isnan(channel.values(k, 0))) {
+        frames.push_back(&channel);
+      }
+    }
+    const int nv = model_.nv();
+    r->resize(3 * frames.size());
+    J->resize(3 * frames.size(), nv);
+    Workspace<Jet24> ws(model_);
+    ws.SetParameters(values_);
+    for (int first = 0; first < nv; first += 24) {
+      std::vector<Jet24> x(model_.state_size()), dx(model_.tangent_size());
+      for (int i = 0; i < model_.nq(); ++i) x[i] = Jet24(q[i]);
+      for (int c = 0; c < 24 && first + c < nv; ++c) dx[first + c].v[c] = 1.0;
+      BoxPlus<Jet24>(model_, x.data(), dx.data(), x.data());
+      ForwardKinematics<Jet24>(&ws, x.data());
+      for (size_t f = 0; f < frames.size(); ++f) {
+        const Vector3<Jet24> p = LinkPosition<Jet24>(ws, frames[f]->target);
+        for (int i = 0; i < 3; ++i) {
+          (*r)[3 * f + i] = p[i].a - frames[f]->values(k, i);
+          for (int c = 0; c < 24 && first + c < nv; ++c) {
+            (*J)(3 * f + i, first + c) = p[i].v[c];
+          }
+        }
+      }
+    }
+  }
+
+  const Model& model_;
+  const Run& run_;
+  MechanismParameters<Jet24> values_;
+};
+
+// Positions of the joints that no channel measures, from frames.
+void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
+                     const std::vector<bool>& movable, RowMatrixXd* states) {
+  const Model& model = problem.model();
+  const int nq = model.nq();
+  const FrameKinematics kinematics(problem, run);
+  Eigen::VectorXd q = states->row(0).head(nq).transpose();
+  RowMatrixXd solved(run.size(), nq);
+  for (int k = 0; k < run.size(); ++k) {
+    for (const Body& body : model.bodies()) {
+      if (movable[body.v_index]) continue;
+      const int size = ConfigurationSize(body.type);
+      q.segment(body.q_index, size) =
+          states->row(k).segment(body.q_index, size).transpose();
+    }
+    kinematics.Solve(k, movable, &q);
+    solved.row(k) = q.transpose();
+  }
+  for (const Body& body : model.bodies()) {
+    if (!movable[body.v_index]) continue;
+    if (body.type == JointType::kSpherical) {
+      SmoothQuaternion(run.t, solved.middleCols(body.q_index, 4),
+                       states->middleCols(body.q_index, 4),
+                       states->middleCols(nq + body.v_index, 3));
+    } else {
+      SmoothScalar(run.t, false, solved.col(body.q_index),
+                   states->middleCols(body.q_index, 1),
+                   states->middleCols(nq + body.v_index, 1));
+    }
+  }
+}
+
+}  // namespace
+
+RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
+  const Model& model = problem.model();
+  const Run& run = problem.runs()[run_index]->run;
+  const int nq = model.nq();
+  RowMatrixXd states = RowMatrixXd::Zero(run.size(), model.state_size());
+  states.leftCols(nq).rowwise() =
+      model.mechanism().NeutralConfiguration().transpose();
+  std::vector<bool> unmeasured(model.nv(), false);
+  bool any_unmeasured = false, any_frame = false;
+  for (const Channel& channel : run.channels) {
+    any_frame |= channel.kind == ChannelKind::kFramePosition;
+  }
+  for (const Body& body : model.bodies()) {
+    auto q = states.middleCols(body.q_index, ConfigurationSize(body.type));
+    auto qd = states.middleCols(nq + body.v_index, VelocitySize(body.type));
+    const Channel* position = nullptr;
+    const Channel* velocity = nullptr;
+    for (const Channel& channel : run.channels) {
+      if (channel.target != body.joint ||
+          channel.kind == ChannelKind::kFramePosition) {
+        continue;
+      }
+      (IsPositionLike(channel.kind) ? position : velocity) = &channel;
+    }
+    if (position != nullptr && body.type == JointType::kSpherical) {
+      SmoothQuaternion(run.t, position->values, q, qd);
+    } else if (position != nullptr) {
+      SmoothScalar(run.t, IsRotation1(body.type), position->values.col(0), q,
+                   qd);
+    } else if (velocity != nullptr && body.type != JointType::kSpherical) {
+      // Only the speed is measured: its integral, from neutral.
+      for (int k = 0; k < run.size(); ++k) {
+        const double value = velocity->values(k, 0);
+        qd(k, 0) = std::isnan(value) ? (k > 0 ? qd(k - 1, 0) : 0.0) : value;
+        if (k > 0) {
+          q(k, 0) = q(k - 1, 0) + 0.5 * (run.t[k] - run.t[k - 1]) *
+                                      (qd(k, 0) + qd(k - 1, 0));
+        }
+      }
+    } else {
+      any_unmeasured = true;
+      for (int i = 0; i < VelocitySize(body.type); ++i) {
+        unmeasured[body.v_index + i] = true;
+      }
+    }
+  }
+  if (any_unmeasured && any_frame) {
+    SolveUnmeasured(problem, run, unmeasured, &states);
+  }
+  return states;
+}
+
+}  // namespace sysid

@@ -1,0 +1,72 @@
+#include "sysid/estimation/noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sysid {
+namespace {
+
+constexpr int kMaxDegree = 8;
+
+double RmsAtDegree(const std::vector<double>& t, const std::vector<double>& y,
+                   int degree) {
+  const int window = degree + 2;
+  std::vector<double> squares;
+  std::vector<double> w(window);
+  for (size_t i = 0; i + window <= t.size(); ++i) {
+    const double span = t[i + window - 1] - t[i];
+    double norm2 = 0.0, e = 0.0;
+    for (int j = 0; j < window; ++j) {
+      double product = 1.0;
+      for (int k = 0; k < window; ++k) {
+        if (k != j) product *= (t[i + j] - t[i + k]) / span;
+      }
+      w[j] = 1.0 / product;
+      norm2 += w[j] * w[j];
+    }
+    // Differences to the first value: the weights sum to zero, and a large
+    // constant would cost digits.
+    for (int j = 0; j < window; ++j) e += w[j] * (y[i + j] - y[i]);
+    squares.push_back(e * e / norm2);
+  }
+  if (squares.empty()) return -1.0;
+  const size_t keep = squares.size() - squares.size() / 50;
+  std::nth_element(squares.begin(), squares.begin() + (keep - 1),
+                   squares.end());
+  double sum = 0.0;
+  for (size_t i = 0; i < keep; ++i) sum += squares[i];
+  return std::sqrt(sum / keep);
+}
+
+}  // namespace
+
+double EstimateNoise(const std::vector<double>& t,
+                     const std::vector<double>& y) {
+  std::vector<double> t_valid, y_valid;
+  for (size_t i = 0; i < t.size(); ++i) {
+    if (std::isnan(y[i])) continue;
+    t_valid.push_back(t[i]);
+    y_valid.push_back(y[i]);
+  }
+  double best = -1.0;
+  for (int degree = 1; degree <= kMaxDegree; ++degree) {
+    // At least three windows: a single one says nothing of a spread.
+    if (static_cast<int>(t_valid.size()) < degree + 4) break;
+    const double rms = RmsAtDegree(t_valid, y_valid, degree);
+    if (rms < 0) break;
+    if (best >= 0 && rms > 0.95 * best) {
+      best = std::min(best, rms);
+      // One degree may gain nothing at an inflection: look one further.
+      const double next =
+          static_cast<int>(t_valid.size()) < degree + 5
+              ? rms
+              : RmsAtDegree(t_valid, y_valid, degree + 1);
+      if (next > 0.95 * best) break;
+      continue;
+    }
+    best = rms;
+  }
+  return std::max(best, 0.0);
+}
+
+}  // namespace sysid

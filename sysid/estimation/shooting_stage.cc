@@ -1,0 +1,345 @@
+#include "sysid/estimation/shooting_stage.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "glog/logging.h"
+#include "models/state.h"
+#include "sysid/estimation/parallel.h"
+
+namespace sysid {
+namespace {
+
+// Beliefs about the first state of a run, as wide as keeps them without weight
+// beside a measurement and still gives every direction some: what no sensor sees
+// (the spin of a rod about itself, by heading vectors) would otherwise make the
+// problem singular, and a state that is frozen instead biases the parameters.
+constexpr double kPositionPrior = 1.0;  // rad or m, where measured
+constexpr double kVelocityPrior = 100.0;
+// Of a spherical joint by heading vectors: the rotation is measured, though the
+// residual does not see its twist.
+constexpr double kTwistPrior = 0.05;     // rad
+constexpr double kTwistRatePrior = 0.5;  // rad/s
+
+// Reports iterations to the history and to whoever watches.
+class Watcher final : public ceres::IterationCallback {
+ public:
+  Watcher(const std::string& doing, double start_time_s, double dof, int most,
+          const EstimationOptions& options, std::vector<HistoryEntry>* history)
+      : doing_(doing),
+        start_time_s_(start_time_s),
+        dof_(dof),
+        most_(most),
+        options_(options),
+        history_(history),
+        first_(history->empty() ? 0 : history->back().iteration) {}
+
+  ceres::CallbackReturnType operator()(
+      const ceres::IterationSummary& summary) override {
+    // The first entry of a later stage is the same point as the last of the one
+    // before, seen by another cost; it is no iteration.
+    if (summary.iteration > 0 || history_->empty()) {
+      history_->push_back(
+          {first_ + summary.iteration, summary.cost, Now() - start_time_s_});
+    }
+    if (options_.progress) {
+      options_.progress({doing_, first_ + summary.iteration, most_,
+                         std::sqrt(2.0 * summary.cost / dof_)});
+    }
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  std::string doing_;
+  double start_time_s_, dof_;
+  int most_;
+  const EstimationOptions& options_;
+  std::vector<HistoryEntry>* history_;
+  int first_;
+};
+
+}  // namespace
+
+double Now() {
+  return std::chrono::duration<double>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+std::vector<double> DefectSigma(const ShootingProblem& problem) {
+  const Model& model = problem.model();
+  std::vector<double> sigma(model.tangent_size());
+  for (const Body& body : model.bodies()) {
+    const double joint = problem.JointSigma(body.joint);
+    for (int i = 0; i < VelocitySize(body.type); ++i) {
+      sigma[body.v_index + i] = joint;
+      sigma[model.nv() + body.v_index + i] = joint / kDefectTime;
+    }
+  }
+  return sigma;
+}
+
+ShootingStage::ShootingStage(const ShootingProblem& problem,
+                             const Options& options, ShootingPoint* point)
+    : shooting_(problem),
+      options_(options),
+      point_(point),
+      manifold_(std::make_unique<StateManifold>(&problem.model())) {
+  ceres::Problem::Options problem_options;
+  problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_ = std::make_unique<ceres::Problem>(problem_options);
+  AddSegments();
+  AddPriors();
+}
+
+ShootingStage::~ShootingStage() = default;
+
+double* ShootingStage::State(int run, int segment) const {
+  RowMatrixXd& states = point_->runs[run].states;
+  return states.data() + segment * states.cols();
+}
+
+void ShootingStage::AddSegments() {
+  const Model& model = shooting_.model();
+  const std::vector<double> defect_sigma = DefectSigma(shooting_);
+  const bool independent = std::isinf(options_.defect);
+  double* theta = point_->theta.data();
+  const bool with_theta = shooting_.map().size() > 0;
+  for (size_t r = 0; r < point_->runs.size(); ++r) {
+    const RunData& data = *shooting_.runs()[r];
+    const ShootingPoint::Nodes& nodes = point_->runs[r];
+    for (int k = 0; k < nodes.segments(); ++k) {
+      const bool with_defect = !independent && k + 1 < nodes.segments();
+      auto rollout = std::make_unique<SegmentRollout>(
+          &shooting_.model(), &shooting_.map(), &data.measurements,
+          nodes.samples[k], nodes.samples[k + 1], shooting_.options().rollout);
+      std::vector<double> sigma;
+      std::vector<WhitenedCost::Group> groups;
+      for (const SegmentRow& row : rollout->rows()) {
+        groups.push_back({row.first, row.size});
+        sigma.insert(sigma.end(), row.size, data.sigma[row.channel]);
+      }
+      if (with_defect) {
+        for (const double s : defect_sigma) {
+          sigma.push_back(s * options_.defect);
+        }
+      }
+      if (sigma.empty()) {
+        blocks_.push_back({static_cast<int>(r), k, nullptr, nullptr});
+        continue;
+      }
+      auto* cost = new WhitenedCost(
+          std::make_unique<SegmentCost>(rollout.get(), with_defect), sigma,
+          shooting_.options().loss, shooting_.options().loss_scale, groups);
+      std::vector<double*> parameters{State(r, k)};
+      if (with_theta) parameters.push_back(theta);
+      if (with_defect) parameters.push_back(State(r, k + 1));
+      problem_->AddResidualBlock(cost, nullptr, parameters);
+      problem_->SetManifold(State(r, k), manifold_.get());
+      if (with_defect) problem_->SetManifold(State(r, k + 1), manifold_.get());
+      blocks_.push_back(
+          {static_cast<int>(r), k, std::move(rollout), cost});
+    }
+  }
+  if (!with_theta) return;
+  if (!problem_->HasParameterBlock(theta)) {
+    problem_->AddParameterBlock(theta, shooting_.map().size());
+  }
+  if (options_.fix_theta) {
+    problem_->SetParameterBlockConstant(theta);
+    return;
+  }
+  for (size_t i = 0; i < shooting_.free().size(); ++i) {
+    if (shooting_.map().IsTransformed(i)) continue;
+    const FreeParameter& free = shooting_.free()[i];
+    if (std::isfinite(free.lower)) {
+      problem_->SetParameterLowerBound(theta, i, free.lower);
+    }
+    if (std::isfinite(free.upper)) {
+      problem_->SetParameterUpperBound(theta, i, free.upper);
+    }
+  }
+  (void)model;
+}
+
+void ShootingStage::AddPriors() {
+  const Model& model = shooting_.model();
+  const bool independent = std::isinf(options_.defect);
+  for (size_t r = 0; r < point_->runs.size(); ++r) {
+    const RunData& data = *shooting_.runs()[r];
+    std::vector<double> sigma(model.tangent_size());
+    for (const Body& body : model.bodies()) {
+      const bool blind =
+          body.type == JointType::kSpherical &&
+          shooting_.options().orientation == OrientationResidual::kHeading;
+      for (int i = 0; i < VelocitySize(body.type); ++i) {
+        sigma[body.v_index + i] = blind ? kTwistPrior : kPositionPrior;
+        sigma[model.nv() + body.v_index + i] =
+            blind ? kTwistRatePrior : kVelocityPrior;
+      }
+    }
+    (void)data;
+    const int count = independent ? point_->runs[r].segments() : 1;
+    for (int k = 0; k < count; ++k) {
+      const double* x = State(r, k);
+      auto* cost = new WhitenedCost(
+          std::make_unique<StatePriorCost>(
+              &model, std::vector<double>(x, x + model.state_size())),
+          sigma);
+      problem_->AddResidualBlock(cost, nullptr, State(r, k));
+      problem_->SetManifold(State(r, k), manifold_.get());
+      if (k == 0) state_priors_.push_back(cost);
+    }
+  }
+  std::vector<int> places;
+  std::vector<double> means, sigmas;
+  for (size_t i = 0; i < shooting_.free().size(); ++i) {
+    if (!shooting_.free()[i].prior) continue;
+    places.push_back(static_cast<int>(i));
+    means.push_back(shooting_.free()[i].prior->mean);
+    sigmas.push_back(shooting_.free()[i].prior->std);
+  }
+  if (places.empty() || options_.fix_theta) return;
+  theta_prior_ = new WhitenedCost(
+      std::make_unique<PriorCost>(shooting_.map().size(), places, means),
+      sigmas);
+  problem_->AddResidualBlock(theta_prior_, nullptr, point_->theta.data());
+}
+
+StageSummary ShootingStage::Solve(const std::string& doing,
+                                  double start_time_s,
+                                  std::vector<HistoryEntry>* history) {
+  ceres::Solver::Options options;
+  options.max_num_iterations = options_.max_iterations;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.num_threads = shooting_.options().threads;
+  options.function_tolerance = options_.function_tolerance;
+  options.parameter_tolerance = 1e-12;
+  options.gradient_tolerance = 1e-12;
+  options.max_num_consecutive_invalid_steps = 30;
+  options.logging_type = ceres::SILENT;
+  // The states first, theta last: the states couple only with their neighbours,
+  // so eliminating them fills in nothing but theta's rows.
+  auto* ordering = new ceres::ParameterBlockOrdering;
+  for (size_t r = 0; r < point_->runs.size(); ++r) {
+    for (int k = 0; k < point_->runs[r].segments(); ++k) {
+      if (problem_->HasParameterBlock(State(r, k))) {
+        ordering->AddElementToGroup(State(r, k), 0);
+      }
+    }
+  }
+  if (shooting_.map().size() > 0 && !options_.fix_theta) {
+    ordering->AddElementToGroup(point_->theta.data(), 1);
+  }
+  options.linear_solver_ordering.reset(ordering);
+  const double dof = std::max(
+      1.0, shooting_.DofPerSample() *
+               [&] {
+                 double samples = 0;
+                 for (const auto& run : shooting_.runs()) {
+                   samples += run->run.size();
+                 }
+                 return samples;
+               }());
+  Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
+                  shooting_.options(), history);
+  options.callbacks.push_back(&watcher);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, problem_.get(), &summary);
+  StageSummary result;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.usable = summary.IsSolutionUsable();
+  result.message = summary.message;
+  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  result.cost = summary.final_cost;
+  return result;
+}
+
+double ShootingStage::cost() const {
+  double cost = 0.0;
+  ceres::Problem::EvaluateOptions options;
+  options.num_threads = shooting_.options().threads;
+  if (!problem_->Evaluate(options, &cost, nullptr, nullptr, nullptr)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return cost;
+}
+
+bool ShootingStage::Linearize(std::vector<RunLinearization>* runs) const {
+  const Model& model = shooting_.model();
+  const int size = model.state_size(), tangent = model.tangent_size();
+  const int n_theta = shooting_.map().size();
+  runs->assign(point_->runs.size(), {});
+  for (size_t r = 0; r < runs->size(); ++r) {
+    (*runs)[r].segments.resize(point_->runs[r].segments());
+  }
+  const auto plus = [&](const double* x) {
+    RowMatrixXd P(size, tangent);
+    manifold_->PlusJacobian(x, P.data());
+    return P;
+  };
+  const auto evaluate = [&](int b) {
+    const Block& block = blocks_[b];
+    SegmentLinearization& out = (*runs)[block.run].segments[block.segment];
+    if (block.cost == nullptr) {
+      out.J_x.setZero(0, tangent);
+      out.J_theta.setZero(0, n_theta);
+      return true;
+    }
+    const bool has_next = block.cost->parameter_block_sizes().size() ==
+                          static_cast<size_t>(2 + (n_theta > 0 ? 1 : 0));
+    const int rows = block.cost->num_residuals();
+    RowMatrixXd J_x(rows, size), J_next(rows, size);
+    out.J_theta.setZero(rows, n_theta);
+    out.r.resize(rows);
+    std::vector<const double*> parameters{State(block.run, block.segment)};
+    std::vector<double*> jacobians{J_x.data()};
+    if (n_theta > 0) {
+      parameters.push_back(point_->theta.data());
+      jacobians.push_back(out.J_theta.data());
+    }
+    if (has_next) {
+      parameters.push_back(State(block.run, block.segment + 1));
+      jacobians.push_back(J_next.data());
+    }
+    if (!block.cost->Evaluate(parameters.data(), out.r.data(),
+                              jacobians.data())) {
+      return false;
+    }
+    out.J_x = J_x * plus(parameters.front());
+    if (has_next) out.J_next = J_next * plus(parameters.back());
+    return true;
+  };
+  if (!ParallelFor(static_cast<int>(blocks_.size()),
+                   shooting_.options().threads, evaluate)) {
+    return false;
+  }
+  for (size_t r = 0; r < runs->size(); ++r) {
+    RowMatrixXd J(tangent, size);
+    (*runs)[r].r_prior.resize(tangent);
+    const double* x = State(r, 0);
+    double* jacobian = J.data();
+    state_priors_[r]->Evaluate(&x, (*runs)[r].r_prior.data(), &jacobian);
+    (*runs)[r].J_prior = J * plus(x);
+  }
+  return true;
+}
+
+void ShootingStage::LinearizePriors(RowMatrixXd* J, Eigen::VectorXd* r) const {
+  const int n_theta = shooting_.map().size();
+  if (theta_prior_ == nullptr) {
+    J->setZero(0, n_theta);
+    r->resize(0);
+    return;
+  }
+  J->resize(theta_prior_->num_residuals(), n_theta);
+  r->resize(theta_prior_->num_residuals());
+  const double* theta = point_->theta.data();
+  double* jacobian = J->data();
+  theta_prior_->Evaluate(&theta, r->data(), &jacobian);
+}
+
+}  // namespace sysid

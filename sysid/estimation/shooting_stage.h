@@ -1,0 +1,110 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ceres/ceres.h"
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+// How tightly the segments hang together: standard deviation of the defect
+// x_end [-] x_next, as a multiple of the noise (positions), and of the noise
+// over kDefectTime (velocities).
+//
+// The rollout is deterministic, so the maximum-likelihood estimate has no
+// defects at all; a defect that is free to be large is what lets the solver
+// walk through a landscape that single shooting cannot. So a stage starts loose
+// and ends tight. kTight is 1/100 of the noise: in a segment of 50 samples a
+// misfit of the model then moves into the defects by less than one part in 200,
+// and the condition of the normal equations stays within doubles.
+inline constexpr double kLooseDefect = 10.0;
+inline constexpr double kTightDefect = 0.01;
+inline constexpr double kDefectTime = 0.1;  // s
+
+// One whitened residual of a run linearised at a point: rows of a segment with
+// its defect, columns by the tangent of its state, theta, and the tangent of
+// the next state (no columns for the last segment).
+struct SegmentLinearization {
+  RowMatrixXd J_x, J_theta, J_next;
+  Eigen::VectorXd r;
+};
+
+// A run's segments in time order, and the prior on its first state.
+struct RunLinearization {
+  RowMatrixXd J_prior;  // tangent x tangent, by the first state
+  Eigen::VectorXd r_prior;
+  std::vector<SegmentLinearization> segments;
+};
+
+struct StageSummary {
+  bool converged = false;
+  bool usable = false;  // the point is at least as good as the start
+  std::string message;
+  int iterations = 0;
+  double cost = 0.0;
+};
+
+struct HistoryEntry {
+  int iteration = 0;
+  double cost = 0.0;    // half the whitened sum of squares
+  double time_s = 0.0;  // since the fit began
+};
+
+// The least-squares problem of one segmentation: costs of all segments with
+// theta and the states as parameter blocks. Reads its start from `point` and
+// writes its result there.
+class ShootingStage {
+ public:
+  struct Options {
+    double defect = kTightDefect;  // infinity: the segments are independent
+    bool fix_theta = false;        // only the states move
+    int max_iterations = 100;
+    double function_tolerance = 1e-10;
+  };
+  ShootingStage(const ShootingProblem& problem, const Options& options,
+                ShootingPoint* point);
+  ~ShootingStage();
+
+  // Ceres' Levenberg-Marquardt. Appends to the history, whose times count from
+  // `start_time_s` and whose iterations go on.
+  StageSummary Solve(const std::string& doing, double start_time_s,
+                     std::vector<HistoryEntry>* history);
+
+  // At the point as it is; by all threads. False where the dynamics fail.
+  bool Linearize(std::vector<RunLinearization>* runs) const;
+  // theta's priors as rows: J x theta, r.
+  void LinearizePriors(RowMatrixXd* J, Eigen::VectorXd* r) const;
+
+  // Largest defect in standard deviations of kTightDefect.
+  double cost() const;
+
+ private:
+  struct Block {
+    int run;
+    int segment;
+    std::unique_ptr<SegmentRollout> rollout;
+    ceres::CostFunction* cost;  // owned by problem_
+  };
+  void AddSegments();
+  void AddPriors();
+  double* State(int run, int segment) const;
+
+  const ShootingProblem& shooting_;
+  Options options_;
+  ShootingPoint* point_;
+  std::unique_ptr<ceres::Manifold> manifold_;
+  std::vector<Block> blocks_;
+  std::vector<ceres::CostFunction*> state_priors_;  // per run
+  ceres::CostFunction* theta_prior_ = nullptr;
+  std::unique_ptr<ceres::Problem> problem_;
+};
+
+// Standard deviations of the defect: tangent_size numbers for defect = 1.
+std::vector<double> DefectSigma(const ShootingProblem& problem);
+
+// Seconds of a steady clock.
+double Now();
+
+}  // namespace sysid
