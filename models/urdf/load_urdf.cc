@@ -18,11 +18,17 @@ namespace {
 
 Eigen::Vector3d ToEigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
 
-Eigen::Matrix3d ToEigen(const urdf::Rotation& q) {
-  return Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+// Roll, pitch, yaw about fixed axes, rad. Not by urdfdom's quaternion, which
+// costs a digit: what write_urdf.h writes must come back.
+Eigen::Matrix3d RotationOf(const double* rpy) {
+  return (Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ())
+              .toRotationMatrix() *
+          Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY())
+              .toRotationMatrix()) *
+         Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()).toRotationMatrix();
 }
 
-Inertial<double> ToInertial(const urdf::Link& link) {
+Inertial<double> ToInertial(const urdf::Link& link, const UrdfLink& outline) {
   Inertial<double> body;
   if (!link.inertial) return body;
   const urdf::Inertial& from = *link.inertial;
@@ -32,7 +38,7 @@ Inertial<double> ToInertial(const urdf::Link& link) {
   I << from.ixx, from.ixy, from.ixz,  //
       from.ixy, from.iyy, from.iyz,   //
       from.ixz, from.iyz, from.izz;
-  const Eigen::Matrix3d R = ToEigen(from.origin.rotation);
+  const Eigen::Matrix3d R = RotationOf(outline.rpy);
   if (R == Eigen::Matrix3d::Identity()) {
     body.inertia = I;
   } else {
@@ -48,7 +54,7 @@ Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
   joint.name = from.name;
   joint.type = outline.type;  // urdfdom calls spherical joints floating
   joint.parent_link = parent_link;
-  joint.R_PJ = ToEigen(from.parent_to_joint_origin_transform.rotation);
+  joint.R_PJ = RotationOf(outline.rpy);
   if (IsRotation1(joint.type) || joint.type == JointType::kPrismatic) {
     joint.axis = ToEigen(from.axis);
   }
@@ -92,7 +98,8 @@ Mechanism LoadUrdfText(const std::string& text, const std::string& path) {
   mechanism.name = urdf->getName();
   std::vector<int> index(outline.links.size(), -1);  // of the outline's links
   index[outline.root] = mechanism.AddRoot(outline.links[outline.root].name);
-  mechanism.nominal.links[0] = ToInertial(*urdf->getRoot());
+  mechanism.nominal.links[0] =
+      ToInertial(*urdf->getRoot(), outline.links[outline.root]);
   for (int j : ParentsFirst(outline)) {
     const UrdfJoint& joint = outline.joints[j];
     const urdf::JointConstSharedPtr from = urdf->getJoint(joint.name);
@@ -102,7 +109,7 @@ Mechanism LoadUrdfText(const std::string& text, const std::string& path) {
     const int added = mechanism.AddJoint(
         ToJoint(*from, joint, index[joint.parent]), child->name,
         ToEigen(from->parent_to_joint_origin_transform.position),
-        ToInertial(*child));
+        ToInertial(*child, outline.links[joint.child]));
     index[joint.child] = mechanism.joints[added].child_link;
   }
   return mechanism;

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <queue>
+#include <set>
 
 #include "models/error.h"
 
@@ -63,7 +64,7 @@ void CheckCycles(const UrdfOutline& outline, const std::vector<int>& roots,
   };
   for (int root : roots) walk(root);
   for (size_t start = 0; start < outline.links.size(); ++start) {
-    if (reached[start]) continue;
+    if (reached[start] || carriers[start] < 0) continue;
     // Up the parents: the first link met again is on the cycle.
     std::vector<bool> met(outline.links.size(), false);
     int link = static_cast<int>(start);
@@ -156,8 +157,13 @@ void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
   // A joint without a known end may be the one that makes this a tree.
   if (!ends_known || outline->links.empty()) return;
   std::vector<int> roots;
+  std::set<std::string> names;
   for (size_t i = 0; i < outline->links.size(); ++i) {
-    if (carriers[i] < 0) roots.push_back(static_cast<int>(i));
+    // No joint finds a link without a name of its own, which is noted already:
+    // that it has no parent follows.
+    const std::string& name = outline->links[i].name;
+    const bool findable = !name.empty() && names.insert(name).second;
+    if (carriers[i] < 0 && findable) roots.push_back(static_cast<int>(i));
   }
   CheckRoots(*outline, roots, faults);
   CheckCycles(*outline, roots, carriers, faults);
