@@ -106,6 +106,7 @@ class Cursor {
       scratch_ += c;
     }
     if (AtEnd() || text_[at_] != '"') {
+      if (!AtEnd() && line_ == first_line) ThrowLongLine();
       throw InputError(path_ + ":" + std::to_string(first_line) + ":" +
                            std::to_string(field + 1),
                        "a quotation mark that is not closed: \"" +

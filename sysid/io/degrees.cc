@@ -34,6 +34,17 @@ Track Measured(const std::vector<double>& t, const std::vector<double>& q) {
   return track;
 }
 
+// The median of each sample and its neighbours: a single outlier is neither a
+// jump nor a swing.
+Track WithoutOutliers(const Track& track) {
+  Track smooth = track;
+  for (size_t i = 1; i + 1 < track.q.size(); ++i) {
+    const double a = track.q[i - 1], b = track.q[i], c = track.q[i + 1];
+    smooth.q[i] = std::max(std::min(a, b), std::min(std::max(a, b), c));
+  }
+  return smooth;
+}
+
 // Slope of the position's differences over the velocity's integral, 0 where
 // they do not go together. Over about 50 windows, so that the noise of single
 // samples (differences at 1 kHz are little else) does not matter.
@@ -80,10 +91,12 @@ double WrapJump(const Track& track) {
 }
 
 struct Swings {
-  int count = 0;            // half-swings of more than two turns
-  double largest = 0.0;     // of them
-  double mean_speed = 0.0;  // over all of them
+  int count = 0;         // half-swings of more than two turns
+  int fast = 0;          // of them, those at a mean speed beyond kFast
+  double largest = 0.0;  // of them
+  double speed = 0.0;    // mean speed of the fastest of them
 };
+constexpr double kFast = 40.0;  // rad/s; see the header
 
 // Half-swings between turning points (a turn back of more than kTwoTurns makes
 // a turning point). The first and the last are not bounded by two of them and
@@ -110,16 +123,15 @@ Swings FindSwings(const Track& track) {
   }
   if (direction != 0) turns.push_back(extreme);
   Swings swings;
-  double way = 0.0, time = 0.0;
   for (size_t i = 1; i < turns.size(); ++i) {
     if (turns[i] - turns[i - 1] < 3) continue;
     const double swing = std::abs(track.q[turns[i]] - track.q[turns[i - 1]]);
-    way += swing;
-    time += track.t[turns[i]] - track.t[turns[i - 1]];
+    const double speed = swing / (track.t[turns[i]] - track.t[turns[i - 1]]);
     swings.largest = std::max(swings.largest, swing);
+    swings.speed = std::max(swings.speed, speed);
     ++swings.count;
+    if (speed > kFast) ++swings.fast;
   }
-  if (time > 0.0) swings.mean_speed = way / time;
   return swings;
 }
 
@@ -128,10 +140,10 @@ Swings FindSwings(const Track& track) {
 DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
                              const std::vector<double>& q,
                              const std::vector<double>& qd) {
-  const Track track = Measured(t, q);
-  if (!IsRotation1(joint.type) || track.q.size() < 2) return {};
+  const Track measured = Measured(t, q);
+  if (!IsRotation1(joint.type) || measured.q.size() < 2) return {};
   if (!qd.empty()) {
-    const double slope = PositionOverVelocity(track, qd);
+    const double slope = PositionOverVelocity(measured, qd);
     if (std::abs(slope * kDegree - 1.0) < 0.2) {
       return {DegreesVerdict::kPosition,
               Text("its changes are %.1f times what its velocity column says "
@@ -145,6 +157,7 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
                    1.0 / slope, 1.0 / kDegree)};
     }
   }
+  const Track track = WithoutOutliers(measured);
   if (const double jump = WrapJump(track); jump > 0.0) {
     return {DegreesVerdict::kPosition,
             Text("it jumps by %.1f from one sample to the next, as a sensor "
@@ -168,15 +181,13 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
     }
   }
   const Swings swings = FindSwings(track);
-  constexpr double kFast = 40.0;  // rad/s; see the header
   if (swings.count < 2 || most > 400.0) return {};
-  if (swings.mean_speed > kFast) {
+  if (swings.fast >= 2) {
     return {DegreesVerdict::kPosition,
-            Text("it swings to and fro over %.1f at %.0f a second",
-                 swings.largest, swings.mean_speed) +
+            Text("it swings to and fro over %.0f at up to %.0f a second",
+                 swings.largest, swings.speed) +
                 Text(": in radians that is %.0f turns, %.0f turns a second",
-                     swings.largest / (2.0 * kPi),
-                     swings.mean_speed / (2.0 * kPi))};
+                     swings.largest / (2.0 * kPi), swings.speed / (2.0 * kPi))};
   }
   return {DegreesVerdict::kPerhaps,
           Text("it swings to and fro over %.1f: in radians %.1f turns",

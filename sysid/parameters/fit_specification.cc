@@ -43,8 +43,10 @@ void Reader::ReadPrior(const YAML::Node& node,
   const std::string what = "the prior of " + free->name;
   const std::string hint = "write prior: {mean: 0.4, std: 0.1}";
   std::optional<double> mean, std;
-  for (const auto& [key, value] : Map(node, what, hint)) {
+  for (const Entry& entry : Map(node, what, hint)) {
+    const auto& [key, value] = entry;
     CheckKey(key, what, {"mean", "std"});
+    CheckValue(entry);
     if (key.Scalar() == "mean") {
       mean = Number(value, "mean of " + what);
     } else {
@@ -85,10 +87,12 @@ FitSpecification::Free Reader::ReadFreeEntry(const Entry& entry) const {
   free.place = Place(key);
   if (settings.IsNull()) return free;
   const std::string& what = free.name;
-  for (const auto& [name, value] :
+  for (const Entry& setting :
        Map(settings, what,
            "write " + free.name + ": {initial: 0.5, lower: 0.05, upper: 2}")) {
+    const auto& [name, value] = setting;
     CheckKey(name, what, {"initial", "lower", "upper", "prior"});
+    CheckValue(setting);
     const std::string key_of = name.Scalar() + " of " + what;
     if (name.Scalar() == "prior") {
       ReadPrior(value, &free);
@@ -147,7 +151,9 @@ void Reader::ReadFix(const YAML::Node& node, FitSpecification* spec) const {
 void Reader::ReadColumns(const YAML::Node& node, FitSpecification* spec) const {
   if (node.IsNull()) return;
   const std::string hint = "write columns: {t: time, joint1.q: pos1}";
-  for (const auto& [key, value] : Map(node, "columns", hint)) {
+  for (const Entry& entry : Map(node, "columns", hint)) {
+    CheckValue(entry);
+    const auto& [key, value] = entry;
     spec->columns.push_back({key.Scalar(),
                              Text(value, "the column of " + key.Scalar(), hint),
                              Place(key)});
@@ -161,8 +167,10 @@ Located<FitSpecification::Loss> Reader::ReadLoss(const YAML::Node& node) const {
     loss.value.name = Word(node, "loss", LossNames()).value;
     return loss;
   }
-  for (const auto& [key, value] : Map(node, "loss", "")) {
+  for (const Entry& entry : Map(node, "loss", "")) {
+    const auto& [key, value] = entry;
     CheckKey(key, "loss", {"name", "scale"});
+    CheckValue(entry);
     if (key.Scalar() == "name") {
       loss.value.name = Word(value, "loss", LossNames()).value;
     } else {
@@ -189,6 +197,9 @@ void Reader::ReadTop(const Entry& entry, FitSpecification* spec) const {
   const auto& [key, value] = entry;
   CheckKey(key, "the specification", TopKeys());
   const std::string& name = key.Scalar();
+  const bool may_be_empty =
+      name == "free" || name == "fix" || name == "effects" || name == "columns";
+  if (!may_be_empty) CheckValue(entry);
   if (name == "model") {
     spec->model = {ResolveModel(Text(value, "model")), Place(value)};
   } else if (name == "free") {
@@ -230,7 +241,8 @@ void Reader::ReadTop(const Entry& entry, FitSpecification* spec) const {
 FitSpecification Reader::Read(const std::string& text) {
   FitSpecification spec;
   spec.path = path();
-  std::vector<YAML::Node> documents = YAML::LoadAll(text);
+  // The comment makes yaml-cpp notice a quote that is open at the end.
+  std::vector<YAML::Node> documents = YAML::LoadAll(text + "\n#");
   if (documents.size() > 1) {
     Fail(documents[1], "a second document begins here",
          "a specification is one document: remove the '---'");
@@ -282,8 +294,8 @@ FitSpecification ParseFitSpecification(const std::string& path,
                      std::to_string(error.mark.column + 1)
                : path,
         "is not YAML: " + error.msg,
-        "docs show a complete specification; spaces, not tabs, make the "
-        "indentation");
+        "spaces, not tabs, make the indentation; brackets and quotes must be "
+        "closed");
   }
 }
 

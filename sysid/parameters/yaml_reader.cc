@@ -53,6 +53,11 @@ std::vector<YamlReader::Entry> YamlReader::Map(const YAML::Node& node,
   return entries;
 }
 
+void YamlReader::CheckValue(const Entry& entry) const {
+  if (!entry.second.IsNull()) return;
+  Fail(entry.first, Shown(entry.first.Scalar()) + " has no value");
+}
+
 void YamlReader::CheckKey(const YAML::Node& key, const std::string& of,
                           const std::vector<std::string>& known) const {
   for (const std::string& name : known) {

@@ -29,6 +29,9 @@ class YamlReader {
   // that are no names or appear twice.
   std::vector<Entry> Map(const YAML::Node& node, const std::string& what,
                          const std::string& hint) const;
+  // Throws for a key without a value (YAML would place the fault at whatever
+  // follows).
+  void CheckValue(const Entry& entry) const;
   // Throws for a key that is not known, with the nearest.
   void CheckKey(const YAML::Node& key, const std::string& of,
                 const std::vector<std::string>& known) const;

@@ -1,0 +1,177 @@
+#include "sysid/io/csv.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/support/error_text.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsNan;
+
+CsvFile File(const std::string& text) { return CsvFile("run.csv", text); }
+
+CsvFile::Table Read(const std::string& text, const std::vector<int>& wanted) {
+  return File(text).ReadColumns(wanted);
+}
+
+std::string ReadError(const std::string& text, const std::vector<int>& wanted) {
+  return ErrorText([&] { Read(text, wanted); });
+}
+
+TEST(CsvTest, ReadsHeaderNumbersAndLineNumbers) {
+  const CsvFile file = File("# made by hand\nt,a, b \n0,1,2\n\n1,3,4\n\n");
+  EXPECT_THAT(file.header(), ElementsAre("t", "a", "b"));
+  EXPECT_EQ(file.header_line(), 2);
+  EXPECT_EQ(file.last_comment(), "made by hand");
+  const CsvFile::Table table = file.ReadColumns({0, 2});
+  EXPECT_THAT(table.lines, ElementsAre(3, 5));
+  EXPECT_THAT(table.columns[0], ElementsAre(0, 1));
+  EXPECT_THAT(table.columns[1], ElementsAre(2, 4));
+}
+
+TEST(CsvTest, TakesEveryKindOfLineEnd) {
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    const CsvFile::Table table =
+        Read("t,a" + end + "# c" + end + "0,1" + end + "1,2", {0, 1});
+    EXPECT_THAT(table.lines, ElementsAre(3, 4));
+    EXPECT_THAT(table.columns[1], ElementsAre(1, 2));
+  }
+}
+
+TEST(CsvTest, DropsTheByteOrderMark) {
+  EXPECT_THAT(File("\xEF\xBB\xBFt,a\n0,1\n").header(), ElementsAre("t", "a"));
+}
+
+TEST(CsvTest, ReadsQuotedCells) {
+  const CsvFile file = File(
+      "\"t\",\"a, \"\"b\"\"\",c\n\"0\",\"1.5\",\"two\nlines\"\n1, \"2\" ,x\n");
+  EXPECT_THAT(file.header(), ElementsAre("t", "a, \"b\"", "c"));
+  const CsvFile::Table table = file.ReadColumns({0, 1});
+  EXPECT_THAT(table.columns[1], ElementsAre(1.5, 2));
+  EXPECT_THAT(table.lines, ElementsAre(2, 4));
+}
+
+TEST(CsvTest, ReadsEveryFormOfNumber) {
+  const CsvFile::Table table =
+      Read("a\n-1.5e-3\n+2\n .5\n1E3\n1e-999\nnan\nNaN\n", {0});
+  EXPECT_THAT(table.columns[0],
+              ElementsAre(-1.5e-3, 2, 0.5, 1000, 0, IsNan(), IsNan()));
+  EXPECT_THAT(Read("a,b\n1,\n,2\n", {0, 1}).columns[1],
+              ElementsAre(IsNan(), 2));
+}
+
+TEST(CsvTest, ReadsAColumnTwiceWhereItIsAskedTwice) {
+  const CsvFile::Table table = Read("a,b\n1,2\n3,4\n", {1, 1});
+  EXPECT_THAT(table.columns[0], ElementsAre(2, 4));
+  EXPECT_THAT(table.columns[1], ElementsAre(2, 4));
+}
+
+TEST(CsvTest, IgnoresTextInColumnsThatAreNotWanted) {
+  EXPECT_THAT(Read("t,note\n0,hello\n1,inf\n", {0}).columns[0],
+              ElementsAre(0, 1));
+}
+
+TEST(CsvTest, ReportsTextInANumberWithLineFieldAndName) {
+  EXPECT_EQ(ReadError("t,a\n0,1\n1,1.2.3\n", {0, 1}),
+            "run.csv:3:2: '1.2.3' in column 'a' is not a number\n"
+            "  hint: a number looks like -1.5e-3; leave the cell empty where "
+            "nothing was measured");
+  EXPECT_THAT(ReadError("t,a\n0,0x10\n", {0, 1}),
+              ::testing::HasSubstr("run.csv:2:2: '0x10' in column 'a' is not"));
+}
+
+TEST(CsvTest, ReportsAnInfiniteNumber) {
+  for (const std::string cell : {"inf", "-Infinity", "1e999"}) {
+    EXPECT_EQ(ReadError("t,a\n0," + cell + "\n", {0, 1}),
+              "run.csv:2:2: '" + cell +
+                  "' in column 'a' is not finite\n"
+                  "  hint: leave the cell empty where nothing was measured");
+  }
+}
+
+TEST(CsvTest, ReportsARowOfAnotherLength) {
+  EXPECT_EQ(ReadError("t,a,b\n0,1,2\n1,2\n", {0}),
+            "run.csv:3:3: 2 cells, but the header has 3 columns\n"
+            "  hint: the row ends before column 'b'; is the file cut off?");
+  EXPECT_EQ(ReadError("t\n0,5\n", {0}),
+            "run.csv:2:2: 2 cells, but the header has 1 column\n"
+            "  hint: is there a comma too many, or a decimal comma?");
+}
+
+TEST(CsvTest, ReportsAColumnNameThatAppearsTwice) {
+  EXPECT_EQ(ErrorText([] { File("t,a,b,a\n0,1,2,3\n"); }),
+            "run.csv:1:4: column 'a' appears twice: it is field 2 too\n"
+            "  hint: rename or remove one of them");
+  EXPECT_THAT(File("t,,\n0,1,2\n").header(), ElementsAre("t", "", ""));
+}
+
+TEST(CsvTest, ReportsAnEmptyFile) {
+  const std::string hint =
+      "\n  hint: a run is a header such as t,joint1.q and a row a sample";
+  EXPECT_EQ(ErrorText([] { File(""); }),
+            "run.csv:1:1: the file is empty" + hint);
+  EXPECT_EQ(ErrorText([] { File("\xEF\xBB\xBF"); }),
+            "run.csv:1:1: the file is empty" + hint);
+  EXPECT_EQ(ErrorText([] { File("# only this\n \n"); }),
+            "run.csv:1:1: the file has no header and no rows, only comments or "
+            "blanks" +
+                hint);
+}
+
+TEST(CsvTest, ReportsAQuotationMarkThatIsNotClosed) {
+  EXPECT_EQ(ReadError("t,a\n0,\"1\n1,2\n", {0, 1}),
+            "run.csv:2:2: a quotation mark that is not closed: \"1\n"
+            "  hint: close it, or drop the quotation marks");
+}
+
+TEST(CsvTest, ReportsAnEndlessLine) {
+  const std::string text =
+      "run.csv:2:1: a line of more than 1 MiB\n"
+      "  hint: this is not a comma-separated text with one row a line";
+  EXPECT_EQ(ReadError("a\n" + std::string((1 << 20) + 1, '1'), {0}), text);
+  EXPECT_EQ(ReadError("a\n\"" + std::string((1 << 20) + 1, '1') + "\"", {0}),
+            text);
+}
+
+TEST(CsvTest, KnowsAHeaderOfNumbers) {
+  EXPECT_TRUE(File("0,1.5,nan\n").HeaderIsNumbers());
+  EXPECT_TRUE(File("0,0,0\n").HeaderIsNumbers());
+  EXPECT_FALSE(File("t,1\n").HeaderIsNumbers());
+}
+
+TEST(CsvTest, ReportsFilesThatCannotBeRead) {
+  EXPECT_EQ(ErrorText([] { CsvFile("/nowhere/run.csv"); }),
+            "/nowhere/run.csv: there is no such file\n"
+            "  hint: check the name and the folder that you are in");
+  EXPECT_EQ(ErrorText([] { CsvFile("/tmp"); }),
+            "/tmp: is a folder, not a file\n  hint: name a file in it");
+  EXPECT_EQ(ErrorText([] { CsvFile("/dev/zero"); }),
+            "/dev/zero: is not a text file: it holds a NUL byte\n"
+            "  hint: save it as text in UTF-8");
+  EXPECT_EQ(ErrorText([] { CsvFile("/dev/null/run.csv"); }),
+            "/dev/null/run.csv: cannot be opened: Not a directory");
+}
+
+TEST(CsvTest, ShowsCellsSafely) {
+  EXPECT_EQ(Shown("a\x1b[31mb"), "'a?[31mb'");
+  EXPECT_EQ(Shown(std::string(50, 'x')), "'" + std::string(40, 'x') + "...'");
+}
+
+TEST(CsvTest, WritesCellsThatReadBack) {
+  for (const std::string text : {"a", "a,b", "say \"a\"", " a "}) {
+    const CsvFile file = File(CsvCell(text) + ",x\n");
+    EXPECT_EQ(file.header()[0], std::string(Trim(text)));
+  }
+  EXPECT_EQ(ShortestText(0.1), "0.1");
+  EXPECT_EQ(std::stod(ShortestText(1.0 / 3.0)), 1.0 / 3.0);
+}
+
+}  // namespace
+}  // namespace sysid

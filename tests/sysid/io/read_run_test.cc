@@ -1,0 +1,341 @@
+#include "sysid/io/read_run.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/error_text.h"
+#include "tests/sysid/io/chain.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::StartsWith;
+
+Run Parse(const std::string& text, const std::string& columns = "",
+          std::vector<std::string>* notices = nullptr,
+          const Mechanism& mechanism = Hinges()) {
+  return ParseRun("run.csv", text, ParseColumnMap(columns), mechanism, notices);
+}
+
+std::string ParseError(const std::string& text, const std::string& columns = "",
+                       const Mechanism& mechanism = Hinges()) {
+  return ErrorText([&] { Parse(text, columns, nullptr, mechanism); });
+}
+
+Mechanism Ball() { return Chain({{"ball", JointType::kSpherical}}); }
+
+TEST(ReadRunTest, ReadsEveryKindOfChannel) {
+  const Mechanism mechanism =
+      Chain({{"ball", JointType::kSpherical}, {"hinge", JointType::kRevolute}});
+  const sysid::Run run = Parse(
+      "t,ball.qw,ball.qx,ball.qy,ball.qz,ball.wx,ball.wy,ball.wz,ball.taux,"
+      "ball.tauy,ball.tauz,hinge.q,hinge.qd,hinge.tau,tip.px,tip.py,tip.pz\n"
+      "0,0.5,0.1,-0.7,0.5,1,2,3,4,5,6,7,8,9,10,11,12\n"
+      "0.1,-1,0,0,0,1,2,3,4,5,6,7,8,9.5,10,11,12\n",
+      "", nullptr, mechanism);
+  EXPECT_EQ(run.name, "run.csv");
+  EXPECT_THAT(run.t, ElementsAre(0, 0.1));
+  ASSERT_EQ(run.channels.size(), 5u);
+  const Channel& ball = run.channels[0];
+  EXPECT_EQ(ball.name, "ball");
+  EXPECT_EQ(ball.kind, ChannelKind::kOrientation);
+  EXPECT_EQ(ball.target, 0);
+  // x, y, z, w.
+  EXPECT_TRUE(ball.values.row(0).isApprox(
+      Eigen::RowVector4d(0.1, -0.7, 0.5, 0.5), 1e-12));
+  EXPECT_EQ(ball.values(1, 3), -1.0);  // the other sign of the same rotation
+  EXPECT_EQ(run.channels[1].name, "ball.w");
+  EXPECT_EQ(run.channels[1].values.row(0), Eigen::RowVector3d(1, 2, 3));
+  EXPECT_EQ(run.channels[2].name, "hinge");
+  EXPECT_EQ(run.channels[2].target, 1);
+  EXPECT_EQ(run.channels[3].kind, ChannelKind::kVelocity);
+  EXPECT_EQ(run.channels[4].name, "tip");
+  EXPECT_EQ(run.channels[4].target, mechanism.FindLink("tip"));
+  EXPECT_EQ(run.channels[4].values.row(1), Eigen::RowVector3d(10, 11, 12));
+  EXPECT_EQ(run.effort.row(1), Eigen::RowVector4d(4, 5, 6, 9.5));
+}
+
+TEST(ReadRunTest, AJointWithoutColumnsIsUnmeasured) {
+  const sysid::Run run = Parse("t,joint2.q\n0,1\n1,2\n");
+  ASSERT_EQ(run.channels.size(), 1u);
+  EXPECT_EQ(run.channels[0].target, 1);
+  EXPECT_TRUE(run.effort.isZero(0.0));
+  EXPECT_EQ(run.effort.rows(), 2);
+  EXPECT_EQ(run.effort.cols(), 2);
+}
+
+TEST(ReadRunTest, MapsColumnsWithFactorsAndOffsets) {
+  const sysid::Run run = Parse("time_ms,pos 1,t\n0,180,x\n10,90,x\n",
+                               "t=time_ms*0.001,joint1.q=pos 1*0.0174532925-1");
+  EXPECT_THAT(run.t, ElementsAre(0, 0.01));
+  EXPECT_NEAR(run.channels[0].values(0, 0), 3.14159265 - 1.0, 1e-9);
+}
+
+TEST(ReadRunTest, TheMapWinsOverAColumnOfOurName) {
+  std::vector<std::string> notices;
+  const sysid::Run run =
+      Parse("t,joint1.q,other\n0,1,5\n1,2,6\n", "joint1.q=other", &notices);
+  EXPECT_EQ(run.channels[0].values(1, 0), 6.0);
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: ignored the column joint1.q (mapped from "
+                          "another column)"));
+}
+
+TEST(ReadRunTest, AnEmptyCellIsAMissingMeasurement) {
+  const sysid::Run run = Parse(
+      "t,joint1.q,tip.px,tip.py,tip.pz\n0,,1,2,3\n1,nan,1,,3\n2,5,1,2,3\n");
+  EXPECT_TRUE(std::isnan(run.channels[0].values(0, 0)));
+  EXPECT_TRUE(std::isnan(run.channels[0].values(1, 0)));
+  EXPECT_EQ(run.channels[0].values(2, 0), 5.0);
+  EXPECT_EQ(run.channels[1].values.row(0), Eigen::RowVector3d(1, 2, 3));
+  EXPECT_TRUE(run.channels[1].values.row(1).array().isNaN().all());
+}
+
+TEST(ReadRunTest, HoldsMissingEffortsAndSaysSo) {
+  std::vector<std::string> notices;
+  const sysid::Run run = Parse(
+      "t,joint1.q,joint1.tau,joint2.tau\n0,0,,1\n1,0,2,1\n2,0,,1\n3,0,4,1\n",
+      "", &notices);
+  EXPECT_THAT(std::vector<double>({run.effort(0, 0), run.effort(1, 0),
+                                   run.effort(2, 0), run.effort(3, 0)}),
+              ElementsAre(0, 2, 2, 4));
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: 2 of 4 efforts in joint1.tau are missing: "
+                          "each holds the value before it; the first 1 are "
+                          "taken as zero"));
+}
+
+TEST(ReadRunTest, NormalisesQuaternionsThatWereRounded) {
+  const sysid::Run run =
+      Parse("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,1.005,0,0,0\n1,-1,0,0,0\n",
+            "", nullptr, Ball());
+  EXPECT_EQ(run.channels[0].values(0, 3), 1.0);
+}
+
+TEST(ReadRunTest, ListsUnknownColumnsInOneNotice) {
+  std::vector<std::string> notices;
+  Parse(
+      "t,joint1.q,note,jiont2.q,,zz.qd,joint1.qw\n0,0,hello,1,2,3,4\n"
+      "1,0,x,1,2,3,4\n",
+      "", &notices);
+  EXPECT_THAT(
+      notices,
+      ElementsAre(
+          "run.csv: ignored the columns note, jiont2.q (the model has no joint "
+          "'jiont2' (column 'jiont2.q'); did you mean 'joint2.q'?), zz.qd (the "
+          "model has no joint 'zz' (column 'zz.qd'); known: joint1, joint2), "
+          "joint1.qw (joint 'joint1' is revolute and has no column "
+          "'joint1.qw'; its columns are joint1.q, joint1.qd, joint1.tau)"));
+  notices.clear();
+  Parse("time,t,pos\n0,x,0\n1,x,0\n", "t=time,joint1.q=pos", &notices);
+  EXPECT_THAT(notices, IsEmpty());
+}
+
+TEST(ReadRunTest, ReportsAMissingHeader) {
+  EXPECT_EQ(ParseError("0,1.5\n1,2\n"),
+            "run.csv:1:1: there is no header: the first row is numbers ('0', "
+            "...)\n"
+            "  hint: put a row of names before it, such as t,joint1.q");
+  // numpy.savetxt writes its header as a comment.
+  EXPECT_EQ(ParseError("# t,joint1.q\n0,1.5\n1,2\n"),
+            "run.csv:2:1: there is no header: the first row is numbers ('0', "
+            "...)\n"
+            "  hint: the comment 't,joint1.q' reads like the header: take its "
+            "'#' away");
+}
+
+TEST(ReadRunTest, ReportsOtherSeparators) {
+  const std::string hint =
+      "\n  hint: save it with commas between the columns and points in the "
+      "numbers";
+  EXPECT_EQ(ParseError("t;joint1.q\n0;1\n"),
+            "run.csv:1:1: the columns are separated by semicolons, not by "
+            "commas" +
+                hint);
+  EXPECT_EQ(
+      ParseError("t\tjoint1.q\n0\t1\n"),
+      "run.csv:1:1: the columns are separated by tabs, not by commas" + hint);
+}
+
+TEST(ReadRunTest, ReportsAMissingTimeColumn) {
+  EXPECT_EQ(ParseError("time,joint1.q\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: --columns t=time");
+  EXPECT_EQ(ParseError("joint1.q,Time [ms]\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: --columns t=Time [ms]*0.001");
+  EXPECT_EQ(ParseError("a,joint1.q\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: name it by --columns t=COLUMN; the file's columns are a, "
+            "joint1.q");
+}
+
+TEST(ReadRunTest, ReportsTimeThatIsMissingOrDoesNotIncrease) {
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n,2\n"),
+            "run.csv:3:1: no time in column 't'\n"
+            "  hint: every row needs its time: fill it in, or remove the row");
+  const std::string hint =
+      "\n  hint: rows must be in the order of time; are two recordings in one "
+      "file, or is the time rounded?";
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n# c\n0.5,2\n\n0.5,2\n"),
+            "run.csv:6:1: time repeats: 0.5 s again (line 4)" + hint);
+  EXPECT_EQ(
+      ParseError("t,joint1.q\n0,1\n0.5,2\n0.25,2\n"),
+      "run.csv:4:1: time goes back: from 0.5 s (line 3) to 0.25 s" + hint);
+}
+
+TEST(ReadRunTest, ReportsTooFewRows) {
+  const std::string hint = "\n  hint: a run needs at least two samples";
+  EXPECT_EQ(ParseError("t,joint1.q\n"),
+            "run.csv:1:1: there is a header but no row of data" + hint);
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n"),
+            "run.csv:1:1: there is only one row of data" + hint);
+}
+
+TEST(ReadRunTest, ReportsARunThatMeasuresNothing) {
+  EXPECT_EQ(ParseError("t,pos_meas1,pos_meas2,vel_meas1,tau_con1\n0,1,2,3,4\n"),
+            "run.csv:1:1: no column measures anything of chain\n"
+            "  hint: its columns would be joint1.q, joint2.q; try --columns "
+            "joint1.q=pos_meas1,joint2.q=pos_meas2");
+  EXPECT_EQ(ParseError("t,theta_deg\n0,1\n"),
+            "run.csv:1:1: no column measures anything of chain\n"
+            "  hint: its columns would be joint1.q, joint2.q; try --columns "
+            "joint1.q=theta_deg*0.0174532925");
+  // An effort alone measures no motion.
+  EXPECT_EQ(ParseError("t,joint1.tau,a\n0,1,2\n"),
+            "run.csv:1:1: no column measures anything of chain\n"
+            "  hint: its columns would be joint1.q, joint2.q; map yours by "
+            "--columns NAME=COLUMN; the file's columns are t, joint1.tau, a");
+  EXPECT_THAT(ParseError("t,a\n0,1\n", "", Ball()),
+              HasSubstr("its columns would be ball.qw, ball.qx, ball.qy, "
+                        "ball.qz; map yours by"));
+}
+
+TEST(ReadRunTest, ReportsIncompleteGroups) {
+  EXPECT_EQ(ParseError("t,ball.qw,ball.qx,ball.qy\n0,1,0,0\n", "", Ball()),
+            "run.csv:1:4: there is column 'ball.qy', but no column 'ball.qz'\n"
+            "  hint: the columns ball.qw, ball.qx, ball.qy, ball.qz belong "
+            "together: give all or none");
+  EXPECT_THAT(ParseError("t,x,ball.wx\n0,1,0\n", "", Ball()),
+              StartsWith("run.csv:1:3: there is column 'ball.wx', but no "
+                         "column 'ball.wy'"));
+  EXPECT_THAT(ParseError("t,x,joint1.q\n0,1,0\n", "tip.pz=x"),
+              StartsWith("run.csv:1:2: there is column 'x' (tip.pz), but no "
+                         "column 'tip.px'"));
+  EXPECT_THAT(ParseError("t,ball.taux\n0,1\n", "", Ball()),
+              StartsWith("run.csv:1:2: there is column 'ball.taux', but no "
+                         "column 'ball.tauy'"));
+}
+
+TEST(ReadRunTest, ReportsAQuaternionFarFromUnit) {
+  EXPECT_EQ(ParseError("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,1,0,0,0\n"
+                       "1,1,0.5,0,0\n",
+                       "", Ball()),
+            "run.csv:3:2: the quaternion ball.qw, ball.qx, ball.qy, ball.qz "
+            "has norm 1.118034, not 1\n"
+            "  hint: its columns are w, x, y, z of a unit quaternion; leave "
+            "them empty where nothing was measured");
+  EXPECT_THAT(ParseError("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,0,0,0,0\n"
+                         "1,1,0,0,0\n",
+                         "", Ball()),
+              HasSubstr("has norm 0, not 1"));
+}
+
+TEST(ReadRunTest, ReportsAChannelWithoutNumbers) {
+  const std::string hint =
+      "\n  hint: remove the column where the quantity was not measured";
+  EXPECT_EQ(ParseError("t,joint1.q,joint2.q\n0,1,\n1,2,nan\n"),
+            "run.csv:1:3: nothing was measured in joint2.q: every cell is "
+            "empty or nan" +
+                hint);
+  EXPECT_EQ(ParseError("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,,1,0,0\n"
+                       "1,1,,0,0\n",
+                       "", Ball()),
+            "run.csv:1:2: nothing was measured in ball.qw, ball.qx, ball.qy, "
+            "ball.qz: every row has a cell that is empty or nan" +
+                hint);
+  EXPECT_EQ(ParseError("t,joint1.q,joint1.tau\n0,1,\n1,2,nan\n"),
+            "run.csv:1:3: nothing was measured in joint1.tau: every cell is "
+            "empty or nan" +
+                hint);
+}
+
+// A swing in degrees, with columns t and `name`.
+std::string SwingInDegrees(const std::string& name, double amplitude,
+                           double frequency_hz) {
+  std::string text = "t," + name + "\n";
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.01 * i;
+    text += std::to_string(t) + "," +
+            std::to_string(amplitude * std::cos(6.2831853 * frequency_hz * t)) +
+            "\n";
+  }
+  return text;
+}
+
+TEST(ReadRunTest, ReportsAnglesThatLookLikeDegrees) {
+  EXPECT_EQ(
+      ParseError(SwingInDegrees("joint1.q", 60.0, 1.0)),
+      "run.csv:1:2: column 'joint1.q' looks like degrees, not radians: "
+      "it swings to and fro over 120 at up to 245 a second: in radians that "
+      "is 19 turns, 39 turns a second\n"
+      "  hint: --columns joint1.q=joint1.q*0.0174532925  (if it is "
+      "radians after all: joint1.q=joint1.q*1)");
+  EXPECT_THAT(ParseError(SwingInDegrees("pos", 60.0, 1.0), "joint1.q=pos"),
+              HasSubstr("column 'pos' (joint1.q) looks like degrees"));
+}
+
+TEST(ReadRunTest, AFactorSettlesTheUnit) {
+  const std::string text = SwingInDegrees("joint1.q", 60.0, 1.0);
+  EXPECT_NEAR(
+      Parse(text, "joint1.q=joint1.q*0.0174532925").channels[0].values(0, 0),
+      1.0471975, 1e-6);
+  EXPECT_EQ(Parse(text, "joint1.q=joint1.q*1").channels[0].values(0, 0), 60.0);
+}
+
+TEST(ReadRunTest, NoticesSlowAnglesThatMayBeDegrees) {
+  std::vector<std::string> notices;
+  Parse(SwingInDegrees("joint1.q", 30.0, 0.2), "", &notices);
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: column 'joint1.q' may be in degrees: it "
+                          "swings to and fro over 60.0: in radians 9.5 turns; "
+                          "if so: --columns joint1.q=joint1.q*0.0174532925"));
+}
+
+TEST(ReadRunTest, ReportsAVelocityThatLooksLikeDegrees) {
+  std::string text = "t,joint1.q,joint1.qd\n";
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.01 * i;
+    text += std::to_string(t) + "," + std::to_string(0.1 * std::sin(5 * t)) +
+            "," + std::to_string(57.29578 * 0.5 * std::cos(5 * t)) + "\n";
+  }
+  EXPECT_EQ(ParseError(text),
+            "run.csv:1:3: column 'joint1.qd' looks like degrees per second, "
+            "not radians: it is 57.3 times what the position's changes say "
+            "(180/pi is 57.3)\n"
+            "  hint: --columns joint1.qd=joint1.qd*0.0174532925  (if it is "
+            "radians after all: joint1.qd=joint1.qd*1)");
+}
+
+TEST(ReadRunTest, ReadsAFileFromDisk) {
+  const std::string path = ::testing::TempDir() + "read_run_test.csv";
+  std::ofstream(path) << "t,joint1.q\n0,1\n1,2\n";
+  EXPECT_EQ(ReadRun(path, {}, Hinges(), nullptr).size(), 2);
+  std::filesystem::remove(path);
+  EXPECT_EQ(ErrorText([&] { ReadRun(path, {}, Hinges(), nullptr); }),
+            path +
+                ": there is no such file\n"
+                "  hint: check the name and the folder that you are in");
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,45 @@
+#include "sysid/io/run_columns.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/sysid/io/chain.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+
+TEST(RunColumnsTest, NamesTheColumnsOfEveryJointType) {
+  const Mechanism mechanism = Chain(
+      {{"ball", JointType::kSpherical}, {"slide", JointType::kPrismatic}});
+  EXPECT_THAT(
+      RunColumnNames(mechanism),
+      ElementsAre("t", "ball.qw", "ball.qx", "ball.qy", "ball.qz", "ball.wx",
+                  "ball.wy", "ball.wz", "ball.taux", "ball.tauy", "ball.tauz",
+                  "slide.q", "slide.qd", "slide.tau", "world.px", "world.py",
+                  "world.pz", "ball_link.px", "ball_link.py", "ball_link.pz",
+                  "slide_link.px", "slide_link.py", "slide_link.pz", "tip.px",
+                  "tip.py", "tip.pz"));
+}
+
+TEST(RunColumnsTest, QuaternionsAreXyzwInMemory) {
+  const ColumnGroup group =
+      RunColumnGroups(Chain({{"ball", JointType::kSpherical}}))[0];
+  EXPECT_EQ(group.kind, ChannelKind::kOrientation);
+  EXPECT_EQ(group.name, "ball");
+  EXPECT_THAT(group.slots, ElementsAre(3, 0, 1, 2));
+}
+
+TEST(RunColumnsTest, NamesMayHaveDots) {
+  EXPECT_TRUE(HasRunColumnSuffix("arm.joint1.q"));
+  EXPECT_FALSE(HasRunColumnSuffix("q"));
+  EXPECT_FALSE(HasRunColumnSuffix(".q"));
+  EXPECT_FALSE(HasRunColumnSuffix("joint1.Q"));
+  const Mechanism mechanism = Chain({{"arm.joint1", JointType::kRevolute}});
+  EXPECT_EQ(ExplainUnknownColumn("arm.jiont1.q", mechanism).hint,
+            "did you mean 'arm.joint1.q'?");
+}
+
+}  // namespace
+}  // namespace sysid
