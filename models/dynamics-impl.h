@@ -427,7 +427,10 @@ void Workspace<T>::BindEffects() {
     }
     const unsigned hooks = effect.hooks();
     if (hooks & kEffortHook) effort_effects.push_back(bound);
-    if (hooks & kLinkForceHook) link_force_effects.push_back(bound);
+    // A link that is fixed to the world does not feel a force.
+    if ((hooks & kLinkForceHook) && bound.body >= 0) {
+      link_force_effects.push_back(bound);
+    }
     if (hooks & kInputHook) input_effects.push_back(bound);
     if (hooks & kMeasurementHook) measurement_effects.push_back(bound);
     if (hooks & kGravityHook) bound.hooks->ModifyGravity(bound.p, &gravity);

@@ -9,6 +9,19 @@
 #include "models/error.h"
 
 namespace sysid {
+namespace {
+
+// Whether a moving joint is between a link and the world.
+bool Moves(const Mechanism& mechanism, int link) {
+  while (link > 0) {
+    const Joint& joint = mechanism.joints[link - 1];
+    if (joint.type != JointType::kFixed) return true;
+    link = joint.parent_link;
+  }
+  return false;
+}
+
+}  // namespace
 
 // One line an effect.
 Catalogue::Catalogue() {
@@ -54,7 +67,8 @@ std::vector<std::string> Catalogue::Targets(const Entry& entry,
     targets.push_back("base");
   } else if (entry.target == TargetKind::kLink) {
     for (size_t i = 1; i < mechanism.links.size(); ++i) {
-      if (mechanism.nominal.links[i].mass > 0) {
+      if (mechanism.nominal.links[i].mass > 0 &&
+          Moves(mechanism, static_cast<int>(i))) {
         targets.push_back(mechanism.links[i].name);
       }
     }
@@ -73,11 +87,11 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                                               const std::string& place) const {
   const size_t at = name.find('@');
   if (at == std::string::npos) {
-    throw InputError(place, "effect '" + name + "' has no target",
-                     "write effect@target, for instance " + name + "@" +
-                         (mechanism.JointNames().empty()
-                              ? std::string("base")
-                              : mechanism.JointNames().front()));
+    throw InputError(
+        place, "effect '" + name + "' has no target",
+        "write effect@target, for instance " + name + "@" +
+            (mechanism.JointNames().empty() ? std::string("base")
+                                            : mechanism.JointNames().front()));
   }
   const std::string kind = name.substr(0, at);
   const std::string target = name.substr(at + 1);
@@ -94,14 +108,22 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
     if (joint >= 0 && entry->target == TargetKind::kJoint) {
       throw InputError(place,
                        "effect '" + kind + "' has no meaning on the " +
-                           ToString(mechanism.joints[joint].type) +
-                           " joint '" + target + "'",
+                           ToString(mechanism.joints[joint].type) + " joint '" +
+                           target + "'",
                        targets.empty() ? "this model has no joint for it"
                                        : "it acts on: " + Join(targets));
     }
-    throw InputError(
-        place, "effect '" + kind + "': unknown target '" + target + "'",
-        NameHint(target, targets));
+    if (mechanism.FindLink(target) >= 0 && entry->target == TargetKind::kLink) {
+      throw InputError(place,
+                       "effect '" + kind + "' has no meaning on the link '" +
+                           target +
+                           "': it has no mass or is fixed to the world",
+                       targets.empty() ? "this model has no link for it"
+                                       : "it acts on: " + Join(targets));
+    }
+    throw InputError(place,
+                     "effect '" + kind + "': unknown target '" + target + "'",
+                     NameHint(target, targets));
   }
   return entry->make(mechanism, target);
 }

@@ -14,22 +14,22 @@ std::string Replace(std::string text, const std::string& from,
 
 }  // namespace
 
-Effect::Effect(const std::string& kind, unsigned hooks,
+// A joint and a link may share a name: the kind of the target decides.
+Effect::Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
                const Mechanism& mechanism, const std::string& target)
     : kind_(kind), target_(target), hooks_(hooks) {
-  joint_ = mechanism.FindJoint(target);
-  if (joint_ < 0) link_ = mechanism.FindLink(target);
-  prismatic_ = joint_ >= 0 &&
-               mechanism.joints[joint_].type == JointType::kPrismatic;
+  if (target_kind == TargetKind::kJoint) joint_ = mechanism.FindJoint(target);
+  if (target_kind == TargetKind::kLink) link_ = mechanism.FindLink(target);
+  prismatic_ =
+      joint_ >= 0 && mechanism.joints[joint_].type == JointType::kPrismatic;
 }
 
 void Effect::AddParameter(const std::string& name, const std::string& unit,
                           double typical_scale, double lower, double upper) {
   EffectParameter parameter;
   parameter.name = name;
-  parameter.unit =
-      Replace(Replace(unit, "{effort}", prismatic_ ? "N" : "N m"),
-              "{position}", prismatic_ ? "m" : "rad");
+  parameter.unit = Replace(Replace(unit, "{effort}", prismatic_ ? "N" : "N m"),
+                           "{position}", prismatic_ ? "m" : "rad");
   parameter.null_value = 0.0;
   parameter.typical_scale = typical_scale;
   parameter.lower = lower;

@@ -114,8 +114,8 @@ class Effect {
   virtual const EffectHooks<Jet24>& HooksFor(ScalarTag<Jet24>) const = 0;
 
  protected:
-  Effect(const std::string& kind, unsigned hooks, const Mechanism& mechanism,
-         const std::string& target);
+  Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
+         const Mechanism& mechanism, const std::string& target);
 
   // Called by the constructors of effects. The unit may say "{effort}" and
   // "{position}": N m or N, rad or m, by the target joint's type.
@@ -199,7 +199,9 @@ class EffectOf : public Effect {
   };
 
  protected:
-  using Effect::Effect;
+  EffectOf(const std::string& kind, unsigned hooks, const Mechanism& mechanism,
+           const std::string& target)
+      : Effect(kind, hooks, Derived::kTarget, mechanism, target) {}
   EffectOf(const EffectOf&) = delete;
   EffectOf& operator=(const EffectOf&) = delete;
 
