@@ -1,0 +1,659 @@
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <deque>
+#include <limits>
+#include <map>
+
+#include "models/dynamics.h"
+#include "models/effects/catalogue.h"
+#include "models/error.h"
+#include "models/math/rotation.h"
+#include "tests/support/random_mechanism.h"
+#include "tests/support/ridders.h"
+#include "tests/support/test_effects.h"
+
+namespace sysid {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+Inertial<double> Body() {
+  Inertial<double> body;
+  body.mass = 1.2;
+  body.com = Vector3d(0.1, -0.05, -0.3);
+  body.inertia = Vector3d(0.02, 0.03, 0.04).asDiagonal();
+  return body;
+}
+
+void AddJoint(const std::string& name, JointType type, int parent,
+              const std::string& link, const Inertial<double>& body,
+              Mechanism* mechanism) {
+  Joint joint;
+  joint.name = name;
+  joint.type = type;
+  joint.parent_link = parent;
+  joint.axis = Vector3d(2, 3, 6) / 7.0;
+  mechanism->AddJoint(joint, link, {0.1, 0.2, -0.3}, body);
+}
+
+// A joint of every type; a massless frame, and a link fixed to the world.
+Mechanism AllJoints() {
+  Mechanism mechanism;
+  mechanism.AddRoot("world_link");
+  AddJoint("bolt", JointType::kFixed, 0, "stand", Body(), &mechanism);
+  AddJoint("slide", JointType::kPrismatic, 1, "car", Body(), &mechanism);
+  AddJoint("ball", JointType::kSpherical, 2, "upper", Body(), &mechanism);
+  AddJoint("hinge", JointType::kRevolute, 3, "lower", Body(), &mechanism);
+  AddJoint("wheel", JointType::kContinuous, 2, "rim", Body(), &mechanism);
+  AddJoint("mount", JointType::kFixed, 4, "payload", Body(), &mechanism);
+  AddJoint("end", JointType::kFixed, 4, "tip", {}, &mechanism);
+  return mechanism;
+}
+
+// --- The contract of every effect -------------------------------------------
+
+// Parameters by kind: contracts.md section 5, "J." or "L." left out, and
+// section 3 for what is wrong in the nominal values.
+const std::map<std::string, std::vector<std::string>>& ContractTable() {
+  static const auto& table =
+      *new std::map<std::string, std::vector<std::string>>{
+          {"viscous_damping", {"damping"}},
+          {"coulomb_friction", {"friction"}},
+          {"stribeck_friction",
+           {"friction", "static_friction", "stribeck_velocity"}},
+          {"quadratic_drag", {"quadratic_drag"}},
+          {"spring", {"stiffness", "spring_reference"}},
+          {"armature", {"armature"}},
+          {"effort_bias", {"effort_bias"}},
+          {"effort_gain", {"effort_gain"}},
+          {"effort_delay", {"effort_delay"}},
+          {"cogging", {"cogging_sin", "cogging_cos", "cogging_order"}},
+          {"gravity_tilt", {"gravity_tilt_x", "gravity_tilt_y"}},
+          {"sensor_offset", {"sensor_offset"}},
+          {"aerodynamic_drag", {"drag"}},
+          {"mass", {"mass"}},
+          {"com", {"com_x", "com_y", "com_z"}},
+          {"inertia", {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"}},
+      };
+  return table;
+}
+
+// nv efforts at any time: smooth, and every answer stays valid.
+class SmoothSignal : public EffortSignal {
+ public:
+  explicit SmoothSignal(int nv) : nv_(nv) {}
+  const double* At(double time) const override {
+    answers_.emplace_back(nv_);
+    for (int i = 0; i < nv_; ++i) {
+      answers_.back()[i] = std::sin(3.0 * time + i) + 2.0;
+    }
+    return answers_.back().data();
+  }
+
+ private:
+  int nv_;
+  mutable std::deque<std::vector<double>> answers_;
+};
+
+constexpr double kTime = 0.7;
+
+// What each hook of the effect answers at generic values, in one row.
+template <typename T>
+std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
+                       unsigned hooks, const std::vector<T>& p) {
+  const EffectHooks<T>& h = effect.HooksFor(ScalarTag<T>());
+  Random random(1);
+  const RandomState x(mechanism, &random);
+  std::vector<T> q(x.q.data(), x.q.data() + x.q.size());
+  std::vector<T> qd;
+  // None near rest: friction would show nothing.
+  for (const double rate : x.qd)
+    qd.emplace_back(rate + std::copysign(0.5, rate));
+  std::vector<T> out;
+  // Effects on links and the base must not act through a joint's hooks: nobody
+  // would know which joint's.
+  const bool on_joint = effect.joint() >= 0;
+  EXPECT_TRUE(on_joint || !(effect.hooks() & (kEffortHook | kJointInertiaHook |
+                                              kMeasurementHook)));
+  if (on_joint) {
+    const Joint& joint = mechanism.joints[effect.joint()];
+    if (hooks & kEffortHook) {
+      const JointState<T> state{joint.type, VelocitySize(joint.type),
+                                q.data() + joint.q_index,
+                                qd.data() + joint.v_index};
+      std::vector<T> tau(state.nv, T(1.0));
+      h.AddEffort(state, p.data(), tau.data());
+      out.insert(out.end(), tau.begin(), tau.end());
+    }
+    if (hooks & kJointInertiaHook) {
+      T inertia(1.0);
+      h.AddJointInertia(p.data(), &inertia);
+      out.push_back(inertia);
+    }
+    if (hooks & kMeasurementHook) {
+      std::vector<T> measured(
+          q.begin() + joint.q_index,
+          q.begin() + joint.q_index + ConfigurationSize(joint.type));
+      h.ModifyMeasurement(p.data(), measured.data());
+      out.insert(out.end(), measured.begin(), measured.end());
+    }
+  }
+  if (hooks & kGravityHook) {
+    Vector3<T> gravity(T(0.0), T(0.0), T(-9.81));
+    h.ModifyGravity(p.data(), &gravity);
+    out.insert(out.end(), gravity.data(), gravity.data() + 3);
+  }
+  if (hooks & kLinkForceHook) {
+    LinkState<T> state;
+    state.v_com = Vector3<T>(T(1.0), T(-2.0), T(0.5));
+    state.w = Vector3<T>(T(0.3), T(0.7), T(-1.1));
+    state.R_WL = ToMatrix<double>(random.Rotation()).template cast<T>();
+    Vector3<T> force(T(1.0), T(1.0), T(1.0));
+    h.AddLinkForce(state, p.data(), &force);
+    out.insert(out.end(), force.data(), force.data() + 3);
+  }
+  if (hooks & kInputHook) {
+    const SmoothSignal signal(mechanism.nv);
+    const double* measured = signal.At(kTime);
+    std::vector<T> tau(measured, measured + mechanism.nv);
+    h.ModifyInput(signal, kTime, p.data(), tau.data());
+    out.insert(out.end(), tau.begin(), tau.end());
+  }
+  return out;
+}
+
+constexpr unsigned kAllHooks = kEffortHook | kJointInertiaHook | kGravityHook |
+                               kLinkForceHook | kInputHook | kMeasurementHook;
+
+std::vector<double> NullValues(const Effect& effect) {
+  std::vector<double> p;
+  for (const EffectParameter& parameter : effect.parameters()) {
+    p.push_back(parameter.null_value);
+  }
+  return p;
+}
+
+// The same hooks, asked of an effect that does nothing.
+template <TargetKind kind>
+class Nothing : public EffectOf<Nothing<kind>> {
+ public:
+  static constexpr TargetKind kTarget = kind;
+  Nothing(const Mechanism& mechanism, const std::string& target)
+      : EffectOf<Nothing>("nothing", 0, mechanism, target) {}
+};
+
+class EffectContract : public ::testing::TestWithParam<std::string> {
+ protected:
+  // Nothing, on the same target.
+  const Effect& LikeEffect() const {
+    if (effect_->joint() >= 0) return on_joint_;
+    return effect_->link() >= 0 ? static_cast<const Effect&>(on_link_)
+                                : static_cast<const Effect&>(on_base_);
+  }
+
+  const Mechanism mechanism_ = AllJoints();
+  const Catalogue catalogue_;
+  const std::shared_ptr<const Effect> effect_ =
+      catalogue_.Make(GetParam(), mechanism_, "test");
+  const Nothing<TargetKind::kJoint> on_joint_{mechanism_, effect_->target()};
+  const Nothing<TargetKind::kLink> on_link_{mechanism_, effect_->target()};
+  const Nothing<TargetKind::kBase> on_base_{mechanism_, effect_->target()};
+};
+
+TEST_P(EffectContract, IsNamedAsInTheContract) {
+  const std::string& kind = effect_->kind();
+  EXPECT_EQ(effect_->name(), GetParam());
+  ASSERT_TRUE(ContractTable().contains(kind))
+      << kind << " is not in contracts.md section 5";
+  const bool base = effect_->target() == "base";
+  EXPECT_EQ(base, effect_->joint() < 0 && effect_->link() < 0);
+  std::vector<std::string> expected;
+  for (const std::string& name : ContractTable().at(kind)) {
+    expected.push_back(base ? name : effect_->target() + "." + name);
+  }
+  std::vector<std::string> names;
+  for (const EffectParameter& parameter : effect_->parameters()) {
+    names.push_back(parameter.name);
+  }
+  EXPECT_EQ(names, expected);
+}
+
+TEST_P(EffectContract, HasParametersWithUnitsScalesAndBoundsAroundNull) {
+  for (const EffectParameter& parameter : effect_->parameters()) {
+    SCOPED_TRACE(parameter.name);
+    EXPECT_THAT(parameter.unit, Not(IsEmpty()));
+    EXPECT_THAT(parameter.unit, Not(Contains('{')));
+    EXPECT_TRUE(std::isfinite(parameter.null_value));
+    EXPECT_TRUE(std::isfinite(parameter.typical_scale));
+    EXPECT_GT(parameter.typical_scale, 0.0);
+    EXPECT_LE(parameter.lower, parameter.null_value);
+    EXPECT_GE(parameter.upper, parameter.null_value);
+    EXPECT_LT(parameter.lower, parameter.upper);
+  }
+}
+
+TEST_P(EffectContract, DoesNothingAtAllAtNull) {
+  Random random(1);
+  const RandomState x(mechanism_, &random);
+  Model model(mechanism_);
+  Workspace<double> plain(model);
+  Model changed(mechanism_);
+  changed.AddEffect(effect_);
+  Workspace<double> ws(changed);
+  VectorXd qdd(mechanism_.nv), plain_qdd(mechanism_.nv);
+  ASSERT_TRUE(ForwardDynamics<double>(&plain, x.q.data(), x.qd.data(),
+                                      x.tau.data(), plain_qdd.data()));
+  ASSERT_TRUE(ForwardDynamics<double>(&ws, x.q.data(), x.qd.data(),
+                                      x.tau.data(), qdd.data()));
+  if (effect_->hooks() & kJointInertiaHook) {
+    // Another way through ABA at a spherical joint: equal but for rounding.
+    EXPECT_LT((qdd - plain_qdd).norm(), 1e-12 * plain_qdd.norm());
+  } else {
+    EXPECT_EQ(qdd, plain_qdd);
+  }
+  // Hook by hook, exactly: what came in goes out.
+  EXPECT_EQ(Answers<double>(mechanism_, *effect_, effect_->hooks(),
+                            NullValues(*effect_)),
+            Answers<double>(mechanism_, LikeEffect(), effect_->hooks(), {}));
+}
+
+// The inner loop asks only those that the mask names: a hook that is written
+// but not in the mask would be dead.
+TEST_P(EffectContract, ActsOnlyThroughTheHooksOfItsMask) {
+  std::vector<double> p = NullValues(*effect_);
+  for (size_t i = 0; i < p.size(); ++i) {
+    p[i] += effect_->parameters()[i].typical_scale;
+  }
+  const unsigned others = kAllHooks & ~effect_->hooks();
+  EXPECT_EQ(Answers<double>(mechanism_, *effect_, others, p),
+            Answers<double>(mechanism_, LikeEffect(), others, {}));
+}
+
+TEST_P(EffectContract, HasTheDerivativeOfDifferencesAtNullAndNearIt) {
+  const int size = static_cast<int>(effect_->parameters().size());
+  ASSERT_LE(size, 8);
+  for (const double shift : {0.0, 0.9}) {
+    std::vector<double> at = NullValues(*effect_);
+    for (int i = 0; i < size; ++i) {
+      at[i] += shift * effect_->parameters()[i].typical_scale;
+    }
+    std::vector<Jet8> seeded;
+    for (int i = 0; i < size; ++i) seeded.emplace_back(at[i], i);
+    const std::vector<Jet8> jets =
+        Answers<Jet8>(mechanism_, *effect_, effect_->hooks(), seeded);
+    for (int i = 0; i < size; ++i) {
+      const double step = 0.1 * effect_->parameters()[i].typical_scale;
+      const auto d = RiddersDifference(
+          [&](double h) {
+            std::vector<double> p = at;
+            p[i] += h;
+            const std::vector<double> answers =
+                Answers<double>(mechanism_, *effect_, effect_->hooks(), p);
+            VectorXd out(answers.size());
+            for (size_t k = 0; k < answers.size(); ++k) out[k] = answers[k];
+            return out;
+          },
+          step);
+      for (size_t k = 0; k < jets.size(); ++k) {
+        ASSERT_TRUE(std::isfinite(jets[k].v[i]));
+        // Answers of order 10 over steps down to a twentieth of `step`, and
+        // what the tableau makes of their rounding.
+        const double rounding = 1000 * 10 * kEpsilon / step;
+        EXPECT_NEAR(jets[k].v[i], d.value[k],
+                    rounding + 1e-9 * std::abs(d.value[k]))
+            << effect_->parameters()[i].name << ", answer " << k;
+      }
+    }
+  }
+}
+
+// What screening lives on: at null a first parameter that does nothing to first
+// order could never be found.
+TEST_P(EffectContract, IsVisibleAtNullToFirstOrderInItsFirstParameter) {
+  if (effect_->hooks() == 0) GTEST_SKIP() << "acts through the nominal values";
+  std::vector<Jet8> seeded;
+  const std::vector<double> at = NullValues(*effect_);
+  for (size_t i = 0; i < at.size(); ++i) {
+    seeded.emplace_back(at[i], static_cast<int>(i));
+  }
+  double largest = 0.0;
+  for (const Jet8& answer :
+       Answers<Jet8>(mechanism_, *effect_, effect_->hooks(), seeded)) {
+    largest = std::max(largest, std::abs(answer.v[0]));
+  }
+  EXPECT_GT(largest * effect_->parameters()[0].typical_scale, 1e-4);
+}
+
+// The value of an answer must not depend on the scalar it was computed with.
+TEST_P(EffectContract, AnswersTheSameForEveryScalar) {
+  std::vector<double> p = NullValues(*effect_);
+  for (size_t i = 0; i < p.size(); ++i) {
+    p[i] += effect_->parameters()[i].typical_scale;
+  }
+  const auto plain = Answers<double>(mechanism_, *effect_, effect_->hooks(), p);
+  const auto check = [&]<typename T>(T) {
+    const std::vector<T> parameters(p.begin(), p.end());
+    const auto answers =
+        Answers<T>(mechanism_, *effect_, effect_->hooks(), parameters);
+    ASSERT_EQ(answers.size(), plain.size());
+    for (size_t i = 0; i < plain.size(); ++i) {
+      EXPECT_NEAR(answers[i].a, plain[i], 8 * kEpsilon * std::abs(plain[i]));
+    }
+  };
+  check(Jet8());
+  check(Jet16());
+  check(Jet24());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Catalogue, EffectContract,
+    ::testing::ValuesIn(Catalogue().Candidates(AllJoints())),
+    [](const ::testing::TestParamInfo<std::string>& info) {
+      std::string name = info.param;
+      std::replace_if(
+          name.begin(), name.end(), [](char c) { return !std::isalnum(c); },
+          '_');
+      return name;
+    });
+
+// --- Laws -------------------------------------------------------------------
+
+// The effort of an effect at a velocity.
+std::vector<double> Effort(const std::string& name, double value,
+                           const std::vector<double>& qd) {
+  const Mechanism mechanism = AllJoints();
+  const auto effect = Catalogue().Make(name, mechanism, "test");
+  const Joint& joint = mechanism.joints[effect->joint()];
+  const double q[4] = {0.0, 0.0, 0.0, 1.0};
+  std::vector<double> tau(qd.size(), 0.0);
+  effect->HooksFor(ScalarTag<double>())
+      .AddEffort({joint.type, static_cast<int>(qd.size()), q, qd.data()},
+                 &value, tau.data());
+  return tau;
+}
+
+TEST(ViscousDamping, BrakesInProportionToTheVelocity) {
+  EXPECT_THAT(Effort("viscous_damping@hinge", 0.5, {3.0}), ElementsAre(-1.5));
+  EXPECT_THAT(Effort("viscous_damping@slide", 0.5, {-3.0}), ElementsAre(1.5));
+  EXPECT_THAT(Effort("viscous_damping@ball", 0.5, {1.0, -2.0, 4.0}),
+              ElementsAre(-0.5, 1.0, -2.0));
+}
+
+TEST(CoulombFriction, IsWithinHalfAPercentOfItsLevelAtTenSmoothingSpeeds) {
+  EXPECT_NEAR(Effort("coulomb_friction@hinge", 2.0, {0.1})[0], -2.0, 0.01);
+  EXPECT_NEAR(Effort("coulomb_friction@hinge", 2.0, {-0.1})[0], 2.0, 0.01);
+  EXPECT_NEAR(Effort("coulomb_friction@wheel", 2.0, {0.1})[0], -2.0, 0.01);
+  EXPECT_NEAR(Effort("coulomb_friction@slide", 2.0, {0.01})[0], -2.0, 0.01);
+}
+
+TEST(CoulombFriction, DoesNotGrowWithTheSpeed) {
+  for (const double speed : {0.1, 1.0, 100.0}) {
+    EXPECT_LE(-Effort("coulomb_friction@hinge", 2.0, {speed})[0], 2.0);
+  }
+  EXPECT_NEAR(Effort("coulomb_friction@hinge", 2.0, {100.0})[0], -2.0, 1e-7);
+}
+
+TEST(CoulombFriction, ActsAlongTheAngularVelocityOfASphericalJoint) {
+  const Vector3d w(2, -3, 6);  // |w| = 7
+  const auto tau = Effort("coulomb_friction@ball", 1.4, {w[0], w[1], w[2]});
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(tau[k], -0.2 * w[k], 1e-5);
+}
+
+TEST(CoulombFriction, IsZeroAndSmoothAtRest) {
+  EXPECT_THAT(Effort("coulomb_friction@ball", 1.0, {0, 0, 0}), Each(0.0));
+  const Mechanism mechanism = AllJoints();
+  const auto effect =
+      Catalogue().Make("coulomb_friction@ball", mechanism, "test");
+  const Jet8 q[4] = {Jet8(0), Jet8(0), Jet8(0), Jet8(1)};
+  const Jet8 qd[3] = {Jet8(0.0, 0), Jet8(0.0, 1), Jet8(0.0, 2)};
+  const Jet8 p(0.5);
+  Jet8 tau[3];
+  effect->HooksFor(ScalarTag<Jet8>())
+      .AddEffort({JointType::kSpherical, 3, q, qd}, &p, tau);
+  for (int k = 0; k < 3; ++k) {
+    for (int j = 0; j < 3; ++j) {
+      // -c / v_s with v_s = 0.01 rad/s.
+      EXPECT_NEAR(tau[k].v[j], j == k ? -50.0 : 0.0, 1e-12);
+    }
+  }
+}
+
+TEST(EffortBias, IsAConstantEffort) {
+  EXPECT_THAT(Effort("effort_bias@hinge", 0.3, {5.0}), ElementsAre(0.3));
+  EXPECT_THAT(Effort("effort_bias@slide", -0.3, {5.0}), ElementsAre(-0.3));
+}
+
+TEST(SensorOffset, IsAddedToTheTruePosition) {
+  const Mechanism mechanism = AllJoints();
+  const auto effect = Catalogue().Make("sensor_offset@hinge", mechanism, "");
+  double q = 1.0;
+  const double p = 0.25;
+  effect->HooksFor(ScalarTag<double>()).ModifyMeasurement(&p, &q);
+  EXPECT_EQ(q, 1.25);
+}
+
+TEST(EffectUnits, FollowTheTypeOfTheJoint) {
+  const Mechanism mechanism = AllJoints();
+  const auto unit = [&](const std::string& name) {
+    return Catalogue().Make(name, mechanism, "test")->parameters()[0].unit;
+  };
+  EXPECT_EQ(unit("viscous_damping@hinge"), "N m s/rad");
+  EXPECT_EQ(unit("viscous_damping@ball"), "N m s/rad");
+  EXPECT_EQ(unit("viscous_damping@slide"), "N s/m");
+  EXPECT_EQ(unit("coulomb_friction@wheel"), "N m");
+  EXPECT_EQ(unit("coulomb_friction@slide"), "N");
+  EXPECT_EQ(unit("effort_bias@hinge"), "N m");
+  EXPECT_EQ(unit("effort_bias@slide"), "N");
+  EXPECT_EQ(unit("sensor_offset@hinge"), "rad");
+  EXPECT_EQ(unit("sensor_offset@slide"), "m");
+}
+
+// --- The catalogue ----------------------------------------------------------
+
+// A catalogue with effects of every kind of target, whatever is shipped.
+Catalogue WithTestEffects() {
+  Catalogue catalogue;
+  catalogue.Add<TestArmature>();
+  catalogue.Add<TestGravity>();
+  catalogue.Add<TestLinkForce>();
+  catalogue.Add<TestMeasurement>();
+  return catalogue;
+}
+
+std::vector<std::string> CandidatesOf(const std::string& kind) {
+  std::vector<std::string> found;
+  for (const auto& name : WithTestEffects().Candidates(AllJoints())) {
+    if (name.starts_with(kind + "@")) found.push_back(name);
+  }
+  return found;
+}
+
+TEST(Candidates, AreEveryEffectOnEveryTargetWhereItHasAMeaning) {
+  EXPECT_THAT(CandidatesOf("viscous_damping"),
+              ElementsAre("viscous_damping@slide", "viscous_damping@ball",
+                          "viscous_damping@hinge", "viscous_damping@wheel"));
+  EXPECT_THAT(CandidatesOf("effort_bias"),
+              ElementsAre("effort_bias@slide", "effort_bias@hinge",
+                          "effort_bias@wheel"));
+  EXPECT_THAT(CandidatesOf("test_gravity"), ElementsAre("test_gravity@base"));
+}
+
+TEST(Candidates, AreNotOnLinksWithoutMassOrThatCannotMove) {
+  EXPECT_THAT(CandidatesOf("test_link_force"),
+              ElementsAre("test_link_force@car", "test_link_force@upper",
+                          "test_link_force@lower", "test_link_force@rim",
+                          "test_link_force@payload"));
+}
+
+TEST(Candidates, CanAllBeMade) {
+  const Mechanism mechanism = AllJoints();
+  const Catalogue catalogue = WithTestEffects();
+  for (const std::string& name : catalogue.Candidates(mechanism)) {
+    const auto effect = catalogue.Make(name, mechanism, "test");
+    EXPECT_EQ(effect->name(), name);
+    EXPECT_THAT(catalogue.kinds(), Contains(effect->kind()));
+  }
+}
+
+std::string ErrorOf(const std::string& name,
+                    const Mechanism& mechanism = AllJoints()) {
+  try {
+    WithTestEffects().Make(name, mechanism, "--add");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+Mechanism OnlyABall() {
+  Mechanism mechanism;
+  mechanism.AddRoot("root");
+  AddJoint("ball", JointType::kSpherical, 0, "body", Body(), &mechanism);
+  return mechanism;
+}
+
+Mechanism NoJoints() {
+  Mechanism mechanism;
+  mechanism.AddRoot("root");
+  return mechanism;
+}
+
+TEST(CatalogueErrors, SayHowToNameATarget) {
+  EXPECT_EQ(ErrorOf("coulomb_friction"),
+            "--add: effect 'coulomb_friction' has no target\n"
+            "  hint: write effect@target, for instance coulomb_friction@slide");
+  EXPECT_EQ(ErrorOf("coulomb_friction", NoJoints()),
+            "--add: effect 'coulomb_friction' has no target\n"
+            "  hint: write effect@target, for instance coulomb_friction@base");
+}
+
+TEST(CatalogueErrors, NameTheNearestEffect) {
+  EXPECT_EQ(ErrorOf("coulom_fricton@hinge"),
+            "--add: unknown effect 'coulom_fricton'\n"
+            "  hint: did you mean 'coulomb_friction'?");
+  EXPECT_EQ(ErrorOf("@hinge"), "--add: unknown effect ''\n  hint: known: " +
+                                   Join(WithTestEffects().kinds()));
+}
+
+TEST(CatalogueErrors, NameTheNearestTarget) {
+  EXPECT_EQ(ErrorOf("viscous_damping@hinje"),
+            "--add: effect 'viscous_damping': unknown target 'hinje'\n"
+            "  hint: did you mean 'hinge'?");
+  EXPECT_EQ(ErrorOf("viscous_damping@"),
+            "--add: effect 'viscous_damping': unknown target ''\n"
+            "  hint: known: slide, ball, hinge, wheel");
+  EXPECT_EQ(ErrorOf("viscous_damping@joint1", NoJoints()),
+            "--add: effect 'viscous_damping': unknown target 'joint1'\n"
+            "  hint: there is none to choose from");
+}
+
+TEST(CatalogueErrors, RefuseATargetOfAnotherKind) {
+  EXPECT_EQ(ErrorOf("viscous_damping@upper"),
+            "--add: effect 'viscous_damping': unknown target 'upper'\n"
+            "  hint: known: slide, ball, hinge, wheel");
+  EXPECT_EQ(ErrorOf("test_gravity@hinge"),
+            "--add: effect 'test_gravity': unknown target 'hinge'\n"
+            "  hint: known: base");
+  EXPECT_EQ(ErrorOf("test_link_force@ball"),
+            "--add: effect 'test_link_force': unknown target 'ball'\n"
+            "  hint: known: car, upper, lower, rim, payload");
+}
+
+TEST(CatalogueErrors, SayWhereAnEffectHasNoMeaning) {
+  EXPECT_EQ(ErrorOf("effort_bias@ball"),
+            "--add: effect 'effort_bias' has no meaning on the spherical "
+            "joint 'ball'\n  hint: it acts on: slide, hinge, wheel");
+  EXPECT_EQ(ErrorOf("viscous_damping@bolt"),
+            "--add: effect 'viscous_damping' has no meaning on the fixed "
+            "joint 'bolt'\n  hint: it acts on: slide, ball, hinge, wheel");
+  EXPECT_EQ(ErrorOf("effort_bias@ball", OnlyABall()),
+            "--add: effect 'effort_bias' has no meaning on the spherical "
+            "joint 'ball'\n  hint: this model has no joint for it");
+  for (const std::string link : {"tip", "stand"}) {
+    EXPECT_EQ(ErrorOf("test_link_force@" + link),
+              "--add: effect 'test_link_force' has no meaning on the link '" +
+                  link +
+                  "': it has no mass or is fixed to the world\n"
+                  "  hint: it acts on: car, upper, lower, rim, payload");
+  }
+}
+
+TEST(CatalogueErrors, CarryTheirPlace) {
+  try {
+    Catalogue().Make("friction", AllJoints(), "fit.yaml:9:5");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.place(), "fit.yaml:9:5");
+  }
+}
+
+// --- Effects in a model -----------------------------------------------------
+
+TEST(EffectSet, RefusesTheSameEffectTwice) {
+  const Mechanism mechanism = AllJoints();
+  Model model(mechanism);
+  model.AddEffect(
+      Catalogue().Make("viscous_damping@hinge", mechanism, "--add"));
+  try {
+    model.AddEffect(
+        Catalogue().Make("viscous_damping@hinge", mechanism, "--add"));
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "effect viscous_damping@hinge: is in the model already\n"
+                 "  hint: name each effect once");
+  }
+  EXPECT_EQ(model.effects().size(), 1);
+  EXPECT_EQ(model.nominal().effects.size(), 1u);
+}
+
+TEST(EffectSet, KeepsEffectsAndTheirParametersInOrder) {
+  const Mechanism mechanism = AllJoints();
+  EffectSet set;
+  set.Add(std::make_shared<TestArmature>(mechanism, "hinge"));
+  set.Add(std::make_shared<TestGravity>(mechanism, "base"));
+  set.Add(std::make_shared<TestArmature>(mechanism, "ball"));
+  EXPECT_THAT(set.names(),
+              ElementsAre("test_armature@hinge", "test_gravity@base",
+                          "test_armature@ball"));
+  EXPECT_EQ(set.offset(0), 0);
+  EXPECT_EQ(set.offset(1), 1);
+  EXPECT_EQ(set.offset(2), 4);
+  ASSERT_EQ(set.parameters().size(), 5u);
+  EXPECT_EQ(set.parameters()[4].name, "ball.test_armature");
+  EXPECT_TRUE(set.Contains("test_gravity@base"));
+  EXPECT_FALSE(set.Contains("test_armature@slide"));
+}
+
+TEST(ModelDeathTest, ChecksTheNameOfAnEffectParameter) {
+  Model model(AllJoints());
+  EXPECT_DEATH(model.SetEffectParameter("hinge.damping", 1.0),
+               "no effect has a parameter hinge.damping");
+}
+
+TEST(MakeModel, TurnsTheDynamicsOfTheUrdfIntoEffects) {
+  Mechanism mechanism = AllJoints();
+  mechanism.joints[mechanism.FindJoint("slide")].damping = 0.3;
+  mechanism.joints[mechanism.FindJoint("slide")].friction = 0.1;
+  mechanism.joints[mechanism.FindJoint("ball")].friction = 0.2;
+  const Model model = MakeModel(mechanism, Catalogue());
+  EXPECT_THAT(model.effects().names(),
+              ElementsAre("viscous_damping@slide", "coulomb_friction@slide",
+                          "coulomb_friction@ball"));
+  EXPECT_THAT(model.nominal().effects, ElementsAre(0.3, 0.1, 0.2));
+  EXPECT_EQ(MakeModel(AllJoints(), Catalogue()).effects().size(), 0);
+}
+
+}  // namespace
+}  // namespace sysid
