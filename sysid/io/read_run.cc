@@ -19,9 +19,9 @@ class RunReader {
  public:
   RunReader(const CsvFile& file, const ColumnMap& map,
             const Mechanism& mechanism, std::vector<std::string>* notices)
-      : file_(file), mechanism_(mechanism), notices_(notices) {
+      : file_(file), map_(map), mechanism_(mechanism), notices_(notices) {
     CheckHeader();
-    FindSources(map);
+    FindSources();
     FindGroups();
     NoteUnknownColumns();
   }
@@ -36,7 +36,7 @@ class RunReader {
   };
 
   void CheckHeader() const;
-  void FindSources(const ColumnMap& map);
+  void FindSources();
   void FindGroups();
   void NoteUnknownColumns();
   int FindSource(const std::string& name) const;
@@ -62,6 +62,7 @@ class RunReader {
   }
 
   const CsvFile& file_;
+  const ColumnMap& map_;
   const Mechanism& mechanism_;
   std::vector<std::string>* notices_;
   std::vector<ColumnSource> sources_;
@@ -69,11 +70,6 @@ class RunReader {
   std::vector<Found> efforts_;
   CsvFile::Table table_;
 };
-
-// "--columns joint1.q=joint1.q*0.0174532925".
-std::string DegreesFlag(const std::string& name, const std::string& column) {
-  return "--columns " + name + "=" + column + "*0.0174532925";
-}
 
 void RunReader::CheckHeader() const {
   const std::vector<std::string>& header = file_.header();
@@ -121,9 +117,9 @@ std::string RunReader::Describe(int source) const {
 }
 
 // The map first, then the columns that have our names.
-void RunReader::FindSources(const ColumnMap& map) {
+void RunReader::FindSources() {
   const std::vector<std::string>& header = file_.header();
-  sources_ = ResolveColumns(map, header, file_.path(), mechanism_);
+  sources_ = ResolveColumns(map_, header, file_.path(), mechanism_);
   const std::vector<std::string> names = RunColumnNames(mechanism_);
   for (size_t i = 0; i < header.size(); ++i) {
     const bool ours =
@@ -136,7 +132,7 @@ void RunReader::FindSources(const ColumnMap& map) {
   }
   if (FindSource("t") < 0) {
     throw InputError(file_.HeaderPlace(0), "there is no time column 't'",
-                     SuggestTimeColumn(header));
+                     TimeHint(mechanism_, header, map_));
   }
 }
 
@@ -168,8 +164,8 @@ void RunReader::FindGroups() {
       file_.HeaderPlace(0),
       "no column measures anything of " +
           (mechanism_.name.empty() ? "the model" : mechanism_.name),
-      SuggestMeasuredColumns(mechanism_, file_.header(),
-                             sources_[FindSource("t")].column));
+      MeasuredHint(mechanism_, file_.header(), sources_[FindSource("t")].column,
+                   map_));
 }
 
 void RunReader::NoteUnknownColumns() {
@@ -341,17 +337,16 @@ void RunReader::CheckDegrees(const Run& run) {
     if (sources_[source].has_factor) continue;
     const std::string& name = sources_[source].name;
     const std::string& from = file_.header()[sources_[source].column];
-    const std::string flag = DegreesFlag(name, from);
     if (report.verdict == DegreesVerdict::kPerhaps) {
       Notice(Describe(source) + " may be in degrees: " + report.reason +
-             "; if so: " + flag);
+             "; if so: " + DegreesFlag(name, from, map_));
       continue;
     }
-    throw InputError(
-        file_.HeaderPlace(sources_[source].column),
-        Describe(source) + " looks like degrees" +
-            (velocity ? " per second" : "") + ", not radians: " + report.reason,
-        flag + "  (if it is radians after all: " + name + "=" + from + "*1)");
+    throw InputError(file_.HeaderPlace(sources_[source].column),
+                     Describe(source) + " looks like degrees" +
+                         (velocity ? " per second" : "") +
+                         ", not radians: " + report.reason,
+                     DegreesHint(name, from, map_));
   }
 }
 

@@ -10,6 +10,8 @@
 namespace sysid {
 namespace {
 
+constexpr char kRadiansPerDegree[] = "*0.0174532925";
+
 std::string Lower(std::string text) {
   for (char& c : text) {
     c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -74,49 +76,98 @@ std::string ListColumns(const std::vector<std::string>& header) {
   return "the file's columns are " + Join(header);
 }
 
-}  // namespace
-
-std::string SuggestTimeColumn(const std::vector<std::string>& header) {
-  for (const std::string& name : header) {
-    if (LooksLikeTime(name)) {
-      return "--columns t=" + name + TimeFactor(name);
-    }
+// The column that looks like time, or -1.
+int FindTime(const std::vector<std::string>& header) {
+  for (size_t i = 0; i < header.size(); ++i) {
+    if (LooksLikeTime(header[i])) return static_cast<int>(i);
   }
-  return "name it by --columns t=COLUMN; " + ListColumns(header);
+  return -1;
 }
 
-std::string SuggestMeasuredColumns(const Mechanism& mechanism,
-                                   const std::vector<std::string>& header,
-                                   int time_column) {
-  // Hinges and slides: one column each.
-  std::vector<std::string> wanted;
-  std::vector<std::string> names;
+// Hinges and slides in order, columns that look like positions in order.
+ColumnMap SuggestPositions(const Mechanism& mechanism,
+                           const std::vector<std::string>& header,
+                           int time_column) {
+  ColumnMap map;
+  size_t next = 0;
   for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-    if (group.is_effort) continue;
-    if (group.kind == ChannelKind::kPosition) {
-      wanted.push_back(group.columns[0]);
+    if (group.is_effort || group.kind != ChannelKind::kPosition) continue;
+    while (next < header.size() &&
+           (static_cast<int>(next) == time_column || header[next].empty() ||
+            !LooksLikePosition(header[next]))) {
+      ++next;
     }
-    if (group.kind == ChannelKind::kPosition ||
-        group.kind == ChannelKind::kOrientation) {
-      names.insert(names.end(), group.columns.begin(), group.columns.end());
-    }
+    if (next == header.size()) break;
+    const bool degrees = ContainsAny(Lower(header[next]), {"deg"});
+    map.push_back({group.columns[0],
+                   header[next] + (degrees ? kRadiansPerDegree : ""), ""});
+    ++next;
   }
-  std::vector<std::string> candidates;
-  for (size_t i = 0; i < header.size(); ++i) {
-    if (static_cast<int>(i) != time_column && !header[i].empty() &&
-        LooksLikePosition(header[i])) {
-      candidates.push_back(header[i]);
-    }
+  return map;
+}
+
+// The flag with `added`, as one types it.
+std::string ColumnsFlag(const ColumnMap& given, const ColumnMap& added) {
+  ColumnMap from_flag;
+  for (const ColumnMapping& entry : given) {
+    if (entry.place == "--columns") from_flag.push_back(entry);
   }
   std::vector<std::string> entries;
-  for (size_t i = 0; i < std::min(wanted.size(), candidates.size()); ++i) {
-    const bool degrees = ContainsAny(Lower(candidates[i]), {"deg"});
-    entries.push_back(wanted[i] + "=" + candidates[i] +
-                      (degrees ? "*0.0174532925" : ""));
+  for (const ColumnMapping& entry : MergeColumnMaps(from_flag, added)) {
+    entries.push_back(entry.name + "=" + entry.expression);
   }
-  const std::string read = "its columns would be " + Join(names);
-  if (!entries.empty()) return read + "; try --columns " + Join(entries, ",");
-  return read + "; map yours by --columns NAME=COLUMN; " + ListColumns(header);
+  const std::string value = Join(entries, ",");
+  const bool plain = value.find_first_of(" []()\"$&;|<>#") == std::string::npos;
+  return "--columns " + (plain ? value : "'" + value + "'");
+}
+
+}  // namespace
+
+std::string TimeHint(const Mechanism& mechanism,
+                     const std::vector<std::string>& header,
+                     const ColumnMap& given) {
+  const int time = FindTime(header);
+  if (time < 0) return "name it by --columns t=COLUMN; " + ListColumns(header);
+  ColumnMap added = {{"t", header[time] + TimeFactor(header[time]), ""}};
+  const std::vector<std::string> names = RunColumnNames(mechanism);
+  const bool measured =
+      given.size() > 0 ||
+      std::any_of(header.begin(), header.end(), [&](const std::string& name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+      });
+  if (!measured) {
+    const ColumnMap positions = SuggestPositions(mechanism, header, time);
+    added.insert(added.end(), positions.begin(), positions.end());
+  }
+  return ColumnsFlag(given, added);
+}
+
+std::string MeasuredHint(const Mechanism& mechanism,
+                         const std::vector<std::string>& header,
+                         int time_column, const ColumnMap& given) {
+  std::vector<std::string> names;
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    const bool position = group.kind == ChannelKind::kPosition ||
+                          group.kind == ChannelKind::kOrientation;
+    if (group.is_effort || !position) continue;
+    names.insert(names.end(), group.columns.begin(), group.columns.end());
+  }
+  const std::string would_be = "its columns would be " + Join(names);
+  const ColumnMap added = SuggestPositions(mechanism, header, time_column);
+  if (!added.empty()) return would_be + "; try " + ColumnsFlag(given, added);
+  return would_be + "; map yours by --columns NAME=COLUMN; " +
+         ListColumns(header);
+}
+
+std::string DegreesFlag(const std::string& name, const std::string& column,
+                        const ColumnMap& given) {
+  return ColumnsFlag(given, {{name, column + kRadiansPerDegree, ""}});
+}
+
+std::string DegreesHint(const std::string& name, const std::string& column,
+                        const ColumnMap& given) {
+  return DegreesFlag(name, column, given) +
+         "  (if it is radians after all: " + name + "=" + column + "*1)";
 }
 
 }  // namespace sysid

@@ -4,19 +4,34 @@
 #include <vector>
 
 #include "models/mechanism.h"
+#include "sysid/io/column_map.h"
 
 namespace sysid {
 
-// Hints for a file whose columns have other names than ours: the --columns flag
-// that would most likely read it, from words in the names.
+// Hints for a file whose columns have other names or units than ours: the
+// --columns flag that would most likely read it, judged by the words in the
+// names. `given` is the map so far; what it has from the flag is repeated, so
+// that the hint can be typed as it is.
 
-// "--columns t=time_ms*0.001"; the list of columns where none looks like time.
-std::string SuggestTimeColumn(const std::vector<std::string>& header);
+// "--columns t=time_ms*0.001"; with columns that look like positions where
+// nothing else would be measured either. The file's columns where none looks
+// like time.
+std::string TimeHint(const Mechanism& mechanism,
+                     const std::vector<std::string>& header,
+                     const ColumnMap& given);
 
 // The names that would be read, and "--columns joint1.q=pos1,joint2.q=pos2"
-// where columns look like positions. `time_column` is taken.
-std::string SuggestMeasuredColumns(const Mechanism& mechanism,
-                                   const std::vector<std::string>& header,
-                                   int time_column);
+// where columns look like positions; the file's columns where none does.
+// `time_column` is taken.
+std::string MeasuredHint(const Mechanism& mechanism,
+                         const std::vector<std::string>& header,
+                         int time_column, const ColumnMap& given);
+
+// "--columns joint1.q=pos*0.0174532925", and how to say that it is radians.
+std::string DegreesHint(const std::string& name, const std::string& column,
+                        const ColumnMap& given);
+// The first half of it.
+std::string DegreesFlag(const std::string& name, const std::string& column,
+                        const ColumnMap& given);
 
 }  // namespace sysid

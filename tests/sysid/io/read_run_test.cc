@@ -172,7 +172,13 @@ TEST(ReadRunTest, ReportsAMissingTimeColumn) {
             "  hint: --columns t=time");
   EXPECT_EQ(ParseError("joint1.q,Time [ms]\n0,1\n"),
             "run.csv:1:1: there is no time column 't'\n"
-            "  hint: --columns t=Time [ms]*0.001");
+            "  hint: --columns 't=Time [ms]*0.001'");
+  // All that the file needs, in one go.
+  EXPECT_EQ(ParseError("time,pos_meas1,pos_meas2\n0,1,2\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: --columns t=time,joint1.q=pos_meas1,joint2.q=pos_meas2");
+  EXPECT_THAT(ParseError("time,a\n0,1\n", "joint1.q=a"),
+              HasSubstr("hint: --columns t=time,joint1.q=a"));
   EXPECT_EQ(ParseError("a,joint1.q\n0,1\n"),
             "run.csv:1:1: there is no time column 't'\n"
             "  hint: name it by --columns t=COLUMN; the file's columns are a, "
@@ -210,6 +216,9 @@ TEST(ReadRunTest, ReportsARunThatMeasuresNothing) {
             "run.csv:1:1: no column measures anything of chain\n"
             "  hint: its columns would be joint1.q, joint2.q; try --columns "
             "joint1.q=theta_deg*0.0174532925");
+  // What the flag says already is kept.
+  EXPECT_THAT(ParseError("time,pos\n0,1\n", "t=time"),
+              HasSubstr("try --columns joint1.q=pos,t=time"));
   // An effort alone measures no motion.
   EXPECT_EQ(ParseError("t,joint1.tau,a\n0,1,2\n"),
             "run.csv:1:1: no column measures anything of chain\n"
