@@ -28,19 +28,12 @@ double RelativeError(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return (a - b).norm() / b.norm();
 }
 
-// Seeded by the number of the tree, so that one that fails can be run alone.
-// Not below two joints: cond(M) of a single joint is 1, and what its inertia
-// loses where its axis passes near the centre of mass is not in it.
-Mechanism Tree(int number, Random* random) {
-  return RandomMechanism(2 + number % 12, random);
-}
-
 TEST(MuJoCo, AgreesOnPositionsInertiasForcesAndAccelerationsOfRandomTrees) {
   double worst_acceleration = 0.0, worst_inertia = 0.0, worst_bias = 0.0;
   std::set<JointType> seen;
   for (int tree = 0; tree < kTrees; ++tree) {
     Random random(1000 + tree);
-    const Mechanism mechanism = Tree(tree, &random);
+    const Mechanism mechanism = RandomTree(tree, &random);
     const Model model(mechanism);
     Workspace<double> ws(model);
     MujocoModel mujoco(mechanism, {});
@@ -92,7 +85,7 @@ TEST(MuJoCo, AgreesOnViscousDampingOfEveryJointType) {
   for (int tree = 0; tree < kTrees; ++tree) {
     SCOPED_TRACE("tree " + std::to_string(tree));
     Random random(2000 + tree);
-    Mechanism mechanism = Tree(tree, &random);
+    Mechanism mechanism = RandomTree(tree, &random);
     for (Joint& joint : mechanism.joints) {
       if (joint.type != JointType::kFixed) {
         joint.damping = random.Uniform(0.1, 2.0);
@@ -120,7 +113,7 @@ TEST(MuJoCo, AgreesOnArmatureOfEveryJointType) {
   for (int tree = 0; tree < kTrees; ++tree) {
     SCOPED_TRACE("tree " + std::to_string(tree));
     Random random(3000 + tree);
-    const Mechanism mechanism = Tree(tree, &random);
+    const Mechanism mechanism = RandomTree(tree, &random);
     Model model(mechanism);
     std::vector<double> armature;
     for (const Joint& joint : mechanism.joints) {

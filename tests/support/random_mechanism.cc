@@ -79,6 +79,10 @@ Mechanism RandomMechanism(int joints, Random* random) {
   return mechanism;
 }
 
+Mechanism RandomTree(int number, Random* random) {
+  return RandomMechanism(2 + number % 12, random);
+}
+
 RandomState::RandomState(const Mechanism& mechanism, Random* random)
     : q(2.0 * random->NormalVector(mechanism.nq)),
       qd(random->NormalVector(mechanism.nv)),

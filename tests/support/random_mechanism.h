@@ -38,6 +38,11 @@ Inertial<double> RandomInertial(Random* random);
 // joints joint1, ...; the root is "base_link".
 Mechanism RandomMechanism(int joints, Random* random);
 
+// The tree of a number: the same `number` and seed, the same tree. Never less
+// than two joints: cond(M) of a single joint is 1, and what its inertia loses
+// where its axis passes near the centre of mass is not in it.
+Mechanism RandomTree(int number, Random* random);
+
 // Random numbers for the dynamics: positions anywhere, velocities,
 // accelerations and efforts of order one.
 struct RandomState {

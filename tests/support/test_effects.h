@@ -3,7 +3,7 @@
 #include <limits>
 #include <string>
 
-#include "models/effects/effect.h"
+#include "models/effects/catalogue.h"
 
 namespace sysid {
 
@@ -112,5 +112,14 @@ class TestMeasurement : public EffectOf<TestMeasurement> {
     q[0] *= p[0] + 1.0;
   }
 };
+
+// Every effect of the catalogue, and those above that act in the dynamics.
+inline Catalogue WithDynamicsEffects() {
+  Catalogue catalogue;
+  catalogue.Add<TestArmature>();
+  catalogue.Add<TestGravity>();
+  catalogue.Add<TestLinkForce>();
+  return catalogue;
+}
 
 }  // namespace sysid
