@@ -2,7 +2,7 @@
 
 #include "glog/logging.h"
 #include "models/error.h"
-#include "models/state.h"
+#include "models/math/rotation.h"
 
 namespace sysid {
 namespace {
@@ -21,6 +21,27 @@ void TangentRate(const Model& model, const T* u, const T* qd, T* rate) {
     } else {
       rate[v] = qd[v];
     }
+  }
+}
+
+// x moved along the flow: (q Exp(u), qd + du), u and du the halves of `move`.
+template <typename T>
+void Advance(const Model& model, const T* x, const T* move, T* out) {
+  for (const Body& body : model.bodies()) {
+    const T* q = x + body.q_index;
+    const T* u = move + body.v_index;
+    T* q_out = out + body.q_index;
+    if (body.type == JointType::kSpherical) {
+      const Quaternion<T> moved =
+          Multiply(Quaternion<T>(q[3], q[0], q[1], q[2]),
+                   Exp<T>(Vector3<T>(u[0], u[1], u[2])));
+      for (int k = 0; k < 4; ++k) q_out[k] = moved.coeffs()[k];
+    } else {
+      q_out[0] = q[0] + u[0];
+    }
+  }
+  for (int i = 0; i < model.nv(); ++i) {
+    out[model.nq() + i] = x[model.nq() + i] + move[model.nv() + i];
   }
 }
 
@@ -70,13 +91,13 @@ bool Stepper<T>::StepEuler(double h, const T* tau, T* x) {
     u_[i] = (x[nq + i] + qdd_[i] * h) * h;
     u_[nv + i] = qdd_[i] * h;
   }
-  BoxPlus<T>(model, x, u_.data(), x);
+  Advance<T>(model, x, u_.data(), x);
   return true;
 }
 
-// With stage tangents u_s = h a_s k_{s-1}, states x_s = x [+] (u_s, ...) and
-// k_s = J_r(u_s)^-1 qd_s:  x+ = x [+] h (k_1 + 2 k_2 + 2 k_3 + k_4) / 6, and the
-// same sum of accelerations for qd.                                    (3.3)
+// With stage tangents u_s = h a_s k_{s-1}, positions q_s = q Exp(u_s) and
+// k_s = J_r(u_s)^-1 qd_s:  q+ = q Exp(h (k_1 + 2 k_2 + 2 k_3 + k_4) / 6), and
+// the same sum of accelerations for qd.                                (3.3)
 template <typename T>
 bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
   const Model& model = ws_->model();
@@ -104,14 +125,14 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
       u_[i] = rate_[i] * (h * kAhead[stage]);
       u_[nv + i] = qdd_[i] * (h * kAhead[stage]);
     }
-    BoxPlus<T>(model, x, u_.data(), stage_x_.data());
+    Advance<T>(model, x, u_.data(), stage_x_.data());
     TangentRate<T>(model, u_.data(), stage_x_.data() + nq, rate_.data());
   }
   for (int i = 0; i < nv; ++i) {
     u_[i] = sum_u_[i] * h;
     u_[nv + i] = sum_v_[i] * h;
   }
-  BoxPlus<T>(model, x, u_.data(), x);
+  Advance<T>(model, x, u_.data(), x);
   return true;
 }
 

@@ -8,48 +8,66 @@ namespace sysid {
 // State x = (q, qd), nq + nv numbers; tangent dx = (dq, dqd), 2 nv numbers. A
 // spherical joint's dq is a rotation vector in the child's axes:
 //
-//   x [+] dx = (q Exp(dq), qd + dqd)                                   (3.1)
-//   x1 [-] x0 = (Log(q0* q1), qd1 - qd0)                               (3.2)
+//   x [+] dx = (q Exp(dq), Exp(dq)^T (qd + dqd))                       (3.1)
+//   x1 [-] x0 = (Log(q0* q1), Exp(dq) qd1 - qd0)                       (3.2)
+//
+// (other joints: plain sums and differences). So a change of the rotation alone
+// leaves the angular velocity where it is in the parent's axes. That matters to
+// a thin rod: its twist about itself is nearly free, and with the velocity held
+// in its own axes instead a twist would swing the rod; least squares then crawl
+// along a curved valley (measured: 200 iterations instead of 10).
 
 // (3.1). `out` may be x.
 template <typename T>
 void BoxPlus(const Model& model, const T* x, const T* dx, T* out) {
+  const int nq = model.nq(), nv = model.nv();
   for (const Body& body : model.bodies()) {
     const T* q = x + body.q_index;
+    const T* qd = x + nq + body.v_index;
     const T* dq = dx + body.v_index;
+    const T* dqd = dx + nv + body.v_index;
     T* q_out = out + body.q_index;
+    T* qd_out = out + nq + body.v_index;
     if (body.type == JointType::kSpherical) {
-      Quaternion<T> moved =
-          Multiply(Quaternion<T>(q[3], q[0], q[1], q[2]),
-                   Exp<T>(Vector3<T>(dq[0], dq[1], dq[2])));
+      const Quaternion<T> turn = Exp<T>(Vector3<T>(dq[0], dq[1], dq[2]));
+      const Quaternion<T> moved =
+          Multiply(Quaternion<T>(q[3], q[0], q[1], q[2]), turn);
+      const Vector3<T> rate =
+          ToMatrix(turn).transpose() *
+          Vector3<T>(qd[0] + dqd[0], qd[1] + dqd[1], qd[2] + dqd[2]);
       for (int k = 0; k < 4; ++k) q_out[k] = moved.coeffs()[k];
+      for (int k = 0; k < 3; ++k) qd_out[k] = rate[k];
     } else {
       q_out[0] = q[0] + dq[0];
+      qd_out[0] = qd[0] + dqd[0];
     }
-  }
-  for (int i = 0; i < model.nv(); ++i) {
-    out[model.nq() + i] = x[model.nq() + i] + dx[model.nv() + i];
   }
 }
 
 // (3.2).
 template <typename T>
 void BoxMinus(const Model& model, const T* x1, const T* x0, T* dx) {
+  const int nq = model.nq(), nv = model.nv();
   for (const Body& body : model.bodies()) {
     const T* q1 = x1 + body.q_index;
     const T* q0 = x0 + body.q_index;
+    const T* qd1 = x1 + nq + body.v_index;
+    const T* qd0 = x0 + nq + body.v_index;
     T* dq = dx + body.v_index;
+    T* dqd = dx + nv + body.v_index;
     if (body.type == JointType::kSpherical) {
-      const Vector3<T> phi =
-          Log(Multiply(Quaternion<T>(q0[3], -q0[0], -q0[1], -q0[2]),
-                       Quaternion<T>(q1[3], q1[0], q1[1], q1[2])));
+      const Quaternion<T> turn =
+          Multiply(Quaternion<T>(q0[3], -q0[0], -q0[1], -q0[2]),
+                   Quaternion<T>(q1[3], q1[0], q1[1], q1[2]));
+      const Vector3<T> phi = Log(turn);
+      const Vector3<T> rate =
+          ToMatrix(turn) * Vector3<T>(qd1[0], qd1[1], qd1[2]);
       for (int k = 0; k < 3; ++k) dq[k] = phi[k];
+      for (int k = 0; k < 3; ++k) dqd[k] = rate[k] - qd0[k];
     } else {
       dq[0] = q1[0] - q0[0];
+      dqd[0] = qd1[0] - qd0[0];
     }
-  }
-  for (int i = 0; i < model.nv(); ++i) {
-    dx[model.nv() + i] = x1[model.nq() + i] - x0[model.nq() + i];
   }
 }
 

@@ -11,24 +11,36 @@ namespace {
 
 using Map = Eigen::Map<RowMatrixXd>;
 
-// d(x [+] dx)/d dx at dx = 0, state_size x tangent_size: for a quaternion
-// v + w the rows (w 1 + [v]x) / 2 and -v^T / 2.
-template <class Matrix>
-void PlusJacobianAt(const Model& model, const double* x, Matrix* J) {
-  J->setZero();
+using Matrix43 = Eigen::Matrix<double, 4, 3>;
+
+// d(q Exp(dq))/d dq at 0, q = (v, w): (w 1 + [v]x) / 2 over -v^T / 2. Its
+// pseudo-inverse is four times its transpose.
+Matrix43 QuaternionJacobian(const double* q) {
+  const Eigen::Vector3d v(q[0], q[1], q[2]);
+  Matrix43 P;
+  P.topRows<3>() =
+      0.5 * (q[3] * Eigen::Matrix3d::Identity() + Skew<double>(v));
+  P.row(3) = -0.5 * v.transpose();
+  return P;
+}
+
+// d(x [+] dx)/d dx at dx = 0, state_size x tangent_size. By (3.1) the angular
+// velocity w changes by w x dq + dqd.
+void PlusJacobianAt(const Model& model, const double* x,
+                    Eigen::Ref<RowMatrixXd> J) {
+  const int nq = model.nq(), nv = model.nv();
+  J.setZero();
+  J.bottomRightCorner(nv, nv).setIdentity();
   for (const Body& body : model.bodies()) {
     const int q = body.q_index, v = body.v_index;
     if (body.type == JointType::kSpherical) {
-      const Eigen::Map<const Eigen::Vector3d> vec(x + q);
-      J->template block<3, 3>(q, v) =
-          0.5 * (x[q + 3] * Eigen::Matrix3d::Identity() +
-                 Skew<double>(Eigen::Vector3d(vec)));
-      J->template block<1, 3>(q + 3, v) = -0.5 * vec.transpose();
+      J.block<4, 3>(q, v) = QuaternionJacobian(x + q);
+      J.block<3, 3>(nq + v, v) =
+          Skew<double>(Eigen::Vector3d(x[nq + v], x[nq + v + 1], x[nq + v + 2]));
     } else {
-      (*J)(q, v) = 1.0;
+      J(q, v) = 1.0;
     }
   }
-  for (int i = 0; i < model.nv(); ++i) (*J)(model.nq() + i, model.nv() + i) = 1;
 }
 
 // J_tangent MinusJacobian(x): what Ceres multiplies by PlusJacobian again.
@@ -39,13 +51,12 @@ void LiftToAmbient(const Model& model, const double* x,
   for (const Body& body : model.bodies()) {
     const int q = body.q_index, v = body.v_index;
     if (body.type == JointType::kSpherical) {
-      // The pseudo-inverse of the 4 x 3 block of PlusJacobianAt.
-      Eigen::Matrix<double, 4, 3> P;
-      const Eigen::Map<const Eigen::Vector3d> vec(x + q);
-      P.topRows<3>() = 2.0 * (x[q + 3] * Eigen::Matrix3d::Identity() +
-                              Skew<double>(Eigen::Vector3d(vec)));
-      P.row(3) = -2.0 * vec.transpose();
-      J.middleCols<4>(q) = J_tangent.middleCols<3>(v) * P.transpose();
+      const Eigen::Vector3d w(x[nq + v], x[nq + v + 1], x[nq + v + 2]);
+      const RowMatrixXd by_rotation =
+          J_tangent.middleCols<3>(v) -
+          J_tangent.middleCols<3>(nv + v) * Skew<double>(w);
+      J.middleCols<4>(q) =
+          by_rotation * (4.0 * QuaternionJacobian(x + q)).transpose();
     } else {
       J.col(q) = J_tangent.col(v);
     }
@@ -53,10 +64,22 @@ void LiftToAmbient(const Model& model, const double* x,
   J.middleCols(nq, nv) = J_tangent.middleCols(nv, nv);
 }
 
+// J_r^-1(phi) = 1 + [phi]/2 + c [phi]^2 (Sola et al., eq. 144).
+Eigen::Matrix3d RightJacobianInverseMatrix(const Eigen::Vector3d& phi) {
+  const double angle = phi.norm();
+  double c = 1.0 / 12.0;
+  if (angle > 1e-3) {
+    c = 1.0 / (angle * angle) -
+        (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
+  }
+  const Eigen::Matrix3d K = Skew<double>(phi);
+  return Eigen::Matrix3d::Identity() + 0.5 * K + c * K * K;
+}
+
 // The defect x_end [-] x_next and its derivatives by both tangents.
 void Defect(const Model& model, const double* x_end, const double* x_next,
             double* defect, RowMatrixXd* J_end, RowMatrixXd* J_next) {
-  const int tangent = model.tangent_size();
+  const int tangent = model.tangent_size(), nv = model.nv();
   BoxMinus<double>(model, x_end, x_next, defect);
   if (J_end == nullptr) return;
   J_end->setIdentity(tangent, tangent);
@@ -66,17 +89,14 @@ void Defect(const Model& model, const double* x_end, const double* x_next,
     const int v = body.v_index;
     // Log(q0* q1) by q1's tangent: J_r^-1(phi); by q0's: -J_r^-1(-phi).
     const Eigen::Vector3d phi(defect[v], defect[v + 1], defect[v + 2]);
-    const double angle = phi.norm();
-    // J_r^-1(phi) = 1 + [phi]/2 + c [phi]^2 (Sola et al., eq. 144).
-    double c = 1.0 / 12.0;
-    if (angle > 1e-3) {
-      c = 1.0 / (angle * angle) -
-          (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
-    }
-    const Eigen::Matrix3d K = Skew<double>(phi);
-    const Eigen::Matrix3d even = Eigen::Matrix3d::Identity() + c * K * K;
-    J_end->block<3, 3>(v, v) = even + 0.5 * K;
-    J_next->block<3, 3>(v, v) = -(even - 0.5 * K);
+    J_end->block<3, 3>(v, v) = RightJacobianInverseMatrix(phi);
+    J_next->block<3, 3>(v, v) = -RightJacobianInverseMatrix(-phi);
+    // e = Exp(phi) w1 - w0: by (3.1) q1's tangent leaves it, dw1 acts through
+    // Exp(phi); q0's turns it by -dq0 x e, dw0 acts as it is.
+    const Eigen::Vector3d e(defect[nv + v], defect[nv + v + 1],
+                            defect[nv + v + 2]);
+    J_end->block<3, 3>(nv + v, nv + v) = ToMatrix(Exp<double>(phi));
+    J_next->block<3, 3>(nv + v, v) = Skew<double>(e);
   }
 }
 
@@ -90,7 +110,7 @@ bool StateManifold::Plus(const double* x, const double* delta,
 
 bool StateManifold::PlusJacobian(const double* x, double* jacobian) const {
   Map J(jacobian, AmbientSize(), TangentSize());
-  PlusJacobianAt(*model_, x, &J);
+  PlusJacobianAt(*model_, x, J);
   return true;
 }
 

@@ -362,7 +362,7 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
       if (last && choose_step) {
         problem->mutable_options()->rollout.step = ChooseStep(*problem, point);
       }
-      summary = last ? stage("long segments", kTightDefect, 1e-10, 1000)
+      summary = last ? stage("long segments", kTightDefect, 1e-7, 1000)
                      : stage("middle segments", 0.3, 1e-4, 20);
     }
     fit.converged = summary.converged;

@@ -220,6 +220,11 @@ StageSummary ShootingStage::Solve(const std::string& doing,
   options.parameter_tolerance = 1e-12;
   options.gradient_tolerance = 1e-12;
   options.max_num_consecutive_invalid_steps = 30;
+  // Ceres damps by the diagonal, which the stiff defects dominate, while what
+  // all segments do together is soft: at the usual radius of 1e4 that part
+  // waits until the radius has grown by the square of the stiffness.
+  options.initial_trust_region_radius =
+      1e4 / std::pow(std::min(1.0, options_.defect), 4);
   options.logging_type = ceres::SILENT;
   // The states first, theta last: the states couple only with their neighbours,
   // so eliminating them fills in nothing but theta's rows.
