@@ -241,15 +241,10 @@ void Reader::ReadTop(const Entry& entry, FitSpecification* spec) const {
 FitSpecification Reader::Read(const std::string& text) {
   FitSpecification spec;
   spec.path = path();
-  // The comment makes yaml-cpp notice a quote that is open at the end.
-  std::vector<YAML::Node> documents = YAML::LoadAll(text + "\n#");
-  if (documents.size() > 1) {
-    Fail(documents[1], "a second document begins here",
-         "a specification is one document: remove the '---'");
-  }
-  if (documents.empty() || documents[0].IsNull()) return spec;
+  const YAML::Node root = Load(text);
+  if (root.IsNull()) return spec;
   const std::vector<Entry> entries =
-      Map(documents[0], "the specification",
+      Map(root, "the specification",
           "write key: value; known keys: " + Join(TopKeys()));
   for (const Entry& entry : entries) ReadTop(entry, &spec);
   for (const auto& [key, value] : entries) {
@@ -285,18 +280,7 @@ const std::vector<std::string>& LossNames() {
 
 FitSpecification ParseFitSpecification(const std::string& path,
                                        const std::string& text) {
-  try {
-    return Reader(path).Read(text);
-  } catch (const YAML::Exception& error) {
-    const bool placed = !error.mark.is_null();
-    throw InputError(
-        placed ? path + ":" + std::to_string(error.mark.line + 1) + ":" +
-                     std::to_string(error.mark.column + 1)
-               : path,
-        "is not YAML: " + error.msg,
-        "spaces, not tabs, make the indentation; brackets and quotes must be "
-        "closed");
-  }
+  return Reader(path).Read(text);
 }
 
 FitSpecification ReadFitSpecification(const std::string& path) {

@@ -1,12 +1,78 @@
 #include "sysid/parameters/yaml_reader.h"
 
+#include <yaml-cpp/eventhandler.h>
+
+#include <algorithm>
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include "models/error.h"
 #include "sysid/io/csv.h"
 
 namespace sysid {
+namespace {
+
+// Notes where documents begin.
+class DocumentMarks : public YAML::EventHandler {
+ public:
+  std::vector<YAML::Mark> marks;
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    marks.push_back(mark);
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+constexpr char kYamlHint[] =
+    "spaces, not tabs, make the indentation; brackets and quotes must be "
+    "closed";
+
+}  // namespace
+
+// YAML::Load takes the first document and is silent about the rest; what cannot
+// stand in a document (a comma at its start) is an endless row of empty ones to
+// YAML::LoadAll.
+void YamlReader::CheckOneDocument(const std::string& text) const {
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  DocumentMarks documents;
+  while (documents.marks.size() < 2 && parser.HandleNextDocument(documents)) {
+  }
+  if (documents.marks.size() < 2) return;
+  const YAML::Mark& mark = documents.marks[1];
+  const size_t begin = std::min<size_t>(mark.pos, text.size());
+  const std::string rest =
+      text.substr(begin, text.find_first_of("\r\n", begin) - begin);
+  if (rest.starts_with("---")) {
+    throw InputError(Place(mark), "a second document begins here",
+                     "a specification is one document: remove the '---'");
+  }
+  throw InputError(Place(mark),
+                   "is not YAML: " + Shown(rest) + " cannot stand here",
+                   kYamlHint);
+}
+
+YAML::Node YamlReader::Load(const std::string& text) const {
+  // The comment makes yaml-cpp notice a quote that is open at the end.
+  const std::string closed = text + "\n#";
+  try {
+    CheckOneDocument(closed);
+    return YAML::Load(closed);
+  } catch (const YAML::Exception& error) {
+    throw InputError(Place(error.mark), "is not YAML: " + error.msg, kYamlHint);
+  }
+}
 
 std::string YamlReader::Place(const YAML::Mark& mark) const {
   if (mark.is_null()) return path_;

@@ -20,6 +20,11 @@ class YamlReader {
   explicit YamlReader(const std::string& path) : path_(path) {}
 
   const std::string& path() const { return path_; }
+
+  // The root of the text's only document; null where there is none. Throws
+  // InputError for text that is not YAML, and for a second document.
+  YAML::Node Load(const std::string& text) const;
+
   std::string Place(const YAML::Mark& mark) const;
   std::string Place(const YAML::Node& node) const;
   [[noreturn]] void Fail(const YAML::Node& node, const std::string& what,
@@ -51,6 +56,7 @@ class YamlReader {
 
  private:
   static std::string KindOf(const YAML::Node& node);
+  void CheckOneDocument(const std::string& text) const;
 
   std::string path_;
 };

@@ -251,8 +251,13 @@ TEST(FitSpecificationTest, TranslatesWhatIsNotYaml) {
             "dir/fit.yaml:4:2: is not YAML: illegal EOF in scalar" + hint);
   EXPECT_THAT(ParseError("free: *nobody\n"), StartsWith("dir/fit.yaml:1:7: "));
   EXPECT_THAT(ParseError(std::string(100000, '[')), StartsWith("dir/fit.yaml"));
+  EXPECT_EQ(
+      ParseError(",noise: 1\n"),
+      "dir/fit.yaml:1:1: is not YAML: ',noise: 1' cannot stand here" + hint);
+  EXPECT_EQ(ParseError("{noise: 1} more\n"),
+            "dir/fit.yaml:1:12: is not YAML: 'more' cannot stand here" + hint);
   EXPECT_EQ(ParseError("noise: 1\n---\nnoise: 2\n"),
-            "dir/fit.yaml:3:1: a second document begins here\n"
+            "dir/fit.yaml:2:1: a second document begins here\n"
             "  hint: a specification is one document: remove the '---'");
 }
 
