@@ -246,9 +246,11 @@ Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
   same.rollout = train.options().rollout;
   same.progress = nullptr;
   same.segment = segment_s;
-  ShootingProblem problem(model, {}, std::move(runs), same);
-  problem.UseNoiseOf(train);
   Holdout holdout;
+  holdout.problem = std::make_unique<ShootingProblem>(
+      model, std::vector<FreeParameter>(), std::move(runs), same);
+  ShootingProblem& problem = *holdout.problem;
+  problem.UseNoiseOf(train);
   holdout.point = StatesOnly(problem, segment_s, kInfinity);
   const double fitted = [&] {
     double states = 0.0;
@@ -257,7 +259,7 @@ Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
   }();
   holdout.errors = EvaluateErrors(problem, holdout.point, fitted);
   // For the open prediction one initial state has to serve the whole run.
-  ShootingPoint joined = StatesOnly(problem, segment_s, kTightDefect);
+  ShootingPoint joined = StatesOnly(problem, segment_s, kJoinedDefect);
   holdout.open = EvaluateOpen(problem, joined);
   return holdout;
 }

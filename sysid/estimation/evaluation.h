@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,7 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
 // Runs that were not fitted, predicted by a model. Each segment starts from a
 // state that is estimated from that segment alone; the parameters stay.
 struct Holdout {
+  std::unique_ptr<ShootingProblem> problem;  // nothing free
   RunErrors errors;
   std::vector<OpenError> open;
   ShootingPoint point;

@@ -56,7 +56,7 @@ double ChooseSegment(const ShootingProblem& problem,
                      const ShootingPoint& point) {
   constexpr double kGrowth = 4.0;
   const Model& model = problem.model();
-  const int nv = model.nv(), tangent = model.tangent_size();
+  const int nv = model.nv();
   double best = kFirstLength;
   for (double length = 2 * kFirstLength; length <= kLongestLength * 1.01;
        length *= 2) {
@@ -90,7 +90,6 @@ double ChooseSegment(const ShootingProblem& problem,
     if (growth > kGrowth) break;
     best = length;
   }
-  (void)tangent;
   return best;
 }
 
@@ -362,8 +361,12 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
       if (last && choose_step) {
         problem->mutable_options()->rollout.step = ChooseStep(*problem, point);
       }
-      summary = last ? stage("long segments", kTightDefect, 1e-7, 1000)
-                     : stage("middle segments", 0.3, 1e-4, 20);
+      if (last) {
+        stage("long segments", kJoinedDefect, 1e-5, 1000);
+        summary = stage("one trajectory", TightDefect(point), 1e-7, 1000);
+      } else {
+        stage("middle segments", 0.3, 1e-4, 20);
+      }
     }
     fit.converged = summary.converged;
     fit.termination = summary.message;
@@ -375,6 +378,7 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
   RowMatrixXd R = RowMatrixXd::Zero(n, n + 1);
   {
     ShootingStage::Options stage_options;
+    stage_options.defect = TightDefect(point);
     const ShootingStage final_stage(*problem, stage_options, &point);
     std::vector<RunLinearization> runs;
     RowMatrixXd J_prior;

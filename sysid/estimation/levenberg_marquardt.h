@@ -24,7 +24,7 @@ ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
 // The longest step, of the median sample period over 1, 2, 4, ..., with which
 // rolling the point's segments out differs from half that step by less than
 // kStepError standard deviations (rms of the worst segment).
-inline constexpr double kStepError = 0.05;
+inline constexpr double kStepError = 0.2;
 double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point);
 
 }  // namespace sysid

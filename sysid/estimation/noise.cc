@@ -7,6 +7,9 @@ namespace sysid {
 namespace {
 
 constexpr int kMaxDegree = 8;
+// What is left of the variance of Gaussian noise without its largest 2 % of
+// squares: (1 - 2 (z phi(z) + Q(z))) / 0.98 at z = 2.326.
+constexpr double kTrimmedVariance = 0.8732;
 
 double RmsAtDegree(const std::vector<double>& t, const std::vector<double>& y,
                    int degree) {
@@ -35,7 +38,8 @@ double RmsAtDegree(const std::vector<double>& t, const std::vector<double>& y,
                    squares.end());
   double sum = 0.0;
   for (size_t i = 0; i < keep; ++i) sum += squares[i];
-  return std::sqrt(sum / keep);
+  const double bias = keep < squares.size() ? kTrimmedVariance : 1.0;
+  return std::sqrt(sum / (keep * bias));
 }
 
 }  // namespace

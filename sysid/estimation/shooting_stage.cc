@@ -69,6 +69,15 @@ double Now() {
       .count();
 }
 
+double TightDefect(const ShootingPoint& point) {
+  double samples = 1.0, segments = 1.0;  // of the run with most of both
+  for (const ShootingPoint::Nodes& nodes : point.runs) {
+    samples = std::max<double>(samples, nodes.samples.back());
+    segments = std::max<double>(segments, nodes.segments());
+  }
+  return std::min(kJoinedDefect, 0.1 / std::sqrt(samples * segments));
+}
+
 std::vector<double> DefectSigma(const ShootingProblem& problem) {
   const Model& model = problem.model();
   std::vector<double> sigma(model.tangent_size());
@@ -103,7 +112,6 @@ double* ShootingStage::State(int run, int segment) const {
 }
 
 void ShootingStage::AddSegments() {
-  const Model& model = shooting_.model();
   const std::vector<double> defect_sigma = DefectSigma(shooting_);
   const bool independent = std::isinf(options_.defect);
   double* theta = point_->theta.data();
@@ -162,14 +170,12 @@ void ShootingStage::AddSegments() {
       problem_->SetParameterUpperBound(theta, i, free.upper);
     }
   }
-  (void)model;
 }
 
 void ShootingStage::AddPriors() {
   const Model& model = shooting_.model();
   const bool independent = std::isinf(options_.defect);
   for (size_t r = 0; r < point_->runs.size(); ++r) {
-    const RunData& data = *shooting_.runs()[r];
     std::vector<double> sigma(model.tangent_size());
     for (const Body& body : model.bodies()) {
       const bool blind =
@@ -181,7 +187,6 @@ void ShootingStage::AddPriors() {
             blind ? kTwistRatePrior : kVelocityPrior;
       }
     }
-    (void)data;
     const int count = independent ? point_->runs[r].segments() : 1;
     for (int k = 0; k < count; ++k) {
       const double* x = State(r, k);
@@ -223,8 +228,9 @@ StageSummary ShootingStage::Solve(const std::string& doing,
   // Ceres damps by the diagonal, which the stiff defects dominate, while what
   // all segments do together is soft: at the usual radius of 1e4 that part
   // waits until the radius has grown by the square of the stiffness.
-  options.initial_trust_region_radius =
-      1e4 / std::pow(std::min(1.0, options_.defect), 4);
+  options.initial_trust_region_radius = std::min(
+      options.max_trust_region_radius,
+      1e4 / std::pow(std::min(1.0, options_.defect), 4));
   options.logging_type = ceres::SILENT;
   // The states first, theta last: the states couple only with their neighbours,
   // so eliminating them fills in nothing but theta's rows.
@@ -261,16 +267,6 @@ StageSummary ShootingStage::Solve(const std::string& doing,
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;
   result.cost = summary.final_cost;
   return result;
-}
-
-double ShootingStage::cost() const {
-  double cost = 0.0;
-  ceres::Problem::EvaluateOptions options;
-  options.num_threads = shooting_.options().threads;
-  if (!problem_->Evaluate(options, &cost, nullptr, nullptr, nullptr)) {
-    return std::numeric_limits<double>::infinity();
-  }
-  return cost;
 }
 
 bool ShootingStage::Linearize(std::vector<RunLinearization>* runs) const {

@@ -15,13 +15,17 @@ namespace sysid {
 //
 // The rollout is deterministic, so the maximum-likelihood estimate has no
 // defects at all; a defect that is free to be large is what lets the solver
-// walk through a landscape that single shooting cannot. So a stage starts loose
-// and ends tight. kTight is 1/100 of the noise: in a segment of 50 samples a
-// misfit of the model then moves into the defects by less than one part in 200,
-// and the condition of the normal equations stays within doubles.
+// walk through a landscape that single shooting cannot. So a fit starts loose,
+// joins the segments, and ends tight.
 inline constexpr double kLooseDefect = 10.0;
-inline constexpr double kTightDefect = 0.01;
+inline constexpr double kJoinedDefect = 0.01;
 inline constexpr double kDefectTime = 0.1;  // s
+
+// The last tightness. K defects of d each shift the end of a run by D = K d at a
+// cost of D^2 / (K sigma_d^2); left unshifted the same D costs the N samples
+// about N D^2 / sigma^2. What is not model stays below 1 % of that with
+// sigma_d = 0.1 sigma / sqrt(N K).
+double TightDefect(const ShootingPoint& point);
 
 // One whitened residual of a run linearised at a point: rows of a segment with
 // its defect, columns by the tangent of its state, theta, and the tangent of
@@ -58,7 +62,7 @@ struct HistoryEntry {
 class ShootingStage {
  public:
   struct Options {
-    double defect = kTightDefect;  // infinity: the segments are independent
+    double defect = kJoinedDefect;  // infinity: the segments are independent
     bool fix_theta = false;        // only the states move
     int max_iterations = 100;
     double function_tolerance = 1e-10;
@@ -76,9 +80,6 @@ class ShootingStage {
   bool Linearize(std::vector<RunLinearization>* runs) const;
   // theta's priors as rows: J x theta, r.
   void LinearizePriors(RowMatrixXd* J, Eigen::VectorXd* r) const;
-
-  // Largest defect in standard deviations of kTightDefect.
-  double cost() const;
 
  private:
   struct Block {

@@ -274,7 +274,7 @@ const std::vector<std::string>& SolverNames() {
 
 const std::vector<std::string>& LossNames() {
   static const auto& names = *new std::vector<std::string>{
-      "none", "huber", "soft_l1", "cauchy", "tukey"};
+      "none", "huber", "cauchy"};
   return names;
 }
 

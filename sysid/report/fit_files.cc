@@ -1,0 +1,190 @@
+#include <cmath>
+#include <set>
+
+#include "models/urdf/write_urdf.h"
+#include "sysid/io/csv.h"
+#include "sysid/report/fit_report.h"
+
+namespace sysid {
+namespace {
+
+// Names of a channel's numbers, as contracts.md calls the columns.
+std::vector<std::string> ColumnNames(const Channel& channel,
+                                     const Mechanism& mechanism) {
+  switch (channel.kind) {
+    case ChannelKind::kPosition:
+      return {mechanism.joints[channel.target].name + ".q"};
+    case ChannelKind::kVelocity:
+      return {mechanism.joints[channel.target].name + ".qd"};
+    case ChannelKind::kOrientation: {
+      const std::string joint = mechanism.joints[channel.target].name;
+      return {joint + ".qx", joint + ".qy", joint + ".qz", joint + ".qw"};
+    }
+    case ChannelKind::kAngularVelocity: {
+      const std::string joint = mechanism.joints[channel.target].name;
+      return {joint + ".wx", joint + ".wy", joint + ".wz"};
+    }
+    case ChannelKind::kFramePosition: {
+      const std::string link = mechanism.links[channel.target].name;
+      return {link + ".px", link + ".py", link + ".pz"};
+    }
+  }
+  return {};
+}
+
+// The measurement as near to the prediction as its meaning allows: angles of
+// the same turn, quaternions of the same sign.
+Eigen::RowVectorXd Nearest(const Channel& channel, const Mechanism& mechanism,
+                           int sample, const Eigen::RowVectorXd& predicted) {
+  Eigen::RowVectorXd measured = channel.values.row(sample);
+  if (channel.kind == ChannelKind::kOrientation &&
+      measured.dot(predicted) < 0) {
+    return -measured;
+  }
+  if (channel.kind == ChannelKind::kPosition &&
+      IsRotation1(mechanism.joints[channel.target].type)) {
+    measured[0] -=
+        2 * M_PI * std::round((measured[0] - predicted[0]) / (2 * M_PI));
+  }
+  return measured;
+}
+
+struct Part {
+  const ShootingProblem* problem;
+  const ShootingPoint* point;
+  int run;
+};
+
+std::string Cell(double value) {
+  return std::isfinite(value) ? ShortestText(value) : "";
+}
+
+}  // namespace
+
+std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
+                          const Holdout* holdout) {
+  std::vector<Part> parts;
+  for (size_t r = 0; r < problem.runs().size(); ++r) {
+    parts.push_back({&problem, &fit.point, static_cast<int>(r)});
+  }
+  if (holdout) {
+    for (size_t r = 0; r < holdout->problem->runs().size(); ++r) {
+      parts.push_back(
+          {holdout->problem.get(), &holdout->point, static_cast<int>(r)});
+    }
+  }
+  const Mechanism& mechanism = problem.model().mechanism();
+  // The union of the runs' channels, in the order of their first appearance.
+  std::vector<std::string> names, columns;
+  std::vector<int> widths;
+  for (const Part& part : parts) {
+    for (const Channel& channel : part.problem->runs()[part.run]->run.channels) {
+      if (std::find(names.begin(), names.end(), channel.name) != names.end()) {
+        continue;
+      }
+      names.push_back(channel.name);
+      widths.push_back(static_cast<int>(channel.values.cols()));
+      for (const std::string& column : ColumnNames(channel, mechanism)) {
+        columns.push_back(column);
+      }
+    }
+  }
+  std::string text = "t,run,t_run";
+  for (const std::string& column : columns) {
+    text += "," + CsvCell(column + ".measured") + "," +
+            CsvCell(column + ".predicted") + "," +
+            CsvCell(column + ".residual");
+  }
+  text += "\n";
+  double offset = 0.0;
+  for (size_t p = 0; p < parts.size(); ++p) {
+    const Part& part = parts[p];
+    const Run& run = part.problem->runs()[part.run]->run;
+    RowMatrixXd states;
+    if (!SampleStates(*part.problem, *part.point, part.run, &states)) continue;
+    const std::vector<RowMatrixXd> predicted = PredictChannels(
+        *part.problem, part.point->theta, part.run, states);
+    if (p == 0) offset = 0.0;
+    const double shift = p == 0 ? 0.0 : offset - run.t.front();
+    for (int k = 0; k < run.size(); ++k) {
+      text += ShortestText(run.t[k] + shift) + "," + std::to_string(p) + "," +
+              ShortestText(run.t[k]);
+      for (size_t c = 0; c < names.size(); ++c) {
+        const auto at =
+            std::find_if(run.channels.begin(), run.channels.end(),
+                         [&](const Channel& x) { return x.name == names[c]; });
+        if (at == run.channels.end()) {
+          for (int i = 0; i < widths[c]; ++i) text += ",,,";
+          continue;
+        }
+        const Eigen::RowVectorXd expected =
+            predicted[at - run.channels.begin()].row(k);
+        const Eigen::RowVectorXd measured =
+            Nearest(*at, mechanism, k, expected);
+        for (int i = 0; i < widths[c]; ++i) {
+          text += "," + Cell(measured[i]) + "," + Cell(expected[i]) + "," +
+                  Cell(measured[i] - expected[i]);
+        }
+      }
+      text += "\n";
+    }
+    offset = run.t.back() + shift + 1.0;
+  }
+  return text;
+}
+
+std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
+  std::vector<std::string> comments{
+      "identified by sysid_fit from " + session.model_name};
+  for (const ParameterEstimate& p : fit.parameters) {
+    std::string line = p.name + " = " + ShortestText(p.value) + " " + p.unit;
+    if (std::isfinite(p.std_error)) {
+      line += ", standard error " + ShortestText(p.std_error);
+    } else {
+      line += ", not determined by the data";
+    }
+    comments.push_back(line);
+  }
+  return WriteUrdf(fit.model, comments);
+}
+
+std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
+  std::string text =
+      "# Written by sysid_fit beside identified.urdf: goes on from the fit of " +
+      session.model_name + ".\nmodel: identified.urdf\nfree:\n";
+  const auto bound = [](const char* key, double value) {
+    return std::isfinite(value) ? std::string(", ") + key + ": " +
+                                      ShortestText(value)
+                                : std::string();
+  };
+  std::set<std::string> free;
+  for (const ParameterEstimate& p : fit.parameters) {
+    free.insert(p.name);
+    // A scale is of the nominal inertia, which is now the fitted one.
+    const bool scale = p.name.ends_with(".inertia_scale");
+    const double value = scale ? 1.0 : p.value;
+    const double unit = scale ? 1.0 / p.value : 1.0;
+    text += "  " + p.name + ": {initial: " + ShortestText(value) +
+            bound("lower", p.lower * unit) + bound("upper", p.upper * unit) +
+            "}\n";
+  }
+  std::string fixed;
+  const EffectSet& effects = fit.model.effects();
+  for (size_t i = 0; i < effects.parameters().size(); ++i) {
+    const std::string& name = effects.parameters()[i].name;
+    if (free.count(name) > 0) continue;
+    fixed += "  " + name + ": " +
+             ShortestText(fit.model.nominal().effects[i]) + "\n";
+  }
+  if (free.count("gravity") == 0 && fit.model.nominal().gravity != 9.81) {
+    fixed += "  gravity: " + ShortestText(fit.model.nominal().gravity) + "\n";
+  }
+  if (!fixed.empty()) text += "fix:\n" + fixed;
+  if (effects.size() > 0) {
+    text += "effects:\n";
+    for (const std::string& name : effects.names()) text += "  - " + name + "\n";
+  }
+  return text;
+}
+
+}  // namespace sysid

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/fit.h"
+#include "sysid/session/session.h"
+
+namespace sysid {
+
+// A fit as people and programs read it. Everything here turns numbers into
+// text; nothing computes.
+
+// fit.json of contracts.md section 6. Numbers finite or null.
+std::string FitJson(const Session& session, const ShootingProblem& problem,
+                    const Fit& fit, const Holdout* holdout);
+
+// The table on the terminal: parameters, the error beside the noise in one
+// sentence, where it is worst, what the data cannot tell apart. `colour` uses
+// the terminal's.
+std::string FitText(const Session& session, const ShootingProblem& problem,
+                    const Fit& fit, const Holdout* holdout, bool colour);
+
+// prediction.csv: for each channel measured, predicted, and where the joint has
+// one degree of freedom the residual, over t; several runs follow each other
+// on t with a gap of 1 s, told apart by the column `run` (0, 1, ...) and their
+// own time `t_run`. Held-out runs come last.
+std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
+                          const Holdout* holdout);
+
+// identified.urdf of contracts.md section 1: the fitted model, which loads
+// again and reproduces the fit; what URDF cannot say is in comments.
+std::string IdentifiedUrdf(const Session& session, const Fit& fit);
+
+// identified.sysid.yaml, the specification beside it: the same parameters free,
+// starting from the estimates, with the effects and values that URDF cannot
+// say. So `sysid_fit --model DIR/identified.urdf` goes on from the fit.
+std::string IdentifiedSpecification(const Session& session, const Fit& fit);
+
+}  // namespace sysid

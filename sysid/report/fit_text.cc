@@ -1,0 +1,167 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+#include "models/error.h"
+#include "models/integrator.h"
+#include "sysid/report/fit_report.h"
+
+namespace sysid {
+namespace {
+
+constexpr const char* kBold = "\033[1m";
+constexpr const char* kRed = "\033[31m";
+constexpr const char* kGreen = "\033[32m";
+constexpr const char* kReset = "\033[0m";
+
+__attribute__((format(printf, 1, 2))) std::string Format(const char* format,
+                                                         ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof(text), format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+// As many digits as the standard error makes meaningful, and two more.
+std::string Value(double value, double std_error) {
+  if (!std::isfinite(value)) return "-";
+  int digits = 6;
+  if (std_error > 0 && value != 0) {
+    digits = static_cast<int>(
+        std::ceil(std::log10(std::abs(value)) - std::log10(std_error))) + 2;
+    digits = std::clamp(digits, 2, 12);
+  }
+  return Format("%.*g", digits, value);
+}
+
+std::string Plural(int count, const std::string& word) {
+  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
+}
+
+std::string ParameterTable(const Fit& fit) {
+  size_t name_width = 9;
+  for (const ParameterEstimate& p : fit.parameters) {
+    name_width = std::max(name_width, p.name.size());
+  }
+  std::string text =
+      Format("  %-*s %12s %16s %12s  %s\n", static_cast<int>(name_width),
+             "parameter", "start", "value", "+- (95 %)", "unit");
+  for (const ParameterEstimate& p : fit.parameters) {
+    std::string remark = p.unit;
+    std::string width = "-";
+    if (!p.identifiable) {
+      remark += "  not determined by this data";
+    } else if (p.at_bound) {
+      remark += "  at its bound";
+    }
+    if (std::isfinite(p.std_error)) {
+      width = Format("%.2g", 1.959964 * p.std_error);
+    }
+    text += Format("  %-*s %12s %16s %12s  ", static_cast<int>(name_width),
+                   p.name.c_str(), Format("%.6g", p.initial).c_str(),
+                   Value(p.value, p.std_error).c_str(), width.c_str()) +
+            remark + "\n";
+  }
+  return text;
+}
+
+std::string OpenLines(const std::vector<OpenError>& open,
+                      const std::string& label) {
+  std::string text;
+  for (const OpenError& run : open) {
+    text += "  " + label + run.trajectory +
+            Format(", %.4g s from one initial state:", run.duration_s);
+    for (const OpenError::Channel& channel : run.channels) {
+      text += " " + channel.name +
+              (std::isfinite(channel.rms) ? Format(" %.3g ", channel.rms)
+                                          : std::string(" diverges ")) +
+              channel.unit + ",";
+    }
+    if (text.back() == ',') text.back() = '\n';
+  }
+  return text;
+}
+
+std::string WorstLine(const RunErrors& errors) {
+  const auto by_error = [](const auto& a, const auto& b) {
+    return a.normalized_rms < b.normalized_rms;
+  };
+  const auto channel = std::max_element(errors.channels.begin(),
+                                        errors.channels.end(), by_error);
+  const auto segment = std::max_element(errors.segments.begin(),
+                                        errors.segments.end(), by_error);
+  if (channel == errors.channels.end() || segment == errors.segments.end()) {
+    return "";
+  }
+  return "  worst: channel " + channel->name +
+         Format(" at %.3g times its noise; ", channel->normalized_rms) +
+         segment->trajectory +
+         Format(" from %.3g s to %.3g s at %.3g times\n", segment->t_start,
+                segment->t_end, segment->normalized_rms);
+}
+
+}  // namespace
+
+std::string FitText(const Session& session, const ShootingProblem& problem,
+                    const Fit& fit, const Holdout* holdout, bool colour) {
+  const auto paint = [&](const char* code, const std::string& text) {
+    return colour ? code + text + kReset : text;
+  };
+  std::string text = paint(kBold, session.model_name) + ": " +
+                     Plural(static_cast<int>(fit.parameters.size()),
+                            "parameter") +
+                     " fitted to " +
+                     Plural(static_cast<int>(problem.runs().size()), "run") +
+                     ", " + Plural(fit.samples, "sample") + ", " +
+                     Plural(fit.iterations, "iteration") +
+                     Format(", %.2g s\n", fit.wall_time_s);
+  text += Format("  noise %.3g (%s), segments of %.3g s, steps of %.3g s (%s)",
+                 fit.noise,
+                 problem.options().noise > 0 ? "given" : "estimated",
+                 fit.segment_s, fit.step_s,
+                 ToString(problem.options().rollout.integrator).c_str());
+  if (!session.effects.empty()) {
+    text += ", effects: " + Join(session.effects);
+  }
+  text += "\n\n" + ParameterTable(fit) + "\n";
+  const double floor = fit.train.total.normalized_rms;
+  std::string verdict = Format(
+      "error %.3g times the noise (rms %.3g beside a noise of %.3g)", floor,
+      fit.train.total.rms, fit.noise);
+  // Above 1.2 a recording of a few hundred samples is not noise any more.
+  verdict += floor < 1.2 ? ": at the noise floor" : ": the model misses something";
+  text += "  " + paint(floor < 1.2 ? kGreen : kRed, verdict) + "\n";
+  text += WorstLine(fit.train);
+  if (holdout) {
+    text += Format("  held out: error %.3g times the noise (rms %.3g), each "
+                   "segment from its own state\n",
+                   holdout->errors.total.normalized_rms,
+                   holdout->errors.total.rms);
+  }
+  text += OpenLines(fit.open, "open prediction of ");
+  if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");
+  for (const std::vector<std::string>& group : fit.not_identifiable) {
+    text += "  " +
+            paint(kRed, group.size() == 1
+                            ? "this data does not determine " + group[0]
+                            : "this data cannot tell apart " + Join(group)) +
+            (group.size() == 1 ? ": fix it\n"
+                               : ": fix one of them, or give a prior\n");
+  }
+  for (const ParameterEstimate& p : fit.parameters) {
+    if (p.at_bound && p.identifiable) {
+      text += "  " + p.name +
+              Format(" ended at its bound [%g, %g] ", p.lower, p.upper) +
+              p.unit + "\n";
+    }
+  }
+  if (!fit.converged) {
+    text += "  " + paint(kRed, "not converged: " + fit.termination) + "\n";
+  }
+  return text;
+}
+
+}  // namespace sysid

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/estimation/fit.h"
+#include "sysid/estimation/shooting_problem.h"
+#include "sysid/parameters/fit_specification.h"
+#include "sysid/parameters/free_parameter.h"
+
+namespace sysid {
+
+// What a user asks for, as the flags of contracts.md section 1 say it. Empty
+// means not given.
+struct FitRequest {
+  std::string model;
+  std::vector<std::string> traj, holdout;
+  std::string spec;
+  std::string free, fix, add, columns;  // comma separated, as on the flag
+  std::string integrator, residual, loss;
+  std::optional<double> step, segment, noise;
+  int threads = 0;  // 0: all cores
+};
+
+// Everything that a fit starts from. What was assumed on the way, and what of
+// the input was ignored, is in `notices`, a line each.
+struct Session {
+  std::string model_name;  // for reports: "pendulum3"
+  std::string model_file;
+  Model model;
+  std::vector<FreeParameter> free;
+  std::vector<Run> runs, holdout;
+  EstimationOptions options;
+  std::vector<std::string> effects;  // names of those that are in the model
+  std::vector<std::string> notices;
+
+  explicit Session(const Model& m) : model(m) {}
+};
+
+// A model by its name or file, with its URDF's <dynamics> as effects; a notice
+// for each of those.
+Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
+                std::string* file, std::vector<std::string>* notices);
+
+// Reads model, specification and runs, and decides what is free. Flags win over
+// the specification. Throws InputError for whatever is wrong with any of them.
+Session OpenSession(const FitRequest& request, const Catalogue& catalogue);
+
+// "a,b" -> {"a", "b"}; spaces around are dropped. Throws InputError at `place`
+// for an empty entry.
+std::vector<std::string> SplitList(const std::string& text,
+                                   const std::string& place);
+
+// "name=1.5" -> {"name", 1.5}; "name" alone has no value. Throws InputError.
+struct NamedValue {
+  std::string name;
+  std::optional<double> value;
+  std::string place;
+};
+std::vector<NamedValue> SplitAssignments(const std::string& text,
+                                         const std::string& place);
+
+}  // namespace sysid

@@ -1,0 +1,157 @@
+#include "tools/program.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <set>
+
+#include "gflags/gflags.h"
+#include "glog/logging.h"
+#include "models/error.h"
+#include "sysid/estimation/shooting_stage.h"
+
+namespace sysid {
+namespace {
+
+std::set<std::string>& GivenFlags() {
+  static std::set<std::string> given;
+  return given;
+}
+
+// The flags of our programs; gflags and glog define many of their own.
+std::vector<std::string> OwnFlags() {
+  std::vector<gflags::CommandLineFlagInfo> all;
+  gflags::GetAllFlags(&all);
+  std::vector<std::string> names{"help"};
+  for (const gflags::CommandLineFlagInfo& flag : all) {
+    if (flag.filename.find("tools/sysid_") != std::string::npos ||
+        flag.filename.find("tools/fit_flags") != std::string::npos) {
+      names.push_back(flag.name);
+    }
+  }
+  return names;
+}
+
+bool IsOwn(const std::string& name, const std::vector<std::string>& own) {
+  return std::find(own.begin(), own.end(), name) != own.end();
+}
+
+bool IsBoolean(const std::string& name) {
+  gflags::CommandLineFlagInfo info;
+  return gflags::GetCommandLineFlagInfo(name.c_str(), &info) &&
+         info.type == "bool";
+}
+
+void SetFlag(const std::string& name, const std::string& value) {
+  if (!GivenFlags().insert(name).second) {
+    throw InputError("--" + name, "is given twice", "give it once");
+  }
+  if (gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) {
+    gflags::CommandLineFlagInfo info;
+    gflags::GetCommandLineFlagInfo(name.c_str(), &info);
+    const std::string kind = info.type == "double"  ? "a number"
+                             : info.type == "bool"  ? "true or false"
+                             : info.type == "string" ? "a text"
+                                                     : "a whole number";
+    throw InputError("--" + name, "cannot be '" + value + "'",
+                     "it takes " + kind);
+  }
+}
+
+}  // namespace
+
+bool FlagGiven(const std::string& name) {
+  return GivenFlags().count(name) > 0;
+}
+
+bool ParseFlags(int argc, char** argv) {
+  const std::vector<std::string> own = OwnFlags();
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument.size() < 2 || argument[0] != '-') {
+      throw InputError("argument '" + argument + "'", "belongs to no flag",
+                       "flags are --name value; lists are separated by commas "
+                       "without spaces; see --help");
+    }
+    const std::string body = argument.substr(argument[1] == '-' ? 2 : 1);
+    const size_t equals = body.find('=');
+    std::string name = body.substr(0, equals);
+    if (name == "help" || name == "h") return true;
+    if (!IsOwn(name, own)) {
+      const std::string positive =
+          name.rfind("no", 0) == 0 ? name.substr(2) : "";
+      if (IsOwn(positive, own) && IsBoolean(positive) &&
+          equals == std::string::npos) {
+        SetFlag(positive, "false");
+        continue;
+      }
+      throw InputError("--" + name, "unknown flag", NameHint(name, own));
+    }
+    if (equals != std::string::npos) {
+      SetFlag(name, body.substr(equals + 1));
+    } else if (IsBoolean(name)) {
+      SetFlag(name, "true");
+    } else if (i + 1 < argc && std::string(argv[i + 1]).rfind("--", 0) != 0) {
+      SetFlag(name, argv[++i]);
+    } else {
+      throw InputError("--" + name, "has no value",
+                       "write --" + name + " value");
+    }
+  }
+  return false;
+}
+
+int RunProgram(int argc, char** argv, const std::string& help,
+               const std::function<int()>& work) {
+  google::InitGoogleLogging(argv[0]);
+  FLAGS_logtostderr = true;
+  FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres reports each bad step
+  try {
+    if (ParseFlags(argc, argv)) {
+      std::fputs(help.c_str(), stdout);
+      return kExitDone;
+    }
+    return work();
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "error: %s\n", error.what());
+    return kExitBadInput;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "error: out of memory\n");
+    return kExitNoResult;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "error: %s\n", error.what());
+    return kExitNoResult;
+  }
+}
+
+ProgressLine::ProgressLine()
+    : terminal_(isatty(STDERR_FILENO) == 1), start_s_(Now()) {}
+
+ProgressLine::~ProgressLine() { Clear(); }
+
+void ProgressLine::Show(const Progress& progress) {
+  constexpr double kQuiet = 0.3;   // s: what is done by then needs no line
+  constexpr double kPeriod = 0.1;  // s
+  const double now = Now();
+  if (!terminal_ || now - start_s_ < kQuiet || now - last_s_ < kPeriod) return;
+  last_s_ = now;
+  shown_ = true;
+  std::fprintf(stderr, "\r\033[K%s: iteration %d, error %.4g times the noise",
+               progress.doing.c_str(), progress.iteration, progress.error);
+  if (progress.of > 0 && progress.iteration > 0) {
+    const double each = (now - start_s_) / progress.iteration;
+    std::fprintf(stderr, ", at most %.0f s left",
+                 each * std::max(0, progress.of - progress.iteration));
+  }
+  std::fflush(stderr);
+}
+
+void ProgressLine::Clear() {
+  if (shown_) std::fputs("\r\033[K", stderr);
+  shown_ = false;
+}
+
+}  // namespace sysid

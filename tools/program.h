@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+// What every program of contracts.md does alike: flags, help, errors, exit
+// codes, progress.
+
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitNoResult = 1;  // ran, but to no usable result
+inline constexpr int kExitBadInput = 2;
+
+// Sets the gflags that are defined in files under tools/ from the command line,
+// as --name value and --name=value (boolean ones also --name and --noname).
+// Throws InputError, naming the flag, for one that is unknown (with the nearest
+// known), has no value or one that it cannot take, comes twice, and for
+// arguments that belong to no flag. True where --help was asked for.
+bool ParseFlags(int argc, char** argv);
+
+// Whether a flag was given.
+bool FlagGiven(const std::string& name);
+
+// Runs a program's work: prints `help` for --help; turns InputError into its
+// text on standard error and exit code 2, and any other exception into one line
+// and exit code 1.
+int RunProgram(int argc, char** argv, const std::string& help,
+               const std::function<int()>& work);
+
+// A live progress line on standard error where that is a terminal, else
+// nothing. Clear() ends it before other output.
+class ProgressLine {
+ public:
+  ProgressLine();
+  ~ProgressLine();
+  void Show(const Progress& progress);
+  void Clear();
+
+ private:
+  bool terminal_;
+  bool shown_ = false;
+  double start_s_;
+  double last_s_ = 0.0;
+};
+
+}  // namespace sysid

@@ -1,0 +1,155 @@
+// Fits the free parameters of a model to recordings (contracts.md section 1).
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "gflags/gflags.h"
+#include "models/error.h"
+#include "sysid/io/write_file.h"
+#include "sysid/report/fit_report.h"
+#include "sysid/session/session.h"
+#include "tools/program.h"
+
+DEFINE_string(model, "", "shipped model's name, or a URDF file");
+DEFINE_string(traj, "", "runs to fit, comma separated");
+DEFINE_string(holdout, "", "runs to predict only, comma separated");
+DEFINE_string(spec, "", "fit specification, YAML");
+DEFINE_string(free, "", "parameters to fit, name or name=start");
+DEFINE_string(fix, "", "parameters to hold, name or name=value");
+DEFINE_string(add, "", "effects to add, effect@target");
+DEFINE_string(columns, "", "name=column[*factor] for foreign CSV files");
+DEFINE_string(solver, "lm", "lm, adam or gmm");
+DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
+DEFINE_double(step, 0, "integration step, s");
+DEFINE_double(segment, 0, "length of a shooting segment, s");
+DEFINE_double(noise, 0, "standard deviation of a measurement");
+DEFINE_string(residual, "", "heading or rotation");
+DEFINE_string(loss, "", "none, huber or cauchy");
+DEFINE_int32(threads, 0, "worker threads; 0: all cores");
+DEFINE_int32(seed, 1, "every random draw derives from it");
+DEFINE_string(json, "", "result as JSON; - is standard output");
+DEFINE_string(out, "", "folder for every result");
+
+namespace sysid {
+namespace {
+
+constexpr char kHelp[] =
+    R"(sysid_fit: identify a mechanism's parameters from recordings
+
+  sysid_fit --model pendulum3 --traj data/runs/pendulum3.csv --out result
+
+  --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
+                             pendulum3_planar, cartpole, arm7) or a URDF
+  --traj A.csv,B.csv         recordings, fitted together
+  --holdout C.csv            recordings that are only predicted
+  --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
+  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at)
+  --add effect@target,...    effects to add: viscous_damping, coulomb_friction,
+                             effort_bias, sensor_offset
+  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --solver lm                Levenberg-Marquardt
+  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
+  --segment S                length of a shooting segment (default: chosen)
+  --noise S                  of a measurement, rad or m (default: estimated)
+  --residual heading|rotation    --loss none|huber|cauchy
+  --threads N (default: all cores)    --seed N
+  --json FILE|-              machine-readable result
+  --out DIR                  fit.json, prediction.csv, identified.urdf
+Exit code: 0 done, 1 no usable result, 2 bad input.
+)";
+
+FitRequest RequestFromFlags() {
+  FitRequest request;
+  request.model = FLAGS_model;
+  request.traj = SplitList(FLAGS_traj, "--traj");
+  request.holdout = SplitList(FLAGS_holdout, "--holdout");
+  request.spec = FLAGS_spec;
+  request.free = FLAGS_free;
+  request.fix = FLAGS_fix;
+  request.add = FLAGS_add;
+  request.columns = FLAGS_columns;
+  request.integrator = FLAGS_integrator;
+  request.residual = FLAGS_residual;
+  request.loss = FLAGS_loss;
+  request.threads = FLAGS_threads;
+  if (FlagGiven("step")) request.step = FLAGS_step;
+  if (FlagGiven("segment")) request.segment = FLAGS_segment;
+  if (FlagGiven("noise")) request.noise = FLAGS_noise;
+  return request;
+}
+
+void WriteOutputs(const Session& session, const ShootingProblem& problem,
+                  const Fit& fit, const Holdout* holdout,
+                  const std::string& json) {
+  const std::filesystem::path out = FLAGS_out;
+  WriteFileAtomically((out / "fit.json").string(), json);
+  WriteFileAtomically((out / "prediction.csv").string(),
+                      PredictionCsv(problem, fit, holdout));
+  WriteFileAtomically((out / "identified.urdf").string(),
+                      IdentifiedUrdf(session, fit));
+  WriteFileAtomically((out / "identified.sysid.yaml").string(),
+                      IdentifiedSpecification(session, fit));
+}
+
+int Main() {
+  if (FLAGS_solver != "lm") {
+    const std::vector<std::string>& known = SolverNames();
+    if (std::find(known.begin(), known.end(), FLAGS_solver) == known.end()) {
+      throw InputError("--solver", "unknown solver '" + FLAGS_solver + "'",
+                       NameHint(FLAGS_solver, known));
+    }
+    throw InputError("--solver", "this build has no '" + FLAGS_solver + "'",
+                     "only lm is there yet");
+  }
+  const bool to_stdout = FLAGS_json == "-";
+  if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out);
+  if (!FLAGS_json.empty() && !to_stdout) CheckWritableFile(FLAGS_json);
+  const Catalogue catalogue;
+  Session session = OpenSession(RequestFromFlags(), catalogue);
+  for (const std::string& notice : session.notices) {
+    std::fprintf(stderr, "note: %s\n", notice.c_str());
+  }
+  ProgressLine line;
+  session.options.progress = [&](const Progress& p) { line.Show(p); };
+  ShootingProblem problem(session.model, session.free, session.runs,
+                          session.options);
+  const Fit fit = FitLevenbergMarquardt(&problem);
+  std::optional<Holdout> holdout;
+  if (!session.holdout.empty()) {
+    holdout = PredictHoldout(fit.model, session.holdout, session.options,
+                             problem, fit.segment_s);
+  }
+  line.Clear();
+  const Holdout* held = holdout ? &*holdout : nullptr;
+  const std::string json = FitJson(session, problem, fit, held);
+  if (!FLAGS_out.empty()) WriteOutputs(session, problem, fit, held, json);
+  if (to_stdout) {
+    std::fputs(json.c_str(), stdout);
+  } else {
+    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    const bool colour = isatty(STDOUT_FILENO) == 1;
+    std::fputs(FitText(session, problem, fit, held, colour).c_str(), stdout);
+    if (!FLAGS_out.empty()) {
+      std::printf("  written to %s: fit.json, prediction.csv, "
+                  "identified.urdf, identified.sysid.yaml\n",
+                  FLAGS_out.c_str());
+    }
+  }
+  if (!fit.converged) {
+    std::fprintf(stderr, "error: no usable result: %s\n",
+                 fit.termination.c_str());
+    return kExitNoResult;
+  }
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+}

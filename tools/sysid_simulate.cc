@@ -1,0 +1,191 @@
+// Makes a run from a model, with effects and noise (contracts.md section 1).
+
+#include <cmath>
+#include <cstdio>
+
+#include "gflags/gflags.h"
+#include "models/dynamics.h"
+#include "models/error.h"
+#include "models/parameters.h"
+#include "sysid/io/csv.h"
+#include "sysid/io/read_run.h"
+#include "sysid/io/write_file.h"
+#include "sysid/io/write_run.h"
+#include "sysid/session/session.h"
+#include "sysid/simulation/simulate.h"
+#include "tools/program.h"
+
+DEFINE_string(model, "", "shipped model's name, or a URDF file");
+DEFINE_string(set, "", "values of parameters, name=value");
+DEFINE_string(add, "", "effects, effect@target=value of the first parameter");
+DEFINE_string(initial, "random", "random, or a run whose first row it is");
+DEFINE_double(tilt, 0.6, "largest angle of a random start, rad (slides: m)");
+DEFINE_double(duration, 10, "s");
+DEFINE_double(rate, 100, "samples a second, Hz");
+DEFINE_double(noise, 1e-3, "standard deviation of a measurement, rad or m");
+DEFINE_int32(seed, 1, "every random draw derives from it");
+DEFINE_string(excite, "none", "none or multisine");
+DEFINE_string(integrator, "rk4", "rk4 or semi_implicit_euler");
+DEFINE_double(step, 0, "integration step, s; 0: fine enough");
+DEFINE_string(out_csv, "", "the run");
+
+namespace sysid {
+namespace {
+
+constexpr char kHelp[] =
+    R"(sysid_simulate: make a recording from a model
+
+  sysid_simulate --model pendulum2 --set link1.length=0.81,link2.length=0.304
+      --add viscous_damping@joint1=0.02 --noise 1e-3 --out_csv run.csv
+
+  --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
+                             pendulum3_planar, cartpole, arm7) or a URDF
+  --set name=value,...       parameters, also those of effects
+  --add effect@target=v,...  effects, with the value of their first parameter:
+                             viscous_damping, coulomb_friction, effort_bias,
+                             sensor_offset
+  --initial random|RUN.csv   start at rest at random angles, or as the first
+                             row of a run (velocities where it has them)
+  --tilt 0.6                 largest angle of a random start, rad (slides: m)
+  --duration 10  --rate 100  s, Hz
+  --noise 1e-3               of a measurement, rad or m
+  --seed 1                   every random draw derives from it
+  --excite none|multisine    efforts on the joints of one degree of freedom
+  --integrator rk4|semi_implicit_euler    --step S (default: fine enough)
+  --out_csv run.csv          the run; - is standard output
+Exit code: 0 done, 2 bad input.
+)";
+
+void CheckPositive(const char* flag, double value) {
+  if (!(value > 0 && std::isfinite(value))) {
+    throw InputError(std::string("--") + flag,
+                     "must be a positive number, not " + ShortestText(value));
+  }
+}
+
+// Adds the effects of --add and sets the values that they and --set give.
+void ChangeModel(const Catalogue& catalogue, Model* model) {
+  std::vector<NamedValue> values;
+  for (const NamedValue& added : SplitAssignments(FLAGS_add, "--add")) {
+    const auto effect =
+        catalogue.Make(added.name, model->mechanism(), "--add");
+    if (!model->effects().Contains(added.name)) model->AddEffect(effect);
+    if (added.value) {
+      if (effect->parameters().empty()) {
+        throw InputError("--add", added.name + " has no parameter to set");
+      }
+      values.push_back(
+          {effect->parameters().front().name, added.value, "--add"});
+    }
+  }
+  for (const NamedValue& set : SplitAssignments(FLAGS_set, "--set")) {
+    if (!set.value) {
+      throw InputError("--set", "'" + set.name + "' has no value",
+                       "write " + set.name + "=number");
+    }
+    values.push_back(set);
+  }
+  std::vector<std::string> names;
+  std::vector<double> numbers;
+  for (const NamedValue& value : values) {
+    const Parameter parameter =
+        FindParameters(*model, {value.name}, value.place).front();
+    if (*value.value < parameter.lower || *value.value > parameter.upper) {
+      throw InputError(value.place,
+                       "'" + value.name + "' cannot be " +
+                           ShortestText(*value.value) + " " + parameter.unit,
+                       "it lies between " + ShortestText(parameter.lower) +
+                           " and " + ShortestText(parameter.upper));
+    }
+    names.push_back(value.name);
+    numbers.push_back(*value.value);
+  }
+  SetParameters(FindParameters(*model, names, "--set"), numbers, model);
+  Mechanism changed = model->mechanism();
+  changed.nominal = model->nominal();
+  std::vector<std::string> faults = PhysicalFaults(changed);
+  if (faults.empty()) faults = SingularJoints(*model);
+  if (!faults.empty()) {
+    throw InputError("--set", "makes no possible mechanism: " +
+                                  Join(faults, "; "));
+  }
+}
+
+int Main() {
+  constexpr double kMostSamples = 1e8;
+  if (FLAGS_model.empty()) throw InputError("--model", "is missing");
+  if (FLAGS_out_csv.empty()) {
+    throw InputError("--out_csv", "is missing",
+                     "name the file to write, or - for standard output");
+  }
+  CheckPositive("duration", FLAGS_duration);
+  CheckPositive("rate", FLAGS_rate);
+  if (!(FLAGS_noise >= 0 && std::isfinite(FLAGS_noise))) {
+    throw InputError("--noise", "must not be negative");
+  }
+  if (FLAGS_step != 0) CheckPositive("step", FLAGS_step);
+  if (FLAGS_duration * FLAGS_rate > kMostSamples) {
+    throw InputError("--duration", "times --rate makes more than 1e8 samples");
+  }
+  if (FLAGS_duration * FLAGS_rate < 1) {
+    throw InputError("--duration", "is shorter than one sample at --rate",
+                     "give a longer duration or a higher rate");
+  }
+  SimulationOptions options;
+  options.duration = FLAGS_duration;
+  options.rate = FLAGS_rate;
+  options.noise = FLAGS_noise;
+  options.seed = static_cast<std::uint64_t>(FLAGS_seed);
+  options.step = FLAGS_step;
+  options.integrator = ParseIntegrator(FLAGS_integrator, "--integrator");
+  if (FLAGS_excite == "multisine") {
+    options.excitation = Excitation::kMultisine;
+  } else if (FLAGS_excite != "none") {
+    throw InputError("--excite", "unknown excitation '" + FLAGS_excite + "'",
+                     NameHint(FLAGS_excite, {"none", "multisine"}));
+  }
+  const bool to_stdout = FLAGS_out_csv == "-";
+  if (!to_stdout) CheckWritableFile(FLAGS_out_csv);
+
+  const Catalogue catalogue;
+  std::string file;
+  std::vector<std::string> notices;
+  Model model = OpenModel(FLAGS_model, catalogue, &file, &notices);
+  ChangeModel(catalogue, &model);
+  Eigen::VectorXd x0;
+  if (FLAGS_initial == "random") {
+    CheckPositive("tilt", FLAGS_tilt);
+    x0 = RandomState(model, FLAGS_tilt, options.seed);
+  } else {
+    const Run start =
+        ReadRun(FLAGS_initial, {}, model.mechanism(), &notices);
+    x0 = FirstState(model, start);
+  }
+  for (const std::string& notice : notices) {
+    std::fprintf(stderr, "note: %s\n", notice.c_str());
+  }
+  const Run run = Simulate(model, x0, options);
+  std::string command = "sysid_simulate";
+  for (const char* name :
+       {"model", "set", "add", "initial", "tilt", "duration", "rate", "noise",
+        "seed", "excite", "integrator", "step"}) {
+    if (!FlagGiven(name)) continue;
+    std::string value;
+    gflags::GetCommandLineOption(name, &value);
+    command += std::string(" --") + name + " " + value;
+  }
+  const std::string text = FormatRun(model.mechanism(), run, {command});
+  if (to_stdout) {
+    std::fputs(text.c_str(), stdout);
+  } else {
+    WriteFileAtomically(FLAGS_out_csv, text);
+  }
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+}
