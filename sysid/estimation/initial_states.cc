@@ -55,7 +55,7 @@ std::vector<int> Neighbours(const std::vector<double>& t,
 }
 
 // Fills the rows that are not `known` between their neighbours: linear in the
-// tangent; the ends are held.
+// tangent; the ends are held. Leaves all as it is where nothing is known.
 void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
                 bool quaternion, Eigen::Ref<RowMatrixXd> q,
                 Eigen::Ref<RowMatrixXd> qd) {
@@ -63,6 +63,7 @@ void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
   int before = -1;
   for (int k = 0; k <= n; ++k) {
     if (k < n && !known[k]) continue;
+    if (k == n && before < 0) return;
     for (int m = before + 1; m < k; ++m) {
       if (before < 0 || k == n) {
         const int from = before < 0 ? k : before;
