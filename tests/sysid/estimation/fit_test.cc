@@ -1,0 +1,475 @@
+#include "sysid/estimation/fit.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/support/fit_setup.h"
+
+namespace sysid {
+namespace {
+
+using Eigen::VectorXd;
+using ::testing::AnyOf;
+using ::testing::Contains;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+sysid::Run Simulated(const Model& model, double amplitude, int seed,
+                     double duration = 5.0, double noise = 1e-3,
+                     Excitation excitation = Excitation::kNone) {
+  SimulationOptions options;
+  options.duration = duration;
+  options.noise = noise;
+  options.seed = seed;
+  options.excitation = excitation;
+  sysid::Run run =
+      Simulate(model, RandomState(model, amplitude, seed), options);
+  run.name = "run" + std::to_string(seed) + ".csv";
+  return run;
+}
+
+// The truth within four standard errors, and these small.
+void ExpectRecovers(const Fit& fit, const std::vector<Value>& truth,
+                    double relative_error) {
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  EXPECT_THAT(fit.not_identifiable, IsEmpty());
+  for (const Value& value : truth) {
+    const ParameterEstimate& estimate = EstimateOf(fit, value.name);
+    EXPECT_EQ(estimate.name, value.name);
+    EXPECT_TRUE(estimate.identifiable) << value.name;
+    EXPECT_LT(std::abs(Deviation(fit, value)), 4.0)
+        << value.name << " = " << estimate.value << " +- "
+        << estimate.std_error;
+    EXPECT_LT(estimate.std_error, relative_error * std::abs(value.value))
+        << value.name;
+  }
+}
+
+// --- Planted parameters -----------------------------------------------------
+
+TEST(Fit, FindsLengthsToTheIntegrationErrorWithoutNoise) {
+  const std::vector<Value> truth = {{"link1.length", 0.4},
+                                    {"link2.length", 0.3}};
+  const Model planted = Shipped("pendulum2_planar", {}, truth);
+  const Model start = Shipped("pendulum2_planar");
+  EstimationOptions options;
+  options.noise = 1e-4;
+  const Fit fit = FitRuns(
+      start, FreeFrom(start, {{"link1.length", 0.5}, {"link2.length", 0.5}}),
+      {Simulated(planted, 0.6, 1, 5.0, 0.0)}, options);
+  EXPECT_TRUE(fit.converged);
+  for (const Value& value : truth) {
+    EXPECT_NEAR(EstimateOf(fit, value.name).value, value.value,
+                1e-4 * value.value);
+  }
+}
+
+TEST(Fit, FindsTheLengthsOfSphericalPendulums) {
+  const std::vector<Value> truth = {{"link1.length", 0.4},
+                                    {"link2.length", 0.3}};
+  const Model planted = Shipped("pendulum2", {}, truth);
+  const Model start = Shipped("pendulum2");
+  for (const auto orientation :
+       {OrientationResidual::kHeading, OrientationResidual::kRotation}) {
+    EstimationOptions options;
+    options.orientation = orientation;
+    const Fit fit = FitRuns(
+        start, FreeFrom(start, {{"link1.length", 0.5}, {"link2.length", 0.4}}),
+        {Simulated(planted, 0.5, 2)}, options);
+    ExpectRecovers(fit, truth, 0.002);
+    EXPECT_NEAR(fit.train.total.normalized_rms, 1.0, 0.1);
+  }
+}
+
+TEST(Fit, FindsFrictionDampingBiasAndOffsetOfACartpole) {
+  const std::vector<std::string> effects = {
+      "coulomb_friction@slider", "viscous_damping@hinge", "effort_bias@slider",
+      "sensor_offset@hinge"};
+  const std::vector<Value> truth = {{"slider.friction", 0.4},
+                                    {"hinge.damping", 0.01},
+                                    {"slider.effort_bias", 0.3},
+                                    {"hinge.sensor_offset", 0.05}};
+  const Model planted = Shipped("cartpole", effects, truth);
+  const Model start = Shipped("cartpole", effects);
+  const Fit fit =
+      FitRuns(start,
+              FreeFrom(start, {{"slider.friction", 0.0},
+                               {"hinge.damping", 0.0},
+                               {"slider.effort_bias", 0.0},
+                               {"hinge.sensor_offset", 0.0}}),
+              {Simulated(planted, 0.5, 3, 10.0, 1e-3, Excitation::kMultisine)});
+  ExpectRecovers(fit, truth, 0.05);
+  EXPECT_NEAR(fit.train.total.normalized_rms, 1.0, 0.1);
+}
+
+// A body on a spherical joint of which everything about its rotation is free:
+// the six entries of its inertia, kept a possible body by (4.1).
+TEST(Fit, FindsTheSixInertiasOfATumblingBody) {
+  Mechanism mechanism;
+  mechanism.AddRoot("base");
+  Joint joint;
+  joint.name = "ball";
+  joint.type = JointType::kSpherical;
+  joint.parent_link = 0;
+  Inertial<double> body;
+  body.mass = 1.0;
+  body.com = Eigen::Vector3d(0.05, -0.1, -0.2);
+  body.inertia << 0.03, 0.004, -0.002, 0.004, 0.04, 0.003, -0.002, 0.003, 0.02;
+  mechanism.AddJoint(joint, "body", Eigen::Vector3d::Zero(), body);
+  const Model planted(mechanism);
+  Inertial<double> guess = body;
+  guess.inertia = 0.03 * Eigen::Matrix3d::Identity();
+  mechanism.nominal.links[1] = guess;
+  const Model start(mechanism);
+  VectorXd x0(7);
+  x0 << Exp<double>(Eigen::Vector3d(0.8, -0.5, 0.3)).coeffs(), 2.0, -1.0, 4.0;
+  SimulationOptions simulation;
+  simulation.duration = 5.0;
+  simulation.noise = 1e-3;
+  EstimationOptions options;
+  options.orientation = OrientationResidual::kRotation;
+  const Fit fit = FitRuns(start,
+                          FreeFrom(start, {{"body.ixx", 0.03},
+                                           {"body.iyy", 0.03},
+                                           {"body.izz", 0.03},
+                                           {"body.ixy", 0.0},
+                                           {"body.ixz", 0.0},
+                                           {"body.iyz", 0.0}}),
+                          {Simulate(planted, x0, simulation)}, options);
+  ExpectRecovers(fit,
+                 {{"body.ixx", 0.03},
+                  {"body.iyy", 0.04},
+                  {"body.izz", 0.02},
+                  {"body.ixy", 0.004},
+                  {"body.ixz", -0.002},
+                  {"body.iyz", 0.003}},
+                 0.2);
+}
+
+TEST(Fit, SkipsMissingSamples) {
+  const std::vector<Value> truth = {{"link1.length", 0.4},
+                                    {"link2.length", 0.3}};
+  sysid::Run run = Simulated(Shipped("pendulum2_planar", {}, truth), 0.6, 4);
+  std::mt19937_64 random(1);
+  int missing = 0;
+  for (Channel& channel : run.channels) {
+    for (double& value : channel.values.reshaped()) {
+      if (random() % 10 < 3) value = kNaN, ++missing;
+    }
+  }
+  ASSERT_GT(missing, 250);
+  // And a whole second of one joint.
+  run.channels[1].values.middleRows(200, 100).setConstant(kNaN);
+  const Model start = Shipped("pendulum2_planar");
+  const Fit fit = FitRuns(
+      start, FreeFrom(start, {{"link1.length", 0.5}, {"link2.length", 0.4}}),
+      {run});
+  ExpectRecovers(fit, truth, 0.002);
+  EXPECT_NEAR(fit.train.total.normalized_rms, 1.0, 0.1);
+}
+
+TEST(Fit, OfTwoRunsJointlyKnowsMoreThanOfEither) {
+  const std::vector<Value> truth = {{"link1.length", 0.4},
+                                    {"link2.length", 0.3}};
+  const Model planted = Shipped("pendulum2_planar", {}, truth);
+  const Model start = Shipped("pendulum2_planar");
+  const auto free =
+      FreeFrom(start, {{"link1.length", 0.5}, {"link2.length", 0.4}});
+  const sysid::Run a = Simulated(planted, 0.6, 5),
+                   b = Simulated(planted, 0.6, 6);
+  const Fit both = FitRuns(start, free, {a, b});
+  ExpectRecovers(both, truth, 0.001);
+  EXPECT_EQ(both.samples, a.size() + b.size());
+  ASSERT_EQ(both.open.size(), 2u);
+  EXPECT_EQ(both.open[0].trajectory, "run5.csv");
+  EXPECT_EQ(both.open[1].trajectory, "run6.csv");
+  const Fit first = FitRuns(start, free, {a}),
+            second = FitRuns(start, free, {b});
+  for (const Value& value : truth) {
+    // Information adds: 1/s^2 = 1/s1^2 + 1/s2^2, but for the scatter of the
+    // noise estimates.
+    const double s1 = EstimateOf(first, value.name).std_error;
+    const double s2 = EstimateOf(second, value.name).std_error;
+    const double joint = 1.0 / std::sqrt(1 / (s1 * s1) + 1 / (s2 * s2));
+    EXPECT_NEAR(EstimateOf(both, value.name).std_error, joint, 0.2 * joint);
+  }
+}
+
+TEST(Fit, BearsOutliersWithARobustLoss) {
+  const std::vector<Value> truth = {{"link1.length", 0.4},
+                                    {"link2.length", 0.3}};
+  sysid::Run run = Simulated(Shipped("pendulum2_planar", {}, truth), 0.6, 7);
+  std::mt19937_64 random(2);
+  for (Channel& channel : run.channels) {
+    for (double& value : channel.values.reshaped()) {
+      if (random() % 100 < 3) value += 0.3;
+    }
+  }
+  const Model start = Shipped("pendulum2_planar");
+  const auto free =
+      FreeFrom(start, {{"link1.length", 0.5}, {"link2.length", 0.4}});
+  EstimationOptions options;
+  options.noise = 1e-3;
+  const auto worst = [&](RobustLoss loss) {
+    options.loss = loss;
+    const Fit fit = FitRuns(start, free, {run}, options);
+    EXPECT_TRUE(fit.converged) << fit.termination;
+    double error = 0.0;
+    for (const Value& value : truth) {
+      error = std::max(
+          error,
+          std::abs(EstimateOf(fit, value.name).value / value.value - 1.0));
+    }
+    return error;
+  };
+  const double plain = worst(RobustLoss::kNone);
+  EXPECT_LT(worst(RobustLoss::kHuber), 0.3 * plain);
+  EXPECT_LT(worst(RobustLoss::kCauchy), 0.1 * plain);
+  EXPECT_LT(worst(RobustLoss::kCauchy), 5e-4);
+}
+
+// --- What a fit says of itself ----------------------------------------------
+
+TEST(Fit, DescribesItself) {
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run run = Simulated(
+      Shipped("pendulum2_planar", {}, {{"link1.length", 0.4}}), 0.6, 8);
+  const Fit fit =
+      FitRuns(start, FreeFrom(start, {{"link1.length", 0.5}}), {run});
+  EXPECT_EQ(fit.solver, "lm");
+  EXPECT_TRUE(fit.converged);
+  EXPECT_FALSE(fit.termination.empty());
+  EXPECT_EQ(fit.samples, run.size());
+  EXPECT_NEAR(fit.noise, 1e-3, 0.1e-3);
+  EXPECT_NEAR(fit.step_s, 0.01, 1e-9);
+  EXPECT_GT(fit.segment_s, 0.05);
+  EXPECT_GT(fit.iterations, 0);
+  EXPECT_GT(fit.wall_time_s, 0.0);
+  ASSERT_FALSE(fit.history.empty());
+  EXPECT_EQ(fit.history.front().iteration, 0);
+  EXPECT_LT(fit.history.back().cost, fit.history.front().cost);
+  for (size_t i = 1; i < fit.history.size(); ++i) {
+    EXPECT_GE(fit.history[i].time_s, fit.history[i - 1].time_s);
+    EXPECT_GT(fit.history[i].iteration, fit.history[i - 1].iteration);
+  }
+  ASSERT_EQ(fit.parameters.size(), 1u);
+  const ParameterEstimate& length = fit.parameters[0];
+  EXPECT_EQ(length.initial, 0.5);
+  EXPECT_EQ(length.unit, "m");
+  EXPECT_NEAR(length.ci95[0], length.value - 1.96 * length.std_error, 1e-9);
+  EXPECT_NEAR(length.ci95[1], length.value + 1.96 * length.std_error, 1e-9);
+  EXPECT_NEAR(fit.covariance(0, 0), length.std_error * length.std_error,
+              1e-12 * fit.covariance(0, 0));
+  // The model is the fitted one.
+  const int link = fit.model.mechanism().FindLink("link1");
+  EXPECT_NEAR(LinkLength(fit.model.mechanism(), fit.model.nominal(), link),
+              length.value, 1e-12);
+  ASSERT_EQ(fit.train.channels.size(), 2u);
+  EXPECT_EQ(fit.train.channels[0].name, "joint1");
+  EXPECT_EQ(fit.train.channels[0].unit, "rad");
+}
+
+TEST(Fit, ReportsItsProgress) {
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run run = Simulated(start, 0.6, 8, 2.0);
+  std::vector<Progress> seen;
+  EstimationOptions options;
+  options.progress = [&](const Progress& progress) {
+    seen.push_back(progress);
+  };
+  FitRuns(start, FreeFrom(start, {{"link1.length", 0.55}}), {run}, options);
+  ASSERT_FALSE(seen.empty());
+  EXPECT_FALSE(seen.back().doing.empty());
+}
+
+TEST(Fit, StopsAfterTheIterationsItMayUse) {
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run run = Simulated(
+      Shipped("pendulum2_planar", {}, {{"link1.length", 0.3}}), 1.0, 9);
+  EstimationOptions options;
+  options.max_iterations = 2;
+  const Fit fit =
+      FitRuns(start, FreeFrom(start, {{"link1.length", 0.5}}), {run}, options);
+  EXPECT_FALSE(fit.converged);
+  EXPECT_THAT(fit.termination,
+              testing::HasSubstr("Maximum number of iterations reached"));
+}
+
+// --- Bounds and priors ------------------------------------------------------
+
+TEST(Fit, FlagsAParameterAtItsBound) {
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run run = Simulated(
+      Shipped("pendulum2_planar", {}, {{"link1.length", 0.4}}), 0.4, 10);
+  auto free = FreeFrom(start, {{"link1.length", 0.5}, {"link2.length", 0.5}});
+  free[0].lower = 0.45;
+  const Fit fit = FitRuns(start, free, {run});
+  const ParameterEstimate& held = EstimateOf(fit, "link1.length");
+  EXPECT_EQ(held.value, 0.45);
+  EXPECT_EQ(held.lower, 0.45);
+  EXPECT_TRUE(held.at_bound);
+  // Held by its bound, not known from the data.
+  EXPECT_TRUE(std::isnan(held.std_error));
+  EXPECT_TRUE(std::isnan(held.ci95[0]));
+  const ParameterEstimate& other = EstimateOf(fit, "link2.length");
+  EXPECT_FALSE(other.at_bound);
+  EXPECT_TRUE(std::isfinite(other.std_error));
+}
+
+TEST(Fit, KeepsAFrictionThatIsNotThereAtZero) {
+  const std::vector<std::string> effects = {"coulomb_friction@joint1"};
+  const Model start = Shipped("pendulum2_planar", effects);
+  const Fit fit = FitRuns(
+      start,
+      FreeFrom(start, {{"link1.length", 0.55}, {"joint1.friction", 0.1}}),
+      {Simulated(Shipped("pendulum2_planar"), 0.6, 11)});
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  EXPECT_GE(EstimateOf(fit, "joint1.friction").value, 0.0);
+  EXPECT_LT(EstimateOf(fit, "joint1.friction").value, 1e-3);
+  EXPECT_NEAR(EstimateOf(fit, "link1.length").value, 0.5, 1e-3);
+}
+
+TEST(Fit, ListensToAPrior) {
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run run = Simulated(start, 0.6, 12, 2.0);
+  auto free = FreeFrom(start, {{"link1.length", 0.5}});
+  const Fit without = FitRuns(start, free, {run});
+  const double known = without.parameters[0].std_error;
+  // A belief as firm as the data, six standard errors away: half way between.
+  const double mean = without.parameters[0].value + 6.0 * known;
+  free[0].prior = FreeParameter::Prior{mean, known};
+  const Fit with = FitRuns(start, free, {run});
+  EXPECT_NEAR(with.parameters[0].value,
+              0.5 * (mean + without.parameters[0].value), 0.5 * known);
+  EXPECT_NEAR(with.parameters[0].std_error, known / std::sqrt(2.0),
+              0.1 * known);
+}
+
+// --- What the data does not say ---------------------------------------------
+
+TEST(Fit, NamesAParameterWithoutInfluence) {
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run run = Simulated(start, 0.6, 13, 2.0);
+  // About y the moment about x does nothing.
+  const Fit one = FitRuns(
+      start, FreeFrom(start, {{"link1.length", 0.55}, {"link1.ixx", 2e-4}}),
+      {run});
+  EXPECT_FALSE(one.converged);
+  EXPECT_EQ(one.termination,
+            "parameter 'link1.ixx' without any influence on what was measured; "
+            "fix it");
+  const Fit two = FitRuns(start,
+                          FreeFrom(start, {{"link1.com_y", 0.0},
+                                           {"link1.length", 0.55},
+                                           {"link2.ixx", 2e-4}}),
+                          {run});
+  EXPECT_FALSE(two.converged);
+  EXPECT_EQ(two.termination,
+            "parameters 'link1.com_y', 'link2.ixx' without any influence on "
+            "what was measured; fix them");
+}
+
+// A rigid body on a hinge: m g c / (m c^2 + I) and the sensor's offset show.
+Model CompoundPendulum() {
+  Mechanism mechanism;
+  mechanism.AddRoot("base");
+  Joint joint;
+  joint.name = "hinge";
+  joint.type = JointType::kRevolute;
+  joint.parent_link = 0;
+  joint.axis = Eigen::Vector3d::UnitY();
+  Inertial<double> body;
+  body.mass = 1.0;
+  body.com = Eigen::Vector3d(0, 0, -0.3);
+  body.inertia = Eigen::Vector3d(0.05, 0.05, 0.01).asDiagonal();
+  mechanism.AddJoint(joint, "rod", Eigen::Vector3d::Zero(), body);
+  Model model(mechanism);
+  model.AddEffect(Catalogue().Make("sensor_offset@hinge", mechanism, ""));
+  return model;
+}
+
+TEST(Fit, NamesMassAndGravityOfASwingAndKeepsTheRestUsable) {
+  Model planted = CompoundPendulum();
+  planted.SetEffectParameter("hinge.sensor_offset", 0.03);
+  const Fit fit = FitRuns(
+      CompoundPendulum(),
+      FreeFrom(
+          CompoundPendulum(),
+          {{"hinge.sensor_offset", 0.0}, {"rod.mass", 1.3}, {"gravity", 9.81}}),
+      {Simulated(planted, 0.8, 14)});
+  EXPECT_THAT(fit.not_identifiable,
+              ElementsAre(UnorderedElementsAre("rod.mass", "gravity")));
+  for (const char* name : {"rod.mass", "gravity"}) {
+    EXPECT_FALSE(EstimateOf(fit, name).identifiable);
+    EXPECT_TRUE(std::isnan(EstimateOf(fit, name).std_error));
+    EXPECT_TRUE(std::isnan(EstimateOf(fit, name).ci95[0]));
+  }
+  const ParameterEstimate& offset = EstimateOf(fit, "hinge.sensor_offset");
+  EXPECT_TRUE(offset.identifiable);
+  EXPECT_LT(offset.std_error, 1e-3);
+  EXPECT_LT(std::abs(Deviation(fit, {"hinge.sensor_offset", 0.03})), 4.0);
+  EXPECT_NEAR(fit.train.total.normalized_rms, 1.0, 0.1);
+}
+
+TEST(Fit, NamesTheMassesOfAPassiveDoublePendulum) {
+  const Model start = Shipped("pendulum2_planar");
+  const std::vector<Value> truth = {{"link1.length", 0.4}};
+  const Fit fit = FitRuns(
+      start,
+      FreeFrom(
+          start,
+          {{"link1.mass", 1.2}, {"link2.mass", 0.9}, {"link1.length", 0.5}}),
+      {Simulated(Shipped("pendulum2_planar", {}, truth), 0.6, 15)});
+  EXPECT_THAT(fit.not_identifiable,
+              ElementsAre(UnorderedElementsAre("link1.mass", "link2.mass")));
+  EXPECT_LT(std::abs(Deviation(fit, truth[0])), 4.0);
+  // Their ratio is known all the same.
+  EXPECT_NEAR(
+      EstimateOf(fit, "link1.mass").value / EstimateOf(fit, "link2.mass").value,
+      1.0, 0.02);
+}
+
+// --- A model that misses the data -------------------------------------------
+
+TEST(Fit, KnowsLessWhereTheModelMissesTheData) {
+  const Model planted = Shipped("pendulum2_planar", {"viscous_damping@joint1"},
+                                {{"joint1.damping", 0.05}});
+  const Model start = Shipped("pendulum2_planar");
+  const Fit fit = FitRuns(start, FreeFrom(start, {{"link1.length", 0.55}}),
+                          {Simulated(planted, 0.6, 16)});
+  EXPECT_GT(fit.train.total.normalized_rms, 2.0);
+  const Fit right = FitRuns(start, FreeFrom(start, {{"link1.length", 0.55}}),
+                            {Simulated(start, 0.6, 16)});
+  EXPECT_GT(EstimateOf(fit, "link1.length").std_error,
+            1.5 * EstimateOf(right, "link1.length").std_error);
+}
+
+TEST(Fit, SaysSoWhereTheStartCannotMove) {
+  // A hinge about whose axis nothing has inertia.
+  Mechanism mechanism;
+  mechanism.AddRoot("base");
+  Joint joint;
+  joint.name = "hinge";
+  joint.type = JointType::kRevolute;
+  joint.parent_link = 0;
+  joint.axis = Eigen::Vector3d::UnitZ();
+  Inertial<double> body;
+  body.mass = 1.0;
+  body.com = Eigen::Vector3d(0, 0, -0.3);
+  mechanism.AddJoint(joint, "rod", Eigen::Vector3d::Zero(), body);
+  const Model model(mechanism);
+  sysid::Run run = Simulated(CompoundPendulum(), 0.5, 17, 2.0);
+  const Fit fit = FitRuns(model, FreeFrom(model, {{"rod.mass", 1.0}}), {run});
+  EXPECT_FALSE(fit.converged);
+  EXPECT_FALSE(fit.termination.empty());
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,199 @@
+#include "sysid/simulation/simulate.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+
+#include "models/dynamics.h"
+#include "models/find_model.h"
+#include "models/math/rotation.h"
+#include "models/urdf/load_urdf.h"
+#include "tests/support/error_text.h"
+
+namespace sysid {
+namespace {
+
+using Eigen::VectorXd;
+
+Model Shipped(const std::string& name) {
+  return MakeModel(LoadUrdf(FindModel(name)), Catalogue());
+}
+
+TEST(Simulate, MeasuresThePositionOfEveryJointAtTheRate) {
+  const Model model = Shipped("cartpole");
+  SimulationOptions options;
+  options.duration = 2.0;
+  options.rate = 50.0;
+  const sysid::Run run = Simulate(model, RandomState(model, 0.5, 1), options);
+  ASSERT_EQ(run.size(), 101);
+  EXPECT_EQ(run.t.front(), 0.0);
+  EXPECT_DOUBLE_EQ(run.t.back(), 2.0);
+  ASSERT_EQ(run.channels.size(), 2u);
+  EXPECT_EQ(run.channels[0].name, "slider");
+  EXPECT_EQ(run.channels[1].name, "hinge");
+  EXPECT_EQ(run.channels[1].kind, ChannelKind::kPosition);
+  EXPECT_EQ(run.effort, RowMatrixXd::Zero(101, 2));
+}
+
+TEST(Simulate, StartsAtTheStateAndSwingsAsAPendulumDoes) {
+  // A pole on a heavy cart: small swings of sqrt(m g c / (m c^2 + I)).
+  Model model = Shipped("cartpole");
+  MechanismParameters<double> values = model.nominal();
+  values.links[model.mechanism().FindLink("cart")].mass = 1e9;
+  model.SetNominal(values);
+  const Inertial<double>& pole =
+      values.links[model.mechanism().FindLink("pole")];
+  const double c = pole.com.norm();
+  const double w = std::sqrt(pole.mass * 9.81 * c /
+                             (pole.mass * c * c + pole.inertia(1, 1)));
+  const VectorXd x0 = Eigen::Vector4d(0.0, 1e-4, 0.0, 0.0);
+  const sysid::Run run = Simulate(model, x0, {});
+  for (int k = 0; k < run.size(); ++k) {
+    EXPECT_NEAR(run.channels[1].values(k, 0), 1e-4 * std::cos(w * run.t[k]),
+                1e-9);
+  }
+}
+
+TEST(Simulate, DoesNotDependOnHowTheTimeIsDivided) {
+  const Model model = Shipped("pendulum2");
+  SimulationOptions coarse, fine;
+  coarse.duration = fine.duration = 2.0;
+  fine.step = 1e-4;
+  const VectorXd x0 = RandomState(model, 0.5, 2);
+  const sysid::Run a = Simulate(model, x0, coarse),
+                   b = Simulate(model, x0, fine);
+  for (size_t c = 0; c < a.channels.size(); ++c) {
+    EXPECT_LT(
+        (a.channels[c].values - b.channels[c].values).cwiseAbs().maxCoeff(),
+        1e-8);
+  }
+}
+
+TEST(Simulate, AddsNoiseOfTheStandardDeviation) {
+  for (const char* name : {"cartpole", "pendulum2"}) {
+    const Model model = Shipped(name);
+    SimulationOptions options;
+    options.duration = 20.0;
+    const VectorXd x0 = RandomState(model, 0.3, 1);
+    const sysid::Run exact = Simulate(model, x0, options);
+    options.noise = 0.01;
+    options.step = 0.0025;
+    const sysid::Run noisy = Simulate(model, x0, options);
+    double squares = 0.0;
+    int count = 0;
+    for (size_t c = 0; c < exact.channels.size(); ++c) {
+      for (int k = 0; k < exact.size(); ++k) {
+        const auto a = exact.channels[c].values.row(k);
+        const auto b = noisy.channels[c].values.row(k);
+        if (a.size() == 1) {
+          squares += (a - b).squaredNorm();
+          count += 1;
+          continue;
+        }
+        EXPECT_NEAR(b.norm(), 1.0, 1e-12);
+        const Eigen::Quaterniond p(Eigen::Vector4d(a.transpose()));
+        const Eigen::Quaterniond q(Eigen::Vector4d(b.transpose()));
+        squares += Log(p.conjugate() * q).squaredNorm();
+        count += 3;
+      }
+    }
+    EXPECT_NEAR(std::sqrt(squares / count), 0.01, 0.0005) << name;
+  }
+}
+
+TEST(Simulate, DrawsTheSameFromTheSameSeedOnly) {
+  const Model model = Shipped("cartpole");
+  SimulationOptions options;
+  options.noise = 0.01;
+  options.duration = 1.0;
+  options.excitation = Excitation::kMultisine;
+  const VectorXd x0 = RandomState(model, 0.3, 1);
+  const sysid::Run a = Simulate(model, x0, options),
+                   b = Simulate(model, x0, options);
+  options.seed = 2;
+  const sysid::Run c = Simulate(model, x0, options);
+  EXPECT_EQ(a.channels[0].values, b.channels[0].values);
+  EXPECT_EQ(a.effort, b.effort);
+  EXPECT_NE(a.channels[0].values, c.channels[0].values);
+  EXPECT_NE(a.effort, c.effort);
+}
+
+TEST(Simulate, MeasuresWithTheSensorsOffset) {
+  Model model = Shipped("cartpole");
+  const VectorXd x0 = RandomState(model, 0.3, 1);
+  const sysid::Run plain = Simulate(model, x0, {});
+  model.AddEffect(
+      Catalogue().Make("sensor_offset@hinge", model.mechanism(), "test"));
+  model.SetEffectParameter("hinge.sensor_offset", 0.2);
+  const sysid::Run offset = Simulate(model, x0, {});
+  EXPECT_LT((offset.channels[1].values.array() - 0.2 -
+             plain.channels[1].values.array())
+                .abs()
+                .maxCoeff(),
+            1e-12);
+  EXPECT_EQ(offset.channels[0].values, plain.channels[0].values);
+}
+
+TEST(Simulate, ExcitesWithAMultisineOfThePartOfTheWeight) {
+  const Model model = Shipped("cartpole");
+  SimulationOptions options;
+  options.duration = 60.0;
+  options.excitation = Excitation::kMultisine;
+  options.excitation_level = 0.3;
+  const sysid::Run run = Simulate(model, RandomState(model, 0.1, 1), options);
+  const double weight = (1.0 + 0.2) * 9.81;
+  const double rms = std::sqrt(run.effort.col(0).squaredNorm() / run.size());
+  EXPECT_NEAR(rms, 0.3 * weight, 0.1 * weight);
+  const double moment = 0.2 * 9.81 * 0.3;
+  const double hinge = std::sqrt(run.effort.col(1).squaredNorm() / run.size());
+  EXPECT_NEAR(hinge, 0.3 * moment, 0.1 * moment);
+}
+
+TEST(Simulate, SaysWhereTheMotionDoesNotStayFinite) {
+  const Model model = Shipped("cartpole");
+  const VectorXd x0 = Eigen::Vector4d(0.0, 0.1, 0.0, 1e200);
+  EXPECT_EQ(ErrorText([&] { Simulate(model, x0, {}); }),
+            "simulation: the motion does not stay finite\n"
+            "  hint: check masses and efforts, or give a smaller --step");
+}
+
+TEST(RandomState, IsAtRestWithinTheAmplitude) {
+  for (const char* name : {"cartpole", "pendulum3"}) {
+    const Model model = Shipped(name);
+    for (int seed = 0; seed < 20; ++seed) {
+      const VectorXd x = RandomState(model, 0.4, seed);
+      EXPECT_EQ(x.tail(model.nv()), VectorXd::Zero(model.nv()));
+      for (const Body& body : model.bodies()) {
+        if (body.type != JointType::kSpherical) {
+          EXPECT_LE(std::abs(x[body.q_index]), 0.4);
+          continue;
+        }
+        const Eigen::Quaterniond q(Eigen::Vector4d(x.segment<4>(body.q_index)));
+        const Eigen::Vector3d phi = Log(q);
+        EXPECT_LE(phi.norm(), 0.4 + 1e-12);
+        EXPECT_NEAR(phi.z(), 0.0, 1e-15);  // about a horizontal axis
+      }
+    }
+    EXPECT_EQ(RandomState(model, 0.4, 1), RandomState(model, 0.4, 1));
+    EXPECT_NE(RandomState(model, 0.4, 1), RandomState(model, 0.4, 2));
+  }
+}
+
+TEST(FirstState, IsWhatTheFirstSampleMeasured) {
+  const Model model = Shipped("cartpole");
+  sysid::Run run;
+  run.t = {0.0, 0.1};
+  Channel position, velocity;
+  position.target = velocity.target = model.mechanism().FindJoint("hinge");
+  position.values = Eigen::Vector2d(0.3, 0.4);
+  velocity.kind = ChannelKind::kVelocity;
+  velocity.values = Eigen::Vector2d(-1.5, 2.0);
+  run.channels = {position, velocity};
+  EXPECT_EQ(FirstState(model, run), Eigen::Vector4d(0.0, 0.3, 0.0, -1.5));
+  run.channels[1].values(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(FirstState(model, run), Eigen::Vector4d(0.0, 0.3, 0.0, 0.0));
+}
+
+}  // namespace
+}  // namespace sysid
