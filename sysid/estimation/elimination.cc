@@ -40,8 +40,7 @@ RowMatrixXd EliminateRun(const RunLinearization& run, int n_theta) {
     if (rows > 0) {
       stack.bottomLeftCorner(rows, tangent) = segment.J_x;
       if (!last) stack.block(past.rows(), tangent, rows, next) = segment.J_next;
-      stack.block(past.rows(), tangent + next, rows, n_theta) =
-          segment.J_theta;
+      stack.block(past.rows(), tangent + next, rows, n_theta) = segment.J_theta;
       stack.bottomRightCorner(rows, 1) = segment.r;
     }
     const RowMatrixXd R = TriangularFactor(stack);

@@ -18,7 +18,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Sums of squares by channel name, and over all.
 struct Sums {
-  double squares = 0.0;   // SI
+  double squares = 0.0;  // SI
   double whitened = 0.0;
   double dof = 0.0;
 };
@@ -57,10 +57,9 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
           0, data.sigma[c]};
     }
     for (int k = 0; k < nodes.segments(); ++k) {
-      const SegmentRollout rollout(&problem.model(), &problem.map(),
-                                   &data.measurements, nodes.samples[k],
-                                   nodes.samples[k + 1],
-                                   problem.options().rollout);
+      const SegmentRollout rollout(
+          &problem.model(), &problem.map(), &data.measurements,
+          nodes.samples[k], nodes.samples[k + 1], problem.options().rollout);
       std::vector<double> r_si(rollout.num_residuals()), x_end(size);
       if (!rollout(nodes.states.row(k).data(), point.theta.data(), r_si.data(),
                    x_end.data())) {
@@ -87,10 +86,9 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
         }
       }
       if (segment.dof > 0) {
-        errors.segments.push_back(
-            {data.run.name, data.run.t[nodes.samples[k]],
-             data.run.t[nodes.samples[k + 1]],
-             std::sqrt(segment.whitened / segment.dof)});
+        errors.segments.push_back({data.run.name, data.run.t[nodes.samples[k]],
+                                   data.run.t[nodes.samples[k + 1]],
+                                   std::sqrt(segment.whitened / segment.dof)});
       }
     }
   }
@@ -106,8 +104,8 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
     ChannelError channel = described[name];
     const Sums& sums = by_channel[name];
     if (sums.dof == 0) continue;
-    channel.rms = failed ? kInfinity
-                         : inflate * std::sqrt(sums.squares / sums.dof);
+    channel.rms =
+        failed ? kInfinity : inflate * std::sqrt(sums.squares / sums.dof);
     channel.normalized_rms =
         failed ? kInfinity : inflate * std::sqrt(sums.whitened / sums.dof);
     errors.channels.push_back(channel);
@@ -116,6 +114,55 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
     segment.normalized_rms *= inflate;
   }
   return errors;
+}
+
+double AutocorrelationTime(const ShootingProblem& problem,
+                           const ShootingPoint& point) {
+  double weighted = 0.0, weight = 0.0;
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const RunData& data = *problem.runs()[r];
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    // One series of each component of each channel, in the order of time.
+    std::vector<std::vector<std::vector<double>>> series(
+        data.run.channels.size());
+    for (int k = 0; k < nodes.segments(); ++k) {
+      const SegmentRollout rollout(
+          &problem.model(), &problem.map(), &data.measurements,
+          nodes.samples[k], nodes.samples[k + 1], problem.options().rollout);
+      std::vector<double> errors(rollout.num_residuals());
+      std::vector<double> x_end(problem.model().state_size());
+      if (!rollout(nodes.states.row(k).data(), point.theta.data(),
+                   errors.data(), x_end.data())) {
+        return 1.0;
+      }
+      for (const SegmentRow& row : rollout.rows()) {
+        auto& components = series[row.channel];
+        components.resize(row.size);
+        for (int i = 0; i < row.size; ++i) {
+          components[i].push_back(errors[row.first + i] /
+                                  data.sigma[row.channel]);
+        }
+      }
+    }
+    for (const auto& components : series) {
+      for (const std::vector<double>& e : components) {
+        double variance = 0.0;
+        for (const double x : e) variance += x * x;
+        if (!(variance > 0)) continue;
+        double time = 1.0;
+        for (size_t lag = 1; lag < e.size() / 2; ++lag) {
+          double product = 0.0;
+          for (size_t i = lag; i < e.size(); ++i) product += e[i] * e[i - lag];
+          // Two standard errors of a white series: below that it is chance.
+          if (product / variance < 2.0 / std::sqrt(double(e.size()))) break;
+          time += 2.0 * product / variance;
+        }
+        weighted += time * variance;
+        weight += variance;
+      }
+    }
+  }
+  return weight > 0 ? weighted / weight : 1.0;
 }
 
 std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
@@ -156,8 +203,8 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
     const int stride = std::max(1, nodes.segments() / kMostStarts);
     for (int k = 0; k < nodes.segments(); k += stride) {
       const int first = nodes.samples[k];
-      const auto end = std::upper_bound(t.begin(), t.end(),
-                                        t[first] + kHorizons[kCount - 1] * 1.01);
+      const auto end = std::upper_bound(
+          t.begin(), t.end(), t[first] + kHorizons[kCount - 1] * 1.01);
       const int last = static_cast<int>(end - t.begin()) - 1;
       if (last <= first) continue;
       const SegmentRollout rollout(&problem.model(), &problem.map(),
@@ -297,8 +344,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
       const double* from = IsPositionLike(channel.kind)
                                ? seen.data() + joint.q_index
                                : x + model.nq() + joint.v_index;
-      predicted[c].row(k) =
-          Eigen::Map<const Eigen::RowVectorXd>(from, columns);
+      predicted[c].row(k) = Eigen::Map<const Eigen::RowVectorXd>(from, columns);
     }
   }
   return predicted;

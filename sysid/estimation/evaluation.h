@@ -9,10 +9,10 @@
 namespace sysid {
 
 // Root mean square per independent number measured. `rms` is over position-like
-// channels (rad and m; over all where there is none), `normalized_rms` over all,
-// each divided by its noise: 1 is the noise floor. Both are corrected for the
-// numbers that were fitted: they estimate the standard deviation of what the
-// model does not explain.
+// channels (rad and m; over all where there is none), `normalized_rms` over
+// all, each divided by its noise: 1 is the noise floor. Both are corrected for
+// the numbers that were fitted: they estimate the standard deviation of what
+// the model does not explain.
 struct ErrorSummary {
   double rms = 0.0;
   double normalized_rms = 0.0;
@@ -41,6 +41,14 @@ struct RunErrors {
 // Where the dynamics fail the errors are infinite.
 RunErrors EvaluateErrors(const ShootingProblem& problem,
                          const ShootingPoint& point, double fitted);
+
+// By how much the variance of an estimate exceeds that under white residuals:
+// the integrated autocorrelation time of the whitened residuals in samples,
+//   1 + 2 sum_k rho_k,  summed until rho_k is no longer positive
+// (Geyer's initial positive sequence), over components and weighted by their
+// squares. 1 where they are white.
+double AutocorrelationTime(const ShootingProblem& problem,
+                           const ShootingPoint& point);
 
 // How many independent numbers of a run's initial state the data speaks of: the
 // axial spin of a spherical joint does not show in heading vectors.

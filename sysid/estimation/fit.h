@@ -27,8 +27,9 @@ struct Fit {
   std::string termination;  // in words; where it failed: why
   int iterations = 0;
   double wall_time_s = 0.0;
-  double step_s = 0.0;     // longest integration step
-  double segment_s = 0.0;  // mean length of the last stage's segments
+  double step_s = 0.0;            // longest integration step
+  double segment_s = 0.0;         // mean length of the last stage's segments
+  double defect = kJoinedDefect;  // how tightly they hang together
   int samples = 0;
   double noise = 0.0;
 
@@ -49,12 +50,15 @@ struct Fit {
 };
 
 // Ceres' Levenberg-Marquardt over multiple-shooting segments that grow: short
-// and loosely joined first, then the last length, tightly joined (one trajectory
-// of the model a run). Covariance from the Jacobian with the states eliminated.
+// and loosely joined first, then the last length, tightly joined (one
+// trajectory of the model a run). Covariance from the Jacobian with the states
+// eliminated.
 //
 // The covariance is that of white noise of the problem's sigma, times the
-// reduced chi-square where that is above 1: a model that misses the data by
-// eight times the noise knows its parameters eight times worse.
+// reduced chi-square where that is above 1 (a model that misses the data by
+// eight times the noise knows its parameters eight times worse), times the
+// autocorrelation time of the residuals: what is missing pulls the same way for
+// many samples.
 //
 // Never throws for numerics: Fit::converged and termination say what happened.
 Fit FitLevenbergMarquardt(ShootingProblem* problem);

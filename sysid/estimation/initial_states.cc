@@ -15,15 +15,14 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kHalfWindow = 0.05;  // s
 constexpr int kMinNeighbours = 2;     // samples on either side
 
-// Value and slope at t0 of the polynomial through the points (t, y) in the least
-// squares; cubic where there are enough of them. y: one row a point.
+// Value and slope at t0 of the polynomial through the points (t, y) in the
+// least squares; cubic where there are enough of them. y: one row a point.
 void FitPolynomial(const std::vector<double>& t, const RowMatrixXd& y,
                    double t0, Eigen::RowVectorXd* value,
                    Eigen::RowVectorXd* slope) {
   const int n = static_cast<int>(t.size());
   const int degree = n >= 7 ? 3 : n >= 4 ? 2 : n >= 2 ? 1 : 0;
-  const double scale =
-      n > 1 ? std::max(t.back() - t0, t0 - t.front()) : 1.0;
+  const double scale = n > 1 ? std::max(t.back() - t0, t0 - t.front()) : 1.0;
   RowMatrixXd V(n, degree + 1);
   for (int i = 0; i < n; ++i) {
     double power = 1.0;
@@ -118,9 +117,8 @@ void SmoothScalar(const std::vector<double>& t, bool wraps,
   BridgeGaps(t, known, false, q, qd);
 }
 
-void SmoothQuaternion(const std::vector<double>& t,
-                      const RowMatrixXd& measured, Eigen::Ref<RowMatrixXd> q,
-                      Eigen::Ref<RowMatrixXd> qd) {
+void SmoothQuaternion(const std::vector<double>& t, const RowMatrixXd& measured,
+                      Eigen::Ref<RowMatrixXd> q, Eigen::Ref<RowMatrixXd> qd) {
   std::vector<int> valid;
   for (size_t k = 0; k < t.size(); ++k) {
     if (!std::isnan(measured(k, 0))) valid.push_back(static_cast<int>(k));
@@ -295,8 +293,8 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
         const double value = velocity->values(k, 0);
         qd(k, 0) = std::isnan(value) ? (k > 0 ? qd(k - 1, 0) : 0.0) : value;
         if (k > 0) {
-          q(k, 0) = q(k - 1, 0) + 0.5 * (run.t[k] - run.t[k - 1]) *
-                                      (qd(k, 0) + qd(k - 1, 0));
+          q(k, 0) = q(k - 1, 0) +
+                    0.5 * (run.t[k] - run.t[k - 1]) * (qd(k, 0) + qd(k - 1, 0));
         }
       }
     } else {

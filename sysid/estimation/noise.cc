@@ -61,10 +61,9 @@ double EstimateNoise(const std::vector<double>& t,
     if (best >= 0 && rms > 0.95 * best) {
       best = std::min(best, rms);
       // One degree may gain nothing at an inflection: look one further.
-      const double next =
-          static_cast<int>(t_valid.size()) < degree + 5
-              ? rms
-              : RmsAtDegree(t_valid, y_valid, degree + 1);
+      const double next = static_cast<int>(t_valid.size()) < degree + 5
+                              ? rms
+                              : RmsAtDegree(t_valid, y_valid, degree + 1);
       if (next > 0.95 * best) break;
       continue;
     }

@@ -7,8 +7,7 @@
 
 namespace sysid {
 
-bool ParallelFor(int count, int threads,
-                 const std::function<bool(int)>& work) {
+bool ParallelFor(int count, int threads, const std::function<bool(int)>& work) {
   std::atomic<int> next{0};
   std::atomic<bool> ok{true};
   const auto loop = [&] {

@@ -22,8 +22,8 @@ std::vector<std::vector<double>> SmoothComponents(const Mechanism& mechanism,
   const int columns = static_cast<int>(channel.values.cols());
   std::vector<std::vector<double>> components;
   if (channel.kind == ChannelKind::kOrientation) {
-    const Eigen::Vector3d axis = LinkAxis(
-        mechanism, mechanism.joints[channel.target].child_link);
+    const Eigen::Vector3d axis =
+        LinkAxis(mechanism, mechanism.joints[channel.target].child_link);
     components.assign(3, std::vector<double>(samples));
     for (int k = 0; k < samples; ++k) {
       const Eigen::Quaterniond q(channel.values(k, 3), channel.values(k, 0),
@@ -33,9 +33,8 @@ std::vector<std::vector<double>> SmoothComponents(const Mechanism& mechanism,
     }
     return components;
   }
-  const bool wraps =
-      channel.kind == ChannelKind::kPosition &&
-      IsRotation1(mechanism.joints[channel.target].type);
+  const bool wraps = channel.kind == ChannelKind::kPosition &&
+                     IsRotation1(mechanism.joints[channel.target].type);
   components.assign(columns, std::vector<double>(samples));
   for (int c = 0; c < columns; ++c) {
     double before = std::numeric_limits<double>::quiet_NaN();
@@ -93,8 +92,7 @@ ShootingProblem::ShootingProblem(const Model& model,
           MakeChannelResidual(mechanism, channel, options_.orientation));
       const bool given = options_.noise > 0 && IsPositionLike(channel.kind);
       data->sigma.push_back(
-          given ? options_.noise
-                : ChannelNoise(mechanism, data->run, channel));
+          given ? options_.noise : ChannelNoise(mechanism, data->run, channel));
     }
     runs_.push_back(std::move(data));
   }
@@ -171,12 +169,12 @@ double ShootingProblem::PooledNoise() const {
   return count > 0 ? std::sqrt(sum / count) : any;
 }
 
-double ShootingProblem::ShortestDuration() const {
-  double shortest = std::numeric_limits<double>::infinity();
+double ShootingProblem::LongestDuration() const {
+  double longest = 0.0;
   for (const auto& data : runs_) {
-    shortest = std::min(shortest, data->run.t.back() - data->run.t.front());
+    longest = std::max(longest, data->run.t.back() - data->run.t.front());
   }
-  return shortest;
+  return longest;
 }
 
 double ShootingProblem::MedianSamplePeriod() const {
@@ -224,10 +222,9 @@ bool SampleStates(const ShootingProblem& problem, const ShootingPoint& point,
   const int size = problem.model().state_size();
   states->resize(data.run.size(), size);
   for (int k = 0; k < nodes.segments(); ++k) {
-    const SegmentRollout rollout(&problem.model(), &problem.map(),
-                                 &data.measurements, nodes.samples[k],
-                                 nodes.samples[k + 1],
-                                 problem.options().rollout);
+    const SegmentRollout rollout(
+        &problem.model(), &problem.map(), &data.measurements, nodes.samples[k],
+        nodes.samples[k + 1], problem.options().rollout);
     std::vector<double> errors(rollout.num_residuals()), x_end(size), visited;
     if (!rollout(nodes.states.row(k).data(), point.theta.data(), errors.data(),
                  x_end.data(), &visited)) {

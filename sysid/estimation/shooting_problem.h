@@ -31,7 +31,7 @@ struct EstimationOptions {
   RobustLoss loss = RobustLoss::kNone;
   double loss_scale = 3.0;  // standard deviations
   int threads = 1;
-  int max_iterations = 200;  // over all stages
+  int max_iterations = 200;                       // over all stages
   std::function<void(const Progress&)> progress;  // may be empty
 };
 
@@ -70,8 +70,8 @@ class ShootingProblem {
   // Root mean square of the channels' sigmas that are position-like: `noise` of
   // fit.json.
   double PooledNoise() const;
-  double ShortestDuration() const;      // of a run, s
-  double MedianSamplePeriod() const;    // over all runs, s
+  double LongestDuration() const;     // of a run, s
+  double MedianSamplePeriod() const;  // over all runs, s
   // Independent numbers that an average sample of all runs measures.
   double DofPerSample() const;
 

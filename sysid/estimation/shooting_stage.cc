@@ -14,9 +14,10 @@ namespace sysid {
 namespace {
 
 // Beliefs about the first state of a run, as wide as keeps them without weight
-// beside a measurement and still gives every direction some: what no sensor sees
-// (the spin of a rod about itself, by heading vectors) would otherwise make the
-// problem singular, and a state that is frozen instead biases the parameters.
+// beside a measurement and still gives every direction some: what no sensor
+// sees (the spin of a rod about itself, by heading vectors) would otherwise
+// make the problem singular, and a state that is frozen instead biases the
+// parameters.
 constexpr double kPositionPrior = 1.0;  // rad or m, where measured
 constexpr double kVelocityPrior = 100.0;
 // Of a spherical joint by heading vectors: the rotation is measured, though the
@@ -148,8 +149,7 @@ void ShootingStage::AddSegments() {
       problem_->AddResidualBlock(cost, nullptr, parameters);
       problem_->SetManifold(State(r, k), manifold_.get());
       if (with_defect) problem_->SetManifold(State(r, k + 1), manifold_.get());
-      blocks_.push_back(
-          {static_cast<int>(r), k, std::move(rollout), cost});
+      blocks_.push_back({static_cast<int>(r), k, std::move(rollout), cost});
     }
   }
   if (!with_theta) return;
@@ -214,8 +214,7 @@ void ShootingStage::AddPriors() {
   problem_->AddResidualBlock(theta_prior_, nullptr, point_->theta.data());
 }
 
-StageSummary ShootingStage::Solve(const std::string& doing,
-                                  double start_time_s,
+StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
                                   std::vector<HistoryEntry>* history) {
   ceres::Solver::Options options;
   options.max_num_iterations = options_.max_iterations;
@@ -228,9 +227,9 @@ StageSummary ShootingStage::Solve(const std::string& doing,
   // Ceres damps by the diagonal, which the stiff defects dominate, while what
   // all segments do together is soft: at the usual radius of 1e4 that part
   // waits until the radius has grown by the square of the stiffness.
-  options.initial_trust_region_radius = std::min(
-      options.max_trust_region_radius,
-      1e4 / std::pow(std::min(1.0, options_.defect), 4));
+  options.initial_trust_region_radius =
+      std::min(options.max_trust_region_radius,
+               1e4 / std::pow(std::min(1.0, options_.defect), 4));
   options.logging_type = ceres::SILENT;
   // The states first, theta last: the states couple only with their neighbours,
   // so eliminating them fills in nothing but theta's rows.
@@ -247,14 +246,13 @@ StageSummary ShootingStage::Solve(const std::string& doing,
   }
   options.linear_solver_ordering.reset(ordering);
   const double dof = std::max(
-      1.0, shooting_.DofPerSample() *
-               [&] {
-                 double samples = 0;
-                 for (const auto& run : shooting_.runs()) {
-                   samples += run->run.size();
-                 }
-                 return samples;
-               }());
+      1.0, shooting_.DofPerSample() * [&] {
+        double samples = 0;
+        for (const auto& run : shooting_.runs()) {
+          samples += run->run.size();
+        }
+        return samples;
+      }());
   Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
                   shooting_.options(), history);
   options.callbacks.push_back(&watcher);

@@ -18,11 +18,12 @@ namespace sysid {
 // walk through a landscape that single shooting cannot. So a fit starts loose,
 // joins the segments, and ends tight.
 inline constexpr double kLooseDefect = 10.0;
+inline constexpr double kMiddleDefect = 1.0;
 inline constexpr double kJoinedDefect = 0.01;
 inline constexpr double kDefectTime = 0.1;  // s
 
-// The last tightness. K defects of d each shift the end of a run by D = K d at a
-// cost of D^2 / (K sigma_d^2); left unshifted the same D costs the N samples
+// The last tightness. K defects of d each shift the end of a run by D = K d at
+// a cost of D^2 / (K sigma_d^2); left unshifted the same D costs the N samples
 // about N D^2 / sigma^2. What is not model stays below 1 % of that with
 // sigma_d = 0.1 sigma / sqrt(N K).
 double TightDefect(const ShootingPoint& point);
@@ -63,7 +64,7 @@ class ShootingStage {
  public:
   struct Options {
     double defect = kJoinedDefect;  // infinity: the segments are independent
-    bool fix_theta = false;        // only the states move
+    bool fix_theta = false;         // only the states move
     int max_iterations = 100;
     double function_tolerance = 1e-10;
   };
