@@ -123,7 +123,7 @@ TEST(ShootingProblem, CountsWhatASampleMeasures) {
   const ShootingProblem problem(Shipped("pendulum2_planar"), {}, {run}, {});
   EXPECT_NEAR(problem.DofPerSample(), 1.5, 0.01);
   EXPECT_NEAR(problem.MedianSamplePeriod(), 0.01, 1e-12);
-  EXPECT_NEAR(problem.ShortestDuration(), 5.0, 1e-12);
+  EXPECT_NEAR(problem.LongestDuration(), 5.0, 1e-12);
 }
 
 // --- SampleStates and ChooseStep --------------------------------------------
