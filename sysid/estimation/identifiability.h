@@ -23,9 +23,9 @@ struct Identifiability {
 
 // A direction of the scaled parameters theta_i / scale_i is undetermined where
 // its standard deviation exceeds kUndetermined: a parameter that may be half
-// its size wrong is not an estimate of it. Parameters take part in an
+// its size wrong (95 %) is not an estimate of it. Parameters take part in an
 // undetermined direction with at least a tenth of its largest component.
-inline constexpr double kUndetermined = 0.5;
+inline constexpr double kUndetermined = 0.25;
 
 Identifiability AnalyseIdentifiability(const RowMatrixXd& R,
                                        const Eigen::VectorXd& scale);

@@ -359,7 +359,8 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
     double last_length = options.segment;
     const ShootingPoint whole =
         CutPoint(*problem, point.theta, states, kInfinity);
-    if (!SameCut(point, whole)) {
+    const bool single = SameCut(point, whole);
+    if (!single) {
       stage("short segments", kLooseDefect, 1e-3, 30);
     }
     const double regular = ChooseSegment(*problem, point);
@@ -375,7 +376,7 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
     if (choose_step) {
       problem->mutable_options()->rollout.step = ChooseStep(*problem, point);
     }
-    summary = stage("long segments", kJoinedDefect, 1e-5, 1000);
+    if (!single) stage("long segments", kJoinedDefect, 1e-5, 1000);
     const RunErrors joined = EvaluateErrors(*problem, point, 0.0);
     const bool one_trajectory =
         !chaotic || joined.total.normalized_rms < kMissing;

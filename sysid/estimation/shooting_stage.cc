@@ -50,6 +50,13 @@ class Watcher final : public ceres::IterationCallback {
       options_.progress({doing_, first_ + summary.iteration, most_,
                          std::sqrt(2.0 * summary.cost / dof_)});
     }
+    // The cost is a negative log-likelihood: less than this is no news, however
+    // small the cost itself has become (data without noise).
+    constexpr double kInsignificant = 1e-4;
+    if (summary.step_is_successful && summary.iteration > 0 &&
+        summary.cost_change < kInsignificant) {
+      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
     return ceres::SOLVER_CONTINUE;
   }
 
@@ -110,6 +117,13 @@ ShootingStage::~ShootingStage() = default;
 double* ShootingStage::State(int run, int segment) const {
   RowMatrixXd& states = point_->runs[run].states;
   return states.data() + segment * states.cols();
+}
+
+bool ShootingStage::HasDefects() const {
+  for (const ShootingPoint::Nodes& nodes : point_->runs) {
+    if (nodes.segments() > 1) return true;
+  }
+  return false;
 }
 
 void ShootingStage::AddSegments() {
@@ -226,10 +240,15 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   options.max_num_consecutive_invalid_steps = 30;
   // Ceres damps by the diagonal, which the stiff defects dominate, while what
   // all segments do together is soft: at the usual radius of 1e4 that part
-  // waits until the radius has grown by the square of the stiffness.
+  // waits until the radius has grown by the square of the stiffness. Without
+  // defects there is no such excuse, and a full first step of single shooting
+  // lands far off: then the first steps are short ones.
+  constexpr double kLongStep = 1e4, kShortStep = 1e2;
+  const bool joined = std::isfinite(options_.defect) && HasDefects();
   options.initial_trust_region_radius =
-      std::min(options.max_trust_region_radius,
-               1e4 / std::pow(std::min(1.0, options_.defect), 4));
+      joined ? std::min(options.max_trust_region_radius,
+                        kLongStep / std::pow(std::min(1.0, options_.defect), 4))
+             : kShortStep;
   options.logging_type = ceres::SILENT;
   // The states first, theta last: the states couple only with their neighbours,
   // so eliminating them fills in nothing but theta's rows.
@@ -259,9 +278,11 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   ceres::Solver::Summary summary;
   ceres::Solve(options, problem_.get(), &summary);
   StageSummary result;
-  result.converged = summary.termination_type == ceres::CONVERGENCE;
-  result.usable = summary.IsSolutionUsable();
-  result.message = summary.message;
+  result.converged = summary.termination_type == ceres::CONVERGENCE ||
+                     summary.termination_type == ceres::USER_SUCCESS;
+  result.message = summary.termination_type == ceres::USER_SUCCESS
+                       ? "the last step gained nothing of significance"
+                       : summary.message;
   result.iterations = static_cast<int>(summary.iterations.size()) - 1;
   result.cost = summary.final_cost;
   return result;

@@ -45,7 +45,6 @@ struct RunLinearization {
 
 struct StageSummary {
   bool converged = false;
-  bool usable = false;  // the point is at least as good as the start
   std::string message;
   int iterations = 0;
   double cost = 0.0;
@@ -92,6 +91,7 @@ class ShootingStage {
   void AddSegments();
   void AddPriors();
   double* State(int run, int segment) const;
+  bool HasDefects() const;  // some run has two segments
 
   const ShootingProblem& shooting_;
   Options options_;

@@ -85,6 +85,17 @@ std::string OpenLines(const std::vector<OpenError>& open,
   return text;
 }
 
+// The largest error that may still be noise: 1.1, and three standard deviations
+// of what chance makes of the residuals and of the noise's own estimate (about
+// three times as uncertain as its number of samples says, for its differences
+// overlap).
+double NoiseFloor(const ShootingProblem& problem, const Fit& fit) {
+  const double dof = std::max(1.0, problem.DofPerSample() * fit.samples);
+  const double estimated =
+      problem.options().noise > 0 ? 0.0 : 3.0 / fit.samples;
+  return 1.1 + 3.0 * std::sqrt(0.5 / dof + estimated);
+}
+
 std::string WorstLine(const RunErrors& errors) {
   const auto by_error = [](const auto& a, const auto& b) {
     return a.normalized_rms < b.normalized_rms;
@@ -127,13 +138,14 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     text += ", effects: " + Join(session.effects);
   }
   text += "\n\n" + ParameterTable(fit) + "\n";
-  const double floor = fit.train.total.normalized_rms;
+  const double error = fit.train.total.normalized_rms;
+  const double most = NoiseFloor(problem, fit);
   std::string verdict = Format(
-      "error %.3g times the noise (rms %.3g beside a noise of %.3g)", floor,
+      "error %.3g times the noise (rms %.3g beside a noise of %.3g)", error,
       fit.train.total.rms, fit.noise);
-  // Above 1.2 a recording of a few hundred samples is not noise any more.
-  verdict += floor < 1.2 ? ": at the noise floor" : ": the model misses something";
-  text += "  " + paint(floor < 1.2 ? kGreen : kRed, verdict) + "\n";
+  verdict += error < most ? ": at the noise floor"
+                          : ": the model misses something";
+  text += "  " + paint(error < most ? kGreen : kRed, verdict) + "\n";
   text += WorstLine(fit.train);
   if (holdout) {
     text += Format("  held out: error %.3g times the noise (rms %.3g), each "
