@@ -169,13 +169,61 @@ bool AtBound(double value, double bound, double scale) {
   return std::isfinite(bound) && std::abs(value - bound) <= 1e-6 * scale;
 }
 
+// Which values are at one of their bounds.
+std::vector<bool> HeldByBounds(const ShootingProblem& problem,
+                               const Eigen::VectorXd& values) {
+  std::vector<bool> held(values.size());
+  for (int i = 0; i < values.size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
+    const double scale =
+        std::max(std::abs(values[i]), free.parameter.typical_scale);
+    held[i] = AtBound(values[i], free.lower, scale) ||
+              AtBound(values[i], free.upper, scale);
+  }
+  return held;
+}
+
+// What the data says of the parameters that no bound holds, as if the others
+// were fixed where they are.
+Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
+                             const std::vector<bool>& held) {
+  const int n = static_cast<int>(R.cols());
+  std::vector<int> loose;
+  for (int i = 0; i < n; ++i) {
+    if (!held[i]) loose.push_back(i);
+  }
+  const Identifiability part =
+      AnalyseIdentifiability(R(Eigen::all, loose), scale(loose));
+  Identifiability all;
+  all.identifiable.assign(n, true);
+  all.covariance.setZero(n, n);
+  all.covariance(loose, loose) = part.covariance;
+  for (size_t k = 0; k < loose.size(); ++k) {
+    all.identifiable[loose[k]] = part.identifiable[k];
+  }
+  for (const std::vector<int>& group : part.groups) {
+    all.groups.emplace_back();
+    for (const int k : group) all.groups.back().push_back(loose[k]);
+  }
+  for (const int k : part.without_influence) {
+    all.without_influence.push_back(loose[k]);
+  }
+  return all;
+}
+
 void FillEstimates(const ShootingProblem& problem, const ShootingPoint& point,
                    const RowMatrixXd& R, double inflation, Fit* fit) {
   const int n = problem.map().size();
   Eigen::VectorXd values(n);
   problem.map().ValuesOf<double>(point.theta.data(), values.data());
   const Eigen::VectorXd scale = ThetaScale(problem, point.theta);
-  const Identifiability known = AnalyseIdentifiability(R, scale);
+  const std::vector<bool> at_bound = HeldByBounds(problem, values);
+  // A bound on a transformed parameter is no bound of theta.
+  std::vector<bool> held = at_bound;
+  for (int i = 0; i < n; ++i) {
+    if (problem.map().IsTransformed(i)) held[i] = false;
+  }
+  const Identifiability known = AnalyseLoose(R, scale, held);
   const Eigen::MatrixXd D = problem.map().ValueJacobian(point.theta);
   fit->covariance = D * known.covariance * D.transpose() * inflation;
   for (int i = 0; i < n; ++i) {
@@ -188,10 +236,10 @@ void FillEstimates(const ShootingProblem& problem, const ShootingPoint& point,
     estimate.lower = free.lower;
     estimate.upper = free.upper;
     estimate.identifiable = known.identifiable[i];
-    estimate.at_bound = AtBound(values[i], free.lower, scale[i]) ||
-                        AtBound(values[i], free.upper, scale[i]);
+    estimate.at_bound = at_bound[i];
     const double sigma = std::sqrt(fit->covariance(i, i));
-    const bool usable = estimate.identifiable && std::isfinite(sigma);
+    const bool usable =
+        estimate.identifiable && !held[i] && std::isfinite(sigma);
     estimate.std_error = usable ? sigma : kNaN;
     estimate.ci95[0] = usable ? values[i] - 1.959964 * sigma : kNaN;
     estimate.ci95[1] = usable ? values[i] + 1.959964 * sigma : kNaN;
