@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "glog/logging.h"
+#include "models/dynamics.h"
+#include "models/error.h"
 #include "models/state.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/fit.h"
@@ -126,6 +128,7 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
                                           const ShootingPoint& point) {
   const int n = problem.map().size();
   Eigen::VectorXd norms = Eigen::VectorXd::Zero(n);
+  bool known = false;
   for (const bool nudge : {false, true}) {
     ShootingPoint at = point;
     if (nudge) at.theta = Nudged(problem, point.theta);
@@ -134,6 +137,7 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
     const ShootingStage stage(problem, options, &at);
     std::vector<RunLinearization> runs;
     if (!stage.Linearize(&runs)) continue;
+    known = true;
     for (const RunLinearization& run : runs) {
       for (const SegmentLinearization& segment : run.segments) {
         if (segment.J_theta.rows() == 0) continue;
@@ -142,7 +146,7 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
     }
   }
   std::vector<std::string> names;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; known && i < n; ++i) {
     const double scale = problem.free()[i].parameter.typical_scale;
     // A full change of its own size that moves all residuals together by less
     // than a millionth of the noise.
@@ -151,6 +155,73 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
     }
   }
   return names;
+}
+
+// Why the model cannot be rolled out at theta, else "".
+std::string WhyImmobile(const ShootingProblem& problem,
+                        const Eigen::VectorXd& theta) {
+  const std::string link = problem.map().FirstImpossibleLink(theta.data());
+  if (!link.empty()) {
+    return "link '" + link +
+           "' is no possible body at the start: check its "
+           "mass and its moments of inertia";
+  }
+  MechanismParameters<double> values;
+  problem.map().Apply<double>(theta.data(), &values);
+  Model start = problem.model();
+  start.SetNominal(values);
+  return Join(SingularJoints(start), "; ");
+}
+
+// Halves the step until theta does not depend on it: until the change of the
+// residuals that another halving makes moves theta, by the linearised problem,
+// less than kStepBias standard errors. (ChooseStep sees one segment at a time;
+// along a whole run its small errors add up, most of all those of dry friction,
+// whose kinks the steps pass over.) A first-order step never gets there and is
+// left as it is. True where the step changed.
+bool RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
+  constexpr double kStepBias = 0.2;
+  constexpr int kMostHalvings = 5;
+  RolloutOptions& rollout = problem->mutable_options()->rollout;
+  if (Order(rollout.integrator) < 4) return false;
+  const double first = rollout.step;
+  ShootingStage::Options options;
+  options.defect = defect;
+  const ShootingStage stage(*problem, options, point);
+  RowMatrixXd J_prior;
+  Eigen::VectorXd r_prior;
+  stage.LinearizePriors(&J_prior, &r_prior);
+  const double missed =
+      std::max(1.0, EvaluateErrors(*problem, *point, 0.0).total.normalized_rms);
+  const auto linearize = [&](std::vector<RunLinearization>* runs) {
+    return ShootingStage(*problem, options, point).Linearize(runs);
+  };
+  std::vector<RunLinearization> coarse, fine;
+  if (!linearize(&coarse)) return false;
+  for (int halving = 0; halving < kMostHalvings; ++halving) {
+    const double step = rollout.step;
+    rollout.step = 0.5 * step;
+    if (!linearize(&fine)) {
+      rollout.step = step;
+      break;
+    }
+    std::vector<RunLinearization> change = fine;
+    for (size_t r = 0; r < change.size(); ++r) {
+      change[r].r_prior.setZero();
+      for (size_t k = 0; k < change[r].segments.size(); ++k) {
+        change[r].segments[k].r -= coarse[r].segments[k].r;
+      }
+    }
+    const RowMatrixXd R =
+        EliminateStates(change, J_prior, Eigen::VectorXd::Zero(r_prior.size()),
+                        problem->options().threads);
+    if (R.rightCols(1).norm() < kStepBias * missed) {
+      rollout.step = step;
+      break;
+    }
+    coarse = std::move(fine);
+  }
+  return rollout.step < first;
 }
 
 Eigen::VectorXd ThetaScale(const ShootingProblem& problem,
@@ -377,9 +448,14 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
     problem->mutable_options()->rollout.step = ChooseStep(*problem, point);
   }
 
-  const std::vector<std::string> idle = WithoutInfluence(*problem, point);
   StageSummary summary;
-  if (!idle.empty()) {
+  fit.termination = WhyImmobile(*problem, point.theta);
+  const bool mobile = fit.termination.empty();
+  std::vector<std::string> idle;
+  if (mobile) idle = WithoutInfluence(*problem, point);
+  if (!mobile) {
+    // Said already.
+  } else if (!idle.empty()) {
     fit.termination = (idle.size() == 1 ? "parameter " : "parameters ") +
                       [&] {
                         std::string list;
@@ -430,6 +506,9 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
         !chaotic || joined.total.normalized_rms < kMissing;
     fit.defect = one_trajectory ? TightDefect(point) : kJoinedDefect;
     summary = stage("one trajectory", fit.defect, 1e-7, 1000);
+    if (choose_step && RefineStep(problem, fit.defect, &point)) {
+      summary = stage("finer steps", fit.defect, 1e-7, 1000);
+    }
     fit.converged = summary.converged;
     fit.termination = summary.message;
   }

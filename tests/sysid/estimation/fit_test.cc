@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "models/dynamics.h"
 #include "tests/support/fit_setup.h"
 
 namespace sysid {
@@ -369,18 +370,21 @@ TEST(Fit, ListensToAPrior) {
 TEST(Fit, NamesAParameterWithoutInfluence) {
   const Model start = Shipped("pendulum2_planar");
   const sysid::Run run = Simulated(start, 0.6, 13, 2.0);
+  const auto nominal = [&](const std::string& name) {
+    return Value{name, FindParameters(start, {name}, "").front().nominal};
+  };
   // About y the moment about x does nothing.
   const Fit one = FitRuns(
-      start, FreeFrom(start, {{"link1.length", 0.55}, {"link1.ixx", 2e-4}}),
+      start, FreeFrom(start, {{"link1.length", 0.55}, nominal("link2.ixx")}),
       {run});
   EXPECT_FALSE(one.converged);
   EXPECT_EQ(one.termination,
-            "parameter 'link1.ixx' without any influence on what was measured; "
+            "parameter 'link2.ixx' without any influence on what was measured; "
             "fix it");
   const Fit two = FitRuns(start,
                           FreeFrom(start, {{"link1.com_y", 0.0},
                                            {"link1.length", 0.55},
-                                           {"link2.ixx", 2e-4}}),
+                                           nominal("link2.ixx")}),
                           {run});
   EXPECT_FALSE(two.converged);
   EXPECT_EQ(two.termination,
@@ -463,8 +467,8 @@ TEST(Fit, KnowsLessWhereTheModelMissesTheData) {
             1.5 * EstimateOf(right, "link1.length").std_error);
 }
 
-TEST(Fit, SaysSoWhereTheStartCannotMove) {
-  // A hinge about whose axis nothing has inertia.
+TEST(Fit, NamesTheJointsThatCannotMove) {
+  // Nothing has inertia about this hinge.
   Mechanism mechanism;
   mechanism.AddRoot("base");
   Joint joint;
@@ -477,10 +481,21 @@ TEST(Fit, SaysSoWhereTheStartCannotMove) {
   body.com = Eigen::Vector3d(0, 0, -0.3);
   mechanism.AddJoint(joint, "rod", Eigen::Vector3d::Zero(), body);
   const Model model(mechanism);
-  sysid::Run run = Simulated(CompoundPendulum(), 0.5, 17, 2.0);
+  const sysid::Run run = Simulated(CompoundPendulum(), 0.5, 17, 2.0);
   const Fit fit = FitRuns(model, FreeFrom(model, {{"rod.mass", 1.0}}), {run});
   EXPECT_FALSE(fit.converged);
-  EXPECT_FALSE(fit.termination.empty());
+  EXPECT_THAT(SingularJoints(model), ElementsAre(fit.termination));
+}
+
+TEST(Fit, NamesALinkThatIsNoPossibleBody) {
+  const Model model = CompoundPendulum();
+  const sysid::Run run = Simulated(model, 0.5, 18, 2.0);
+  const Fit fit = FitRuns(
+      model, FreeFrom(model, {{"rod.iyy", 0.1}, {"gravity", 9.0}}), {run});
+  EXPECT_FALSE(fit.converged);
+  EXPECT_EQ(fit.termination,
+            "link 'rod' is no possible body at the start: check its mass and "
+            "its moments of inertia");
 }
 
 }  // namespace

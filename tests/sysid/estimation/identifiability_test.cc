@@ -86,11 +86,11 @@ TEST(AnalyseIdentifiability, NamesWhatHasNoInfluence) {
   EXPECT_TRUE(result.identifiable[2]);
 }
 
-TEST(AnalyseIdentifiability, NamesWhatIsKnownWorseThanHalfItsSize) {
+TEST(AnalyseIdentifiability, NamesWhatIsKnownWorseThanAPartOfItsSize) {
   const VectorXd scale = Eigen::Vector3d(1.0, 1e-3, 1e3);
-  // Standard errors of 0.4, 0.6 and 0.4 of their sizes.
+  const double known = 0.8 * kUndetermined, unknown = 1.2 * kUndetermined;
   const RowMatrixXd R =
-      Eigen::Vector3d(1 / 0.4, 1 / 0.6e-3, 1 / 0.4e3).asDiagonal();
+      Eigen::Vector3d(1 / known, 1e3 / unknown, 1e-3 / known).asDiagonal();
   const Identifiability result = AnalyseIdentifiability(R, scale);
   EXPECT_THAT(result.identifiable, ElementsAre(true, false, true));
   EXPECT_THAT(result.groups, ElementsAre(ElementsAre(1)));
