@@ -14,7 +14,8 @@ namespace sysid {
 //   q(t) = q0 Exp(u),  body angular velocity w:
 //   du/dt = J_r(u)^-1 w = w + u x w / 2 + u x (u x w) / 12 + O(u^4)   (SO3.3)
 //
-// Sola, Deray, Atchuthan, "A micro Lie theory", 2018, eq. 132, 143, 144.
+// Sola, Deray, Atchuthan, "A micro Lie theory", 2018, appendix B; (SO3.3) is
+// the series of its eq. 144.
 // All are smooth at zero: below a threshold on |phi|^2 they switch to their
 // series, which is what keeps Jets finite there.
 

@@ -44,8 +44,9 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
 
 // By how much the variance of an estimate exceeds that under white residuals:
 // the integrated autocorrelation time of the whitened residuals in samples,
-//   1 + 2 sum_k rho_k,  summed until rho_k is no longer positive
-// (Geyer's initial positive sequence), over components and weighted by their
+//   1 + 2 sum_k rho_k,  summed until rho_k < 2 / sqrt(samples)           (6.3)
+// (in the manner of Geyer's initial positive sequence; the threshold is two
+// standard errors of a white series), over components and weighted by their
 // squares. 1 where they are white.
 double AutocorrelationTime(const ShootingProblem& problem,
                            const ShootingPoint& point);
