@@ -35,6 +35,14 @@ function(sysid_compile_options target)
   endif()
   if(SYSID_NATIVE)
     target_compile_options(${target} PRIVATE -march=native)
+    # Users too: Eigen's allocator differs by instruction set, and matrices pass
+    # between them and us (docs/decisions/0003-native-build.md).
+    if(PROJECT_IS_TOP_LEVEL)
+      target_compile_options(${target} INTERFACE
+        $<INSTALL_INTERFACE:-march=native>)
+    else()
+      target_compile_options(${target} INTERFACE -march=native)
+    endif()
   endif()
   if(sysid_sanitize_flags)
     target_compile_options(${target} PRIVATE ${sysid_sanitize_flags})
