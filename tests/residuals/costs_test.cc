@@ -254,7 +254,12 @@ TEST_P(SegmentCostTest, HasTheGradientsOfDifferencesWithoutTheta) {
 
 INSTANTIATE_TEST_SUITE_P(Orientations, SegmentCostTest,
                          testing::Values(OrientationResidual::kHeading,
-                                         OrientationResidual::kRotation));
+                                         OrientationResidual::kRotation),
+                         [](const auto& info) {
+                           return info.param == OrientationResidual::kHeading
+                                      ? "Heading"
+                                      : "Rotation";
+                         });
 
 TEST(SegmentCost, HoldsTheErrorsAndThenTheDefect) {
   const SegmentSetup at(OrientationResidual::kHeading, SomeFree());
@@ -426,9 +431,15 @@ TEST_P(LossTest, IsTheSquareNearZeroAndItsDerivativeThatOfDifferences) {
   }
 }
 
+std::string NameOf(const testing::TestParamInfo<RobustLoss>& info) {
+  if (info.param == RobustLoss::kNone) return "None";
+  return info.param == RobustLoss::kHuber ? "Huber" : "Cauchy";
+}
+
 INSTANTIATE_TEST_SUITE_P(Losses, LossTest,
                          testing::Values(RobustLoss::kNone, RobustLoss::kHuber,
-                                         RobustLoss::kCauchy));
+                                         RobustLoss::kCauchy),
+                         NameOf);
 
 TEST(EvaluateLoss, GrowsAsItsFormulaSays) {
   double rho, rho_prime;
