@@ -3,8 +3,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <filesystem>
 #include <new>
 #include <set>
 
@@ -46,15 +49,20 @@ bool IsBoolean(const std::string& name) {
 }
 
 void SetFlag(const std::string& name, const std::string& value) {
+  if (value.empty()) {
+    throw InputError("--" + name, "has no value",
+                     "write --" + name + " value, or leave the flag out");
+  }
   if (!GivenFlags().insert(name).second) {
     throw InputError("--" + name, "is given twice", "give it once");
   }
   if (gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) {
     gflags::CommandLineFlagInfo info;
     gflags::GetCommandLineFlagInfo(name.c_str(), &info);
-    const std::string kind = info.type == "double"  ? "a number"
-                             : info.type == "bool"  ? "true or false"
+    const std::string kind = info.type == "double"   ? "a number"
+                             : info.type == "bool"   ? "true or false"
                              : info.type == "string" ? "a text"
+                             : info.type == "uint64" ? "a whole number from 0"
                                                      : "a whole number";
     throw InputError("--" + name, "cannot be '" + value + "'",
                      "it takes " + kind);
@@ -63,8 +71,31 @@ void SetFlag(const std::string& name, const std::string& value) {
 
 }  // namespace
 
-bool FlagGiven(const std::string& name) {
-  return GivenFlags().count(name) > 0;
+bool FlagGiven(const std::string& name) { return GivenFlags().count(name) > 0; }
+
+bool IsStdout(const std::string& file) {
+  return file == "-" || file == "/dev/stdout";
+}
+
+void WriteStdout(const std::string& text) {
+  const bool written =
+      std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) {
+    throw InputError("standard output",
+                     std::string("cannot be written: ") + std::strerror(errno),
+                     "is the disk full?");
+  }
+}
+
+void CheckIsNoInput(const std::string& flag, const std::string& file,
+                    const std::vector<std::string>& inputs) {
+  for (const std::string& input : inputs) {
+    std::error_code error;  // also where a file is not there yet
+    if (std::filesystem::equivalent(file, input, error)) {
+      throw InputError(flag, "'" + file + "' is read too: it would be replaced",
+                       "name another file");
+    }
+  }
 }
 
 bool ParseFlags(int argc, char** argv) {
@@ -108,10 +139,10 @@ int RunProgram(int argc, char** argv, const std::string& help,
                const std::function<int()>& work) {
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
-  FLAGS_minloglevel = google::GLOG_ERROR;  // Ceres reports each bad step
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports each bad step
   try {
     if (ParseFlags(argc, argv)) {
-      std::fputs(help.c_str(), stdout);
+      WriteStdout(help);
       return kExitDone;
     }
     return work();

@@ -18,12 +18,23 @@ inline constexpr int kExitBadInput = 2;
 // Sets the gflags that are defined in files under tools/ from the command line,
 // as --name value and --name=value (boolean ones also --name and --noname).
 // Throws InputError, naming the flag, for one that is unknown (with the nearest
-// known), has no value or one that it cannot take, comes twice, and for
-// arguments that belong to no flag. True where --help was asked for.
+// known), has no value (or an empty one) or one that it cannot take, comes
+// twice, and for arguments that belong to no flag. True where --help was asked
+// for.
 bool ParseFlags(int argc, char** argv);
 
 // Whether a flag was given.
 bool FlagGiven(const std::string& name);
+
+// Whether a file's name means standard output: "-", "/dev/stdout".
+bool IsStdout(const std::string& file);
+
+// Writes to standard output; throws InputError where that fails (a full disk).
+void WriteStdout(const std::string& text);
+
+// Throws InputError where the file that `flag` names is one of the inputs.
+void CheckIsNoInput(const std::string& flag, const std::string& file,
+                    const std::vector<std::string>& inputs);
 
 // Runs a program's work: prints `help` for --help; turns InputError into its
 // text on standard error and exit code 2, and any other exception into one line

@@ -2,7 +2,6 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "models/error.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/session/named_values.h"
 #include "sysid/session/session.h"
 #include "tools/program.h"
 
@@ -22,7 +22,7 @@ DEFINE_string(free, "", "parameters to fit, name or name=start");
 DEFINE_string(fix, "", "parameters to hold, name or name=value");
 DEFINE_string(add, "", "effects to add, effect@target");
 DEFINE_string(columns, "", "name=column[*factor] for foreign CSV files");
-DEFINE_string(solver, "lm", "lm, adam or gmm");
+DEFINE_string(solver, "", "lm, adam or gmm");
 DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
 DEFINE_double(step, 0, "integration step, s");
 DEFINE_double(segment, 0, "length of a shooting segment, s");
@@ -30,7 +30,7 @@ DEFINE_double(noise, 0, "standard deviation of a measurement");
 DEFINE_string(residual, "", "heading or rotation");
 DEFINE_string(loss, "", "none, huber or cauchy");
 DEFINE_int32(threads, 0, "worker threads; 0: all cores");
-DEFINE_int32(seed, 1, "every random draw derives from it");
+DEFINE_uint64(seed, 1, "every random draw derives from it");
 DEFINE_string(json, "", "result as JSON; - is standard output");
 DEFINE_string(out, "", "folder for every result");
 
@@ -72,6 +72,7 @@ FitRequest RequestFromFlags() {
   request.fix = FLAGS_fix;
   request.add = FLAGS_add;
   request.columns = FLAGS_columns;
+  request.solver = FLAGS_solver;
   request.integrator = FLAGS_integrator;
   request.residual = FLAGS_residual;
   request.loss = FLAGS_loss;
@@ -95,21 +96,26 @@ void WriteOutputs(const Session& session, const ShootingProblem& problem,
                       IdentifiedSpecification(session, fit));
 }
 
-int Main() {
-  if (FLAGS_solver != "lm") {
-    const std::vector<std::string>& known = SolverNames();
-    if (std::find(known.begin(), known.end(), FLAGS_solver) == known.end()) {
-      throw InputError("--solver", "unknown solver '" + FLAGS_solver + "'",
-                       NameHint(FLAGS_solver, known));
-    }
-    throw InputError("--solver", "this build has no '" + FLAGS_solver + "'",
-                     "only lm is there yet");
+// That the results can be written, before the long work; after all that may be
+// wrong with the input, so that this leaves no empty folder.
+void CheckOutputs(const FitRequest& request, const Session& session) {
+  if (!FLAGS_json.empty() && !IsStdout(FLAGS_json)) {
+    std::vector<std::string> inputs = request.traj;
+    inputs.insert(inputs.end(), request.holdout.begin(), request.holdout.end());
+    inputs.push_back(session.model_file);
+    inputs.push_back(session.spec_file);
+    CheckIsNoInput("--json", FLAGS_json, inputs);
+    CheckWritableFile(FLAGS_json);
   }
-  const bool to_stdout = FLAGS_json == "-";
   if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out);
-  if (!FLAGS_json.empty() && !to_stdout) CheckWritableFile(FLAGS_json);
+}
+
+int Main() {
+  const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
-  Session session = OpenSession(RequestFromFlags(), catalogue);
+  const FitRequest request = RequestFromFlags();
+  Session session = OpenSession(request, catalogue);
+  CheckOutputs(request, session);
   for (const std::string& notice : session.notices) {
     std::fprintf(stderr, "note: %s\n", notice.c_str());
   }
@@ -128,16 +134,17 @@ int Main() {
   const std::string json = FitJson(session, problem, fit, held);
   if (!FLAGS_out.empty()) WriteOutputs(session, problem, fit, held, json);
   if (to_stdout) {
-    std::fputs(json.c_str(), stdout);
+    WriteStdout(json);
   } else {
     if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
     const bool colour = isatty(STDOUT_FILENO) == 1;
-    std::fputs(FitText(session, problem, fit, held, colour).c_str(), stdout);
+    std::string text = FitText(session, problem, fit, held, colour);
     if (!FLAGS_out.empty()) {
-      std::printf("  written to %s: fit.json, prediction.csv, "
-                  "identified.urdf, identified.sysid.yaml\n",
-                  FLAGS_out.c_str());
+      text += "  written to " + FLAGS_out +
+              ": fit.json, prediction.csv, identified.urdf, "
+              "identified.sysid.yaml\n";
     }
+    WriteStdout(text);
   }
   if (!fit.converged) {
     std::fprintf(stderr, "error: no usable result: %s\n",

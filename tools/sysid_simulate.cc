@@ -1,16 +1,20 @@
 // Makes a run from a model, with effects and noise (contracts.md section 1).
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "gflags/gflags.h"
 #include "models/dynamics.h"
 #include "models/error.h"
+#include "models/find_model.h"
 #include "models/parameters.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/read_run.h"
 #include "sysid/io/write_file.h"
 #include "sysid/io/write_run.h"
+#include "sysid/session/named_values.h"
 #include "sysid/session/session.h"
 #include "sysid/simulation/simulate.h"
 #include "tools/program.h"
@@ -23,7 +27,7 @@ DEFINE_double(tilt, 0.6, "largest angle of a random start, rad (slides: m)");
 DEFINE_double(duration, 10, "s");
 DEFINE_double(rate, 100, "samples a second, Hz");
 DEFINE_double(noise, 1e-3, "standard deviation of a measurement, rad or m");
-DEFINE_int32(seed, 1, "every random draw derives from it");
+DEFINE_uint64(seed, 1, "every random draw derives from it");
 DEFINE_string(excite, "none", "none or multisine");
 DEFINE_string(integrator, "rk4", "rk4 or semi_implicit_euler");
 DEFINE_double(step, 0, "integration step, s; 0: fine enough");
@@ -56,23 +60,58 @@ constexpr char kHelp[] =
 Exit code: 0 done, 2 bad input.
 )";
 
-void CheckPositive(const char* flag, double value) {
+void CheckPositive(const char* flag, double value, const char* hint) {
   if (!(value > 0 && std::isfinite(value))) {
     throw InputError(std::string("--") + flag,
-                     "must be a positive number, not " + ShortestText(value));
+                     "must be a positive number, not " + ShortestText(value),
+                     hint);
+  }
+}
+
+void CheckNumbers() {
+  constexpr double kMostSamples = 1e7, kMostSteps = 1e8;
+  CheckPositive("duration", FLAGS_duration, "give seconds, such as 10");
+  CheckPositive("rate", FLAGS_rate, "give samples a second, such as 100");
+  CheckPositive("tilt", FLAGS_tilt, "give radians (slides: m), such as 0.6");
+  if (!(FLAGS_noise >= 0 && std::isfinite(FLAGS_noise))) {
+    throw InputError(
+        "--noise",
+        "must not be negative, and finite, not " + ShortestText(FLAGS_noise),
+        "give a standard deviation in rad or m, such as 1e-3");
+  }
+  const double samples = FLAGS_duration * FLAGS_rate;
+  if (samples > kMostSamples) {
+    throw InputError("--duration",
+                     "times --rate makes " + ShortestText(samples) +
+                         " samples; 1e7 are the most",
+                     "give a shorter duration or a lower rate");
+  }
+  if (samples < 1) {
+    throw InputError("--duration", "is shorter than one sample at --rate",
+                     "give a longer duration or a higher rate");
+  }
+  if (!FlagGiven("step")) return;
+  CheckPositive("step", FLAGS_step, "give seconds, or leave it out");
+  if (FLAGS_duration / FLAGS_step > kMostSteps) {
+    throw InputError(
+        "--step",
+        ShortestText(FLAGS_step) + " s makes more than 1e8 steps of --duration",
+        "leave it out: it is then fine enough");
   }
 }
 
 // Adds the effects of --add and sets the values that they and --set give.
-void ChangeModel(const Catalogue& catalogue, Model* model) {
+void ChangeModel(const Catalogue& catalogue, const std::string& file,
+                 Model* model) {
+  const bool was_singular = !SingularJoints(*model).empty();
   std::vector<NamedValue> values;
   for (const NamedValue& added : SplitAssignments(FLAGS_add, "--add")) {
-    const auto effect =
-        catalogue.Make(added.name, model->mechanism(), "--add");
+    const auto effect = catalogue.Make(added.name, model->mechanism(), "--add");
     if (!model->effects().Contains(added.name)) model->AddEffect(effect);
     if (added.value) {
       if (effect->parameters().empty()) {
-        throw InputError("--add", added.name + " has no parameter to set");
+        throw InputError("--add", added.name + " has no parameter to set",
+                         "write --add " + added.name);
       }
       values.push_back(
           {effect->parameters().front().name, added.value, "--add"});
@@ -103,39 +142,64 @@ void ChangeModel(const Catalogue& catalogue, Model* model) {
   SetParameters(FindParameters(*model, names, "--set"), numbers, model);
   Mechanism changed = model->mechanism();
   changed.nominal = model->nominal();
-  std::vector<std::string> faults = PhysicalFaults(changed);
-  if (faults.empty()) faults = SingularJoints(*model);
+  const std::vector<std::string> faults = PhysicalFaults(changed);
   if (!faults.empty()) {
-    throw InputError("--set", "makes no possible mechanism: " +
-                                  Join(faults, "; "));
+    throw InputError("--set", "makes no possible body: " + Join(faults, "; "),
+                     "masses and moments are positive, and no moment exceeds "
+                     "the sum of the other two");
+  }
+  const std::vector<std::string> singular = SingularJoints(*model);
+  if (!singular.empty()) {
+    throw InputError(was_singular ? file : "--set", Join(singular, "\n  "),
+                     "give what moves there some mass and inertia, however "
+                     "small");
   }
 }
 
+// The state to start from, by --initial. A notice for each joint that the run's
+// first row says nothing of.
+Eigen::VectorXd Start(const Model& model, std::vector<std::string>* notices) {
+  if (FLAGS_initial == "random") {
+    return RandomState(model, FLAGS_tilt, FLAGS_seed);
+  }
+  if (!std::filesystem::exists(FLAGS_initial)) {
+    throw InputError("--initial", "there is no run '" + FLAGS_initial + "'",
+                     "name a run, whose first row is taken, or write random");
+  }
+  const Run run = ReadRun(FLAGS_initial, {}, model.mechanism(), notices);
+  for (const Body& body : model.bodies()) {
+    const bool known = std::any_of(
+        run.channels.begin(), run.channels.end(), [&](const Channel& c) {
+          return (c.kind == ChannelKind::kPosition ||
+                  c.kind == ChannelKind::kOrientation) &&
+                 c.target == body.joint && !std::isnan(c.values(0, 0));
+        });
+    if (known) continue;
+    notices->push_back(FLAGS_initial +
+                       ": the first row has no position of "
+                       "joint '" +
+                       model.mechanism().joints[body.joint].name +
+                       "': it starts at neutral");
+  }
+  return FirstState(model, run);
+}
+
 int Main() {
-  constexpr double kMostSamples = 1e8;
-  if (FLAGS_model.empty()) throw InputError("--model", "is missing");
+  if (FLAGS_model.empty()) {
+    throw InputError(
+        "--model", "is missing",
+        "give a URDF file or a shipped model: " + Join(ShippedModels()));
+  }
   if (FLAGS_out_csv.empty()) {
     throw InputError("--out_csv", "is missing",
                      "name the file to write, or - for standard output");
   }
-  CheckPositive("duration", FLAGS_duration);
-  CheckPositive("rate", FLAGS_rate);
-  if (!(FLAGS_noise >= 0 && std::isfinite(FLAGS_noise))) {
-    throw InputError("--noise", "must not be negative");
-  }
-  if (FLAGS_step != 0) CheckPositive("step", FLAGS_step);
-  if (FLAGS_duration * FLAGS_rate > kMostSamples) {
-    throw InputError("--duration", "times --rate makes more than 1e8 samples");
-  }
-  if (FLAGS_duration * FLAGS_rate < 1) {
-    throw InputError("--duration", "is shorter than one sample at --rate",
-                     "give a longer duration or a higher rate");
-  }
+  CheckNumbers();
   SimulationOptions options;
   options.duration = FLAGS_duration;
   options.rate = FLAGS_rate;
   options.noise = FLAGS_noise;
-  options.seed = static_cast<std::uint64_t>(FLAGS_seed);
+  options.seed = FLAGS_seed;
   options.step = FLAGS_step;
   options.integrator = ParseIntegrator(FLAGS_integrator, "--integrator");
   if (FLAGS_excite == "multisine") {
@@ -144,22 +208,16 @@ int Main() {
     throw InputError("--excite", "unknown excitation '" + FLAGS_excite + "'",
                      NameHint(FLAGS_excite, {"none", "multisine"}));
   }
-  const bool to_stdout = FLAGS_out_csv == "-";
-  if (!to_stdout) CheckWritableFile(FLAGS_out_csv);
-
   const Catalogue catalogue;
   std::string file;
   std::vector<std::string> notices;
   Model model = OpenModel(FLAGS_model, catalogue, &file, &notices);
-  ChangeModel(catalogue, &model);
-  Eigen::VectorXd x0;
-  if (FLAGS_initial == "random") {
-    CheckPositive("tilt", FLAGS_tilt);
-    x0 = RandomState(model, FLAGS_tilt, options.seed);
-  } else {
-    const Run start =
-        ReadRun(FLAGS_initial, {}, model.mechanism(), &notices);
-    x0 = FirstState(model, start);
+  ChangeModel(catalogue, file, &model);
+  const Eigen::VectorXd x0 = Start(model, &notices);
+  const bool to_stdout = IsStdout(FLAGS_out_csv);
+  if (!to_stdout) {
+    CheckIsNoInput("--out_csv", FLAGS_out_csv, {file, FLAGS_initial});
+    CheckWritableFile(FLAGS_out_csv);
   }
   for (const std::string& notice : notices) {
     std::fprintf(stderr, "note: %s\n", notice.c_str());
@@ -176,7 +234,7 @@ int Main() {
   }
   const std::string text = FormatRun(model.mechanism(), run, {command});
   if (to_stdout) {
-    std::fputs(text.c_str(), stdout);
+    WriteStdout(text);
   } else {
     WriteFileAtomically(FLAGS_out_csv, text);
   }

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <set>
 
+#include "models/integrator.h"
 #include "models/urdf/write_urdf.h"
 #include "sysid/io/csv.h"
 #include "sysid/report/fit_report.h"
@@ -55,6 +56,40 @@ struct Part {
   int run;
 };
 
+// A text as YAML reads it back, whatever is in it.
+std::string Quoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  return quoted + "'";
+}
+
+// What the specification or the flags said of the fit itself.
+std::string Settings(const Session& session) {
+  const EstimationOptions& options = session.options;
+  std::string text;
+  if (!session.columns.empty()) text += "columns:\n";
+  for (const ColumnMapping& column : session.columns) {
+    text +=
+        "  " + Quoted(column.name) + ": " + Quoted(column.expression) + "\n";
+  }
+  const auto number = [&](const char* key, double value) {
+    if (value > 0) text += std::string(key) + ": " + ShortestText(value) + "\n";
+  };
+  number("noise", options.noise);
+  number("step", options.rollout.step);
+  number("segment", options.segment);
+  text += "integrator: " + ToString(options.rollout.integrator) + "\n";
+  if (options.orientation == OrientationResidual::kRotation) {
+    text += "residual: rotation\n";
+  }
+  if (options.loss != RobustLoss::kNone) {
+    text += std::string("loss: {name: ") +
+            (options.loss == RobustLoss::kHuber ? "huber" : "cauchy") +
+            ", scale: " + ShortestText(options.loss_scale) + "}\n";
+  }
+  return text;
+}
+
 std::string Cell(double value) {
   return std::isfinite(value) ? ShortestText(value) : "";
 }
@@ -78,7 +113,8 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
   std::vector<std::string> names, columns;
   std::vector<int> widths;
   for (const Part& part : parts) {
-    for (const Channel& channel : part.problem->runs()[part.run]->run.channels) {
+    for (const Channel& channel :
+         part.problem->runs()[part.run]->run.channels) {
       if (std::find(names.begin(), names.end(), channel.name) != names.end()) {
         continue;
       }
@@ -102,8 +138,8 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
     const Run& run = part.problem->runs()[part.run]->run;
     RowMatrixXd states;
     if (!SampleStates(*part.problem, *part.point, part.run, &states)) continue;
-    const std::vector<RowMatrixXd> predicted = PredictChannels(
-        *part.problem, part.point->theta, part.run, states);
+    const std::vector<RowMatrixXd> predicted =
+        PredictChannels(*part.problem, part.point->theta, part.run, states);
     if (p == 0) offset = 0.0;
     const double shift = p == 0 ? 0.0 : offset - run.t.front();
     for (int k = 0; k < run.size(); ++k) {
@@ -134,8 +170,8 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
 }
 
 std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
-  std::vector<std::string> comments{
-      "identified by sysid_fit from " + session.model_name};
+  std::vector<std::string> comments{"identified by sysid_fit from " +
+                                    session.model_name};
   for (const ParameterEstimate& p : fit.parameters) {
     std::string line = p.name + " = " + ShortestText(p.value) + " " + p.unit;
     if (std::isfinite(p.std_error)) {
@@ -150,31 +186,37 @@ std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
 
 std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
   std::string text =
-      "# Written by sysid_fit beside identified.urdf: goes on from the fit of " +
+      "# Written by sysid_fit beside identified.urdf: goes on from the fit "
+      "of " +
       session.model_name + ".\nmodel: identified.urdf\nfree:\n";
   const auto bound = [](const char* key, double value) {
-    return std::isfinite(value) ? std::string(", ") + key + ": " +
-                                      ShortestText(value)
-                                : std::string();
+    return std::isfinite(value)
+               ? std::string(", ") + key + ": " + ShortestText(value)
+               : std::string();
   };
   std::set<std::string> free;
-  for (const ParameterEstimate& p : fit.parameters) {
+  for (size_t i = 0; i < fit.parameters.size(); ++i) {
+    const ParameterEstimate& p = fit.parameters[i];
     free.insert(p.name);
     // A scale is of the nominal inertia, which is now the fitted one.
     const bool scale = p.name.ends_with(".inertia_scale");
     const double value = scale ? 1.0 : p.value;
     const double unit = scale ? 1.0 / p.value : 1.0;
     text += "  " + p.name + ": {initial: " + ShortestText(value) +
-            bound("lower", p.lower * unit) + bound("upper", p.upper * unit) +
-            "}\n";
+            bound("lower", p.lower * unit) + bound("upper", p.upper * unit);
+    if (const auto& prior = session.free[i].prior) {
+      text += ", prior: {mean: " + ShortestText(prior->mean * unit) +
+              ", std: " + ShortestText(prior->std * unit) + "}";
+    }
+    text += "}\n";
   }
   std::string fixed;
   const EffectSet& effects = fit.model.effects();
   for (size_t i = 0; i < effects.parameters().size(); ++i) {
     const std::string& name = effects.parameters()[i].name;
     if (free.count(name) > 0) continue;
-    fixed += "  " + name + ": " +
-             ShortestText(fit.model.nominal().effects[i]) + "\n";
+    fixed += "  " + name + ": " + ShortestText(fit.model.nominal().effects[i]) +
+             "\n";
   }
   if (free.count("gravity") == 0 && fit.model.nominal().gravity != 9.81) {
     fixed += "  gravity: " + ShortestText(fit.model.nominal().gravity) + "\n";
@@ -182,9 +224,11 @@ std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
   if (!fixed.empty()) text += "fix:\n" + fixed;
   if (effects.size() > 0) {
     text += "effects:\n";
-    for (const std::string& name : effects.names()) text += "  - " + name + "\n";
+    for (const std::string& name : effects.names()) {
+      text += "  - " + name + "\n";
+    }
   }
-  return text;
+  return text + Settings(session);
 }
 
 }  // namespace sysid

@@ -72,9 +72,9 @@ Json Correlation(const Fit& fit) {
   for (int i = 0; i < n; ++i) {
     Json row = Json::array();
     for (int j = 0; j < n; ++j) {
-      row.push_back(Finite(fit.covariance(i, j) /
-                           std::sqrt(fit.covariance(i, i) *
-                                     fit.covariance(j, j))));
+      row.push_back(
+          Finite(fit.covariance(i, j) /
+                 std::sqrt(fit.covariance(i, i) * fit.covariance(j, j))));
     }
     rows.push_back(row);
   }
@@ -96,11 +96,10 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   }
   error["segments"] = Json::array();
   for (const SegmentError& s : fit.train.segments) {
-    error["segments"].push_back(
-        {{"trajectory", s.trajectory},
-         {"t_start", s.t_start},
-         {"t_end", s.t_end},
-         {"normalized_rms", Finite(s.normalized_rms)}});
+    error["segments"].push_back({{"trajectory", s.trajectory},
+                                 {"t_start", s.t_start},
+                                 {"t_end", s.t_end},
+                                 {"normalized_rms", Finite(s.normalized_rms)}});
   }
   error["open"] = Json::array();
   AppendOpen(fit.open, false, &error["open"]);

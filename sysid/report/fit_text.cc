@@ -30,8 +30,9 @@ std::string Value(double value, double std_error) {
   if (!std::isfinite(value)) return "-";
   int digits = 6;
   if (std_error > 0 && value != 0) {
-    digits = static_cast<int>(
-        std::ceil(std::log10(std::abs(value)) - std::log10(std_error))) + 2;
+    digits = static_cast<int>(std::ceil(std::log10(std::abs(value)) -
+                                        std::log10(std_error))) +
+             2;
     digits = std::clamp(digits, 2, 12);
   }
   return Format("%.*g", digits, value);
@@ -121,17 +122,15 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   const auto paint = [&](const char* code, const std::string& text) {
     return colour ? code + text + kReset : text;
   };
-  std::string text = paint(kBold, session.model_name) + ": " +
-                     Plural(static_cast<int>(fit.parameters.size()),
-                            "parameter") +
-                     " fitted to " +
-                     Plural(static_cast<int>(problem.runs().size()), "run") +
-                     ", " + Plural(fit.samples, "sample") + ", " +
-                     Plural(fit.iterations, "iteration") +
-                     Format(", %.2g s\n", fit.wall_time_s);
+  std::string text =
+      paint(kBold, session.model_name) + ": " +
+      Plural(static_cast<int>(fit.parameters.size()), "parameter") +
+      " fitted to " + Plural(static_cast<int>(problem.runs().size()), "run") +
+      ", " + Plural(fit.samples, "sample") + ", " +
+      Plural(fit.iterations, "iteration") +
+      Format(", %.2g s\n", fit.wall_time_s);
   text += Format("  noise %.3g (%s), segments of %.3g s, steps of %.3g s (%s)",
-                 fit.noise,
-                 problem.options().noise > 0 ? "given" : "estimated",
+                 fit.noise, problem.options().noise > 0 ? "given" : "estimated",
                  fit.segment_s, fit.step_s,
                  ToString(problem.options().rollout.integrator).c_str());
   if (!session.effects.empty()) {
@@ -140,18 +139,18 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   text += "\n\n" + ParameterTable(fit) + "\n";
   const double error = fit.train.total.normalized_rms;
   const double most = NoiseFloor(problem, fit);
-  std::string verdict = Format(
-      "error %.3g times the noise (rms %.3g beside a noise of %.3g)", error,
-      fit.train.total.rms, fit.noise);
-  verdict += error < most ? ": at the noise floor"
-                          : ": the model misses something";
+  std::string verdict =
+      Format("error %.3g times the noise (rms %.3g beside a noise of %.3g)",
+             error, fit.train.total.rms, fit.noise);
+  verdict +=
+      error < most ? ": at the noise floor" : ": the model misses something";
   text += "  " + paint(error < most ? kGreen : kRed, verdict) + "\n";
   text += WorstLine(fit.train);
   if (holdout) {
-    text += Format("  held out: error %.3g times the noise (rms %.3g), each "
-                   "segment from its own state\n",
-                   holdout->errors.total.normalized_rms,
-                   holdout->errors.total.rms);
+    text += Format(
+        "  held out: error %.3g times the noise (rms %.3g), each "
+        "segment from its own state\n",
+        holdout->errors.total.normalized_rms, holdout->errors.total.rms);
   }
   text += OpenLines(fit.open, "open prediction of ");
   if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");

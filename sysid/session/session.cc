@@ -1,17 +1,17 @@
 #include "sysid/session/session.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <limits>
-#include <set>
-#include <thread>
 
+#include "models/dynamics.h"
 #include "models/error.h"
 #include "models/find_model.h"
 #include "models/urdf/load_urdf.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/read_run.h"
+#include "sysid/session/named_values.h"
+#include "sysid/session/session_options.h"
 
 namespace sysid {
 namespace {
@@ -27,6 +27,18 @@ FitSpecification ReadSpecification(const FitRequest& request) {
   beside.replace_extension(".sysid.yaml");
   if (!std::filesystem::exists(beside)) return {};
   return ReadFitSpecification(beside.string());
+}
+
+// That a specification's model, where it is a name, is there: FindModel would
+// blame the flag.
+void CheckShipped(const Located<std::string>& model) {
+  try {
+    FindModel(model.value);
+  } catch (const InputError& error) {
+    throw InputError(model.place,
+                     "no shipped model is named '" + model.value + "'",
+                     error.hint());
+  }
 }
 
 // Collects what is to be free, by name, in order, once each.
@@ -110,8 +122,7 @@ void FixParameters(const std::vector<NamedValue>& fixes, Model* model,
 FreeParameter MakeFree(const Model& model,
                        const FitSpecification::Free& wanted) {
   FreeParameter free;
-  free.parameter =
-      FindParameters(model, {wanted.name}, wanted.place).front();
+  free.parameter = FindParameters(model, {wanted.name}, wanted.place).front();
   free.lower = std::max(free.parameter.lower,
                         wanted.lower.value_or(free.parameter.lower));
   free.upper = std::min(free.parameter.upper,
@@ -127,11 +138,10 @@ FreeParameter MakeFree(const Model& model,
                          " to " + Number(free.parameter.upper));
   }
   if (free.initial < free.lower || free.initial > free.upper) {
-    throw InputError(
-        wanted.place,
-        "'" + wanted.name + "' starts at " + Number(free.initial) +
-            " outside its bounds " + range,
-        "widen the bounds, or give an initial value between them");
+    throw InputError(wanted.place,
+                     "'" + wanted.name + "' starts at " + Number(free.initial) +
+                         " outside its bounds " + range,
+                     "widen the bounds, or give an initial value between them");
   }
   if (wanted.prior) {
     free.prior = FreeParameter::Prior{wanted.prior->mean, wanted.prior->std};
@@ -170,68 +180,12 @@ void CheckTransformed(const Model& model, std::vector<FreeParameter>* free,
                      "sum of the other two");
   }
   if (!(link = map.FirstImpossibleLink(theta.data())).empty()) {
-    throw InputError(wanted.front().place,
-                     "the initial values make link '" + link +
-                         "' no possible body",
-                     "masses are positive, principal moments are positive, and "
-                     "none exceeds the sum of the other two");
+    throw InputError(
+        wanted.front().place,
+        "the initial values make link '" + link + "' no possible body",
+        "masses are positive, principal moments are positive, and "
+        "none exceeds the sum of the other two");
   }
-}
-
-void FillOptions(const FitRequest& request, const FitSpecification& spec,
-                 EstimationOptions* options) {
-  const auto number = [](const std::optional<double>& flag,
-                         const std::optional<Located<double>>& file,
-                         const std::string& name) {
-    if (flag && !(*flag > 0 && std::isfinite(*flag))) {
-      throw InputError("--" + name, "must be a positive number, not " +
-                                        Number(*flag));
-    }
-    return flag ? *flag : file ? file->value : 0.0;
-  };
-  const auto word = [](const std::string& flag,
-                       const std::optional<Located<std::string>>& file,
-                       const std::string& name,
-                       const std::vector<std::string>& known) {
-    const std::string value = !flag.empty() ? flag : file ? file->value : "";
-    if (!value.empty() &&
-        std::find(known.begin(), known.end(), value) == known.end()) {
-      throw InputError("--" + name, "unknown " + name + " '" + value + "'",
-                       NameHint(value, known));
-    }
-    return value;
-  };
-  options->rollout.step = number(request.step, spec.step, "step");
-  options->segment = number(request.segment, spec.segment, "segment");
-  options->noise = number(request.noise, spec.noise, "noise");
-  const std::string integrator = word(request.integrator, spec.integrator,
-                                      "integrator", IntegratorNames());
-  if (!integrator.empty()) {
-    options->rollout.integrator = ParseIntegrator(integrator, "--integrator");
-  }
-  if (word(request.residual, spec.residual, "residual", ResidualNames()) ==
-      "rotation") {
-    options->orientation = OrientationResidual::kRotation;
-  }
-  const std::string loss =
-      word(request.loss,
-           spec.loss ? std::optional<Located<std::string>>(
-                           {spec.loss->value.name, spec.loss->place})
-                     : std::nullopt,
-           "loss", LossNames());
-  if (loss == "huber") options->loss = RobustLoss::kHuber;
-  if (loss == "cauchy") options->loss = RobustLoss::kCauchy;
-  if (spec.loss && spec.loss->value.scale) {
-    options->loss_scale = *spec.loss->value.scale;
-  }
-  if (request.threads < 0) {
-    throw InputError("--threads", "must not be negative",
-                     "0 means all cores");
-  }
-  options->threads =
-      request.threads > 0
-          ? request.threads
-          : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
 std::vector<Run> ReadRuns(const std::vector<std::string>& files,
@@ -252,67 +206,48 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
   return runs;
 }
 
-void CheckLengths(const std::vector<Run>& runs, double segment) {
+// A recording that is fitted twice would count as twice the evidence, and one
+// that is fitted is none to judge by.
+void CheckDistinct(const std::vector<std::string>& traj,
+                   const std::vector<std::string>& holdout) {
+  std::vector<std::string> seen;
+  const auto same_as = [&](const std::string& file) {
+    return std::find_if(seen.begin(), seen.end(), [&](const std::string& s) {
+             std::error_code error;  // also where a file is not there
+             return s == file || std::filesystem::equivalent(s, file, error);
+           }) != seen.end();
+  };
+  for (const std::string& file : traj) {
+    if (same_as(file)) {
+      throw InputError("--traj", "'" + file + "' is given twice",
+                       "give each recording once: what is counted twice makes "
+                       "the intervals too narrow");
+    }
+    seen.push_back(file);
+  }
+  for (const std::string& file : holdout) {
+    if (same_as(file)) {
+      throw InputError("--holdout",
+                       "'" + file + "' is fitted too, or given twice",
+                       "hold out recordings that are not in --traj");
+    }
+    seen.push_back(file);
+  }
+}
+
+void CheckLengths(const std::vector<Run>& runs) {
   constexpr int kFewest = 5;  // samples: fewer say nothing beyond the state
   for (const Run& run : runs) {
-    const double duration = run.t.back() - run.t.front();
     if (run.size() < kFewest) {
       throw InputError(run.name,
                        "has " + std::to_string(run.size()) +
                            " samples: too few to fit anything",
                        "at least " + std::to_string(kFewest) + " are needed");
     }
-    if (segment > duration * (1 + 1e-9)) {
-      throw InputError("--segment",
-                       Number(segment) + " s is longer than the run " +
-                           run.name + " of " + Number(duration) + " s",
-                       "leave --segment out, or give at most " +
-                           Number(duration));
-    }
   }
 }
 
 }  // namespace
-
-std::vector<std::string> SplitList(const std::string& text,
-                                   const std::string& place) {
-  std::vector<std::string> parts;
-  if (Trim(text).empty()) return parts;
-  size_t from = 0;
-  while (true) {
-    const size_t comma = text.find(',', from);
-    const std::string part(Trim(std::string_view(text).substr(
-        from, comma == std::string::npos ? comma : comma - from)));
-    if (part.empty()) {
-      throw InputError(place, "has an empty entry: '" + text + "'",
-                       "separate entries by single commas");
-    }
-    parts.push_back(part);
-    if (comma == std::string::npos) return parts;
-    from = comma + 1;
-  }
-}
-
-std::vector<NamedValue> SplitAssignments(const std::string& text,
-                                         const std::string& place) {
-  std::vector<NamedValue> result;
-  for (const std::string& part : SplitList(text, place)) {
-    const size_t equals = part.find('=');
-    NamedValue value{std::string(Trim(part.substr(0, equals))), {}, place};
-    if (equals != std::string::npos) {
-      double number = 0.0;
-      const std::string written = part.substr(equals + 1);
-      if (!ParseNumber(Trim(written), &number) || !std::isfinite(number)) {
-        throw InputError(place,
-                         "'" + written + "' is not a number, in '" + part + "'",
-                         "write name=number, in SI units");
-      }
-      value.value = number;
-    }
-    result.push_back(value);
-  }
-  return result;
-}
 
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
                 std::string* file, std::vector<std::string>* notices) {
@@ -340,24 +275,29 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
                              : spec.model           ? spec.model->value
                                                     : "";
   if (wanted.empty()) {
-    throw InputError("--model", "is missing",
-                     "give a URDF file or a shipped model: " +
-                         Join(ShippedModels()));
+    throw InputError(
+        "--model", "is missing",
+        "give a URDF file or a shipped model: " + Join(ShippedModels()));
   }
   if (request.traj.empty()) {
     throw InputError("--traj", "is missing",
                      "give the recordings to fit: --traj run1.csv,run2.csv");
   }
+  CheckDistinct(request.traj, request.holdout);
+  if (request.model.empty()) CheckShipped(*spec.model);
   std::string file;
   std::vector<std::string> notices;
   Model model = OpenModel(wanted, catalogue, &file, &notices);
+  const bool was_singular = !SingularJoints(model).empty();
 
   FreeList free;
   if (!request.free.empty()) {
     for (const NamedValue& name : SplitAssignments(request.free, "--free")) {
-      FitSpecification::Free described =
-          Described(spec, name.name, "--free");
-      if (name.value) described.initial = name.value;
+      FitSpecification::Free described = Described(spec, name.name, "--free");
+      if (name.value) {
+        described.initial = name.value;
+        described.place = "--free";
+      }
       free.Add(described);
     }
   } else {
@@ -366,20 +306,33 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   for (const Located<std::string>& effect : spec.effects) {
     AddEffect(effect.value, effect.place, catalogue, &model, &free, spec);
   }
-  for (const std::string& effect : SplitList(request.add, "--add")) {
-    AddEffect(effect, "--add", catalogue, &model, &free, spec);
+  for (const NamedValue& effect : SplitAssignments(request.add, "--add")) {
+    if (effect.value) {
+      throw InputError("--add",
+                       "'" + effect.name + "' has a value, which the fit finds",
+                       "write --add " + effect.name);
+    }
+    AddEffect(effect.name, "--add", catalogue, &model, &free, spec);
   }
   std::vector<NamedValue> fixes;
   for (const FitSpecification::Fix& fix : spec.fix) {
     fixes.push_back({fix.name, fix.value, fix.place});
   }
+  const std::vector<NamedValue> freed =
+      SplitAssignments(request.free, "--free");
   for (const NamedValue& fix : SplitAssignments(request.fix, "--fix")) {
+    for (const NamedValue& other : freed) {
+      if (other.name != fix.name) continue;
+      throw InputError("--fix", "'" + fix.name + "' is also in --free",
+                       "keep it in one of them");
+    }
     std::erase_if(fixes, [&](const auto& f) { return f.name == fix.name; });
     fixes.push_back(fix);
   }
   FixParameters(fixes, &model, &free);
 
   Session session(model);
+  session.spec_file = spec.path;
   session.model_file = file;
   session.model_name = std::filesystem::path(file).stem().string();
   session.notices = notices;
@@ -390,27 +343,40 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
     for (const Parameter& parameter : AllParameters(model)) {
       names.push_back(parameter.name);
     }
-    throw InputError(spec.path.empty() ? "--free" : spec.path,
-                     "nothing is free, so there is nothing to fit",
-                     "name parameters with --free; this model has " +
-                         Join(names));
+    const bool fixed =
+        !request.fix.empty() && (!spec.free.empty() || !request.add.empty());
+    throw InputError(
+        fixed               ? "--fix"
+        : spec.path.empty() ? "--free"
+                            : spec.path,
+        fixed ? "holds all that was free, so there is nothing to "
+                "fit"
+              : "nothing is free, so there is nothing to fit",
+        "name parameters with --free; this model has " + Join(names));
   }
   for (const FitSpecification::Free& f : chosen) {
     session.free.push_back(MakeFree(model, f));
   }
   CheckTransformed(model, &session.free, chosen);
   const std::vector<std::string> singular = SingularJoints(model);
-  if (!singular.empty()) throw InputError(file, Join(singular, "\n  "));
+  if (!singular.empty()) {
+    throw InputError(
+        was_singular || fixes.empty() ? file : fixes.front().place,
+        Join(singular, "\n  "),
+        "give what moves there some mass and inertia, however small");
+  }
 
+  session.solver = ChooseSolver(request, spec);
   FillOptions(request, spec, &session.options);
-  const ColumnMap columns = MergeColumnMaps(
-      spec.columns, ParseColumnMap(request.columns));
-  session.runs = ReadRuns(request.traj, columns, model.mechanism(),
+  session.columns =
+      MergeColumnMaps(spec.columns, ParseColumnMap(request.columns));
+  session.runs = ReadRuns(request.traj, session.columns, model.mechanism(),
                           &session.notices);
-  session.holdout = ReadRuns(request.holdout, columns, model.mechanism(),
-                             &session.notices);
-  CheckLengths(session.runs, session.options.segment);
-  CheckLengths(session.holdout, 0.0);
+  session.holdout = ReadRuns(request.holdout, session.columns,
+                             model.mechanism(), &session.notices);
+  CheckLengths(session.runs);
+  CheckLengths(session.holdout);
+  FillLengths(request, spec, session.runs, &session.options, &session.notices);
   return session;
 }
 

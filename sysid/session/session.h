@@ -19,7 +19,7 @@ struct FitRequest {
   std::vector<std::string> traj, holdout;
   std::string spec;
   std::string free, fix, add, columns;  // comma separated, as on the flag
-  std::string integrator, residual, loss;
+  std::string solver, integrator, residual, loss;
   std::optional<double> step, segment, noise;
   int threads = 0;  // 0: all cores
 };
@@ -33,6 +33,9 @@ struct Session {
   std::vector<FreeParameter> free;
   std::vector<Run> runs, holdout;
   EstimationOptions options;
+  std::string solver;                // one of SolverNames()
+  std::string spec_file;             // empty where there is none
+  ColumnMap columns;                 // of flags and specification
   std::vector<std::string> effects;  // names of those that are in the model
   std::vector<std::string> notices;
 
@@ -47,19 +50,5 @@ Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
 // Reads model, specification and runs, and decides what is free. Flags win over
 // the specification. Throws InputError for whatever is wrong with any of them.
 Session OpenSession(const FitRequest& request, const Catalogue& catalogue);
-
-// "a,b" -> {"a", "b"}; spaces around are dropped. Throws InputError at `place`
-// for an empty entry.
-std::vector<std::string> SplitList(const std::string& text,
-                                   const std::string& place);
-
-// "name=1.5" -> {"name", 1.5}; "name" alone has no value. Throws InputError.
-struct NamedValue {
-  std::string name;
-  std::optional<double> value;
-  std::string place;
-};
-std::vector<NamedValue> SplitAssignments(const std::string& text,
-                                         const std::string& place);
 
 }  // namespace sysid
