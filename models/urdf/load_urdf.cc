@@ -77,7 +77,7 @@ Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
 Mechanism LoadUrdf(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
-    throw InputError(path, "is a folder, not a URDF file");
+    throw InputError(path, "is a folder, not a URDF file", "name a file in it");
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) {

@@ -71,7 +71,8 @@ void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
     inertial.Fault("<inertial> has no <mass>", "<mass value=\"kg\"/>");
   } else if ((read = mass.RequiredNumber("value", &link->mass)) &&
              link->mass < 0) {
-    mass.FaultAt("value", "mass " + mass.Text("value") + " kg is negative");
+    mass.FaultAt("value", "mass " + mass.Text("value") + " kg is negative",
+                 "give the mass of the link, a positive number of kg");
   }
   // An unreadable mass is noted: not once more as a missing one.
   if (!read) link->mass = std::numeric_limits<double>::quiet_NaN();

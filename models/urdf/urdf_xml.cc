@@ -122,7 +122,7 @@ bool UrdfElement::Numbers(const char* attribute, int count,
               "'" + word + "' in " + name + " is not a finite number",
               word.rfind("${", 0) == 0
                   ? "this is xacro: xacro file.xacro > file.urdf"
-                  : "");
+                  : "write it with digits and a point, such as -1.5e-3");
       return false;
     }
     numbers.push_back(number);

@@ -77,7 +77,9 @@ TEST(UrdfMessages, Folder) {
     LoadUrdf(folder);
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_EQ(error.what(), folder + ": is a folder, not a URDF file");
+    EXPECT_EQ(error.what(), folder +
+                                ": is a folder, not a URDF file\n"
+                                "  hint: name a file in it");
   }
 }
 
@@ -246,7 +248,8 @@ TEST(UrdfMessages, Masses) {
             "r.urdf:3:1: link 'a': the mass is zero, but joint 'j' moves it\n"
             "  hint: give it a mass, or make the joint fixed");
   EXPECT_EQ(LinkMessage("<inertial><mass value='-2'/>" + inertia),
-            "r.urdf:3:32: link 'a': mass -2 kg is negative");
+            "r.urdf:3:32: link 'a': mass -2 kg is negative\n  hint: give the "
+            "mass of the link, a positive number of kg");
   EXPECT_EQ(LinkMessage("<inertial>" + inertia),
             "r.urdf:3:16: link 'a': <inertial> has no <mass>\n  hint: <mass "
             "value=\"kg\"/>");
@@ -267,7 +270,8 @@ TEST(UrdfMessages, Numbers) {
        {"1.0abc", "heavy", "nan", "inf", "1,5", "1e999", "0x10", "+-1"}) {
     EXPECT_EQ(LinkMessage("<inertial><mass value='" + text + "'/>" + inertia),
               "r.urdf:3:32: link 'a': '" + text + "' in <mass value=\"" + text +
-                  "\"> is not a finite number");
+                  "\"> is not a finite number\n  hint: write it with digits "
+                  "and a point, such as -1.5e-3");
   }
   EXPECT_EQ(LinkMessage("<inertial><mass value='1 2'/>" + inertia),
             "r.urdf:3:32: link 'a': <mass value=\"1 2\"> has 2 numbers, not 1");
@@ -355,7 +359,8 @@ TEST(UrdfMessages, EveryFaultIsListedInTheOrderOfTheFile) {
               "type='continuous'><parent link='a'/><child link='b'/></joint>\n"
               "</robot>\n"),
       "r.urdf: 4 faults\n"
-      "  r.urdf:3:32: link 'a': mass -1 kg is negative\n"
+      "  r.urdf:3:32: link 'a': mass -1 kg is negative (give the mass of the "
+      "link, a positive number of kg)\n"
       "  r.urdf:3:44: link 'a': principal moments 1, 1, 3 kg m^2 violate the "
       "triangle inequality (the moments of a body about its centre of mass: "
       "each is at most the sum of the other two)\n"
