@@ -38,6 +38,18 @@ constexpr char kYamlHint[] =
     "spaces, not tabs, make the indentation; brackets and quotes must be "
     "closed";
 
+// The mark, or where the text ends if it is beyond that: yaml-cpp counts lines
+// that are not there.
+YAML::Mark Within(YAML::Mark mark, const std::string& text) {
+  const size_t end = text.find_last_not_of("\r\n") + 1;
+  const int last =
+      static_cast<int>(std::count(text.begin(), text.begin() + end, '\n'));
+  if (end == 0 || mark.line <= last) return mark;
+  mark.line = last;
+  mark.column = static_cast<int>(end - (text.rfind('\n', end - 1) + 1));
+  return mark;
+}
+
 }  // namespace
 
 // YAML::Load takes the first document and is silent about the rest; what cannot
@@ -70,7 +82,8 @@ YAML::Node YamlReader::Load(const std::string& text) const {
     CheckOneDocument(closed);
     return YAML::Load(closed);
   } catch (const YAML::Exception& error) {
-    throw InputError(Place(error.mark), "is not YAML: " + error.msg, kYamlHint);
+    throw InputError(Place(Within(error.mark, text)),
+                     "is not YAML: " + error.msg, kYamlHint);
   }
 }
 

@@ -248,7 +248,7 @@ TEST(FitSpecificationTest, TranslatesWhatIsNotYaml) {
   EXPECT_EQ(ParseError("free:\n\ta: 1\n"),
             "dir/fit.yaml:2:3: is not YAML: illegal map value" + hint);
   EXPECT_EQ(ParseError("noise: 1\nmodel: \"a\n"),
-            "dir/fit.yaml:4:2: is not YAML: illegal EOF in scalar" + hint);
+            "dir/fit.yaml:2:10: is not YAML: illegal EOF in scalar" + hint);
   EXPECT_THAT(ParseError("free: *nobody\n"), StartsWith("dir/fit.yaml:1:7: "));
   EXPECT_THAT(ParseError(std::string(100000, '[')), StartsWith("dir/fit.yaml"));
   EXPECT_EQ(

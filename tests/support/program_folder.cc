@@ -1,0 +1,132 @@
+#include "tests/support/program_folder.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+namespace sysid {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string TemporaryFolder() {
+  std::string name = (fs::temp_directory_path() / "sysid-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) {
+    throw std::runtime_error("no temporary folder: " + name);
+  }
+  return name;
+}
+
+std::string ReadAll(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// In the child: nothing but system calls.
+void Become(const char* folder, const char* out, const char* err,
+            char* const* argv) {
+  const int null = open("/dev/null", O_RDONLY);
+  const int out_fd = open(out, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  const int err_fd = open(err, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  if (chdir(folder) == 0 && dup2(null, 0) == 0 && dup2(out_fd, 1) == 1 &&
+      dup2(err_fd, 2) == 2) {
+    execv(argv[0], argv);
+  }
+  _exit(127);
+}
+
+// The exit code; -1 where it had to be killed.
+int Await(pid_t child) {
+  constexpr auto kLongest = std::chrono::minutes(2);
+  const auto end = std::chrono::steady_clock::now() + kLongest;
+  int status = 0;
+  while (waitpid(child, &status, WNOHANG) == 0) {
+    if (std::chrono::steady_clock::now() > end) {
+      kill(child, SIGKILL);
+      waitpid(child, &status, 0);
+      return -1;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+ProgramFolder::ProgramFolder()
+    : folder_(TemporaryFolder()), outputs_(TemporaryFolder()) {}
+
+ProgramFolder::~ProgramFolder() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+  fs::remove_all(outputs_, ignored);
+}
+
+std::string ProgramFolder::Path(const std::string& name) const {
+  return folder_ + "/" + name;
+}
+
+void ProgramFolder::Write(const std::string& name,
+                          const std::string& text) const {
+  std::ofstream file(Path(name), std::ios::binary);
+  file << text;
+  if (!file.flush()) throw std::runtime_error("cannot write " + Path(name));
+}
+
+std::string ProgramFolder::Read(const std::string& name) const {
+  if (!Has(name)) throw std::runtime_error("there is no " + Path(name));
+  return ReadAll(Path(name));
+}
+
+bool ProgramFolder::Has(const std::string& name) const {
+  return fs::exists(Path(name));
+}
+
+std::map<std::string, std::string> ProgramFolder::Contents() const {
+  std::map<std::string, std::string> contents;
+  for (const fs::directory_entry& entry :
+       fs::recursive_directory_iterator(folder_)) {
+    const std::string name = fs::relative(entry.path(), folder_).string();
+    if (entry.is_directory()) {
+      contents[name + "/"] = "";
+    } else {
+      contents[name] = ReadAll(entry.path());
+    }
+  }
+  return contents;
+}
+
+ProgramResult ProgramFolder::Run(const std::string& program,
+                                 const std::vector<std::string>& arguments,
+                                 const std::string& stdout_file) const {
+  const std::string out = stdout_file.empty() ? outputs_ + "/out" : stdout_file;
+  const std::string err = outputs_ + "/err";
+  std::vector<std::string> words{program};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t child = fork();
+  if (child < 0) throw std::runtime_error("cannot fork");
+  if (child == 0) {
+    Become(folder_.c_str(), out.c_str(), err.c_str(), argv.data());
+  }
+  ProgramResult result;
+  result.exit_code = Await(child);
+  if (stdout_file.empty()) result.out = ReadAll(out);
+  result.err = ReadAll(err);
+  return result;
+}
+
+}  // namespace sysid

@@ -1,0 +1,149 @@
+// Models that cannot be used: the list, each by its message.
+
+#include <fstream>
+#include <sstream>
+
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+// pendulum1.urdf as it ships, `from` replaced by `to` (each time).
+std::string Changed(const std::string& from, const std::string& to) {
+  std::ifstream file(std::string(SYSID_ROBOTS) + "/pendulum1.urdf");
+  std::stringstream stream;
+  stream << file.rdbuf();
+  std::string text = stream.str();
+  size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  for (; at != std::string::npos; at = text.find(from, at + to.size())) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+std::string Hinge(const std::string& inside) {
+  return Changed("type=\"spherical\">", "type=\"continuous\">" + inside);
+}
+
+class BadModelsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_.Write("run.csv",
+                  "t,joint1.qw,joint1.qx,joint1.qy,joint1.qz\n0,1,0,0,0\n");
+  }
+
+  // Of both programs. A place such as ":12:3" is one in the model.
+  void ExpectModel(const std::string& urdf, const std::string& place,
+                   const std::string& what, const std::string& hint) {
+    folder_.Write("robot.urdf", urdf);
+    ExpectFile("robot.urdf", "robot.urdf" + place, what, hint);
+  }
+
+  void ExpectFile(const std::string& model, const std::string& place,
+                  const std::string& what, const std::string& hint) {
+    ExpectFitRefused(
+        folder_,
+        {"--model", model, "--traj", "run.csv", "--free", "link1.length"},
+        place, what, hint);
+    ExpectRefused(folder_, SYSID_SIMULATE,
+                  {"--model", model, "--out_csv", "made.csv"}, place, what,
+                  hint);
+  }
+
+  ProgramFolder folder_;
+};
+
+TEST_F(BadModelsTest, AMissingFile) {
+  ExpectFile("nowhere.urdf", "nowhere.urdf", "No such file",
+             "the name of a shipped model");
+}
+
+TEST_F(BadModelsTest, AFolder) {
+  ExpectFile("./", "./", "is a folder", "name a file in it");
+}
+
+TEST_F(BadModelsTest, AnUnknownName) {
+  ExpectFile("pendulm1", "--model", "no shipped model is named 'pendulm1'",
+             "did you mean 'pendulum1'?");
+}
+
+TEST_F(BadModelsTest, NoXml) {
+  ExpectModel("hello\n", ":1:1", "not XML", "a URDF is XML");
+  ExpectModel("", "", "the file is empty", "a URDF is XML");
+  ExpectModel("<robot name='r'><link name='a'>", ":1:32", "not XML",
+              "close it by </link>");
+}
+
+TEST_F(BadModelsTest, TwoRoots) {
+  ExpectModel(Changed("<link name=\"base\"/>",
+                      "<link name=\"base\"/><link name=\"other\"/>"),
+              ":8:22", "2 root links: 'base', 'other'", "only one link");
+}
+
+TEST_F(BadModelsTest, ALoop) {
+  ExpectModel(Changed("<parent link=\"base\"/>", "<parent link=\"tip\"/>"),
+              ":15:3", "a loop without a root", "a URDF is a tree");
+}
+
+TEST_F(BadModelsTest, ANegativeMass) {
+  ExpectModel(Changed("<mass value=\"1.0\"", "<mass value=\"-1\""), ":18:13",
+              "link 'link1': mass -1 kg is negative", "a positive number");
+}
+
+TEST_F(BadModelsTest, AMissingMass) {
+  ExpectModel(Changed("<mass value=\"1.0\"/>", ""), ":16:5",
+              "link 'link1': <inertial> has no <mass>", "<mass value=");
+}
+
+TEST_F(BadModelsTest, AnImpossibleInertia) {
+  ExpectModel(Changed("ixx=\"3.90625e-5\"", "ixx=\"5\""), ":19:7",
+              "violate the triangle inequality", "at most the sum");
+}
+
+TEST_F(BadModelsTest, APointOnASphericalJoint) {
+  const std::string zero =
+      "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" "
+      "iyz=\"0\" izz=\"0\"/>";
+  ExpectModel(Changed("<inertia ixx=\"3.90625e-5\" ixy=\"0\" ixz=\"0\" "
+                      "iyy=\"3.90625e-5\" iyz=\"0\" izz=\"7.8125e-5\"/>",
+                      zero),
+              "", "joint 'joint1': link 'link1' has no inertia about its axis",
+              "however small");
+}
+
+TEST_F(BadModelsTest, AZeroAxis) {
+  ExpectModel(Hinge("<axis xyz=\"0 0 0\"/>"), ":10:48",
+              "joint 'joint1': the axis is zero", "the direction");
+}
+
+TEST_F(BadModelsTest, AMimicJoint) {
+  ExpectModel(Hinge("<axis xyz=\"0 1 0\"/><mimic joint=\"tip_joint\"/>"),
+              ":10:61", "joint 'joint1': mimic joints are not supported",
+              "leave <mimic> out");
+}
+
+TEST_F(BadModelsTest, APlanarJoint) {
+  ExpectModel(Changed("type=\"spherical\"", "type=\"planar\""), ":10:24",
+              "joint 'joint1': planar joints are not supported",
+              "two prismatic joints");
+}
+
+TEST_F(BadModelsTest, AnUnknownJointType) {
+  ExpectModel(Changed("type=\"spherical\"", "type=\"sperical\""), ":10:24",
+              "unknown joint type 'sperical'", "did you mean 'spherical'?");
+}
+
+TEST_F(BadModelsTest, TextInANumber) {
+  ExpectModel(Changed("<mass value=\"1.0\"", "<mass value=\"heavy\""), ":18:13",
+              "'heavy' in <mass value=\"heavy\"> is not a finite number",
+              "digits");
+}
+
+TEST_F(BadModelsTest, NothingThatMoves) {
+  ExpectModel("<robot name='r'><link name='a'/></robot>", "", "no moving joint",
+              "joints are revolute");
+}
+
+}  // namespace
+}  // namespace sysid

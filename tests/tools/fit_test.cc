@@ -1,0 +1,225 @@
+// sysid_fit as its users run it: what it finds and how it says it.
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
+using Json = nlohmann::json;
+
+class FitTest : public ::testing::Test {
+ protected:
+  // The result of a fit that must end with this exit code.
+  Json Fit(const Arguments& arguments, int exit_code = 0) {
+    result_ =
+        folder_.Run(SYSID_FIT, arguments + Arguments{"--json", "fit.json"});
+    EXPECT_EQ(result_.exit_code, exit_code) << result_.err;
+    const Json json = Json::parse(folder_.Read("fit.json"));
+    EXPECT_EQ(json["converged"], exit_code == 0);
+    return json;
+  }
+
+  static Json Parameter(const Json& fit, const std::string& name) {
+    for (const Json& parameter : fit["parameters"]) {
+      if (parameter["name"] == name) return parameter;
+    }
+    ADD_FAILURE() << "no parameter " << name;
+    return {};
+  }
+
+  // That the truth is within `sigmas` standard errors.
+  static void ExpectNear(const Json& fit, const std::string& name, double truth,
+                         double sigmas = 4) {
+    const Json parameter = Parameter(fit, name);
+    ASSERT_TRUE(parameter["std_error"].is_number()) << parameter;
+    EXPECT_NEAR(parameter["value"], truth,
+                sigmas * parameter["std_error"].get<double>())
+        << parameter;
+  }
+
+  ProgramFolder folder_;
+  ProgramResult result_;
+};
+
+TEST_F(FitTest, SaysNothingOfProgressAndNoColoursOffATerminal) {
+  SimulateInto(folder_, "run.csv", {"--model", "pendulum1"});
+  Fit({"--model", "pendulum1", "--traj", "run.csv"});
+  EXPECT_EQ(result_.err, "");
+  EXPECT_THAT(result_.out, HasSubstr("link1.length"));
+  EXPECT_THAT(result_.out, HasSubstr("at the noise floor"));
+  EXPECT_EQ(result_.out.find('\033'), std::string::npos);
+  EXPECT_EQ(result_.out.find('\r'), std::string::npos);
+}
+
+TEST_F(FitTest, HelpFitsAScreenAndItsExampleWorks) {
+  ExpectHelp(folder_, SYSID_FIT, "sysid_fit");
+  EXPECT_TRUE(folder_.Has("result/fit.json"));
+}
+
+TEST_F(FitTest, NamesAParameterWithoutInfluence) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--duration", "2"});
+  // The joints turn about y.
+  const Json fit = Fit({"--model", "pendulum2_planar", "--traj", "run.csv",
+                        "--free", "link1.length,link1.izz"},
+                       1);
+  EXPECT_THAT(result_.err, HasSubstr("error: no usable result: parameter "
+                                     "'link1.izz' without any influence"));
+  EXPECT_THAT(fit["termination"].get<std::string>(), HasSubstr("'link1.izz'"));
+  EXPECT_EQ(Parameter(fit, "link1.izz")["identifiable"], false);
+  EXPECT_TRUE(Parameter(fit, "link1.izz")["std_error"].is_null());
+}
+
+TEST_F(FitTest, TellsAMassFromALengthThatShows) {
+  SimulateInto(folder_, "run.csv", {"--model", "pendulum1", "--seed", "2"});
+  const Json fit = Fit({"--model", "pendulum1", "--traj", "run.csv", "--free",
+                        "link1.mass,link1.length"});
+  EXPECT_THAT(result_.out,
+              HasSubstr("this data does not determine link1.mass"));
+  EXPECT_EQ(fit["not_identifiable"], Json::parse(R"([["link1.mass"]])"));
+  EXPECT_TRUE(Parameter(fit, "link1.mass")["std_error"].is_null());
+  EXPECT_TRUE(Parameter(fit, "link1.mass")["ci95"].is_null());
+  // A bob of another mass swings a little differently: its disc stays.
+  EXPECT_NEAR(Parameter(fit, "link1.length")["value"], 0.5, 5e-4);
+}
+
+TEST_F(FitTest, NamesMassesThatCannotBeToldApart) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum3", "--seed", "4", "--tilt", "0.3"});
+  const Json fit = Fit({"--model", "pendulum3", "--traj", "run.csv", "--free",
+                        "gravity,link1.mass,link2.mass,link3.mass"});
+  ASSERT_EQ(fit["not_identifiable"].size(), 1u);
+  EXPECT_THAT(fit["not_identifiable"][0].get<std::vector<std::string>>(),
+              UnorderedElementsAre("link1.mass", "link2.mass", "link3.mass"));
+  EXPECT_THAT(result_.out, HasSubstr("this data cannot tell apart link1.mass, "
+                                     "link2.mass, link3.mass"));
+  ExpectNear(fit, "gravity", 9.81);
+}
+
+TEST_F(FitTest, GivesTheSameForOneThreadAndTwo) {
+  for (const std::string seed : {"1", "2", "3"}) {
+    SimulateInto(
+        folder_, seed + ".csv",
+        {"--model", "pendulum2_planar", "--duration", "2", "--seed", seed});
+  }
+  const Arguments fit{"--model", "pendulum2_planar", "--traj",
+                      "1.csv,2.csv,3.csv"};
+  const Json one = Fit(fit + Arguments{"--threads", "1"});
+  const Json two = Fit(fit + Arguments{"--threads", "2"});
+  for (const Json& parameter : one["parameters"]) {
+    ExpectNear(two, parameter["name"], parameter["value"], 1e-3);
+  }
+}
+
+TEST_F(FitTest, AddsEffectsAndFindsTheirParameters) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--duration", "4", "--add",
+                "viscous_damping@joint1=0.1,sensor_offset@joint2=0.05"});
+  const Json fit =
+      Fit({"--model", "pendulum2_planar", "--traj", "run.csv", "--add",
+           "viscous_damping@joint1,sensor_offset@joint2"});
+  EXPECT_EQ(
+      fit["effects"],
+      Json::parse(R"(["viscous_damping@joint1", "sensor_offset@joint2"])"));
+  ExpectNear(fit, "joint1.damping", 0.1);
+  ExpectNear(fit, "joint2.sensor_offset", 0.05);
+  ExpectNear(fit, "link1.length", 0.5);
+}
+
+TEST_F(FitTest, ReadsForeignColumns) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--duration", "2"});
+  const Json fit = Fit({"--model", "pendulum2_planar", "--traj", "run.csv"});
+  // The same in milliseconds and degrees, under other names.
+  std::istringstream lines(folder_.Read("run.csv"));
+  std::string foreign = "time_ms,a1,a2\n", line;
+  std::getline(lines, line);
+  std::getline(lines, line);
+  while (std::getline(lines, line)) {
+    double t = 0, a = 0, b = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &t, &a, &b), 3);
+    char row[128];
+    std::snprintf(row, sizeof(row), "%.17g,%.17g,%.17g\n", 1000 * t,
+                  a * 180 / M_PI, b * 180 / M_PI);
+    foreign += row;
+  }
+  folder_.Write("foreign.csv", foreign);
+  const Json same =
+      Fit({"--model", "pendulum2_planar", "--traj", "foreign.csv", "--columns",
+           "t=time_ms*0.001,joint1.q=a1*0.017453292519943295,"
+           "joint2.q=a2*0.017453292519943295"});
+  for (const Json& parameter : fit["parameters"]) {
+    ExpectNear(same, parameter["name"], parameter["value"], 1e-2);
+  }
+}
+
+TEST_F(FitTest, SkipsMissingCells) {
+  SimulateInto(folder_, "run.csv", {"--model", "pendulum2_planar"});
+  std::istringstream lines(folder_.Read("run.csv"));
+  std::string gaps, line;
+  for (int k = 0; std::getline(lines, line); ++k) {
+    const size_t first = line.find(','), second = line.find(',', first + 1);
+    if (k > 5 && k % 4 == 0) line = line.substr(0, second) + ",nan";
+    if (k > 5 && k % 7 == 0) {
+      line = line.substr(0, first) + "," + line.substr(second);
+    }
+    gaps += line + "\n";
+  }
+  folder_.Write("gaps.csv", gaps);
+  const Json fit = Fit({"--model", "pendulum2_planar", "--traj", "gaps.csv"});
+  ExpectNear(fit, "link1.length", 0.5);
+  ExpectNear(fit, "link2.length", 0.5);
+  EXPECT_NEAR(fit["error"]["train"]["normalized_rms"], 1.0, 0.15);
+}
+
+TEST_F(FitTest, PredictsWhatIsHeldOut) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--duration", "4"});
+  SimulateInto(
+      folder_, "held.csv",
+      {"--model", "pendulum2_planar", "--duration", "3", "--seed", "2"});
+  const Arguments alone{"--model", "pendulum2_planar", "--traj", "run.csv"};
+  const Json without = Fit(alone);
+  EXPECT_TRUE(without["error"]["holdout"].is_null());
+  const Json with = Fit(alone + Arguments{"--holdout", "held.csv"});
+  EXPECT_NEAR(with["error"]["holdout"]["normalized_rms"], 1.0, 0.2);
+  EXPECT_EQ(with["samples"], without["samples"]);
+  EXPECT_THAT(result_.out, HasSubstr("held out: error"));
+  for (const Json& parameter : without["parameters"]) {
+    ExpectNear(with, parameter["name"], parameter["value"], 1e-3);
+  }
+  ASSERT_EQ(with["error"]["open"].size(), 2u);
+  EXPECT_EQ(with["error"]["open"][1]["trajectory"], "held.csv");
+}
+
+TEST_F(FitTest, CutsAStepThatIsLongerThanTheSamplesAreApart) {
+  SimulateInto(folder_, "run.csv", {"--model", "pendulum1", "--duration", "2"});
+  const Json fit =
+      Fit({"--model", "pendulum1", "--traj", "run.csv", "--step", "1"});
+  EXPECT_EQ(result_.err,
+            "note: --step: 1 s is longer than the samples are apart: a step "
+            "ends at every sample\n");
+  EXPECT_NEAR(fit["step_s"], 0.01, 1e-9);
+}
+
+TEST_F(FitTest, TakesStartsAndValuesFromFlags) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--duration", "4", "--set",
+                "link1.length=0.4,link2.mass=2"});
+  const Json fit =
+      Fit({"--model=pendulum2_planar", "--traj=run.csv", "--free",
+           "link1.length=0.7, link2.length", "--fix", "link2.mass=2"});
+  EXPECT_EQ(Parameter(fit, "link1.length")["initial"], 0.7);
+  ExpectNear(fit, "link1.length", 0.4);
+  ExpectNear(fit, "link2.length", 0.5);
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,207 @@
+// sysid_simulate as its users run it.
+
+#include <cmath>
+#include <sstream>
+
+#include "sysid/io/csv.h"
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::HasSubstr;
+
+class SimulateTest : public ::testing::Test {
+ protected:
+  // The numbers of a run, by column.
+  CsvFile::Table Numbers(const std::string& name) {
+    const CsvFile file(folder_.Path(name));
+    std::vector<int> all;
+    for (size_t i = 0; i < file.header().size(); ++i) {
+      all.push_back(static_cast<int>(i));
+    }
+    return file.ReadColumns(all);
+  }
+
+  void ExpectFlags(const Arguments& more, const std::string& place,
+                   const std::string& what, const std::string& hint) {
+    folder_.Write("run.csv", "of an earlier day");
+    ExpectRefused(
+        folder_, SYSID_SIMULATE,
+        Arguments{"--model", "pendulum2_planar", "--out_csv", "run.csv"} + more,
+        place, what, hint);
+  }
+
+  ProgramFolder folder_;
+};
+
+TEST_F(SimulateTest, NumbersOutOfRange) {
+  for (const std::string flag : {"--duration", "--rate", "--tilt", "--step"}) {
+    for (const std::string value : {"0", "-1", "nan", "inf"}) {
+      ExpectFlags({flag, value}, flag, "must be a positive number", "give ");
+    }
+    ExpectFlags({flag, "1s"}, flag, "cannot be '1s'", "a number");
+  }
+  ExpectFlags({"--noise", "-1"}, "--noise", "must not be negative", "1e-3");
+  ExpectFlags({"--noise", "inf"}, "--noise", "finite", "1e-3");
+  ExpectFlags({"--duration", "1e9"}, "--duration", "makes 1e+11 samples",
+              "a shorter duration");
+  ExpectFlags({"--rate", "1e12"}, "--duration", "samples", "a lower rate");
+  ExpectFlags({"--rate", "0.01"}, "--duration", "shorter than one sample",
+              "a higher rate");
+  ExpectFlags({"--step", "1e-12"}, "--step", "more than 1e8 steps",
+              "leave it out");
+  ExpectFlags({"--seed", "-1"}, "--seed", "cannot be '-1'", "from 0");
+}
+
+TEST_F(SimulateTest, WordsThatAreNotKnown) {
+  ExpectFlags({"--excite", "multisin"}, "--excite",
+              "unknown excitation 'multisin'", "did you mean 'multisine'?");
+  ExpectFlags({"--integrator", "rk5"}, "--integrator", "'rk5'",
+              "did you mean 'rk4'?");
+  ExpectFlags({"--initial", "rando"}, "--initial", "there is no run 'rando'",
+              "write random");
+  ExpectFlags({"--durtion", "1"}, "--durtion", "unknown flag",
+              "did you mean 'duration'?");
+}
+
+TEST_F(SimulateTest, ParametersAndEffects) {
+  ExpectFlags({"--set", "link1.lenght=2"}, "--set",
+              "unknown parameter 'link1.lenght'",
+              "did you mean 'link1.length'?");
+  ExpectFlags({"--set", "link1.length"}, "--set", "has no value",
+              "link1.length=number");
+  ExpectFlags({"--set", "link1.length=long"}, "--set", "'long' is not a number",
+              "name=number");
+  ExpectFlags({"--set", "link1.mass=-1"}, "--set",
+              "'link1.mass' cannot be -1 kg", "it lies between");
+  ExpectFlags({"--set", "link1.mass=1,link1.mass=2"}, "--set",
+              "'link1.mass' is named twice", "once");
+  ExpectFlags({"--set", "link1.ixx=5"}, "--set", "triangle inequality",
+              "the sum of the other two");
+  ExpectFlags({"--add", "viscous_damping@joint9=1"}, "--add",
+              "unknown target 'joint9'", "did you mean 'joint1'?");
+  ExpectFlags({"--add", "viscous_damping@joint1=-1"}, "--add",
+              "'joint1.damping' cannot be -1", "it lies between");
+  ExpectFlags(
+      {"--add", "viscous_damping@joint1=1", "--set", "joint1.damping=2"},
+      "--set", "'joint1.damping' is named twice", "once");
+}
+
+TEST_F(SimulateTest, OutputsThatCannotBeWritten) {
+  const Arguments simulate{"--model", "pendulum1"};
+  folder_.Write("file", "");
+  ExpectRefused(folder_, SYSID_SIMULATE, simulate, "--out_csv", "is missing",
+                "name the file");
+  ExpectRefused(folder_, SYSID_SIMULATE,
+                simulate + Arguments{"--out_csv", "nowhere/run.csv"},
+                "nowhere/run.csv", "cannot be written", "make the folder");
+  ExpectRefused(folder_, SYSID_SIMULATE,
+                simulate + Arguments{"--out_csv", "file/run.csv"},
+                "file/run.csv", "cannot be written", "a file, not a folder");
+  SimulateInto(folder_, "run.csv", simulate);
+  ExpectRefused(
+      folder_, SYSID_SIMULATE,
+      simulate + Arguments{"--out_csv", "run.csv", "--initial", "run.csv"},
+      "--out_csv", "is read too", "another file");
+  const ProgramResult full = folder_.Run(
+      SYSID_SIMULATE, simulate + Arguments{"--out_csv", "-"}, "/dev/full");
+  EXPECT_EQ(full.exit_code, 2);
+  EXPECT_THAT(full.err, HasSubstr("standard output: cannot be written"));
+}
+
+TEST_F(SimulateTest, MotionThatDoesNotStayFinite) {
+  ExpectFlags({"--set", "gravity=1e10"}, "simulation",
+              "the motion does not stay finite", "--step");
+}
+
+TEST_F(SimulateTest, TheSameSeedMakesTheSameRun) {
+  const Arguments simulate{"--model", "pendulum2", "--duration", "1"};
+  SimulateInto(folder_, "a.csv", simulate + Arguments{"--seed", "7"});
+  SimulateInto(folder_, "b.csv", simulate + Arguments{"--seed", "7"});
+  SimulateInto(folder_, "c.csv", simulate + Arguments{"--seed", "8"});
+  EXPECT_EQ(folder_.Read("a.csv"), folder_.Read("b.csv"));
+  EXPECT_NE(Numbers("a.csv").columns, Numbers("c.csv").columns);
+  EXPECT_EQ(Numbers("a.csv").rows(), 101);
+  EXPECT_THAT(folder_.Read("a.csv"),
+              testing::StartsWith("# sysid_simulate --model pendulum2 "
+                                  "--duration 1 --seed 7\nt,joint1.qw,"));
+}
+
+TEST_F(SimulateTest, WritesToStandardOutput) {
+  const Arguments simulate{"--model", "cartpole", "--duration", "0.1"};
+  SimulateInto(folder_, "run.csv", simulate);
+  for (const std::string name : {"-", "/dev/stdout"}) {
+    const ProgramResult result =
+        folder_.Run(SYSID_SIMULATE, simulate + Arguments{"--out_csv", name});
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.out, folder_.Read("run.csv"));
+    EXPECT_EQ(result.err, "");
+  }
+}
+
+TEST_F(SimulateTest, StartsWhereARunStarts) {
+  const Arguments simulate{"--model", "arm7",    "--duration",
+                           "0.5",     "--noise", "0"};
+  SimulateInto(folder_, "a.csv", simulate + Arguments{"--seed", "3"});
+  SimulateInto(folder_, "b.csv", simulate + Arguments{"--initial", "a.csv"});
+  const auto a = Numbers("a.csv").columns, b = Numbers("b.csv").columns;
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t c = 0; c < a.size(); ++c) {
+    for (size_t k = 0; k < a[c].size(); ++k) {
+      EXPECT_NEAR(a[c][k], b[c][k], 1e-9);
+    }
+  }
+}
+
+TEST_F(SimulateTest, SaysWhereARunDoesNotSayHowToStart) {
+  folder_.Write("start.csv", "t,joint1.q,joint2.q\n0,,0.3\n0.1,0.2,0.3\n");
+  const ProgramResult result = folder_.Run(
+      SYSID_SIMULATE, {"--model", "pendulum2_planar", "--initial", "start.csv",
+                       "--noise", "0", "--out_csv", "run.csv"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.err,
+            "note: start.csv: the first row has no position of joint "
+            "'joint1': it starts at neutral\n");
+  EXPECT_EQ(Numbers("run.csv").columns[1][0], 0.0);
+  EXPECT_EQ(Numbers("run.csv").columns[2][0], 0.3);
+}
+
+TEST_F(SimulateTest, PlantsEffects) {
+  const Arguments simulate{"--model", "pendulum2_planar", "--noise",
+                           "0",       "--duration",       "2"};
+  SimulateInto(folder_, "plain.csv", simulate);
+  SimulateInto(folder_, "offset.csv",
+               simulate + Arguments{"--add", "sensor_offset@joint1=0.25"});
+  SimulateInto(folder_, "damped.csv",
+               simulate + Arguments{"--add", "viscous_damping@joint1", "--set",
+                                    "joint1.damping=1"});
+  SimulateInto(folder_, "damped2.csv",
+               simulate + Arguments{"--add", "viscous_damping@joint1=1"});
+  const auto plain = Numbers("plain.csv").columns;
+  const auto offset = Numbers("offset.csv").columns;
+  const auto damped = Numbers("damped.csv").columns;
+  for (size_t k = 0; k < plain[1].size(); ++k) {
+    EXPECT_NEAR(offset[1][k], plain[1][k] + 0.25, 1e-12);
+    EXPECT_NEAR(offset[2][k], plain[2][k], 1e-12);
+  }
+  EXPECT_GT(std::abs(damped[1].back() - plain[1].back()), 1e-3);
+  EXPECT_EQ(damped, Numbers("damped2.csv").columns);
+}
+
+TEST_F(SimulateTest, ExcitesJoints) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--duration", "1", "--excite",
+                "multisine"});
+  EXPECT_THAT(CsvFile(folder_.Path("run.csv")).header(),
+              testing::ElementsAre("t", "joint1.q", "joint1.tau", "joint2.q",
+                                   "joint2.tau"));
+}
+
+TEST_F(SimulateTest, HelpFitsAScreenAndItsExampleWorks) {
+  ExpectHelp(folder_, SYSID_SIMULATE, "sysid_simulate");
+  EXPECT_EQ(Numbers("run.csv").rows(), 1001);
+}
+
+}  // namespace
+}  // namespace sysid
