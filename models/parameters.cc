@@ -42,9 +42,8 @@ void AddLinkParameters(const Model& model, int link,
   }
   const double moment = std::max(body.inertia.trace() / 3.0, 1e-9);
   for (int k = 0; k < 6; ++k) {
-    all->push_back({name + "i" + kEntries[k], "kg m^2",
-                    ParameterKind::kInertia, link, k,
-                    body.inertia(kRow[k], kColumn[k]),
+    all->push_back({name + "i" + kEntries[k], "kg m^2", ParameterKind::kInertia,
+                    link, k, body.inertia(kRow[k], kColumn[k]),
                     k < 3 ? 0.0 : -kInfinity, kInfinity, moment});
   }
   all->push_back({name + "inertia_scale", "-", ParameterKind::kInertiaScale,
@@ -204,8 +203,7 @@ Matrix3<T> ParameterMap::InertiaOf(const Cholesky& block,
   for (int k = 0; k < 6; ++k) {
     if (block.place[k] < 0) continue;
     const T& entry = theta[block.place[k]];
-    L(kRow[k], kColumn[k]) =
-        (k < 3 ? T(exp(entry)) : entry) * T(block.scale);
+    L(kRow[k], kColumn[k]) = (k < 3 ? T(exp(entry)) : entry) * T(block.scale);
   }
   const Matrix3<T> S = L * L.transpose();
   return Matrix3<T>::Identity() * S.trace() - S;
@@ -306,8 +304,11 @@ std::string ParameterMap::FirstImpossibleLink(const double* theta) const {
   Apply<double>(theta, &values);
   for (int i = 0; i < size(); ++i) {
     const Parameter& parameter = parameters_[i];
-    if (parameter.kind == ParameterKind::kMass &&
-        values.links[parameter.index].mass < 0) {
+    const bool sign_matters =
+        parameter.kind == ParameterKind::kLength ||
+        parameter.kind == ParameterKind::kInertiaScale ||
+        (parameter.kind == ParameterKind::kMass && parameter.nominal > 0);
+    if (sign_matters && theta[i] < parameter.lower) {
       return model_->mechanism().links[parameter.index].name;
     }
     if (parameter.kind != ParameterKind::kInertia || transformed_[i]) continue;
@@ -322,9 +323,9 @@ std::string ParameterMap::FirstImpossibleLink(const double* theta) const {
   return "";
 }
 
-#define SYSID_INSTANTIATE(T)                                                 \
-  template void ParameterMap::Apply<T>(const T*, MechanismParameters<T>*)    \
-      const;                                                                 \
+#define SYSID_INSTANTIATE(T)                                              \
+  template void ParameterMap::Apply<T>(const T*, MechanismParameters<T>*) \
+      const;                                                              \
   template void ParameterMap::ValuesOf<T>(const T*, T*) const;
 SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
 #undef SYSID_INSTANTIATE

@@ -78,9 +78,10 @@ class ParameterMap {
   // Whether theta_i is not the parameter's own value.
   bool IsTransformed(int i) const { return transformed_[i]; }
 
-  // Whether theta is a possible mechanism: masses positive, inertias of links
-  // with free entries positive (those that (4.1) does not keep so). The name of
-  // the first link that is not, else "".
+  // The name of the first link that theta makes impossible, else "": a length,
+  // mass or inertia scale below its physical bound, or free entries of an
+  // inertia that is not positive (those that (4.1) does not keep so). A mass
+  // that is zero nominally (a payload's) may pass through negative values.
   std::string FirstImpossibleLink(const double* theta) const;
 
  private:

@@ -23,8 +23,9 @@ struct Identifiability {
 
 // A direction of the scaled parameters theta_i / scale_i is undetermined where
 // its standard deviation exceeds kUndetermined: a combination that is known to
-// no better than 20 % (95 %) of its size is not told by the data. Parameters take part in an
-// undetermined direction with at least a tenth of its largest component.
+// no better than 20 % (95 %) of its size is not told by the data. Parameters
+// take part in an undetermined direction with at least a tenth of its largest
+// component.
 inline constexpr double kUndetermined = 0.1;
 
 Identifiability AnalyseIdentifiability(const RowMatrixXd& R,

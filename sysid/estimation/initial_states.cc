@@ -16,24 +16,34 @@ constexpr double kHalfWindow = 0.05;  // s
 constexpr int kMinNeighbours = 2;     // samples on either side
 
 // Value and slope at t0 of the polynomial through the points (t, y) in the
-// least squares; cubic where there are enough of them. y: one row a point.
+// least squares; y: one row a point, each number with the noise sigma.
+// Quadratic or, where there are points enough, cubic; of higher degree while
+// what is left is more than the noise (few samples of a fast motion).
 void FitPolynomial(const std::vector<double>& t, const RowMatrixXd& y,
-                   double t0, Eigen::RowVectorXd* value,
+                   double t0, double sigma, Eigen::RowVectorXd* value,
                    Eigen::RowVectorXd* slope) {
+  constexpr int kMostDegree = 6;
   const int n = static_cast<int>(t.size());
-  const int degree = n >= 7 ? 3 : n >= 4 ? 2 : n >= 2 ? 1 : 0;
   const double scale = n > 1 ? std::max(t.back() - t0, t0 - t.front()) : 1.0;
-  RowMatrixXd V(n, degree + 1);
-  for (int i = 0; i < n; ++i) {
-    double power = 1.0;
-    for (int d = 0; d <= degree; ++d, power *= (t[i] - t0) / scale) {
-      V(i, d) = power;
+  for (int degree = n >= 7 ? 3 : std::min(2, n - 1);; ++degree) {
+    RowMatrixXd V(n, degree + 1);
+    for (int i = 0; i < n; ++i) {
+      double power = 1.0;
+      for (int d = 0; d <= degree; ++d, power *= (t[i] - t0) / scale) {
+        V(i, d) = power;
+      }
+    }
+    const RowMatrixXd coefficients = V.householderQr().solve(y);
+    *value = coefficients.row(0);
+    slope->setZero(y.cols());
+    if (degree > 0) *slope = coefficients.row(1) / scale;
+    const int left = (n - degree - 1) * static_cast<int>(y.cols());
+    const double misfit = (V * coefficients - y).squaredNorm();
+    if (left <= 0 || degree == kMostDegree ||
+        misfit <= 4.0 * sigma * sigma * left) {
+      return;
     }
   }
-  const RowMatrixXd coefficients = V.householderQr().solve(y);
-  *value = coefficients.row(0);
-  slope->setZero(y.cols());
-  if (degree > 0) *slope = coefficients.row(1) / scale;
 }
 
 // The valid samples around k: within the half window, at least a few.
@@ -50,6 +60,10 @@ std::vector<int> Neighbours(const std::vector<double>& t,
           high - k < static_cast<size_t>(kMinNeighbours))) {
     ++high;
   }
+  // At an end as many as in the middle, all on one side.
+  constexpr size_t kFewest = 2 * kMinNeighbours + 1;
+  while (high - low + 1 < kFewest && low > 0) --low;
+  while (high - low + 1 < kFewest && high + 1 < valid.size()) ++high;
   return std::vector<int>(valid.begin() + low, valid.begin() + high + 1);
 }
 
@@ -84,7 +98,7 @@ void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
   }
 }
 
-void SmoothScalar(const std::vector<double>& t, bool wraps,
+void SmoothScalar(const std::vector<double>& t, bool wraps, double sigma,
                   const Eigen::VectorXd& measured, Eigen::Ref<RowMatrixXd> q,
                   Eigen::Ref<RowMatrixXd> qd) {
   std::vector<int> valid;
@@ -109,7 +123,7 @@ void SmoothScalar(const std::vector<double>& t, bool wraps,
       y(m, 0) = unwrapped[around[m]];
     }
     Eigen::RowVectorXd value, slope;
-    FitPolynomial(times, y, t[valid[i]], &value, &slope);
+    FitPolynomial(times, y, t[valid[i]], sigma, &value, &slope);
     q(valid[i], 0) = value[0];
     qd(valid[i], 0) = slope[0];
     known[valid[i]] = true;
@@ -117,8 +131,9 @@ void SmoothScalar(const std::vector<double>& t, bool wraps,
   BridgeGaps(t, known, false, q, qd);
 }
 
-void SmoothQuaternion(const std::vector<double>& t, const RowMatrixXd& measured,
-                      Eigen::Ref<RowMatrixXd> q, Eigen::Ref<RowMatrixXd> qd) {
+void SmoothQuaternion(const std::vector<double>& t, double sigma,
+                      const RowMatrixXd& measured, Eigen::Ref<RowMatrixXd> q,
+                      Eigen::Ref<RowMatrixXd> qd) {
   std::vector<int> valid;
   for (size_t k = 0; k < t.size(); ++k) {
     if (!std::isnan(measured(k, 0))) valid.push_back(static_cast<int>(k));
@@ -138,7 +153,7 @@ void SmoothQuaternion(const std::vector<double>& t, const RowMatrixXd& measured,
           Log<double>(Multiply(middle.conjugate(), at(around[m]))).transpose();
     }
     Eigen::RowVectorXd value, slope;
-    FitPolynomial(times, phi, t[valid[i]], &value, &slope);
+    FitPolynomial(times, phi, t[valid[i]], sigma, &value, &slope);
     const Eigen::Vector3d moved = value.transpose();
     q.row(valid[i]) =
         Multiply(middle, Exp<double>(moved)).normalized().coeffs().transpose();
@@ -244,12 +259,13 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
   }
   for (const Body& body : model.bodies()) {
     if (!movable[body.v_index]) continue;
+    const double sigma = problem.JointSigma(body.joint);
     if (body.type == JointType::kSpherical) {
-      SmoothQuaternion(run.t, solved.middleCols(body.q_index, 4),
+      SmoothQuaternion(run.t, sigma, solved.middleCols(body.q_index, 4),
                        states->middleCols(body.q_index, 4),
                        states->middleCols(nq + body.v_index, 3));
     } else {
-      SmoothScalar(run.t, false, solved.col(body.q_index),
+      SmoothScalar(run.t, false, sigma, solved.col(body.q_index),
                    states->middleCols(body.q_index, 1),
                    states->middleCols(nq + body.v_index, 1));
     }
@@ -282,11 +298,12 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
       }
       (IsPositionLike(channel.kind) ? position : velocity) = &channel;
     }
+    const double sigma = problem.JointSigma(body.joint);
     if (position != nullptr && body.type == JointType::kSpherical) {
-      SmoothQuaternion(run.t, position->values, q, qd);
+      SmoothQuaternion(run.t, sigma, position->values, q, qd);
     } else if (position != nullptr) {
-      SmoothScalar(run.t, IsRotation1(body.type), position->values.col(0), q,
-                   qd);
+      SmoothScalar(run.t, IsRotation1(body.type), sigma,
+                   position->values.col(0), q, qd);
     } else if (velocity != nullptr && body.type != JointType::kSpherical) {
       // Only the speed is measured: its integral, from neutral.
       for (int k = 0; k < run.size(); ++k) {

@@ -178,13 +178,12 @@ std::string WhyImmobile(const ShootingProblem& problem,
 // less than kStepBias standard errors. (ChooseStep sees one segment at a time;
 // along a whole run its small errors add up, most of all those of dry friction,
 // whose kinks the steps pass over.) A first-order step never gets there and is
-// left as it is. True where the step changed.
-bool RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
+// left as it is.
+void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
   constexpr double kStepBias = 0.2;
   constexpr int kMostHalvings = 5;
   RolloutOptions& rollout = problem->mutable_options()->rollout;
-  if (Order(rollout.integrator) < 4) return false;
-  const double first = rollout.step;
+  if (Order(rollout.integrator) < 4) return;
   ShootingStage::Options options;
   options.defect = defect;
   const ShootingStage stage(*problem, options, point);
@@ -197,7 +196,7 @@ bool RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
     return ShootingStage(*problem, options, point).Linearize(runs);
   };
   std::vector<RunLinearization> coarse, fine;
-  if (!linearize(&coarse)) return false;
+  if (!linearize(&coarse)) return;
   for (int halving = 0; halving < kMostHalvings; ++halving) {
     const double step = rollout.step;
     rollout.step = 0.5 * step;
@@ -221,7 +220,6 @@ bool RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
     }
     coarse = std::move(fine);
   }
-  return rollout.step < first;
 }
 
 Eigen::VectorXd ThetaScale(const ShootingProblem& problem,
@@ -469,8 +467,11 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
   } else {
     // Short segments, loosely joined.
     const auto stage = [&](const std::string& name, double defect,
-                           double tolerance, int most) {
+                           double tolerance, int most,
+                           double twist_hold = 0.0) {
       ShootingStage::Options stage_options;
+      stage_options.far = twist_hold > 0.0;
+      stage_options.twist_hold = std::max(1.0, twist_hold);
       stage_options.defect = defect;
       stage_options.function_tolerance = tolerance;
       stage_options.max_iterations =
@@ -484,7 +485,12 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
     const ShootingPoint whole =
         CutPoint(*problem, point.theta, states, kInfinity);
     const bool single = SameCut(point, whole);
-    if (!single) {
+    if (single) {
+      // No shorter segments to begin with: hold the spin instead.
+      const double missed =
+          EvaluateErrors(*problem, point, 0.0).total.normalized_rms;
+      stage("first steps", kLooseDefect, 1e-2, 30, missed);
+    } else {
       stage("short segments", kLooseDefect, 1e-3, 30);
     }
     const double regular = ChooseSegment(*problem, point);
@@ -500,15 +506,13 @@ Fit FitLevenbergMarquardt(ShootingProblem* problem) {
     if (choose_step) {
       problem->mutable_options()->rollout.step = ChooseStep(*problem, point);
     }
-    if (!single) stage("long segments", kJoinedDefect, 1e-5, 1000);
+    if (!single) stage("long segments", kJoinedDefect, 1e-4, 1000);
     const RunErrors joined = EvaluateErrors(*problem, point, 0.0);
     const bool one_trajectory =
         !chaotic || joined.total.normalized_rms < kMissing;
     fit.defect = one_trajectory ? TightDefect(point) : kJoinedDefect;
+    if (choose_step) RefineStep(problem, fit.defect, &point);
     summary = stage("one trajectory", fit.defect, 1e-7, 1000);
-    if (choose_step && RefineStep(problem, fit.defect, &point)) {
-      summary = stage("finer steps", fit.defect, 1e-7, 1000);
-    }
     fit.converged = summary.converged;
     fit.termination = summary.message;
   }

@@ -29,11 +29,13 @@ constexpr double kTwistRatePrior = 0.5;  // rad/s
 class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const std::string& doing, double start_time_s, double dof, int most,
-          const EstimationOptions& options, std::vector<HistoryEntry>* history)
+          double tolerance, const EstimationOptions& options,
+          std::vector<HistoryEntry>* history)
       : doing_(doing),
         start_time_s_(start_time_s),
         dof_(dof),
         most_(most),
+        tolerance_(tolerance),
         options_(options),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
@@ -42,19 +44,26 @@ class Watcher final : public ceres::IterationCallback {
       const ceres::IterationSummary& summary) override {
     // The first entry of a later stage is the same point as the last of the one
     // before, seen by another cost; it is no iteration.
+    // A step that was refused leaves the cost as it was.
+    if (summary.step_is_successful || summary.iteration == 0) {
+      cost_ = summary.cost;
+    }
     if (summary.iteration > 0 || history_->empty()) {
       history_->push_back(
-          {first_ + summary.iteration, summary.cost, Now() - start_time_s_});
+          {first_ + summary.iteration, cost_, Now() - start_time_s_});
     }
     if (options_.progress) {
       options_.progress({doing_, first_ + summary.iteration, most_,
-                         std::sqrt(2.0 * summary.cost / dof_)});
+                         std::sqrt(2.0 * cost_ / dof_)});
     }
-    // The cost is a negative log-likelihood: less than this is no news, however
-    // small the cost itself has become (data without noise).
+    // Only steps that were taken count (Ceres also stops where a refused one
+    // happens to cost the same). The cost is a negative log-likelihood: less
+    // than kInsignificant is no news, however small the cost itself has become
+    // (data without noise).
     constexpr double kInsignificant = 1e-4;
     if (summary.step_is_successful && summary.iteration > 0 &&
-        summary.cost_change < kInsignificant) {
+        summary.cost_change <
+            std::max(kInsignificant, tolerance_ * summary.cost)) {
       return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     }
     return ceres::SOLVER_CONTINUE;
@@ -64,9 +73,11 @@ class Watcher final : public ceres::IterationCallback {
   std::string doing_;
   double start_time_s_, dof_;
   int most_;
+  double tolerance_;
   const EstimationOptions& options_;
   std::vector<HistoryEntry>* history_;
   int first_;
+  double cost_ = 0.0;
 };
 
 }  // namespace
@@ -119,13 +130,6 @@ double* ShootingStage::State(int run, int segment) const {
   return states.data() + segment * states.cols();
 }
 
-bool ShootingStage::HasDefects() const {
-  for (const ShootingPoint::Nodes& nodes : point_->runs) {
-    if (nodes.segments() > 1) return true;
-  }
-  return false;
-}
-
 void ShootingStage::AddSegments() {
   const std::vector<double> defect_sigma = DefectSigma(shooting_);
   const bool independent = std::isinf(options_.defect);
@@ -174,15 +178,17 @@ void ShootingStage::AddSegments() {
     problem_->SetParameterBlockConstant(theta);
     return;
   }
+  // Ceres searches along its steps where there are bounds, which this problem
+  // likes (16 iterations instead of 47 for the shipped run of pendulum3): so
+  // each parameter has some.
+  constexpr double kUnbounded = 1e12;
   for (size_t i = 0; i < shooting_.free().size(); ++i) {
-    if (shooting_.map().IsTransformed(i)) continue;
+    const bool own = !shooting_.map().IsTransformed(i);
     const FreeParameter& free = shooting_.free()[i];
-    if (std::isfinite(free.lower)) {
-      problem_->SetParameterLowerBound(theta, i, free.lower);
-    }
-    if (std::isfinite(free.upper)) {
-      problem_->SetParameterUpperBound(theta, i, free.upper);
-    }
+    problem_->SetParameterLowerBound(
+        theta, i, own ? std::max(free.lower, -kUnbounded) : -kUnbounded);
+    problem_->SetParameterUpperBound(
+        theta, i, own ? std::min(free.upper, kUnbounded) : kUnbounded);
   }
 }
 
@@ -196,9 +202,10 @@ void ShootingStage::AddPriors() {
           body.type == JointType::kSpherical &&
           shooting_.options().orientation == OrientationResidual::kHeading;
       for (int i = 0; i < VelocitySize(body.type); ++i) {
-        sigma[body.v_index + i] = blind ? kTwistPrior : kPositionPrior;
+        sigma[body.v_index + i] =
+            blind ? kTwistPrior / options_.twist_hold : kPositionPrior;
         sigma[model.nv() + body.v_index + i] =
-            blind ? kTwistRatePrior : kVelocityPrior;
+            blind ? kTwistRatePrior / options_.twist_hold : kVelocityPrior;
       }
     }
     const int count = independent ? point_->runs[r].segments() : 1;
@@ -228,27 +235,29 @@ void ShootingStage::AddPriors() {
   problem_->AddResidualBlock(theta_prior_, nullptr, point_->theta.data());
 }
 
-StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
-                                  std::vector<HistoryEntry>* history) {
+ceres::Solver::Options ShootingStage::SolverOptions() const {
   ceres::Solver::Options options;
-  options.max_num_iterations = options_.max_iterations;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.num_threads = shooting_.options().threads;
-  options.function_tolerance = options_.function_tolerance;
+  options.function_tolerance = 0.0;  // the Watcher's
   options.parameter_tolerance = 1e-12;
   options.gradient_tolerance = 1e-12;
   options.max_num_consecutive_invalid_steps = 30;
   // Ceres damps by the diagonal, which the stiff defects dominate, while what
   // all segments do together is soft: at the usual radius of 1e4 that part
-  // waits until the radius has grown by the square of the stiffness. Without
-  // defects there is no such excuse, and a full first step of single shooting
-  // lands far off: then the first steps are short ones.
-  constexpr double kLongStep = 1e4, kShortStep = 1e2;
-  const bool joined = std::isfinite(options_.defect) && HasDefects();
+  // waits until the radius has grown by the square of the stiffness. Far off,
+  // where a full step of the linear problem lands nowhere, first steps are
+  // short instead.
+  constexpr double kFar = 3e0, kNear = 1e3, kJoined = 1e4;
+  bool joined = false;
+  for (const ShootingPoint::Nodes& nodes : point_->runs) {
+    joined |= nodes.segments() > 1 && std::isfinite(options_.defect);
+  }
   options.initial_trust_region_radius =
-      joined ? std::min(options.max_trust_region_radius,
-                        kLongStep / std::pow(std::min(1.0, options_.defect), 4))
-             : kShortStep;
+      options_.far && !joined ? kFar
+      : joined                ? std::min(options.max_trust_region_radius,
+                                         kJoined / std::pow(std::min(1.0, options_.defect), 4))
+                              : kNear;
   options.logging_type = ceres::SILENT;
   // The states first, theta last: the states couple only with their neighbours,
   // so eliminating them fills in nothing but theta's rows.
@@ -260,31 +269,89 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
       }
     }
   }
-  if (shooting_.map().size() > 0 && !options_.fix_theta) {
+  if (problem_->HasParameterBlock(point_->theta.data())) {
     ordering->AddElementToGroup(point_->theta.data(), 1);
   }
   options.linear_solver_ordering.reset(ordering);
-  const double dof = std::max(
-      1.0, shooting_.DofPerSample() * [&] {
-        double samples = 0;
-        for (const auto& run : shooting_.runs()) {
-          samples += run->run.size();
-        }
-        return samples;
-      }());
-  Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
-                  shooting_.options(), history);
-  options.callbacks.push_back(&watcher);
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, problem_.get(), &summary);
+  return options;
+}
+
+std::vector<int> ShootingStage::PushedOutward() {
+  std::vector<int> at;
+  for (size_t i = 0; i < shooting_.free().size(); ++i) {
+    if (options_.fix_theta || shooting_.map().IsTransformed(i)) continue;
+    const FreeParameter& free = shooting_.free()[i];
+    const double value = point_->theta[i];
+    if (value <= free.lower || value >= free.upper) {
+      at.push_back(static_cast<int>(i));
+    }
+  }
+  if (at.empty()) return at;
+  ReleaseTheta();
+  double* theta = point_->theta.data();
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks = {theta};
+  options.num_threads = shooting_.options().threads;
+  std::vector<double> gradient;
+  if (!problem_->Evaluate(options, nullptr, nullptr, &gradient, nullptr)) {
+    return at;
+  }
+  // The cost falls against the gradient.
+  std::erase_if(at, [&](int i) {
+    const bool below = theta[i] <= shooting_.free()[i].lower;
+    return below ? gradient[i] <= 0 : gradient[i] >= 0;
+  });
+  return at;
+}
+
+void ShootingStage::ReleaseTheta() {
+  double* theta = point_->theta.data();
+  problem_->SetParameterBlockVariable(theta);
+  problem_->SetManifold(theta, nullptr);
+}
+
+void ShootingStage::HoldTheta(const std::vector<int>& held) {
+  double* theta = point_->theta.data();
+  if (static_cast<int>(held.size()) == shooting_.map().size()) {
+    problem_->SetParameterBlockConstant(theta);
+  } else if (!held.empty()) {
+    theta_manifold_ =
+        std::make_unique<ceres::SubsetManifold>(shooting_.map().size(), held);
+    problem_->SetManifold(theta, theta_manifold_.get());
+  }
+}
+
+StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
+                                  std::vector<HistoryEntry>* history) {
+  constexpr int kMostSets = 8;  // of parameters held at their bounds
+  double samples = 0.0;
+  for (const auto& run : shooting_.runs()) samples += run->run.size();
+  const double dof = std::max(1.0, shooting_.DofPerSample() * samples);
   StageSummary result;
-  result.converged = summary.termination_type == ceres::CONVERGENCE ||
-                     summary.termination_type == ceres::USER_SUCCESS;
-  result.message = summary.termination_type == ceres::USER_SUCCESS
-                       ? "the last step gained nothing of significance"
-                       : summary.message;
-  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  result.cost = summary.final_cost;
+  ceres::Solver::Options options = SolverOptions();
+  // The active set: parameters at a bound that the cost pushes outward are
+  // held while the others are solved for; then again with those that the
+  // solution pushes. (Clamped steps of all together only crawl.)
+  std::vector<int> held = PushedOutward();
+  for (int set = 0; set < kMostSets; ++set) {
+    HoldTheta(held);
+    Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
+                    options_.function_tolerance, shooting_.options(), history);
+    options.callbacks = {&watcher};
+    options.max_num_iterations = options_.max_iterations - result.iterations;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, problem_.get(), &summary);
+    result.converged = summary.termination_type == ceres::CONVERGENCE ||
+                       summary.termination_type == ceres::USER_SUCCESS;
+    result.message = summary.termination_type == ceres::USER_SUCCESS
+                         ? "the last step gained nothing of significance"
+                         : summary.message;
+    result.iterations += static_cast<int>(summary.iterations.size()) - 1;
+    result.cost = summary.final_cost;
+    const std::vector<int> pushed = PushedOutward();
+    if (pushed == held || result.iterations >= options_.max_iterations) break;
+    held = pushed;
+  }
   return result;
 }
 

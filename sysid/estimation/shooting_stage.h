@@ -64,6 +64,10 @@ class ShootingStage {
   struct Options {
     double defect = kJoinedDefect;  // infinity: the segments are independent
     bool fix_theta = false;         // only the states move
+    bool far = false;  // the start may be far off: first steps are short
+    // Divides the widths of the beliefs about what headings do not see (twist).
+    // While the parameters are far off the misfit is worth any spin.
+    double twist_hold = 1.0;
     int max_iterations = 100;
     double function_tolerance = 1e-10;
   };
@@ -91,12 +95,16 @@ class ShootingStage {
   void AddSegments();
   void AddPriors();
   double* State(int run, int segment) const;
-  bool HasDefects() const;  // some run has two segments
+  ceres::Solver::Options SolverOptions() const;
+  // Places in theta at a bound that the cost pushes outward. Releases theta.
+  std::vector<int> PushedOutward();
+  void ReleaseTheta();
+  void HoldTheta(const std::vector<int>& held);
 
   const ShootingProblem& shooting_;
   Options options_;
   ShootingPoint* point_;
-  std::unique_ptr<ceres::Manifold> manifold_;
+  std::unique_ptr<ceres::Manifold> manifold_, theta_manifold_;
   std::vector<Block> blocks_;
   std::vector<ceres::CostFunction*> state_priors_;  // per run
   ceres::CostFunction* theta_prior_ = nullptr;

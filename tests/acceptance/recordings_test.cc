@@ -1,0 +1,130 @@
+// Recordings that others measured: found through SYSID_REAL_DATA, by default in
+// ../shared/data beside the repository; skipped where they are absent.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "sysid/session/session.h"
+
+namespace sysid {
+namespace {
+
+using std::filesystem::path;
+
+path DataFolder() {
+  const char* given = std::getenv("SYSID_REAL_DATA");
+  return given != nullptr ? given : SYSID_REAL_DATA_DEFAULT;
+}
+
+#define SKIP_WITHOUT(folder)                                        \
+  if (!std::filesystem::exists(DataFolder() / folder)) {            \
+    GTEST_SKIP() << "no recordings in " << (DataFolder() / folder); \
+  }
+
+Fit FitOf(const FitRequest& request) {
+  const Catalogue catalogue;
+  const Session session = OpenSession(request, catalogue);
+  ShootingProblem problem(session.model, session.free, session.runs,
+                          session.options);
+  return FitLevenbergMarquardt(&problem);
+}
+
+double ValueOfParameter(const Fit& fit, const std::string& name) {
+  for (const ParameterEstimate& p : fit.parameters) {
+    if (p.name == name) return p.value;
+  }
+  ADD_FAILURE() << name << " was not fitted";
+  return 0.0;
+}
+
+// Of all channels and runs, in their unit.
+double OpenRms(const Fit& fit) {
+  double squares = 0.0;
+  int count = 0;
+  for (const OpenError& run : fit.open) {
+    for (const OpenError::Channel& channel : run.channels) {
+      squares += channel.rms * channel.rms;
+      ++count;
+    }
+  }
+  return std::sqrt(squares / count);
+}
+
+// The rows of a recording up to a time (first column), in a file of its own.
+std::string Cut(const path& file, double until) {
+  std::ifstream in(file);
+  const path out =
+      path(testing::TempDir()) / ("cut_" + file.filename().string());
+  std::ofstream cut(out);
+  std::string line;
+  for (bool header = true; std::getline(in, line); header = false) {
+    if (!header && std::stod(line) > until) break;
+    cut << line << "\n";
+  }
+  return out.string();
+}
+
+// Janot, Gautier, Brunot (2019): 95.1 kg, 203.5 N s/m, 20.4 N.
+TEST(Emps, MassAndFrictionAreThoseThatWerePublished) {
+  SKIP_WITHOUT("emps");
+  FitRequest request;
+  request.model = "emps";
+  request.traj = {DataFolder() / "emps" / "emps.csv"};
+  const Fit fit = FitOf(request);
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  EXPECT_NEAR(ValueOfParameter(fit, "link1.mass"), 95.1, 0.01 * 95.1);
+  EXPECT_NEAR(ValueOfParameter(fit, "joint1.damping"), 203.5, 0.10 * 203.5);
+  EXPECT_NEAR(ValueOfParameter(fit, "joint1.friction"), 20.4, 0.12 * 20.4);
+  EXPECT_LE(OpenRms(fit), 2.6e-3);
+}
+
+TEST(DoublePendulum, IsPredictedOverWholeRuns) {
+  SKIP_WITHOUT("double_pendulum_dfki");
+  FitRequest request;
+  request.model = "double_pendulum_dfki";
+  for (const auto& entry : std::filesystem::directory_iterator(
+           DataFolder() / "double_pendulum_dfki")) {
+    if (entry.path().extension() == ".csv") {
+      request.traj.push_back(entry.path());
+    }
+  }
+  std::sort(request.traj.begin(), request.traj.end());
+  ASSERT_EQ(request.traj.size(), 6u);
+  const Fit fit = FitOf(request);
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  EXPECT_LE(OpenRms(fit), 0.06);
+}
+
+TEST(SimplePendulum, LoadsByItsColumnsAndFits) {
+  SKIP_WITHOUT("simple_pendulum_dfki");
+  const path folder = DataFolder() / "simple_pendulum_dfki";
+  FitRequest request;
+  request.model = "simple_pendulum_dfki";
+  request.columns = "t=time,joint1.q=position,joint1.tau=torque";
+  request.traj = {Cut(folder / "ddp.csv", 6.0),
+                  Cut(folder / "direct_collocation.csv", 3.5),
+                  Cut(folder / "energy_shaping.csv", 3.8)};
+  const Fit fit = FitOf(request);
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  EXPECT_GT(ValueOfParameter(fit, "joint1.friction"), 0.0);
+}
+
+TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
+  SKIP_WITHOUT("video_pendulum");
+  FitRequest request;
+  request.model = "video_pendulum";
+  request.columns = "t=t,joint1.q=theta";
+  request.traj = {DataFolder() / "video_pendulum" / "pendulum.csv"};
+  const Fit fit = FitOf(request);
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  // The string is 0.65 m to the cup's rim; the coins lie deeper.
+  EXPECT_NEAR(ValueOfParameter(fit, "link1.length"), 0.66, 0.03);
+}
+
+}  // namespace
+}  // namespace sysid
