@@ -311,10 +311,11 @@ void ShootingStage::ReleaseTheta() {
 }
 
 void ShootingStage::HoldTheta(const std::vector<int>& held) {
+  if (held.empty()) return;  // also where there is no theta
   double* theta = point_->theta.data();
   if (static_cast<int>(held.size()) == shooting_.map().size()) {
     problem_->SetParameterBlockConstant(theta);
-  } else if (!held.empty()) {
+  } else {
     theta_manifold_ =
         std::make_unique<ceres::SubsetManifold>(shooting_.map().size(), held);
     problem_->SetManifold(theta, theta_manifold_.get());
