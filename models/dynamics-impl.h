@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "models/dynamics.h"
+#include "models/math/products.h"
 #include "models/math/rotation.h"
 
 // Definitions of dynamics.h and workspace.h; included only by the .cc files
@@ -37,81 +38,93 @@ Matrix3<T> Congruence(const Eigen::Matrix3d& R, const Matrix3<T>& S) {
   return RotateMatrix<T>(R, Matrix3<T>(left.transpose()));
 }
 
-// R S R^T of a symmetric S: 6 of the 9 numbers are computed.
+// R S R^T of a symmetric S.
 template <typename T>
-Matrix3<T> SymmetricCongruence(const Matrix3<T>& R, const Matrix3<T>& S) {
-  const Matrix3<T> RS = R * S;
-  Matrix3<T> out;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j <= i; ++j) {
-      out(i, j) = RS(i, 0) * R(j, 0) + RS(i, 1) * R(j, 1) + RS(i, 2) * R(j, 2);
-      out(j, i) = out(i, j);
-    }
-  }
-  return out;
+void SymmetricCongruence(const Matrix3<T>& R, const Matrix3<T>& S,
+                         Matrix3<T>* out) {
+  Matrix3<T> RS;
+  Multiply(R, S, &RS);
+  FillSymmetric(out, [&](int i, int j, T* entry) {
+    Sum3<Into::kSet>(RS(i, 0), R(j, 0), RS(i, 1), R(j, 1), RS(i, 2), R(j, 2),
+                     entry);
+  });
 }
 
+// M - H^T W where that is symmetric.
 template <typename T>
-Vector3<T> Cross(const Vector3<T>& a, const Vector3<T>& b) {
-  return Vector3<T>(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
-                    a[0] * b[1] - a[1] * b[0]);
+void SubtractSymmetricProduct(const Matrix3<T>& H, const Matrix3<T>& W,
+                              Matrix3<T>* M) {
+  FillSymmetric(M, [&](int i, int j, T* entry) {
+    Sum3<Into::kSubtract>(H(0, i), W(0, j), H(1, i), W(1, j), H(2, i), W(2, j),
+                          entry);
+  });
 }
 
 // Each column of m crossed from the left by r.
 template <typename T>
-Matrix3<T> CrossColumns(const Vector3<T>& r, const Matrix3<T>& m) {
-  Matrix3<T> out;
+void CrossColumns(const Vector3<T>& r, const Matrix3<T>& m, Matrix3<T>* out) {
   for (int j = 0; j < 3; ++j) {
-    out(0, j) = r[1] * m(2, j) - r[2] * m(1, j);
-    out(1, j) = r[2] * m(0, j) - r[0] * m(2, j);
-    out(2, j) = r[0] * m(1, j) - r[1] * m(0, j);
+    Difference2<Into::kSet>(r[1], m(2, j), r[2], m(1, j), &(*out)(0, j));
+    Difference2<Into::kSet>(r[2], m(0, j), r[0], m(2, j), &(*out)(1, j));
+    Difference2<Into::kSet>(r[0], m(1, j), r[1], m(0, j), &(*out)(2, j));
   }
-  return out;
 }
 
 // Inverse of a symmetric matrix by its adjugate; false where it is not positive
 // definite.
 template <typename T>
 bool InvertSymmetric(const Matrix3<T>& S, Matrix3<T>* inverse) {
-  const T c00 = S(1, 1) * S(2, 2) - S(1, 2) * S(1, 2);
-  const T c01 = S(0, 2) * S(1, 2) - S(0, 1) * S(2, 2);
-  const T c02 = S(0, 1) * S(1, 2) - S(0, 2) * S(1, 1);
-  const T c11 = S(0, 0) * S(2, 2) - S(0, 2) * S(0, 2);
-  const T c12 = S(0, 1) * S(0, 2) - S(0, 0) * S(1, 2);
-  const T c22 = S(0, 0) * S(1, 1) - S(0, 1) * S(0, 1);
-  const T determinant = S(0, 0) * c00 + S(0, 1) * c01 + S(0, 2) * c02;
+  T c00, c01, c02, c11, c12, c22, determinant;
+  Difference2<Into::kSet>(S(1, 1), S(2, 2), S(2, 1), S(2, 1), &c00);
+  Difference2<Into::kSet>(S(2, 0), S(2, 1), S(1, 0), S(2, 2), &c01);
+  Difference2<Into::kSet>(S(1, 0), S(2, 1), S(2, 0), S(1, 1), &c02);
+  Difference2<Into::kSet>(S(0, 0), S(2, 2), S(2, 0), S(2, 0), &c11);
+  Difference2<Into::kSet>(S(1, 0), S(2, 0), S(0, 0), S(2, 1), &c12);
+  Difference2<Into::kSet>(S(0, 0), S(1, 1), S(1, 0), S(1, 0), &c22);
+  Sum3<Into::kSet>(S(0, 0), c00, S(1, 0), c01, S(2, 0), c02, &determinant);
   if (!(ValueOf(S(0, 0)) > 0.0) || !(ValueOf(c22) > 0.0) ||
       !(ValueOf(determinant) > 0.0)) {
     return false;
   }
   const T scale = T(1.0) / determinant;
-  *inverse << c00 * scale, c01 * scale, c02 * scale,  //
-      c01 * scale, c11 * scale, c12 * scale,          //
-      c02 * scale, c12 * scale, c22 * scale;
+  const T* adjugate[3][3] = {
+      {&c00, &c01, &c02}, {&c01, &c11, &c12}, {&c02, &c12, &c22}};
+  FillSymmetric(inverse, [&](int i, int j, T* entry) {
+    Product<Into::kSet>(*adjugate[i][j], scale, entry);
+  });
   return true;
 }
 
-// The rotation of a body's frame relative to its parent body's, and the offset
-// of its origin in the parent's axes.
+// R_WB = R_WJ R_JB of a hinge.
 template <typename T>
-Matrix3<T> JointRotation(const Body& body, const T* q) {
+void TurnHinge(const Body& body, const T& q, const Matrix3<T>& R_WJ,
+               Matrix3<T>* R_WB) {
   using std::cos;
   using std::sin;
-  Matrix3<T> R;
-  if (IsRotation1(body.type)) {
-    const T c = cos(q[body.q_index]);
-    const T s = sin(q[body.q_index]);
-    for (int i = 0; i < 9; ++i) {
-      R.data()[i] = c * body.B.data()[i] + s * body.C.data()[i] +
-                    T(body.A.data()[i]);
+  const T c = cos(q), s = sin(q);
+  if (body.along >= 0) {
+    // About a coordinate axis: that column stays, the next two turn.
+    const int k = body.along, i = (k + 1) % 3, j = (k + 2) % 3;
+    const T minus_s = -s;
+    for (int row = 0; row < 3; ++row) {
+      (*R_WB)(row, k) = R_WJ(row, k);
+      Difference2<Into::kSet>(c, R_WJ(row, i), minus_s, R_WJ(row, j),
+                              &(*R_WB)(row, i));
+      Difference2<Into::kSet>(c, R_WJ(row, j), s, R_WJ(row, i),
+                              &(*R_WB)(row, j));
     }
-  } else if (body.type == JointType::kSpherical) {
-    const T* x = q + body.q_index;
-    R = RotateMatrix<T>(body.A, ToMatrix(Quaternion<T>(x[3], x[0], x[1], x[2])));
-  } else {
-    R = body.A.cast<T>();
+    return;
   }
-  return R;
+  // Rodrigues' formula.
+  const Eigen::Matrix3d cross = Skew<double>(body.axis);
+  Matrix3<T> R_JB;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) {
+      const double aa = body.axis[i] * body.axis[j];
+      R_JB(i, j) = T(aa) + c * ((i == j ? 1.0 : 0.0) - aa) + s * cross(i, j);
+    }
+  }
+  Multiply(R_WJ, R_JB, R_WB);
 }
 
 // (2.1) to (2.3): rotations and offsets.
@@ -121,18 +134,44 @@ void PlaceBodies(Workspace<T>* ws, const T* q) {
   for (size_t i = 0; i < bodies.size(); ++i) {
     const Body& body = bodies[i];
     BodyData<T>& b = ws->bodies[i];
-    const Matrix3<T> R_PB = JointRotation<T>(body, q);
-    if (body.parent < 0) {
-      b.R_WB = R_PB;
+    const bool rooted = body.parent < 0;
+    const Matrix3<T>* R_WJ = nullptr;
+    Matrix3<T> turned;
+    if (rooted) {
       b.r = b.p_PB;
+      turned = body.R_PJ.cast<T>();
+      R_WJ = &turned;
     } else {
       const BodyData<T>& parent = ws->bodies[body.parent];
-      b.R_WB = parent.R_WB * R_PB;
-      b.r = parent.R_WB * b.p_PB;
+      Apply<Into::kSet>(parent.R_WB, b.p_PB, &b.r);
+      R_WJ = &parent.R_WB;
+      if (body.turned) {
+        MultiplyByConstant(parent.R_WB, body.R_PJ, &turned);
+        R_WJ = &turned;
+      }
     }
-    if (body.type != JointType::kSpherical) {
-      b.axis = b.R_WB * body.axis.cast<T>();
-      if (body.type == JointType::kPrismatic) b.r += b.axis * q[body.q_index];
+    if (body.type == JointType::kSpherical) {
+      const T* x = q + body.q_index;
+      const Matrix3<T> R_JB = ToMatrix(Quaternion<T>(x[3], x[0], x[1], x[2]));
+      if (rooted && !body.turned) {
+        b.R_WB = R_JB;
+      } else {
+        Multiply(*R_WJ, R_JB, &b.R_WB);
+      }
+      continue;
+    }
+    if (body.type == JointType::kPrismatic) {
+      b.R_WB = *R_WJ;
+    } else {
+      TurnHinge(body, q[body.q_index], *R_WJ, &b.R_WB);
+    }
+    if (body.along >= 0) {
+      b.axis = b.R_WB.col(body.along);
+    } else {
+      ApplyToConstant(b.R_WB, body.axis, &b.axis);
+    }
+    if (body.type == JointType::kPrismatic) {
+      Scale<Into::kAdd>(b.axis, q[body.q_index], &b.r);
     }
   }
 }
@@ -162,10 +201,12 @@ void MoveBodies(Workspace<T>* ws, const T* qd, bool with_linear_velocity) {
       }
       continue;
     }
-    const Vector3<T> spin =
-        body.type == JointType::kSpherical
-            ? Vector3<T>(b.R_WB * Vector3<T>(rate[0], rate[1], rate[2]))
-            : Vector3<T>(b.axis * rate[0]);
+    Vector3<T> spin;
+    if (body.type == JointType::kSpherical) {
+      Apply<Into::kSet>(b.R_WB, Vector3<T>(rate[0], rate[1], rate[2]), &spin);
+    } else {
+      Scale<Into::kSet>(b.axis, rate[0], &spin);
+    }
     if (rooted) {
       b.w = spin;
       b.c_w.setZero();
@@ -174,9 +215,9 @@ void MoveBodies(Workspace<T>* ws, const T* qd, bool with_linear_velocity) {
     } else {
       const BodyData<T>& parent = ws->bodies[body.parent];
       b.w = parent.w + spin;
-      b.c_w = Cross<T>(parent.w, spin);
-      const Vector3<T> wr = Cross<T>(parent.w, b.r);
-      b.c_v = Cross<T>(parent.w, wr);
+      Cross<Into::kSet>(parent.w, spin, &b.c_w);
+      const Vector3<T> wr = Cross(parent.w, b.r);
+      Cross<Into::kSet>(parent.w, wr, &b.c_v);
       if (with_linear_velocity) b.v = parent.v + wr;
     }
   }
@@ -187,10 +228,9 @@ template <typename T>
 void ApplyLinkForces(Workspace<T>* ws) {
   for (const auto& effect : ws->link_force_effects) {
     BodyData<T>& b = ws->bodies[effect.body];
-    const Vector3<T> com_B =
-        ws->p_BL[effect.link] +
-        Rotate<T>(ws->model().placement(effect.link).R_BL,
-                  ws->parameters().links[effect.link].com);
+    const Vector3<T> com_B = ws->p_BL[effect.link] +
+                             Rotate<T>(ws->model().placement(effect.link).R_BL,
+                                       ws->parameters().links[effect.link].com);
     const Vector3<T> arm = b.R_WB * com_B;
     LinkState<T> state;
     state.w = b.w;
@@ -219,13 +259,40 @@ void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, T* tau) {
 template <typename T>
 void InertiaAndBias(BodyData<T>* body) {
   BodyData<T>& b = *body;
-  b.I = SymmetricCongruence<T>(b.R_WB, b.I_B);
-  const Vector3<T> h = b.R_WB * b.h_B;
+  SymmetricCongruence(b.R_WB, b.I_B, &b.I);
+  Vector3<T> h;
+  Apply<Into::kSet>(b.R_WB, b.h_B, &h);
   b.H = Skew<T>(h);
   b.M.setZero();
   b.M(0, 0) = b.M(1, 1) = b.M(2, 2) = b.mass;
-  b.n = Cross<T>(b.w, Vector3<T>(b.I * b.w));
-  b.f = Cross<T>(b.w, Cross<T>(b.w, h));
+  Vector3<T> Iw;
+  Apply<Into::kSet>(b.I, b.w, &Iw);
+  Cross<Into::kSet>(b.w, Iw, &b.n);
+  Cross<Into::kSet>(b.w, Cross(b.w, h), &b.f);
+}
+
+// (2.12): adds the force [n; f] to the parent's, moved by r.
+template <typename T>
+void AddForceToParent(const Vector3<T>& r, const Vector3<T>& n,
+                      const Vector3<T>& f, BodyData<T>* parent) {
+  parent->f += f;
+  parent->n += n;
+  Cross<Into::kAdd>(r, f, &parent->n);
+}
+
+// (2.12) of an inertia [0 0; 0 M].
+template <typename T>
+void AddMassToParent(const Vector3<T>& r, const Matrix3<T>& M,
+                     BodyData<T>* parent) {
+  parent->M += M;
+  Matrix3<T> rM;
+  CrossColumns(r, M, &rM);
+  parent->H += rM;
+  // - r x M r x: row i is r x (row i of r x M).
+  FillSymmetric(&parent->I, [&](int i, int j, T* entry) {
+    const int k = (j + 1) % 3, l = (j + 2) % 3;
+    Difference2<Into::kAdd>(r[k], rM(i, l), r[l], rM(i, k), entry);
+  });
 }
 
 // (2.12): adds an articulated inertia and force to the parent's, moved by r.
@@ -233,16 +300,14 @@ template <typename T>
 void AddToParent(const Vector3<T>& r, const Matrix3<T>& I, const Matrix3<T>& H,
                  const Matrix3<T>& M, const Vector3<T>& n, const Vector3<T>& f,
                  BodyData<T>* parent) {
-  const Matrix3<T> rM = CrossColumns<T>(r, M);
-  parent->M += M;
-  parent->H += H + rM;
-  // I + r x H^T - H r x - r x M r x, symmetric: with K = H + rM / 2 it is
-  // I + (r x K^T) + (r x K^T)^T.
-  const Matrix3<T> K = H + rM * T(0.5);
-  const Matrix3<T> rK = CrossColumns<T>(r, Matrix3<T>(K.transpose()));
-  parent->I += I + rK + rK.transpose();
-  parent->f += f;
-  parent->n += n + Cross<T>(r, f);
+  // I + r x H^T - H r x - r x M r x = I + (r x H^T) + (r x H^T)^T - r x M r x.
+  const Matrix3<T> Ht = H.transpose();
+  Matrix3<T> rH;
+  CrossColumns(r, Ht, &rH);
+  parent->I += I + rH + rH.transpose();
+  parent->H += H;
+  AddMassToParent(r, M, parent);
+  AddForceToParent(r, n, f, parent);
 }
 
 // The backward pass of the articulated-body algorithm: (2.9) to (2.12).
@@ -252,59 +317,75 @@ bool ArticulateBodies(Workspace<T>* ws, const T* tau) {
   for (int i = static_cast<int>(bodies.size()) - 1; i >= 0; --i) {
     const Body& body = bodies[i];
     BodyData<T>& b = ws->bodies[i];
-    BodyData<T>* parent =
-        body.parent < 0 ? nullptr : &ws->bodies[body.parent];
+    BodyData<T>* parent = body.parent < 0 ? nullptr : &ws->bodies[body.parent];
     if (body.type == JointType::kSpherical) {
       const T* t = tau + body.v_index;
-      const Vector3<T> tau_W = b.R_WB * Vector3<T>(t[0], t[1], t[2]);
+      Vector3<T> tau_W;
+      Apply<Into::kSet>(b.R_WB, Vector3<T>(t[0], t[1], t[2]), &tau_W);
       b.u3 = tau_W - b.n;
-      Matrix3<T> D = b.I;
-      for (int k = 0; k < 3; ++k) D(k, k) += b.armature;
-      if (!InvertSymmetric<T>(D, &b.D_inverse)) return false;
+      if (!b.has_armature) {
+        if (!InvertSymmetric<T>(b.I, &b.D3_inverse)) return false;
+      } else {
+        Matrix3<T> D = b.I;
+        for (int k = 0; k < 3; ++k) D(k, k) += b.armature;
+        if (!InvertSymmetric<T>(D, &b.D3_inverse)) return false;
+      }
       if (parent == nullptr) continue;
       // (2.11): U = [I; H^T], so without armature only M is handed on.
-      const Matrix3<T> W = b.D_inverse * b.H;
-      const Matrix3<T> M = b.M - b.H.transpose() * W;
-      Vector3<T> f = b.f + M * b.c_v + W.transpose() * b.u3;
+      Matrix3<T> W;
+      Multiply(b.D3_inverse, b.H, &W);
+      SubtractSymmetricProduct(b.H, W, &b.M);
+      Vector3<T>& f = b.f;
+      Apply<Into::kAdd>(b.M, b.c_v, &f);
+      ApplyTransposed<Into::kAdd>(W, b.u3, &f);
       if (!b.has_armature) {
-        const Matrix3<T> zero = Matrix3<T>::Zero();
-        AddToParent<T>(b.r, zero, zero, M, tau_W, f, parent);
+        AddMassToParent(b.r, b.M, parent);
+        AddForceToParent(b.r, tau_W, f, parent);
       } else {
-        const Matrix3<T> V = b.D_inverse * b.I;
+        const Matrix3<T> V = b.D3_inverse * b.I;
         const Matrix3<T> I = b.I - b.I * V;
         const Matrix3<T> H = b.H - V.transpose() * b.H;
-        const Vector3<T> n =
-            b.n + I * b.c_w + H * b.c_v + V.transpose() * b.u3;
+        const Vector3<T> n = b.n + I * b.c_w + H * b.c_v + V.transpose() * b.u3;
         f += H.transpose() * b.c_w;
-        AddToParent<T>(b.r, I, H, M, n, f, parent);
+        AddToParent<T>(b.r, I, H, b.M, n, f, parent);
       }
       continue;
     }
     // (2.9), (2.10) for one degree of freedom.
-    T own;
+    T D, own;
     if (body.type == JointType::kPrismatic) {
-      b.U_n = b.H * b.axis;
-      b.U_f = b.M * b.axis;
-      b.D = b.axis.dot(b.U_f) + b.armature;
-      own = b.axis.dot(b.f);
+      Apply<Into::kSet>(b.H, b.axis, &b.U_n);
+      Apply<Into::kSet>(b.M, b.axis, &b.U_f);
+      D = Dot(b.axis, b.U_f) + b.armature;
+      own = Dot(b.axis, b.f);
     } else {
-      b.U_n = b.I * b.axis;
-      b.U_f = b.H.transpose() * b.axis;
-      b.D = b.axis.dot(b.U_n) + b.armature;
-      own = b.axis.dot(b.n);
+      Apply<Into::kSet>(b.I, b.axis, &b.U_n);
+      ApplyTransposed<Into::kSet>(b.H, b.axis, &b.U_f);
+      D = Dot(b.axis, b.U_n) + b.armature;
+      own = Dot(b.axis, b.n);
     }
-    if (!(ValueOf(b.D) > 0.0)) return false;
+    if (!(ValueOf(D) > 0.0)) return false;
     b.u = tau[body.v_index] - own;
+    b.D_inverse = T(1.0) / D;
     if (parent == nullptr) continue;
-    const T inverse = T(1.0) / b.D;
-    const Vector3<T> Dn = b.U_n * inverse;
-    const Vector3<T> Df = b.U_f * inverse;
-    const Matrix3<T> I = b.I - Dn * b.U_n.transpose();
-    const Matrix3<T> H = b.H - Dn * b.U_f.transpose();
-    const Matrix3<T> M = b.M - Df * b.U_f.transpose();
-    const Vector3<T> n = b.n + I * b.c_w + H * b.c_v + Dn * b.u;
-    const Vector3<T> f = b.f + H.transpose() * b.c_w + M * b.c_v + Df * b.u;
-    AddToParent<T>(b.r, I, H, M, n, f, parent);
+    // (2.11), in place.
+    Vector3<T> Dn, Df;
+    Scale<Into::kSet>(b.U_n, b.D_inverse, &Dn);
+    Scale<Into::kSet>(b.U_f, b.D_inverse, &Df);
+    SymmetricOuter<Into::kSubtract>(Dn, b.U_n, &b.I);
+    SymmetricOuter<Into::kSubtract>(Df, b.U_f, &b.M);
+    for (int j = 0; j < 3; ++j) {
+      for (int i = 0; i < 3; ++i) {
+        Product<Into::kSubtract>(Dn[i], b.U_f[j], &b.H(i, j));
+      }
+    }
+    Apply<Into::kAdd>(b.I, b.c_w, &b.n);
+    Apply<Into::kAdd>(b.H, b.c_v, &b.n);
+    Scale<Into::kAdd>(Dn, b.u, &b.n);
+    ApplyTransposed<Into::kAdd>(b.H, b.c_w, &b.f);
+    Apply<Into::kAdd>(b.M, b.c_v, &b.f);
+    Scale<Into::kAdd>(Df, b.u, &b.f);
+    AddToParent<T>(b.r, b.I, b.H, b.M, b.n, b.f, parent);
   }
   return true;
 }
@@ -322,21 +403,24 @@ void AccelerateBodies(Workspace<T>* ws, T* qdd) {
     } else {
       const BodyData<T>& parent = ws->bodies[body.parent];
       b.alpha = parent.alpha + b.c_w;
-      b.a = parent.a + Cross<T>(parent.alpha, b.r) + b.c_v;
+      b.a = parent.a + b.c_v;
+      Cross<Into::kAdd>(parent.alpha, b.r, &b.a);
     }
     T* out = qdd + body.v_index;
     if (body.type == JointType::kSpherical) {
-      const Vector3<T> wd =
-          b.D_inverse * Vector3<T>(b.u3 - b.I * b.alpha - b.H * b.a);
+      Apply<Into::kSubtract>(b.I, b.alpha, &b.u3);
+      Apply<Into::kSubtract>(b.H, b.a, &b.u3);
+      Vector3<T> wd, wd_B;
+      Apply<Into::kSet>(b.D3_inverse, b.u3, &wd);
       b.alpha += wd;
-      const Vector3<T> wd_B = b.R_WB.transpose() * wd;
+      ApplyTransposed<Into::kSet>(b.R_WB, wd, &wd_B);
       for (int k = 0; k < 3; ++k) out[k] = wd_B[k];
     } else {
-      out[0] = (b.u - b.U_n.dot(b.alpha) - b.U_f.dot(b.a)) / b.D;
+      out[0] = (b.u - Dot(b.U_n, b.alpha) - Dot(b.U_f, b.a)) * b.D_inverse;
       if (body.type == JointType::kPrismatic) {
-        b.a += b.axis * out[0];
+        Scale<Into::kAdd>(b.axis, out[0], &b.a);
       } else {
-        b.alpha += b.axis * out[0];
+        Scale<Into::kAdd>(b.axis, out[0], &b.alpha);
       }
     }
   }
@@ -353,8 +437,8 @@ Workspace<T>::Workspace(const Model& model)
   const MechanismParameters<double>& nominal = model.nominal();
   MechanismParameters<T> parameters;
   for (const Inertial<double>& link : nominal.links) {
-    parameters.links.push_back({T(link.mass), link.com.cast<T>(),
-                                link.inertia.cast<T>()});
+    parameters.links.push_back(
+        {T(link.mass), link.com.cast<T>(), link.inertia.cast<T>()});
   }
   for (const Eigen::Vector3d& p : nominal.joint_p) {
     parameters.joint_p.push_back(p.cast<T>());
@@ -394,8 +478,8 @@ void Workspace<T>::SetParameters(const MechanismParameters<T>& parameters) {
     if (child.body < 0) continue;
     BodyData<T>& body = bodies[child.body];
     const Inertial<T>& link = parameters_.links[joint.child_link];
-    const Vector3<T> com_B = p_BL[joint.child_link] +
-                             internal::Rotate<T>(child.R_BL, link.com);
+    const Vector3<T> com_B =
+        p_BL[joint.child_link] + internal::Rotate<T>(child.R_BL, link.com);
     const Vector3<T> h = com_B * link.mass;
     body.mass += link.mass;
     body.h_B += h;
@@ -477,7 +561,7 @@ void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
     } else {
       const BodyData<T>& parent = ws->bodies[body.parent];
       b.alpha = parent.alpha + b.c_w;
-      b.a = parent.a + internal::Cross<T>(parent.alpha, b.r) + b.c_v;
+      b.a = parent.a + Cross<T>(parent.alpha, b.r) + b.c_v;
     }
     const T* rate = qdd + body.v_index;
     if (body.type == JointType::kSpherical) {
@@ -505,14 +589,13 @@ void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
         out[k] = n_B[k] + b.armature * rate[k] - given[k];
       }
     } else {
-      const Vector3<T>& force =
-          body.type == JointType::kPrismatic ? b.f : b.n;
+      const Vector3<T>& force = body.type == JointType::kPrismatic ? b.f : b.n;
       out[0] = b.axis.dot(force) + b.armature * rate[0] - given[0];
     }
     if (body.parent >= 0) {
       BodyData<T>& parent = ws->bodies[body.parent];
       parent.f += b.f;
-      parent.n += b.n + internal::Cross<T>(b.r, b.f);
+      parent.n += b.n + Cross<T>(b.r, b.f);
     }
   }
 }
@@ -561,7 +644,7 @@ void MassMatrix(Workspace<T>* ws, const T* q, MatrixX<T>* mass_matrix) {
           (*mass_matrix)(row, column) = value;
           (*mass_matrix)(column, row) = value;
         }
-        n += internal::Cross<T>(above.r, f);
+        n += Cross<T>(above.r, f);
       }
       (*mass_matrix)(column, column) += b.armature;
     }

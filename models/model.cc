@@ -25,15 +25,11 @@ Model::Model(Mechanism mechanism)
     body.q_index = joint.q_index;
     body.v_index = joint.v_index;
     body.axis = joint.axis;
-    body.A = R;
-    body.B.setZero();
-    body.C.setZero();
-    if (IsRotation1(joint.type)) {
-      const Eigen::Matrix3d aa = joint.axis * joint.axis.transpose();
-      body.A = R * aa;
-      body.B = R * (Eigen::Matrix3d::Identity() - aa);
-      body.C = R * Skew(joint.axis);
+    for (int k = 0; k < 3; ++k) {
+      if (body.axis == Eigen::Vector3d::Unit(k)) body.along = k;
     }
+    body.R_PJ = R;
+    body.turned = R != Eigen::Matrix3d::Identity();
     bodies_.push_back(body);
   }
 }

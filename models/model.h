@@ -18,11 +18,12 @@ struct Body {
   JointType type = JointType::kFixed;
   int q_index = 0;
   int v_index = 0;
-  Eigen::Vector3d axis;  // unit, in B
-  // Rotation from B to the parent body's axes: R(q) = A + B cos q + C sin q for
-  // a hinge (Rodrigues' formula, the joint's R_PJ multiplied in once); A alone
-  // for a slide; A R(quaternion) for a spherical joint.
-  Eigen::Matrix3d A, B, C;
+  Eigen::Vector3d axis;  // unit, in J and in B
+  int along = -1;        // axis = unit vector 0, 1 or 2; -1: none of them
+  // From the joint's frame J to the parent body's axes; `turned` where it is
+  // not the identity.
+  Eigen::Matrix3d R_PJ;
+  bool turned = false;
 };
 
 // Where a link is: rigidly on a body (-1: on the world).

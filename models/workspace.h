@@ -37,9 +37,9 @@ struct BodyData {
   Matrix3<T> I, H, M;
   Vector3<T> n, f;
   Vector3<T> U_n, U_f;     // I^A S of a hinge or slide
-  T D;                     // S^T I^A S
+  T D_inverse;             // 1 / (S^T I^A S)
   T u;
-  Matrix3<T> D_inverse;    // of a spherical joint
+  Matrix3<T> D3_inverse;   // of a spherical joint
   Vector3<T> u3;
 };
 
