@@ -7,8 +7,8 @@
 
 #include "models/state.h"
 #include "sysid/estimation/initial_states.h"
-#include "sysid/estimation/levenberg_marquardt.h"
 #include "sysid/estimation/parallel.h"
+#include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {

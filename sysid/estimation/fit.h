@@ -3,22 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "sysid/estimation/estimates.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
-
-struct ParameterEstimate {
-  std::string name, unit;
-  double initial = 0.0, value = 0.0;
-  double lower = 0.0, upper = 0.0;  // +-infinity where none
-  // NaN where the data does not determine the parameter, or where it is held
-  // by its bound.
-  double std_error = 0.0;
-  double ci95[2] = {0.0, 0.0};
-  bool at_bound = false;
-  bool identifiable = true;
-};
 
 // What an estimator found.
 struct Fit {

@@ -31,7 +31,7 @@ struct EstimationOptions {
   RobustLoss loss = RobustLoss::kNone;
   double loss_scale = 3.0;  // standard deviations
   int threads = 1;
-  int max_iterations = 200;                       // over all stages
+  int max_iterations = 400;                       // over all stages
   std::function<void(const Progress&)> progress;  // may be empty
 };
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sysid/estimation/levenberg_marquardt.h"
+#include "sysid/estimation/segmentation.h"
 #include "tests/support/fit_setup.h"
 
 namespace sysid {

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "sysid/estimation/initial_states.h"
-#include "sysid/estimation/levenberg_marquardt.h"
+#include "sysid/estimation/segmentation.h"
 #include "tests/support/fit_setup.h"
 
 namespace sysid {

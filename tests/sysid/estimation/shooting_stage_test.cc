@@ -9,7 +9,7 @@
 #include "models/state.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/initial_states.h"
-#include "sysid/estimation/levenberg_marquardt.h"
+#include "sysid/estimation/segmentation.h"
 #include "tests/support/fit_setup.h"
 #include "tests/support/ridders.h"
 

@@ -1,0 +1,120 @@
+#include "sysid/estimation/estimates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sysid/estimation/identifiability.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+Eigen::VectorXd ThetaScale(const ShootingProblem& problem,
+                           const Eigen::VectorXd& theta) {
+  Eigen::VectorXd scale(theta.size());
+  for (int i = 0; i < theta.size(); ++i) {
+    scale[i] = problem.map().IsTransformed(i)
+                   ? 1.0
+                   : std::max(std::abs(theta[i]),
+                              problem.free()[i].parameter.typical_scale);
+  }
+  return scale;
+}
+
+bool AtBound(double value, double bound, double scale) {
+  return std::isfinite(bound) && std::abs(value - bound) <= 1e-6 * scale;
+}
+
+// Which values are at one of their bounds.
+std::vector<bool> HeldByBounds(const ShootingProblem& problem,
+                               const Eigen::VectorXd& values) {
+  std::vector<bool> held(values.size());
+  for (int i = 0; i < values.size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
+    const double scale =
+        std::max(std::abs(values[i]), free.parameter.typical_scale);
+    held[i] = AtBound(values[i], free.lower, scale) ||
+              AtBound(values[i], free.upper, scale);
+  }
+  return held;
+}
+
+// What the data says of the parameters that no bound holds, as if the others
+// were fixed where they are.
+Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
+                             const std::vector<bool>& held) {
+  const int n = static_cast<int>(R.cols());
+  std::vector<int> loose;
+  for (int i = 0; i < n; ++i) {
+    if (!held[i]) loose.push_back(i);
+  }
+  const Identifiability part =
+      AnalyseIdentifiability(R(Eigen::all, loose), scale(loose));
+  Identifiability all;
+  all.identifiable.assign(n, true);
+  all.covariance.setZero(n, n);
+  all.covariance(loose, loose) = part.covariance;
+  for (size_t k = 0; k < loose.size(); ++k) {
+    all.identifiable[loose[k]] = part.identifiable[k];
+  }
+  for (const std::vector<int>& group : part.groups) {
+    all.groups.emplace_back();
+    for (const int k : group) all.groups.back().push_back(loose[k]);
+  }
+  for (const int k : part.without_influence) {
+    all.without_influence.push_back(loose[k]);
+  }
+  return all;
+}
+
+}  // namespace
+
+Estimates MakeEstimates(const ShootingProblem& problem,
+                        const Eigen::VectorXd& theta, const RowMatrixXd& R,
+                        double inflation) {
+  Estimates estimates;
+  const int n = problem.map().size();
+  Eigen::VectorXd values(n);
+  problem.map().ValuesOf<double>(theta.data(), values.data());
+  const Eigen::VectorXd scale = ThetaScale(problem, theta);
+  const std::vector<bool> at_bound = HeldByBounds(problem, values);
+  // A bound on a transformed parameter is no bound of theta.
+  std::vector<bool> held = at_bound;
+  for (int i = 0; i < n; ++i) {
+    if (problem.map().IsTransformed(i)) held[i] = false;
+  }
+  const Identifiability known = AnalyseLoose(R, scale, held);
+  const Eigen::MatrixXd D = problem.map().ValueJacobian(theta);
+  estimates.covariance = D * known.covariance * D.transpose() * inflation;
+  for (int i = 0; i < n; ++i) {
+    const FreeParameter& free = problem.free()[i];
+    ParameterEstimate estimate;
+    estimate.name = free.parameter.name;
+    estimate.unit = free.parameter.unit;
+    estimate.initial = free.initial;
+    estimate.value = values[i];
+    estimate.lower = free.lower;
+    estimate.upper = free.upper;
+    estimate.identifiable = known.identifiable[i];
+    estimate.at_bound = at_bound[i];
+    const double sigma = std::sqrt(estimates.covariance(i, i));
+    const bool usable =
+        estimate.identifiable && !held[i] && std::isfinite(sigma);
+    estimate.std_error = usable ? sigma : kNaN;
+    estimate.ci95[0] = usable ? values[i] - 1.959964 * sigma : kNaN;
+    estimate.ci95[1] = usable ? values[i] + 1.959964 * sigma : kNaN;
+    estimates.parameters.push_back(estimate);
+  }
+  for (const std::vector<int>& group : known.groups) {
+    std::vector<std::string> names;
+    for (const int i : group) {
+      names.push_back(problem.free()[i].parameter.name);
+    }
+    estimates.not_identifiable.push_back(names);
+  }
+  return estimates;
+}
+
+}  // namespace sysid

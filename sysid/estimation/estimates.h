@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+struct ParameterEstimate {
+  std::string name, unit;
+  double initial = 0.0, value = 0.0;
+  double lower = 0.0, upper = 0.0;  // +-infinity where none
+  // NaN where the data does not determine the parameter, or where it is held
+  // by its bound.
+  double std_error = 0.0;
+  double ci95[2] = {0.0, 0.0};
+  bool at_bound = false;
+  bool identifiable = true;
+};
+
+// Parameters with their uncertainty.
+struct Estimates {
+  std::vector<ParameterEstimate> parameters;
+  // By name: groups that the data cannot tell apart, and single parameters that
+  // it says nothing of.
+  std::vector<std::vector<std::string>> not_identifiable;
+  Eigen::MatrixXd covariance;  // of the parameters' values
+};
+
+// From the triangular factor R of theta's information (EliminateStates). The
+// covariance is (R^T R)^-1 times `inflation`, over the directions that the data
+// determines, with parameters at a bound held there.
+Estimates MakeEstimates(const ShootingProblem& problem,
+                        const Eigen::VectorXd& theta, const RowMatrixXd& R,
+                        double inflation);
+
+}  // namespace sysid

@@ -1,0 +1,92 @@
+#include "sysid/estimation/preflight.h"
+
+#include <cmath>
+
+#include "models/dynamics.h"
+#include "models/error.h"
+#include "sysid/estimation/shooting_stage.h"
+
+namespace sysid {
+namespace {
+
+// theta moved a little inside its bounds: what has no influence there either
+// has none.
+Eigen::VectorXd Nudged(const ShootingProblem& problem,
+                       const Eigen::VectorXd& theta) {
+  Eigen::VectorXd nudged = theta;
+  for (size_t i = 0; i < problem.free().size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
+    const double delta = problem.map().IsTransformed(i)
+                             ? 0.01
+                             : 0.01 * free.parameter.typical_scale;
+    nudged[i] += nudged[i] + delta <= free.upper ? delta : -delta;
+  }
+  return nudged;
+}
+
+// Names of the parameters that change no residual, at theta or beside it.
+std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
+                                          const ShootingPoint& point) {
+  const int n = problem.map().size();
+  Eigen::VectorXd norms = Eigen::VectorXd::Zero(n);
+  bool known = false;
+  for (const bool nudge : {false, true}) {
+    ShootingPoint at = point;
+    if (nudge) at.theta = Nudged(problem, point.theta);
+    ShootingStage::Options options;
+    options.defect = kLooseDefect;
+    const ShootingStage stage(problem, options, &at);
+    std::vector<RunLinearization> runs;
+    if (!stage.Linearize(&runs)) continue;
+    known = true;
+    for (const RunLinearization& run : runs) {
+      for (const SegmentLinearization& segment : run.segments) {
+        if (segment.J_theta.rows() == 0) continue;
+        norms += segment.J_theta.colwise().squaredNorm().transpose();
+      }
+    }
+  }
+  std::vector<std::string> names;
+  for (int i = 0; known && i < n; ++i) {
+    const double scale = problem.free()[i].parameter.typical_scale;
+    // A full change of its own size that moves all residuals together by less
+    // than a millionth of the noise.
+    if (!(std::sqrt(norms[i]) * scale > 1e-6)) {
+      names.push_back(problem.free()[i].parameter.name);
+    }
+  }
+  return names;
+}
+
+// Why the model cannot be rolled out at theta, else "".
+std::string WhyImmobile(const ShootingProblem& problem,
+                        const Eigen::VectorXd& theta) {
+  const std::string link = problem.map().FirstImpossibleLink(theta.data());
+  if (!link.empty()) {
+    return "link '" + link +
+           "' is no possible body at the start: check its "
+           "mass and its moments of inertia";
+  }
+  MechanismParameters<double> values;
+  problem.map().Apply<double>(theta.data(), &values);
+  Model start = problem.model();
+  start.SetNominal(values);
+  return Join(SingularJoints(start), "; ");
+}
+
+}  // namespace
+
+std::string WhyHopeless(const ShootingProblem& problem,
+                        const ShootingPoint& point) {
+  const std::string immobile = WhyImmobile(problem, point.theta);
+  if (!immobile.empty()) return immobile;
+  const std::vector<std::string> idle = WithoutInfluence(problem, point);
+  if (idle.empty()) return "";
+  const bool one = idle.size() == 1;
+  return std::string(one ? "parameter '" : "parameters '") +
+         Join(idle, "', '") +
+         "' without any influence on what was measured; fix " +
+         (one ? "it" : "them");
+}
+
+}  // namespace sysid

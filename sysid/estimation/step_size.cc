@@ -1,0 +1,115 @@
+#include "sysid/estimation/step_size.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sysid/estimation/elimination.h"
+#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/shooting_stage.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point) {
+  constexpr int kMost = 64;
+  constexpr int kSegments = 40;  // of a run, evenly spread
+  const double period = problem.MedianSamplePeriod();
+  const int size = problem.model().state_size();
+  const auto roll = [&](const RunData& data, const ShootingPoint::Nodes& nodes,
+                        int k, double step, std::vector<double>* errors) {
+    RolloutOptions options = problem.options().rollout;
+    options.step = step;
+    const SegmentRollout rollout(&problem.model(), &problem.map(),
+                                 &data.measurements, nodes.samples[k],
+                                 nodes.samples[k + 1], options);
+    errors->resize(rollout.num_residuals());
+    std::vector<double> x_end(size);
+    if (!rollout(nodes.states.row(k).data(), point.theta.data(), errors->data(),
+                 x_end.data())) {
+      return false;
+    }
+    for (const SegmentRow& row : rollout.rows()) {
+      for (int i = 0; i < row.size; ++i) {
+        (*errors)[row.first + i] /= data.sigma[row.channel];
+      }
+    }
+    return true;
+  };
+  int parts = 1;
+  for (; parts < kMost; parts *= 2) {
+    double worst = 0.0;
+    for (size_t r = 0; r < point.runs.size() && worst <= kStepError; ++r) {
+      const RunData& data = *problem.runs()[r];
+      const ShootingPoint::Nodes& nodes = point.runs[r];
+      const int count = std::min(nodes.segments(), kSegments);
+      for (int i = 0; i < count && worst <= kStepError; ++i) {
+        const int k = nodes.segments() * i / count;
+        std::vector<double> coarse, fine;
+        if (!roll(data, nodes, k, period / parts, &coarse) ||
+            !roll(data, nodes, k, period / (2 * parts), &fine)) {
+          worst = kInfinity;
+          break;
+        }
+        double squares = 0.0;
+        for (size_t j = 0; j < coarse.size(); ++j) {
+          squares += (coarse[j] - fine[j]) * (coarse[j] - fine[j]);
+        }
+        if (coarse.empty()) continue;
+        const double rms = std::sqrt(squares / coarse.size());
+        worst = std::isfinite(rms) ? std::max(worst, rms) : kInfinity;
+      }
+    }
+    if (worst <= kStepError) break;
+  }
+  return period / parts;
+}
+
+void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
+  constexpr double kStepBias = 0.2;
+  constexpr int kMostHalvings = 5;
+  RolloutOptions& rollout = problem->mutable_options()->rollout;
+  if (Order(rollout.integrator) < 4) return;
+  ShootingStage::Options options;
+  options.defect = defect;
+  const ShootingStage stage(*problem, options, point);
+  RowMatrixXd J_prior;
+  Eigen::VectorXd r_prior;
+  stage.LinearizePriors(&J_prior, &r_prior);
+  const double missed =
+      std::max(1.0, EvaluateErrors(*problem, *point, 0.0).total.normalized_rms);
+  const auto linearize = [&](std::vector<RunLinearization>* runs) {
+    return ShootingStage(*problem, options, point).Linearize(runs);
+  };
+  std::vector<RunLinearization> coarse, fine;
+  if (!linearize(&coarse)) return;
+  for (int halving = 0; halving < kMostHalvings; ++halving) {
+    const double step = rollout.step;
+    rollout.step = 0.5 * step;
+    if (!linearize(&fine)) {
+      rollout.step = step;
+      break;
+    }
+    std::vector<RunLinearization> change = fine;
+    for (size_t r = 0; r < change.size(); ++r) {
+      change[r].r_prior.setZero();
+      for (size_t k = 0; k < change[r].segments.size(); ++k) {
+        change[r].segments[k].r -= coarse[r].segments[k].r;
+      }
+    }
+    const RowMatrixXd R =
+        EliminateStates(change, J_prior, Eigen::VectorXd::Zero(r_prior.size()),
+                        problem->options().threads);
+    if (R.rightCols(1).norm() < kStepBias * missed) {
+      rollout.step = step;
+      break;
+    }
+    coarse = std::move(fine);
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+// The integration step that a fit needs.
+
+// The longest step, of the median sample period over 1, 2, 4, ..., with which
+// rolling the point's segments out differs from half that step by less than
+// kStepError standard deviations (rms of the worst segment).
+inline constexpr double kStepError = 0.2;
+double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point);
+
+// Halves the step until theta does not depend on it: until the change of the
+// residuals that another halving makes moves theta, by the linearised problem,
+// less than kStepBias standard errors. (ChooseStep sees one segment at a time;
+// along a whole run its small errors add up, most of all those of dry friction,
+// whose kinks the steps pass over.) A first-order step never gets there and is
+// left as it is.
+void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point);
+
+}  // namespace sysid
