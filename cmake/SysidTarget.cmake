@@ -29,7 +29,8 @@ function(sysid_compile_options target)
   # uninitialised variables (its bug 105593), their loads of a 3-vector for reads
   # beyond it, and the inlined "text" + std::string for an overlap (105651).
   target_compile_options(${target} PRIVATE -Wall -Wextra
-    -Wno-maybe-uninitialized -Wno-array-bounds -Wno-restrict)
+    -Wno-maybe-uninitialized -Wno-array-bounds -Wno-restrict
+    $<$<NOT:$<CONFIG:Release>>:-Wno-uninitialized>)
   if(SYSID_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
