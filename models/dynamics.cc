@@ -7,20 +7,19 @@
 
 namespace sysid {
 
-#define SYSID_INSTANTIATE(T)                                              \
-  template class Workspace<T>;                                            \
-  template bool ForwardDynamics<T>(Workspace<T>*, const T*, const T*,     \
-                                   const T*, T*);                         \
-  template void InverseDynamics<T>(Workspace<T>*, const T*, const T*,     \
-                                   const T*, T*);                         \
-  template void MassMatrix<T>(Workspace<T>*, const T*, MatrixX<T>*);      \
-  template void ForwardKinematics<T>(Workspace<T>*, const T*);            \
+#define SYSID_INSTANTIATE(T)                                          \
+  template class Workspace<T>;                                        \
+  template bool ForwardDynamics<T>(Workspace<T>*, const T*, const T*, \
+                                   const T*, T*);                     \
+  template void InverseDynamics<T>(Workspace<T>*, const T*, const T*, \
+                                   const T*, T*);                     \
+  template void MassMatrix<T>(Workspace<T>*, const T*, MatrixX<T>*);  \
+  template void ForwardKinematics<T>(Workspace<T>*, const T*);        \
   template Vector3<T> LinkPosition<T>(const Workspace<T>&, int);
 SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
 #undef SYSID_INSTANTIATE
 
-double KineticEnergy(Workspace<double>* ws, const double* q,
-                     const double* qd) {
+double KineticEnergy(Workspace<double>* ws, const double* q, const double* qd) {
   Eigen::MatrixXd M;
   MassMatrix<double>(ws, q, &M);
   const Eigen::Map<const Eigen::VectorXd> rate(qd, ws->model().nv());
@@ -45,8 +44,8 @@ std::vector<std::string> SingularJoints(const Model& model) {
   Eigen::VectorXd q = model.mechanism().NeutralConfiguration();
   for (const Body& body : model.bodies()) {
     if (body.type == JointType::kSpherical) {
-      const Eigen::Quaterniond tilted = Exp<double>(
-          Eigen::Vector3d(0.3 + 0.1 * body.joint, -0.5, 0.7));
+      const Eigen::Quaterniond tilted =
+          Exp<double>(Eigen::Vector3d(0.3 + 0.1 * body.joint, -0.5, 0.7));
       q.segment<4>(body.q_index) = tilted.coeffs();
     } else {
       q[body.q_index] = 0.4 + 0.3 * body.joint;
@@ -67,10 +66,11 @@ std::vector<std::string> SingularJoints(const Model& model) {
     const std::string where = "joint '" + joint.name + "': ";
     bool singular = false;
     if (body.type == JointType::kPrismatic) {
-      singular = !(b.axis.dot(b.M * b.axis) + b.armature >
-                   kSingular * b.M.trace());
+      singular =
+          !(b.axis.dot(b.M * b.axis) + b.armature > kSingular * b.M.trace());
       if (singular) {
-        faults.push_back(where + "link '" + link + "' and what it carries "
+        faults.push_back(where + "link '" + link +
+                         "' and what it carries "
                          "have no mass along its axis");
       }
     } else {
@@ -88,13 +88,15 @@ std::vector<std::string> SingularJoints(const Model& model) {
                         axis[1], axis[2]);
           faults.push_back(
               where + "link '" + link + "' has no inertia about its axis " +
-              text + ", so its spin is undefined (a point mass on a massless "
+              text +
+              ", so its spin is undefined (a point mass on a massless "
               "rod?); give it a small inertia about that axis");
         }
       } else {
         singular = !(b.axis.dot(D * b.axis) > kSingular * scale);
         if (singular) {
-          faults.push_back(where + "link '" + link + "' and what it carries "
+          faults.push_back(where + "link '" + link +
+                           "' and what it carries "
                            "have no inertia about its axis");
         }
       }

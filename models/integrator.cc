@@ -14,9 +14,9 @@ void TangentRate(const Model& model, const T* u, const T* qd, T* rate) {
   for (const Body& body : model.bodies()) {
     const int v = body.v_index;
     if (body.type == JointType::kSpherical) {
-      const Vector3<T> out = RightJacobianInverse<T>(
-          Vector3<T>(u[v], u[v + 1], u[v + 2]),
-          Vector3<T>(qd[v], qd[v + 1], qd[v + 2]));
+      const Vector3<T> out =
+          RightJacobianInverse<T>(Vector3<T>(u[v], u[v + 1], u[v + 2]),
+                                  Vector3<T>(qd[v], qd[v + 1], qd[v + 2]));
       for (int k = 0; k < 3; ++k) rate[v + k] = out[k];
     } else {
       rate[v] = qd[v];

@@ -136,8 +136,7 @@ std::vector<std::string> PhysicalFaults(const Mechanism& mechanism) {
     const Inertial<double>& body = mechanism.nominal.links[i];
     const std::string where = "link '" + mechanism.links[i].name + "': ";
     if (body.mass < 0) {
-      faults.push_back(where + "mass " + Number(body.mass) +
-                       " kg is negative");
+      faults.push_back(where + "mass " + Number(body.mass) + " kg is negative");
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(body.inertia);
     const Eigen::Vector3d moments = eigen.eigenvalues();

@@ -16,7 +16,7 @@ enum class JointType { kFixed, kRevolute, kContinuous, kPrismatic, kSpherical };
 // the parent, in the child's axes, rad/s).
 int ConfigurationSize(JointType type);
 int VelocitySize(JointType type);
-bool IsRotation1(JointType type);     // revolute or continuous
+bool IsRotation1(JointType type);      // revolute or continuous
 std::string ToString(JointType type);  // as URDF says it
 
 struct Link {
@@ -59,9 +59,9 @@ struct Inertial {
 // the effects' parameters, in the order of EffectSet::parameters().
 template <typename T>
 struct MechanismParameters {
-  std::vector<Inertial<T>> links;    // per link; the root's has no influence
-  std::vector<Vector3<T>> joint_p;   // per joint: p_PJ, m
-  T gravity = T(9.81);               // m/s^2, along -z of the world
+  std::vector<Inertial<T>> links;   // per link; the root's has no influence
+  std::vector<Vector3<T>> joint_p;  // per joint: p_PJ, m
+  T gravity = T(9.81);              // m/s^2, along -z of the world
   std::vector<T> effects;
 };
 

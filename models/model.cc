@@ -61,8 +61,8 @@ Model MakeModel(const Mechanism& mechanism, const Catalogue& catalogue) {
   Model model(mechanism);
   for (const Joint& joint : mechanism.joints) {
     if (joint.damping != 0.0) {
-      model.AddEffect(catalogue.Make("viscous_damping@" + joint.name,
-                                     mechanism, "<dynamics>"));
+      model.AddEffect(catalogue.Make("viscous_damping@" + joint.name, mechanism,
+                                     "<dynamics>"));
       model.SetEffectParameter(joint.name + ".damping", joint.damping);
     }
     if (joint.friction != 0.0) {

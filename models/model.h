@@ -53,8 +53,8 @@ class Model {
   const Placement& placement(int link) const { return placements_[link]; }
   int nq() const { return mechanism_.nq; }
   int nv() const { return mechanism_.nv; }
-  int state_size() const { return nq() + nv(); }   // x = (q, qd)
-  int tangent_size() const { return 2 * nv(); }    // dx = (dq, dqd)
+  int state_size() const { return nq() + nv(); }  // x = (q, qd)
+  int tangent_size() const { return 2 * nv(); }   // dx = (dq, dqd)
 
  private:
   Mechanism mechanism_;

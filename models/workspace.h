@@ -17,29 +17,29 @@ template <typename T>
 struct BodyData {
   // Constants of a rollout, in body axes.
   T mass;
-  Vector3<T> h_B;    // mass times centre of mass, kg m
-  Matrix3<T> I_B;    // rotational inertia about the body's origin, kg m^2
-  Vector3<T> p_PB;   // the joint's origin in the parent body's frame, m
-  T armature;        // added to the diagonal of the joint-space inertia
+  Vector3<T> h_B;     // mass times centre of mass, kg m
+  Matrix3<T> I_B;     // rotational inertia about the body's origin, kg m^2
+  Vector3<T> p_PB;    // the joint's origin in the parent body's frame, m
+  T armature;         // added to the diagonal of the joint-space inertia
   bool has_armature;  // by an effect, whatever its value
 
   // Kinematics.
   Matrix3<T> R_WB;
-  Vector3<T> p_WB;   // m
-  Vector3<T> r;      // from the parent's origin to this one's, world axes
-  Vector3<T> axis;   // of a hinge or slide, world axes
-  Vector3<T> w;      // angular velocity
-  Vector3<T> v;      // velocity of the origin
-  Vector3<T> c_w, c_v;     // accelerations that are there with qdd = 0
-  Vector3<T> alpha, a;     // angular acceleration, acceleration of the origin
+  Vector3<T> p_WB;      // m
+  Vector3<T> r;         // from the parent's origin to this one's, world axes
+  Vector3<T> axis;      // of a hinge or slide, world axes
+  Vector3<T> w;         // angular velocity
+  Vector3<T> v;         // velocity of the origin
+  Vector3<T> c_w, c_v;  // accelerations that are there with qdd = 0
+  Vector3<T> alpha, a;  // angular acceleration, acceleration of the origin
 
   // Articulated inertia [I H; H^T M] and bias force [n; f], about the origin.
   Matrix3<T> I, H, M;
   Vector3<T> n, f;
-  Vector3<T> U_n, U_f;     // I^A S of a hinge or slide
-  T D_inverse;             // 1 / (S^T I^A S)
+  Vector3<T> U_n, U_f;  // I^A S of a hinge or slide
+  T D_inverse;          // 1 / (S^T I^A S)
   T u;
-  Matrix3<T> D3_inverse;   // of a spherical joint
+  Matrix3<T> D3_inverse;  // of a spherical joint
   Vector3<T> u3;
 };
 
@@ -56,9 +56,9 @@ class Workspace {
   const MechanismParameters<T>& parameters() const { return parameters_; }
 
   std::vector<BodyData<T>> bodies;
-  Vector3<T> gravity;               // world axes, effects included
-  std::vector<Vector3<T>> p_BL;     // per link: its origin in its body's frame
-  std::vector<T> tau;               // nv: scratch for efforts
+  Vector3<T> gravity;            // world axes, effects included
+  std::vector<Vector3<T>> p_BL;  // per link: its origin in its body's frame
+  std::vector<T> tau;            // nv: scratch for efforts
 
   // One effect bound to this scalar and to its place in the model.
   struct Bound {

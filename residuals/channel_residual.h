@@ -19,7 +19,7 @@ namespace sysid {
 // The predicted state as the sensors see it.
 template <typename T>
 struct PredictedState {
-  const T* q;    // with the effects' measurement hooks
+  const T* q;  // with the effects' measurement hooks
   const T* qd;
   const Workspace<T>* workspace;  // kinematics of the true q
 };
@@ -53,8 +53,8 @@ struct HeadingResidual {
   void operator()(const PredictedState<T>& state, const double* measured,
                   T* r) const {
     const T* q = state.q + q_index;
-    const Vector3<T> z = ToMatrix(Quaternion<T>(q[3], q[0], q[1], q[2])) *
-                         axis.cast<T>();
+    const Vector3<T> z =
+        ToMatrix(Quaternion<T>(q[3], q[0], q[1], q[2])) * axis.cast<T>();
     const Eigen::Vector3d z_measured =
         ToMatrix(Eigen::Quaterniond(measured[3], measured[0], measured[1],
                                     measured[2])) *
@@ -73,10 +73,10 @@ struct RotationResidual {
   void operator()(const PredictedState<T>& state, const double* measured,
                   T* r) const {
     const T* q = state.q + q_index;
-    const Vector3<T> phi = Log(
-        Multiply(Quaternion<T>(T(measured[3]), T(-measured[0]),
-                               T(-measured[1]), T(-measured[2])),
-                 Quaternion<T>(q[3], q[0], q[1], q[2])));
+    const Vector3<T> phi =
+        Log(Multiply(Quaternion<T>(T(measured[3]), T(-measured[0]),
+                                   T(-measured[1]), T(-measured[2])),
+                     Quaternion<T>(q[3], q[0], q[1], q[2])));
     for (int k = 0; k < 3; ++k) r[k] = phi[k];
   }
 };

@@ -18,8 +18,7 @@ using Matrix43 = Eigen::Matrix<double, 4, 3>;
 Matrix43 QuaternionJacobian(const double* q) {
   const Eigen::Vector3d v(q[0], q[1], q[2]);
   Matrix43 P;
-  P.topRows<3>() =
-      0.5 * (q[3] * Eigen::Matrix3d::Identity() + Skew<double>(v));
+  P.topRows<3>() = 0.5 * (q[3] * Eigen::Matrix3d::Identity() + Skew<double>(v));
   P.row(3) = -0.5 * v.transpose();
   return P;
 }
@@ -35,8 +34,8 @@ void PlusJacobianAt(const Model& model, const double* x,
     const int q = body.q_index, v = body.v_index;
     if (body.type == JointType::kSpherical) {
       J.block<4, 3>(q, v) = QuaternionJacobian(x + q);
-      J.block<3, 3>(nq + v, v) =
-          Skew<double>(Eigen::Vector3d(x[nq + v], x[nq + v + 1], x[nq + v + 2]));
+      J.block<3, 3>(nq + v, v) = Skew<double>(
+          Eigen::Vector3d(x[nq + v], x[nq + v + 1], x[nq + v + 2]));
     } else {
       J(q, v) = 1.0;
     }
@@ -157,7 +156,8 @@ bool SegmentCost::Evaluate(double const* const* parameters, double* residuals,
       !rollout_->parameters().FirstImpossibleLink(theta).empty()) {
     return false;
   }
-  const double* x_next = with_defect_ ? parameters[with_theta_ ? 2 : 1] : nullptr;
+  const double* x_next =
+      with_defect_ ? parameters[with_theta_ ? 2 : 1] : nullptr;
   std::vector<double> x_end(size);
   if (jacobians == nullptr) {
     if (!(*rollout_)(x0, theta, residuals, x_end.data())) return false;

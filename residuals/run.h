@@ -20,18 +20,18 @@ enum class ChannelKind {
 // whole row, also where only one of its cells was empty).
 struct Channel {
   ChannelKind kind = ChannelKind::kPosition;
-  int target = -1;      // joint index, or link index of a frame position
-  std::string name;     // "joint1", "joint1.qd", "tip"
-  RowMatrixXd values;   // samples x 1, 3 or 4
+  int target = -1;     // joint index, or link index of a frame position
+  std::string name;    // "joint1", "joint1.qd", "tip"
+  RowMatrixXd values;  // samples x 1, 3 or 4
 };
 
 // A recording: what sysid_fit fits. SI units throughout.
 struct Run {
-  std::string name;              // the file as the user gave it
-  std::vector<double> t;         // s, strictly increasing
+  std::string name;       // the file as the user gave it
+  std::vector<double> t;  // s, strictly increasing
   std::vector<Channel> channels;
-  RowMatrixXd effort;            // samples x nv, held until the next sample;
-                                 // zero where nothing was measured
+  RowMatrixXd effort;  // samples x nv, held until the next sample;
+                       // zero where nothing was measured
   int size() const { return static_cast<int>(t.size()); }
 };
 

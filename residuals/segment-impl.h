@@ -17,8 +17,7 @@ class HeldEffort final : public EffortSignal {
  public:
   explicit HeldEffort(const Run& run) : run_(run) {}
   const double* At(double time) const override {
-    const auto after =
-        std::upper_bound(run_.t.begin(), run_.t.end(), time);
+    const auto after = std::upper_bound(run_.t.begin(), run_.t.end(), time);
     const auto row = after == run_.t.begin() ? 0 : after - run_.t.begin() - 1;
     return run_.effort.data() + row * run_.effort.cols();
   }
@@ -67,11 +66,10 @@ bool SegmentRollout::operator()(const T* x0, const T* theta, T* errors,
     if (k == last_) break;
     const double dt = run.t[k + 1] - run.t[k];
     // 1e-9: a step equal to the sample period but for rounding is one step.
-    const int steps =
-        options_.step > 0
-            ? std::max(1, static_cast<int>(
-                              std::ceil(dt / options_.step * (1 - 1e-9))))
-            : 1;
+    const int steps = options_.step > 0
+                          ? std::max(1, static_cast<int>(std::ceil(
+                                            dt / options_.step * (1 - 1e-9))))
+                          : 1;
     for (int s = 0; s < steps; ++s) {
       for (int i = 0; i < model_->nv(); ++i) tau[i] = T(run.effort(k, i));
       for (const auto& effect : ws.input_effects) {

@@ -86,7 +86,7 @@ bool SegmentRollout::Linearize(const double* x0, const double* theta,
     const int columns = std::min(left, width);
     const bool ok =
         width == 24   ? LinearizePass<Jet24>(x0, theta, column, columns, errors,
-                                             x_end, J, J_end)
+                                           x_end, J, J_end)
         : width == 16 ? LinearizePass<Jet16>(x0, theta, column, columns, errors,
                                              x_end, J, J_end)
                       : LinearizePass<Jet8>(x0, theta, column, columns, errors,
@@ -97,8 +97,8 @@ bool SegmentRollout::Linearize(const double* x0, const double* theta,
   return true;
 }
 
-#define SYSID_INSTANTIATE(T)                                               \
-  template bool SegmentRollout::operator()<T>(const T*, const T*, T*, T*,  \
+#define SYSID_INSTANTIATE(T)                                              \
+  template bool SegmentRollout::operator()<T>(const T*, const T*, T*, T*, \
                                               std::vector<T>*) const;
 SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
 #undef SYSID_INSTANTIATE

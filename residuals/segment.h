@@ -44,10 +44,10 @@ class SegmentRollout {
                  const Measurements* measurements, int first, int last,
                  const RolloutOptions& options);
 
-  // x0: nq + nv numbers; theta: parameters.size(). Writes num_residuals() errors
-  // and the state at `last`; with `states` also the state at each sample of
-  // [first, last]. False where the dynamics fail. Instantiated for the scalars
-  // of models/scalars.h.
+  // x0: nq + nv numbers; theta: parameters.size(). Writes num_residuals()
+  // errors and the state at `last`; with `states` also the state at each sample
+  // of [first, last]. False where the dynamics fail. Instantiated for the
+  // scalars of models/scalars.h.
   template <typename T>
   bool operator()(const T* x0, const T* theta, T* errors, T* x_end,
                   std::vector<T>* states = nullptr) const;
@@ -70,8 +70,8 @@ class SegmentRollout {
  private:
   template <typename T>
   bool LinearizePass(const double* x0, const double* theta, int first_column,
-                     int columns, double* errors, double* x_end,
-                     RowMatrixXd* J, RowMatrixXd* J_end) const;
+                     int columns, double* errors, double* x_end, RowMatrixXd* J,
+                     RowMatrixXd* J_end) const;
 
   const Model* model_;
   const ParameterMap* parameters_;

@@ -19,9 +19,7 @@ class EffectSet {
   const Effect& effect(int i) const { return *effects_[i]; }
   // Where effect i's parameters begin in MechanismParameters::effects.
   int offset(int i) const { return offsets_[i]; }
-  const std::vector<EffectParameter>& parameters() const {
-    return parameters_;
-  }
+  const std::vector<EffectParameter>& parameters() const { return parameters_; }
   bool Contains(const std::string& name) const;
   std::vector<std::string> names() const;  // "coulomb_friction@joint1"
 
@@ -70,8 +68,7 @@ class Catalogue {
     std::string kind;
     TargetKind target;
     bool (*applies)(JointType);
-    std::shared_ptr<const Effect> (*make)(const Mechanism&,
-                                          const std::string&);
+    std::shared_ptr<const Effect> (*make)(const Mechanism&, const std::string&);
   };
   std::vector<std::string> Targets(const Entry& entry,
                                    const Mechanism& mechanism) const;

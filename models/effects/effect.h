@@ -47,9 +47,9 @@ struct JointState {
 // A link as an effect on it sees it; world axes.
 template <typename T>
 struct LinkState {
-  Vector3<T> v_com;   // velocity of the centre of mass, m/s
-  Matrix3<T> R_WL;    // link to world
-  Vector3<T> w;       // angular velocity, rad/s
+  Vector3<T> v_com;  // velocity of the centre of mass, m/s
+  Matrix3<T> R_WL;   // link to world
+  Vector3<T> w;      // angular velocity, rad/s
 };
 
 // The recorded effort, as an input effect sees it: nv numbers at any time, by
@@ -77,8 +77,8 @@ class EffectHooks {
   virtual void AddLinkForce(const LinkState<T>&, const T* /*p*/,
                             Vector3<T>* /*force*/) const {}
   // Changes the efforts of all joints (nv numbers); they come as measured.
-  virtual void ModifyInput(const EffortSignal&, double /*time*/,
-                           const T* /*p*/, T* /*tau*/) const {}
+  virtual void ModifyInput(const EffortSignal&, double /*time*/, const T* /*p*/,
+                           T* /*tau*/) const {}
   // Turns the true position of the target joint into the measured one.
   virtual void ModifyMeasurement(const T* /*p*/, T* /*q*/) const {}
 };
@@ -103,9 +103,7 @@ class Effect {
   unsigned hooks() const { return hooks_; }
   int joint() const { return joint_; }  // target's index, -1 if not a joint
   int link() const { return link_; }    // target's index, -1 if not a link
-  const std::vector<EffectParameter>& parameters() const {
-    return parameters_;
-  }
+  const std::vector<EffectParameter>& parameters() const { return parameters_; }
 
   // The hooks for a scalar of the closed list.
   virtual const EffectHooks<double>& HooksFor(ScalarTag<double>) const = 0;

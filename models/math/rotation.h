@@ -34,9 +34,9 @@ Quaternion<T> Exp(const Vector3<T>& phi) {
   if (angle2 < T(1e-4)) {
     // Next terms: |phi|^8 / 1e7, below rounding for |phi| < 0.01.
     scale = T(0.5) - angle2 * (T(1.0 / 48.0) - angle2 * (T(1.0 / 3840.0) -
-                                                        angle2 / T(645120.0)));
-    w = T(1.0) - angle2 * (T(0.125) - angle2 * (T(1.0 / 384.0) -
-                                                angle2 / T(46080.0)));
+                                                         angle2 / T(645120.0)));
+    w = T(1.0) -
+        angle2 * (T(0.125) - angle2 * (T(1.0 / 384.0) - angle2 / T(46080.0)));
   } else {
     const T angle = sqrt(angle2);
     scale = sin(angle * T(0.5)) / angle;
@@ -60,8 +60,8 @@ Vector3<T> Log(const Quaternion<T>& q) {
   if (n2 < T(1e-6)) {
     // atan(x)/x with x = |v|/w.
     const T x2 = n2 / (w * w);
-    return v * (T(2.0) / w *
-                (T(1.0) - x2 * (T(1.0 / 3.0) - x2 * T(1.0 / 5.0))));
+    return v *
+           (T(2.0) / w * (T(1.0) - x2 * (T(1.0 / 3.0) - x2 * T(1.0 / 5.0))));
   }
   const T n = sqrt(n2);
   return v * (T(2.0) * atan2(n, w) / n);

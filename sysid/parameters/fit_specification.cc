@@ -273,8 +273,8 @@ const std::vector<std::string>& SolverNames() {
 }
 
 const std::vector<std::string>& LossNames() {
-  static const auto& names = *new std::vector<std::string>{
-      "none", "huber", "cauchy"};
+  static const auto& names =
+      *new std::vector<std::string>{"none", "huber", "cauchy"};
   return names;
 }
 

@@ -22,9 +22,9 @@ std::vector<double> WeightScale(const Model& model) {
     int top = static_cast<int>(i);
     for (int j = top; j >= 0; j = model.bodies()[j].parent) {
       const BodyData<double>& body = ws.bodies[i];
-      const double arm = reach + (j == top ? body.h_B.norm() /
-                                                 std::max(body.mass, 1e-12)
-                                           : 0.0);
+      const double arm =
+          reach +
+          (j == top ? body.h_B.norm() / std::max(body.mass, 1e-12) : 0.0);
       scale[j] += model.bodies()[j].type == JointType::kPrismatic
                       ? body.mass * g
                       : body.mass * g *
@@ -47,12 +47,11 @@ void AddMultisine(const Model& model, const SimulationOptions& options,
   for (size_t b = 0; b < model.bodies().size(); ++b) {
     const Body& body = model.bodies()[b];
     if (body.type == JointType::kSpherical) continue;
-    const double amplitude = options.excitation_level * scale[b] *
-                             std::sqrt(2.0 / kSines);
+    const double amplitude =
+        options.excitation_level * scale[b] * std::sqrt(2.0 / kSines);
     for (int s = 0; s < kSines; ++s) {
-      const double f =
-          kLowest *
-          std::pow(kHighest / kLowest, (s + within(*random)) / kSines);
+      const double f = kLowest * std::pow(kHighest / kLowest,
+                                          (s + within(*random)) / kSines);
       const double shift = phase(*random);
       for (int k = 0; k < run->size(); ++k) {
         run->effort(k, body.v_index) +=
@@ -74,8 +73,8 @@ bool Roll(const Model& model, const Run& run, const Eigen::VectorXd& x0,
                static_cast<double*>(nullptr), x_end.data(), &visited)) {
     return false;
   }
-  *states = Eigen::Map<const RowMatrixXd>(visited.data(), run.size(),
-                                          x0.size());
+  *states =
+      Eigen::Map<const RowMatrixXd>(visited.data(), run.size(), x0.size());
   return states->allFinite();
 }
 
@@ -181,14 +180,12 @@ Run Simulate(const Model& model, const Eigen::VectorXd& x0,
       if (body.type == JointType::kSpherical) {
         Eigen::Vector3d error;
         for (int i = 0; i < 3; ++i) error[i] = options.noise * normal(random);
-        const Eigen::Quaterniond seen =
-            Multiply(Eigen::Quaterniond(
-                         Eigen::Vector4d(q.segment<4>(body.q_index))),
-                     Exp<double>(error));
+        const Eigen::Quaterniond seen = Multiply(
+            Eigen::Quaterniond(Eigen::Vector4d(q.segment<4>(body.q_index))),
+            Exp<double>(error));
         channel.values.row(k) = seen.normalized().coeffs().transpose();
       } else {
-        channel.values(k, 0) =
-            q[body.q_index] + options.noise * normal(random);
+        channel.values(k, 0) = q[body.q_index] + options.noise * normal(random);
       }
     }
     run.channels.push_back(std::move(channel));

@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "models/model.h"
 #include "models/integrator.h"
+#include "models/model.h"
 #include "residuals/run.h"
 
 namespace sysid {
@@ -32,8 +32,8 @@ struct SimulationOptions {
 };
 
 // A start at random: joint angles and slides uniform within +-`amplitude` (rad,
-// m) of neutral, spherical joints tilted by up to it about a horizontal axis; at
-// rest. Returns x = (q, qd).
+// m) of neutral, spherical joints tilted by up to it about a horizontal axis;
+// at rest. Returns x = (q, qd).
 Eigen::VectorXd RandomState(const Model& model, double amplitude,
                             std::uint64_t seed);
 
