@@ -18,20 +18,12 @@ std::vector<double> WeightScale(const Model& model) {
   std::vector<double> scale(model.bodies().size(), 0.0);
   const double g = ws.gravity.norm() > 0 ? ws.gravity.norm() : 9.81;
   for (size_t i = 0; i < model.bodies().size(); ++i) {
-    double reach = 0.0;
-    int top = static_cast<int>(i);
-    for (int j = top; j >= 0; j = model.bodies()[j].parent) {
-      const BodyData<double>& body = ws.bodies[i];
-      const double arm =
-          reach +
-          (j == top ? body.h_B.norm() / std::max(body.mass, 1e-12) : 0.0);
-      scale[j] += model.bodies()[j].type == JointType::kPrismatic
-                      ? body.mass * g
-                      : body.mass * g *
-                            (j == top ? arm
-                                      : reach + body.h_B.norm() /
-                                                    std::max(body.mass, 1e-12));
-      reach += ws.bodies[j].p_PB.norm();
+    const BodyData<double>& body = ws.bodies[i];
+    double arm = body.mass > 0 ? body.h_B.norm() / body.mass : 0.0;
+    for (int j = static_cast<int>(i); j >= 0; j = model.bodies()[j].parent) {
+      const bool slide = model.bodies()[j].type == JointType::kPrismatic;
+      scale[j] += body.mass * g * (slide ? 1.0 : arm);
+      arm += ws.bodies[j].p_PB.norm();
     }
   }
   return scale;
