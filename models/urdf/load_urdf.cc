@@ -5,7 +5,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
 
 #include "glog/logging.h"
 #include "models/error.h"
@@ -85,9 +84,14 @@ Mechanism LoadUrdf(const std::string& path) {
                      std::string("cannot be read: ") + std::strerror(errno),
                      "give a URDF file or the name of a shipped model");
   }
-  std::ostringstream text;
-  text << file.rdbuf();
-  return LoadUrdfText(text.str(), path);
+  std::string text;
+  std::vector<char> chunk(1 << 16);
+  // Text has no NUL: stops there, for /dev/zero has no end.
+  while (file && text.find('\0') == std::string::npos) {
+    file.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
+    text.append(chunk.data(), static_cast<size_t>(file.gcount()));
+  }
+  return LoadUrdfText(text, path);
 }
 
 Mechanism LoadUrdfText(const std::string& text, const std::string& path) {

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -61,6 +63,18 @@ std::string Quoted(const std::string& text) {
   std::string quoted = "'";
   for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
   return quoted + "'";
+}
+
+// A name as it is where YAML allows that, else quoted.
+std::string Key(const std::string& name) {
+  const bool plain =
+      std::all_of(name.begin(), name.end(),
+                  [](unsigned char c) {
+                    return std::isalnum(c) != 0 || c == '_' || c == '.' ||
+                           c == '-' || c == '/' || c == '@';
+                  }) &&
+      !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0;
+  return plain ? name : Quoted(name);
 }
 
 // What the specification or the flags said of the fit itself.
@@ -202,7 +216,7 @@ std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
     const bool scale = p.name.ends_with(".inertia_scale");
     const double value = scale ? 1.0 : p.value;
     const double unit = scale ? 1.0 / p.value : 1.0;
-    text += "  " + p.name + ": {initial: " + ShortestText(value) +
+    text += "  " + Key(p.name) + ": {initial: " + ShortestText(value) +
             bound("lower", p.lower * unit) + bound("upper", p.upper * unit);
     if (const auto& prior = session.free[i].prior) {
       text += ", prior: {mean: " + ShortestText(prior->mean * unit) +
@@ -215,8 +229,8 @@ std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
   for (size_t i = 0; i < effects.parameters().size(); ++i) {
     const std::string& name = effects.parameters()[i].name;
     if (free.count(name) > 0) continue;
-    fixed += "  " + name + ": " + ShortestText(fit.model.nominal().effects[i]) +
-             "\n";
+    fixed += "  " + Key(name) + ": " +
+             ShortestText(fit.model.nominal().effects[i]) + "\n";
   }
   if (free.count("gravity") == 0 && fit.model.nominal().gravity != 9.81) {
     fixed += "  gravity: " + ShortestText(fit.model.nominal().gravity) + "\n";
@@ -225,7 +239,7 @@ std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
   if (effects.size() > 0) {
     text += "effects:\n";
     for (const std::string& name : effects.names()) {
-      text += "  - " + name + "\n";
+      text += "  - " + Key(name) + "\n";
     }
   }
   return text + Settings(session);

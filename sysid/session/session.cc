@@ -10,6 +10,7 @@
 #include "models/urdf/load_urdf.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/read_run.h"
+#include "sysid/session/check_runs.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/session_options.h"
 
@@ -206,47 +207,6 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
   return runs;
 }
 
-// A recording that is fitted twice would count as twice the evidence, and one
-// that is fitted is none to judge by.
-void CheckDistinct(const std::vector<std::string>& traj,
-                   const std::vector<std::string>& holdout) {
-  std::vector<std::string> seen;
-  const auto same_as = [&](const std::string& file) {
-    return std::find_if(seen.begin(), seen.end(), [&](const std::string& s) {
-             std::error_code error;  // also where a file is not there
-             return s == file || std::filesystem::equivalent(s, file, error);
-           }) != seen.end();
-  };
-  for (const std::string& file : traj) {
-    if (same_as(file)) {
-      throw InputError("--traj", "'" + file + "' is given twice",
-                       "give each recording once: what is counted twice makes "
-                       "the intervals too narrow");
-    }
-    seen.push_back(file);
-  }
-  for (const std::string& file : holdout) {
-    if (same_as(file)) {
-      throw InputError("--holdout",
-                       "'" + file + "' is fitted too, or given twice",
-                       "hold out recordings that are not in --traj");
-    }
-    seen.push_back(file);
-  }
-}
-
-void CheckLengths(const std::vector<Run>& runs) {
-  constexpr int kFewest = 5;  // samples: fewer say nothing beyond the state
-  for (const Run& run : runs) {
-    if (run.size() < kFewest) {
-      throw InputError(run.name,
-                       "has " + std::to_string(run.size()) +
-                           " samples: too few to fit anything",
-                       "at least " + std::to_string(kFewest) + " are needed");
-    }
-  }
-}
-
 }  // namespace
 
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
@@ -374,8 +334,8 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
                           &session.notices);
   session.holdout = ReadRuns(request.holdout, session.columns,
                              model.mechanism(), &session.notices);
-  CheckLengths(session.runs);
-  CheckLengths(session.holdout);
+  CheckTimes(session.runs, session.columns);
+  CheckTimes(session.holdout, session.columns);
   FillLengths(request, spec, session.runs, &session.options, &session.notices);
   return session;
 }

@@ -1,5 +1,6 @@
 // Models that cannot be used: the list, each by its message.
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -66,6 +67,18 @@ TEST_F(BadModelsTest, AFolder) {
 TEST_F(BadModelsTest, AnUnknownName) {
   ExpectFile("pendulm1", "--model", "no shipped model is named 'pendulm1'",
              "did you mean 'pendulum1'?");
+}
+
+TEST_F(BadModelsTest, NoText) {
+  std::filesystem::create_symlink("/dev/zero", folder_.Path("zero.urdf"));
+  const Arguments model{"--model", "zero.urdf"};
+  for (const ProgramResult& result :
+       {folder_.Run(SYSID_FIT, model + Arguments{"--traj", "run.csv"}),
+        folder_.Run(SYSID_SIMULATE,
+                    model + Arguments{"--out_csv", "made.csv"})}) {
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_THAT(result.err, ::testing::StartsWith("error: zero.urdf"));
+  }
 }
 
 TEST_F(BadModelsTest, NoXml) {

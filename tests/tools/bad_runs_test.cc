@@ -143,6 +143,25 @@ TEST_F(BadRunsTest, AnglesThatLookLikeDegrees) {
             "--columns joint1.q=joint1.q*0.0174532925");
 }
 
+TEST_F(BadRunsTest, TimeInMilliseconds) {
+  std::string text = "clock,joint1.q,joint2.q\n";
+  for (int k = 0; k < 50; ++k) text += Row(10 * k, 0.1 * std::sin(k), 0);
+  const std::string what =
+      "samples are 10 s apart: is the time in milliseconds?";
+  ExpectRun(text, "run.csv", what, "--columns t=clock*0.001  (if",
+            {"--columns", "t=clock"});
+  ExpectRun(WithLine(text, 1, "t,joint1.q,joint2.q"), "run.csv", what,
+            "--columns t=t*0.001  (if it is seconds after all: t=t*1)");
+}
+
+TEST_F(BadRunsTest, APauseThatNoPredictionCrosses) {
+  std::string text = Swing(100);
+  for (int k = 0; k < 100; ++k) text += Row(1000 + 0.01 * k, 0, 0);
+  ExpectRun(text, "run.csv",
+            "nothing was sampled from 0.99 s to 1000 s: too long to predict",
+            "split it there into two files");
+}
+
 TEST_F(BadRunsTest, ARunThatIsShorterThanASegment) {
   ExpectRun(Swing(101), "--segment",
             "a segment of 5 s is longer than the run run.csv of 1 s",

@@ -232,6 +232,20 @@ TEST_F(FitFilesTest, AFitFromTheIdentifiedModelReproducesIt) {
               first["error"]["train"]["normalized_rms"], 1e-3);
 }
 
+TEST_F(FitFilesTest, NamesMayHoldWhatYamlAndCsvUse) {
+  std::string text = kRods;
+  for (size_t at = 0; (at = text.find("joint1", at)) != std::string::npos;) {
+    text.replace(at, 6, "it's: #1");
+  }
+  folder_.Write("a--b.urdf", text);
+  SimulateInto(folder_, "run.csv", {"--model", "a--b.urdf", "--duration", "2"});
+  Fit({"--model", "a--b.urdf", "--traj", "run.csv", "--free", "link1.length",
+       "--add", "viscous_damping@it's: #1"});
+  const Json again =
+      Fit({"--model", "result/identified.urdf", "--traj", "run.csv"});
+  EXPECT_EQ(again["parameters"][1]["name"], "it's: #1.damping");
+}
+
 TEST_F(FitFilesTest, TheIdentifiedSpecificationKeepsWhatWasAsked) {
   SimulateInto(folder_, "run.csv",
                {"--model", "pendulum2_planar", "--duration", "2"});

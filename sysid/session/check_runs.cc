@@ -1,0 +1,102 @@
+#include "sysid/session/check_runs.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "models/error.h"
+
+namespace sysid {
+namespace {
+
+std::string Seconds(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.9g s", value);
+  return text;
+}
+
+double MedianPeriod(const Run& run) {
+  std::vector<double> periods;
+  for (int k = 1; k < run.size(); ++k) {
+    periods.push_back(run.t[k] - run.t[k - 1]);
+  }
+  const auto middle = periods.begin() + periods.size() / 2;
+  std::nth_element(periods.begin(), middle, periods.end());
+  return *middle;
+}
+
+void CheckUnit(const Run& run, double period, const ColumnMap& columns) {
+  constexpr double kLongest = 1.0;  // s: of mechanisms that move
+  if (period <= kLongest * (1 + 1e-9)) return;
+  std::string column = "t";
+  for (const ColumnMapping& mapping : columns) {
+    if (mapping.name != "t") continue;
+    if (mapping.expression.find_first_of("*/") != std::string::npos) return;
+    column = mapping.expression;
+  }
+  throw InputError(run.name,
+                   "its samples are " + Seconds(period) +
+                       " apart: is the time in milliseconds?",
+                   "--columns t=" + column +
+                       "*0.001  (if it is seconds after all: t=" + column +
+                       "*1)");
+}
+
+void CheckPauses(const Run& run, double period) {
+  constexpr double kSamples = 1000, kLongest = 10.0;  // s
+  for (int k = 1; k < run.size(); ++k) {
+    const double pause = run.t[k] - run.t[k - 1];
+    if (pause <= std::max(kLongest, kSamples * period)) continue;
+    throw InputError(run.name,
+                     "nothing was sampled from " + Seconds(run.t[k - 1]) +
+                         " to " + Seconds(run.t[k]) +
+                         ": too long to predict across",
+                     "split it there into two files, and give both");
+  }
+}
+
+}  // namespace
+
+void CheckDistinct(const std::vector<std::string>& traj,
+                   const std::vector<std::string>& holdout) {
+  std::vector<std::string> seen;
+  const auto same_as = [&](const std::string& file) {
+    return std::find_if(seen.begin(), seen.end(), [&](const std::string& s) {
+             std::error_code error;  // also where a file is not there
+             return s == file || std::filesystem::equivalent(s, file, error);
+           }) != seen.end();
+  };
+  for (const std::string& file : traj) {
+    if (same_as(file)) {
+      throw InputError("--traj", "'" + file + "' is given twice",
+                       "give each recording once: what is counted twice makes "
+                       "the intervals too narrow");
+    }
+    seen.push_back(file);
+  }
+  for (const std::string& file : holdout) {
+    if (same_as(file)) {
+      throw InputError("--holdout",
+                       "'" + file + "' is fitted too, or given twice",
+                       "hold out recordings that are not in --traj");
+    }
+    seen.push_back(file);
+  }
+}
+
+void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns) {
+  constexpr int kFewest = 5;  // samples: fewer say nothing beyond the state
+  for (const Run& run : runs) {
+    if (run.size() < kFewest) {
+      throw InputError(run.name,
+                       "has " + std::to_string(run.size()) +
+                           " samples: too few to fit anything",
+                       "at least " + std::to_string(kFewest) + " are needed");
+    }
+    const double period = MedianPeriod(run);
+    CheckUnit(run, period, columns);
+    CheckPauses(run, period);
+  }
+}
+
+}  // namespace sysid
