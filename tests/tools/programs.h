@@ -11,7 +11,7 @@
 #include "tests/support/program_folder.h"
 
 // What the tests of sysid_fit and sysid_simulate share. SYSID_FIT and
-// SYSID_SIMULATE are the programs' files, SYSID_ROBOTS the shipped robots'
+// SYSID_SIMULATE are the programs' files, SYSID_SOURCE the project's
 // folder; all from CMake.
 
 namespace sysid {
