@@ -31,6 +31,9 @@ class StagedFit {
 
  private:
   void Solve();
+  // Shortens the step, where it is ours to choose, to what the point and the
+  // way ahead of it need. True where it changed.
+  bool ShortenStep();
   StageSummary Stage(const std::string& doing, double defect, double tolerance,
                      int most, double twist_hold = 0.0);
   void Finish();
@@ -42,18 +45,33 @@ class StagedFit {
   Fit fit_;
 };
 
+bool StagedFit::ShortenStep() {
+  if (!choose_step_) return false;
+  double& step = problem_->mutable_options()->rollout.step;
+  const double needed = ChooseStepAhead(*problem_, point_);
+  const bool shorter = step <= 0 || needed < 0.75 * step;
+  if (shorter) step = needed;
+  return shorter;
+}
+
 StageSummary StagedFit::Stage(const std::string& doing, double defect,
                               double tolerance, int most, double twist_hold) {
+  constexpr int kMostSteps = 4;
   ShootingStage::Options options;
   options.far = twist_hold > 0.0;
   options.twist_hold = std::max(1.0, twist_hold);
   options.defect = defect;
   options.function_tolerance = tolerance;
-  const int left = problem_->options().max_iterations - fit_.iterations;
-  options.max_iterations = std::max(1, std::min(most, left));
-  ShootingStage stage(*problem_, options, &point_);
-  const StageSummary done = stage.Solve(doing, start_s_, &fit_.history);
-  fit_.iterations += done.iterations;
+  StageSummary done;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const int left = problem_->options().max_iterations - fit_.iterations;
+    options.max_iterations = std::max(1, std::min(most, left));
+    ShootingStage stage(*problem_, options, &point_);
+    done = stage.Solve(doing, start_s_, &fit_.history);
+    fit_.iterations += done.iterations;
+    // Again where the solution, or where it was heading, is too stiff.
+    if (!ShortenStep()) break;
+  }
   return done;
 }
 
@@ -81,9 +99,7 @@ void StagedFit::Solve() {
     Stage("growing segments", kMiddleDefect, 1e-3, 10);
   }
   Recut(*problem_, last_length, &point_);
-  if (choose_step_) {
-    problem_->mutable_options()->rollout.step = ChooseStep(*problem_, point_);
-  }
+  ShortenStep();
   if (!single) Stage("long segments", kJoinedDefect, 1e-4, kUnlimited);
   const RunErrors joined = EvaluateErrors(*problem_, point_, 0.0);
   const bool one_trajectory =
@@ -140,9 +156,7 @@ Fit StagedFit::Run() {
     states.push_back(StatesFromData(*problem_, static_cast<int>(r)));
   }
   point_ = CutPoint(*problem_, problem_->InitialTheta(), states, kFirstLength);
-  if (choose_step_) {
-    problem_->mutable_options()->rollout.step = ChooseStep(*problem_, point_);
-  }
+  ShortenStep();
   fit_.termination = WhyHopeless(*problem_, point_);
   if (fit_.termination.empty()) Solve();
   Finish();

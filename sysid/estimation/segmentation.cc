@@ -21,6 +21,30 @@ std::vector<RowMatrixXd> AllSampleStates(const ShootingProblem& problem,
   return states;
 }
 
+// Independent segments, each a problem of its own: together they would share
+// one trust region, and the most crooked of them would hold up all.
+void SolveOneByOne(const ShootingProblem& problem,
+                   const ShootingStage::Options& options,
+                   ShootingPoint* point) {
+  ShootingPoint single;
+  single.theta = point->theta;
+  single.runs.resize(point->runs.size());
+  for (ShootingPoint::Nodes& nodes : single.runs) nodes.samples = {0};
+  for (size_t r = 0; r < point->runs.size(); ++r) {
+    ShootingPoint::Nodes& all = point->runs[r];
+    ShootingPoint::Nodes& one = single.runs[r];
+    for (int k = 0; k < all.segments(); ++k) {
+      one.samples = {all.samples[k], all.samples[k + 1]};
+      one.states = all.states.row(k);
+      std::vector<HistoryEntry> history;
+      ShootingStage(problem, options, &single).Solve("states", Now(), &history);
+      all.states.row(k) = one.states.row(0);
+    }
+    one.samples = {0};
+    one.states.resize(0, all.states.cols());
+  }
+}
+
 }  // namespace
 
 int MinSegmentSamples(const ShootingProblem& problem) {
@@ -132,7 +156,11 @@ ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
   options.defect = defect;
   options.max_iterations = 100;
   options.function_tolerance = 1e-8;
-  ShootingStage(problem, options, &longer).Solve("states", Now(), &history);
+  if (std::isfinite(defect)) {
+    ShootingStage(problem, options, &longer).Solve("states", Now(), &history);
+  } else {
+    SolveOneByOne(problem, options, &longer);
+  }
   return longer;
 }
 

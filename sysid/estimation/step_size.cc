@@ -15,7 +15,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point) {
+double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
+                  double step_error) {
   constexpr int kMost = 64;
   constexpr int kSegments = 40;  // of a run, evenly spread
   const double period = problem.MedianSamplePeriod();
@@ -43,11 +44,11 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point) {
   int parts = 1;
   for (; parts < kMost; parts *= 2) {
     double worst = 0.0;
-    for (size_t r = 0; r < point.runs.size() && worst <= kStepError; ++r) {
+    for (size_t r = 0; r < point.runs.size() && worst <= step_error; ++r) {
       const RunData& data = *problem.runs()[r];
       const ShootingPoint::Nodes& nodes = point.runs[r];
       const int count = std::min(nodes.segments(), kSegments);
-      for (int i = 0; i < count && worst <= kStepError; ++i) {
+      for (int i = 0; i < count && worst <= step_error; ++i) {
         const int k = nodes.segments() * i / count;
         std::vector<double> coarse, fine;
         if (!roll(data, nodes, k, period / parts, &coarse) ||
@@ -64,9 +65,24 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point) {
         worst = std::isfinite(rms) ? std::max(worst, rms) : kInfinity;
       }
     }
-    if (worst <= kStepError) break;
+    if (worst <= step_error) break;
   }
   return period / parts;
+}
+
+double ChooseStepAhead(const ShootingProblem& problem,
+                       const ShootingPoint& point) {
+  ShootingPoint ahead = point;
+  for (size_t i = 0; i < problem.free().size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
+    if (free.parameter.kind != ParameterKind::kEffect) continue;
+    double& value = ahead.theta[i];
+    const double size =
+        std::max(2.0 * std::abs(value), free.parameter.typical_scale);
+    value = std::clamp(value < 0 ? -size : size, free.lower, free.upper);
+  }
+  return std::min(ChooseStep(problem, point),
+                  ChooseStep(problem, ahead, kStableError));
 }
 
 void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {

@@ -10,7 +10,17 @@ namespace sysid {
 // rolling the point's segments out differs from half that step by less than
 // kStepError standard deviations (rms of the worst segment).
 inline constexpr double kStepError = 0.2;
-double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point);
+double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
+                  double step_error = kStepError);
+
+// Such a step that the effects may also grow on the way to the solution: the
+// shorter of ChooseStep, and of the step that stays stable (within
+// kStableError) with the effects' parameters doubled and at least of their
+// typical size. A stiff damping that a step cannot follow makes rollouts fail,
+// and a fit that starts from none of it would never get there.
+inline constexpr double kStableError = 100.0;
+double ChooseStepAhead(const ShootingProblem& problem,
+                       const ShootingPoint& point);
 
 // Halves the step until theta does not depend on it: until the change of the
 // residuals that another halving makes moves theta, by the linearised problem,
