@@ -100,7 +100,14 @@ void StagedFit::Solve() {
   }
   Recut(*problem_, last_length, &point_);
   ShortenStep();
-  if (!single) Stage("long segments", kJoinedDefect, 1e-4, kUnlimited);
+  if (!single) {
+    // Joined by degrees: what the short segments leave open (a spin, a stiff
+    // damping) would otherwise start the joined ones far off.
+    for (const double defect : {kMiddleDefect, kCloseDefect}) {
+      Stage("long segments", defect, 1e-3, 10);
+    }
+    Stage("joined segments", kJoinedDefect, 1e-4, kUnlimited);
+  }
   const RunErrors joined = EvaluateErrors(*problem_, point_, 0.0);
   const bool one_trajectory =
       !chaotic || joined.total.normalized_rms < kMissing;

@@ -19,6 +19,7 @@ namespace sysid {
 // joins the segments, and ends tight.
 inline constexpr double kLooseDefect = 10.0;
 inline constexpr double kMiddleDefect = 1.0;
+inline constexpr double kCloseDefect = 0.1;
 inline constexpr double kJoinedDefect = 0.01;
 inline constexpr double kDefectTime = 0.1;  // s
 

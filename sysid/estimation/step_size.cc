@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "models/state.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/shooting_stage.h"
@@ -21,17 +22,20 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
   constexpr int kSegments = 40;  // of a run, evenly spread
   const double period = problem.MedianSamplePeriod();
   const int size = problem.model().state_size();
+  const std::vector<double> state_sigma = DefectSigma(problem);
+  // The whitened errors of a segment, and the state at its end.
   const auto roll = [&](const RunData& data, const ShootingPoint::Nodes& nodes,
-                        int k, double step, std::vector<double>* errors) {
+                        int k, double step, std::vector<double>* errors,
+                        std::vector<double>* x_end) {
     RolloutOptions options = problem.options().rollout;
     options.step = step;
     const SegmentRollout rollout(&problem.model(), &problem.map(),
                                  &data.measurements, nodes.samples[k],
                                  nodes.samples[k + 1], options);
     errors->resize(rollout.num_residuals());
-    std::vector<double> x_end(size);
+    x_end->resize(size);
     if (!rollout(nodes.states.row(k).data(), point.theta.data(), errors->data(),
-                 x_end.data())) {
+                 x_end->data())) {
       return false;
     }
     for (const SegmentRow& row : rollout.rows()) {
@@ -50,9 +54,9 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
       const int count = std::min(nodes.segments(), kSegments);
       for (int i = 0; i < count && worst <= step_error; ++i) {
         const int k = nodes.segments() * i / count;
-        std::vector<double> coarse, fine;
-        if (!roll(data, nodes, k, period / parts, &coarse) ||
-            !roll(data, nodes, k, period / (2 * parts), &fine)) {
+        std::vector<double> coarse, fine, coarse_end, fine_end;
+        if (!roll(data, nodes, k, period / parts, &coarse, &coarse_end) ||
+            !roll(data, nodes, k, period / (2 * parts), &fine, &fine_end)) {
           worst = kInfinity;
           break;
         }
@@ -61,7 +65,17 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
           squares += (coarse[j] - fine[j]) * (coarse[j] - fine[j]);
         }
         if (coarse.empty()) continue;
-        const double rms = std::sqrt(squares / coarse.size());
+        double rms = std::sqrt(squares / coarse.size());
+        // What no sensor sees goes on in the next segment: a spin that the step
+        // does not follow.
+        std::vector<double> end(state_sigma.size());
+        BoxMinus<double>(problem.model(), coarse_end.data(), fine_end.data(),
+                         end.data());
+        squares = 0.0;
+        for (size_t j = 0; j < end.size(); ++j) {
+          squares += std::pow(end[j] / state_sigma[j], 2);
+        }
+        rms = std::max(rms, std::sqrt(squares / end.size()));
         worst = std::isfinite(rms) ? std::max(worst, rms) : kInfinity;
       }
     }

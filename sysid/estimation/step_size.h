@@ -8,7 +8,8 @@ namespace sysid {
 
 // The longest step, of the median sample period over 1, 2, 4, ..., with which
 // rolling the point's segments out differs from half that step by less than
-// kStepError standard deviations (rms of the worst segment).
+// kStepError standard deviations (rms of the worst segment: of its
+// measurements, and of the state at its end).
 inline constexpr double kStepError = 0.2;
 double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
                   double step_error = kStepError);
