@@ -7,6 +7,7 @@
 
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/step_size.h"
 #include "tests/support/fit_setup.h"
 
 namespace sysid {
