@@ -34,6 +34,7 @@ class StagedFit {
   // Shortens the step, where it is ours to choose, to what the point and the
   // way ahead of it need. True where it changed.
   bool ShortenStep();
+  bool FreesEffects() const;
   StageSummary Stage(const std::string& doing, double defect, double tolerance,
                      int most, double twist_hold = 0.0);
   void Finish();
@@ -54,6 +55,13 @@ bool StagedFit::ShortenStep() {
   return shorter;
 }
 
+bool StagedFit::FreesEffects() const {
+  for (const FreeParameter& free : problem_->free()) {
+    if (free.parameter.kind == ParameterKind::kEffect) return true;
+  }
+  return false;
+}
+
 StageSummary StagedFit::Stage(const std::string& doing, double defect,
                               double tolerance, int most, double twist_hold) {
   constexpr int kMostSteps = 4;
@@ -69,8 +77,9 @@ StageSummary StagedFit::Stage(const std::string& doing, double defect,
     ShootingStage stage(*problem_, options, &point_);
     done = stage.Solve(doing, start_s_, &fit_.history);
     fit_.iterations += done.iterations;
-    // Again where the solution, or where it was heading, is too stiff.
-    if (!ShortenStep()) break;
+    // Again where the solution, or where it was heading, is too stiff; which
+    // only effects can make it.
+    if (!ShortenStep() || !FreesEffects()) break;
   }
   return done;
 }

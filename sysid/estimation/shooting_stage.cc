@@ -60,7 +60,7 @@ class Watcher final : public ceres::IterationCallback {
     // happens to cost the same). The cost is a negative log-likelihood: less
     // than kInsignificant is no news, however small the cost itself has become
     // (data without noise).
-    constexpr double kInsignificant = 1e-4;
+    constexpr double kInsignificant = 1e-6;
     if (summary.step_is_successful && summary.iteration > 0 &&
         summary.cost_change <
             std::max(kInsignificant, tolerance_ * summary.cost)) {
