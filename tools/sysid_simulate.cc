@@ -184,6 +184,33 @@ Eigen::VectorXd Start(const Model& model, std::vector<std::string>* notices) {
   return FirstState(model, run);
 }
 
+// What was asked for and does nothing.
+void AddNotices(const Model& model, const SimulationOptions& options,
+                std::vector<std::string>* notices) {
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    const int first = model.effects().offset(i);
+    const int count = static_cast<int>(effect.parameters().size());
+    bool off = count > 0;
+    for (int k = first; k < first + count; ++k) {
+      const double null = model.effects().parameters()[k].null_value;
+      off = off && model.nominal().effects[k] == null;
+    }
+    if (off) {
+      notices->push_back("effect " + effect.name() +
+                         " is off: give it a value, --add " + effect.name() +
+                         "=0.01");
+    }
+  }
+  if (options.excitation == Excitation::kNone) return;
+  for (const Body& body : model.bodies()) {
+    if (body.type != JointType::kSpherical) return;
+  }
+  notices->push_back(
+      "--excite drives joints of one degree of freedom, and this model has "
+      "none");
+}
+
 int Main() {
   if (FLAGS_model.empty()) {
     throw InputError(
@@ -219,6 +246,7 @@ int Main() {
     CheckIsNoInput("--out_csv", FLAGS_out_csv, {file, FLAGS_initial});
     CheckWritableFile(FLAGS_out_csv);
   }
+  AddNotices(model, options, &notices);
   for (const std::string& notice : notices) {
     std::fprintf(stderr, "note: %s\n", notice.c_str());
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "sysid/estimation/identifiability.h"
 
@@ -66,6 +67,8 @@ Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
   for (const int k : part.without_influence) {
     all.without_influence.push_back(loose[k]);
   }
+  all.undetermined.setZero(n, part.undetermined.cols());
+  all.undetermined(loose, Eigen::all) = part.undetermined;
   return all;
 }
 
@@ -87,6 +90,7 @@ Estimates MakeEstimates(const ShootingProblem& problem,
   }
   const Identifiability known = AnalyseLoose(R, scale, held);
   const Eigen::MatrixXd D = problem.map().ValueJacobian(theta);
+  const Eigen::MatrixXd blur = D * known.undetermined;
   estimates.covariance = D * known.covariance * D.transpose() * inflation;
   for (int i = 0; i < n; ++i) {
     const FreeParameter& free = problem.free()[i];
@@ -98,6 +102,17 @@ Estimates MakeEstimates(const ShootingProblem& problem,
     estimate.lower = free.lower;
     estimate.upper = free.upper;
     estimate.identifiable = known.identifiable[i];
+    if (problem.map().IsTransformed(i)) {
+      // An inertia's entry is not theta's: what counts is how far the
+      // undetermined directions move it, beside a moment's own size (it is
+      // positive, and may have run to nearly nothing), or a typical one of a
+      // product of inertia.
+      const bool moment = free.parameter.component < 3;
+      const double size =
+          moment ? std::abs(values[i])
+                 : std::max(std::abs(values[i]), free.parameter.typical_scale);
+      estimate.identifiable = blur.row(i).norm() <= kUndetermined * size;
+    }
     estimate.at_bound = at_bound[i];
     const double sigma = std::sqrt(estimates.covariance(i, i));
     const bool usable =
@@ -107,12 +122,30 @@ Estimates MakeEstimates(const ShootingProblem& problem,
     estimate.ci95[1] = usable ? values[i] + 1.959964 * sigma : kNaN;
     estimates.parameters.push_back(estimate);
   }
+  std::set<std::string> grouped;
   for (const std::vector<int>& group : known.groups) {
     std::vector<std::string> names;
     for (const int i : group) {
-      names.push_back(problem.free()[i].parameter.name);
+      // theta_i is named after a moment, but moves others too.
+      if (estimates.parameters[i].identifiable) continue;
+      names.push_back(estimates.parameters[i].name);
+      grouped.insert(names.back());
     }
-    estimates.not_identifiable.push_back(names);
+    // With one theta of an inertia go all the entries that it leaves open.
+    for (int i = 0; i < n; ++i) {
+      const ParameterEstimate& other = estimates.parameters[i];
+      if (!problem.map().IsTransformed(i) || other.identifiable) continue;
+      const bool same_link =
+          std::any_of(group.begin(), group.end(), [&](int k) {
+            return problem.map().IsTransformed(k) &&
+                   problem.free()[k].parameter.index ==
+                       problem.free()[i].parameter.index;
+          });
+      if (same_link && grouped.insert(other.name).second) {
+        names.push_back(other.name);
+      }
+    }
+    if (!names.empty()) estimates.not_identifiable.push_back(names);
   }
   return estimates;
 }

@@ -81,6 +81,14 @@ Identifiability AnalyseIdentifiability(const RowMatrixXd& R,
       result.covariance += v * v.transpose() / (s[k] * s[k]);
     }
   }
+  result.undetermined.resize(n, undetermined.size());
+  for (size_t k = 0; k < undetermined.size(); ++k) {
+    constexpr double kMost = 1e6;
+    const double length =
+        std::min(kMost, 1.0 / std::max(s[undetermined[k]], 1.0 / kMost));
+    result.undetermined.col(k) =
+        length * (scale.asDiagonal() * svd.matrixV().col(undetermined[k]));
+  }
   if (undetermined.empty()) return result;
   Eigen::MatrixXd N(n, undetermined.size());
   for (size_t k = 0; k < undetermined.size(); ++k) {

@@ -19,6 +19,10 @@ struct Identifiability {
   std::vector<int> without_influence;
   // Of the directions that the data determines; theta x theta.
   Eigen::MatrixXd covariance;
+  // Those that it does not, each as long as its standard deviation (or 1e6
+  // scales, where that is more): theta x (their number). What is computed from
+  // theta is undetermined as far as it moves along these.
+  Eigen::MatrixXd undetermined;
 };
 
 // A direction of the scaled parameters theta_i / scale_i is undetermined where

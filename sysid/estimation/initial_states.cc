@@ -98,6 +98,29 @@ void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
   }
 }
 
+// Samples that stand out from their neighbours on both sides by more than these
+// differ among themselves, and more than noise does: no start for a state.
+std::vector<bool> Spikes(const std::vector<double>& y,
+                         const std::vector<int>& valid, double sigma) {
+  constexpr int kHalf = 3;  // neighbours on either side
+  constexpr double kRanges = 1.0, kSigmas = 3.0;
+  std::vector<bool> spikes(y.size(), false);
+  const int n = static_cast<int>(valid.size());
+  for (int i = kHalf; i < n - kHalf; ++i) {
+    std::vector<double> others;
+    for (int j = i - kHalf; j <= i + kHalf; ++j) {
+      if (j != i) others.push_back(y[valid[j]]);
+    }
+    std::sort(others.begin(), others.end());
+    // Without their own extremes: a second spike may be among them.
+    const double low = others[1], high = others[others.size() - 2];
+    const double value = y[valid[i]];
+    const double off = std::max(low - value, value - high);
+    spikes[valid[i]] = off > kRanges * (high - low) + kSigmas * sigma;
+  }
+  return spikes;
+}
+
 void SmoothScalar(const std::vector<double>& t, bool wraps, double sigma,
                   const Eigen::VectorXd& measured, Eigen::Ref<RowMatrixXd> q,
                   Eigen::Ref<RowMatrixXd> qd) {
@@ -113,6 +136,9 @@ void SmoothScalar(const std::vector<double>& t, bool wraps, double sigma,
     unwrapped[k] = value;
     valid.push_back(static_cast<int>(k));
   }
+  std::erase_if(valid, [&, spikes = Spikes(unwrapped, valid, sigma)](int k) {
+    return spikes[k];
+  });
   std::vector<bool> known(t.size(), false);
   for (size_t i = 0; i < valid.size(); ++i) {
     const std::vector<int> around = Neighbours(t, valid, i);

@@ -80,6 +80,18 @@ class Watcher final : public ceres::IterationCallback {
   double cost_ = 0.0;
 };
 
+std::string Message(const ceres::Solver::Summary& summary, int most) {
+  if (summary.termination_type == ceres::USER_SUCCESS) {
+    return "the last step gained nothing of significance";
+  }
+  if (summary.termination_type == ceres::NO_CONVERGENCE) {
+    return "still moving after the " + std::to_string(most) +
+           " iterations that are allowed; better starting values, bounds, "
+           "priors or fewer free parameters help";
+  }
+  return summary.message;
+}
+
 }  // namespace
 
 double Now() {
@@ -344,9 +356,7 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
     ceres::Solve(options, problem_.get(), &summary);
     result.converged = summary.termination_type == ceres::CONVERGENCE ||
                        summary.termination_type == ceres::USER_SUCCESS;
-    result.message = summary.termination_type == ceres::USER_SUCCESS
-                         ? "the last step gained nothing of significance"
-                         : summary.message;
+    result.message = Message(summary, shooting_.options().max_iterations);
     result.iterations += static_cast<int>(summary.iterations.size()) - 1;
     result.cost = summary.final_cost;
     const std::vector<int> pushed = PushedOutward();

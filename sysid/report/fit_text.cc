@@ -97,6 +97,15 @@ double NoiseFloor(const ShootingProblem& problem, const Fit& fit) {
   return 1.1 + 3.0 * std::sqrt(0.5 / dof + estimated);
 }
 
+// Whether one number is the noise of all channels, as nearly as it is printed.
+bool OneNoise(const Fit& fit) {
+  for (const ChannelError& channel : fit.train.channels) {
+    if (channel.unit != fit.train.channels.front().unit) return false;
+    if (std::abs(channel.noise - fit.noise) > 0.1 * fit.noise) return false;
+  }
+  return true;
+}
+
 std::string WorstLine(const RunErrors& errors) {
   const auto by_error = [](const auto& a, const auto& b) {
     return a.normalized_rms < b.normalized_rms;
@@ -111,7 +120,7 @@ std::string WorstLine(const RunErrors& errors) {
   return "  worst: channel " + channel->name +
          Format(" at %.3g times its noise; ", channel->normalized_rms) +
          segment->trajectory +
-         Format(" from %.3g s to %.3g s at %.3g times\n", segment->t_start,
+         Format(" from %.10g s to %.10g s at %.3g times\n", segment->t_start,
                 segment->t_end, segment->normalized_rms);
 }
 
@@ -139,12 +148,24 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   text += "\n\n" + ParameterTable(fit) + "\n";
   const double error = fit.train.total.normalized_rms;
   const double most = NoiseFloor(problem, fit);
-  std::string verdict =
-      Format("error %.3g times the noise (rms %.3g beside a noise of %.3g)",
-             error, fit.train.total.rms, fit.noise);
-  verdict +=
-      error < most ? ": at the noise floor" : ": the model misses something";
-  text += "  " + paint(error < most ? kGreen : kRed, verdict) + "\n";
+  std::string verdict = Format("error %.3g times the noise", error);
+  if (OneNoise(fit)) {
+    verdict += Format(" (rms %.3g beside a noise of %.3g)", fit.train.total.rms,
+                      fit.noise);
+  } else {
+    verdict += ", each channel by its own:";
+    for (const ChannelError& channel : fit.train.channels) {
+      verdict += " " + channel.name +
+                 Format(" %.3g beside %.3g ", channel.rms, channel.noise) +
+                 channel.unit + ",";
+    }
+    verdict.pop_back();
+  }
+  verdict += !fit.converged ? ": but the fit did not converge"
+             : error < most ? ": at the noise floor"
+                            : ": the model misses something";
+  text += "  " + paint(fit.converged && error < most ? kGreen : kRed, verdict) +
+          "\n";
   text += WorstLine(fit.train);
   if (holdout) {
     text += Format(

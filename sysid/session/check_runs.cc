@@ -1,8 +1,10 @@
 #include "sysid/session/check_runs.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 
 #include "models/error.h"
 
@@ -55,7 +57,32 @@ void CheckPauses(const Run& run, double period) {
   }
 }
 
+bool Moves(const Run& run) {
+  for (const Channel& channel : run.channels) {
+    for (int c = 0; c < channel.values.cols(); ++c) {
+      double first = std::numeric_limits<double>::quiet_NaN();
+      for (int k = 0; k < run.size(); ++k) {
+        const double value = channel.values(k, c);
+        if (std::isnan(value)) continue;
+        if (std::isnan(first)) first = value;
+        if (value != first) return true;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace
+
+void CheckMotion(const std::vector<Run>& runs) {
+  for (const Run& run : runs) {
+    if (Moves(run)) return;
+  }
+  if (runs.empty()) return;
+  throw InputError(runs.front().name, "nothing that was measured ever changes",
+                   "a mechanism at rest tells nothing of its parameters: "
+                   "record a motion");
+}
 
 void CheckDistinct(const std::vector<std::string>& traj,
                    const std::vector<std::string>& holdout) {

@@ -18,4 +18,7 @@ void CheckDistinct(const std::vector<std::string>& traj,
 // this off); pauses that no prediction crosses.
 void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns);
 
+// Throws InputError where no channel of any run ever changes.
+void CheckMotion(const std::vector<Run>& runs);
+
 }  // namespace sysid

@@ -335,6 +335,7 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.holdout = ReadRuns(request.holdout, session.columns,
                              model.mechanism(), &session.notices);
   CheckTimes(session.runs, session.columns);
+  CheckMotion(session.runs);
   CheckTimes(session.holdout, session.columns);
   FillLengths(request, spec, session.runs, &session.options, &session.notices);
   return session;

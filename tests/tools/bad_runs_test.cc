@@ -182,6 +182,13 @@ TEST_F(BadRunsTest, NaNEverywhereInAChannel) {
             "remove the column");
 }
 
+TEST_F(BadRunsTest, NothingThatMoves) {
+  std::string text = "t,joint1.q,joint2.q\n";
+  for (int k = 0; k < 50; ++k) text += std::to_string(0.01 * k) + ",0.1,0\n";
+  ExpectRun(text, "run.csv", "nothing that was measured ever changes",
+            "record a motion");
+}
+
 TEST_F(BadRunsTest, TheSameRunTwice) {
   folder_.Write("run.csv", Swing(100));
   ExpectFitRefused(

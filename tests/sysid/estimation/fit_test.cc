@@ -312,7 +312,28 @@ TEST(Fit, StopsAfterTheIterationsItMayUse) {
       FitRuns(start, FreeFrom(start, {{"link1.length", 0.5}}), {run}, options);
   EXPECT_FALSE(fit.converged);
   EXPECT_THAT(fit.termination,
-              testing::HasSubstr("Maximum number of iterations reached"));
+              testing::HasSubstr("still moving after the 2 iterations"));
+}
+
+TEST(Fit, NamesOnlyTheMomentThatTheDataLeavesOpen) {
+  // The moment about the rod hardly shows in headings; those across it do, and
+  // all three are one log-Cholesky factor.
+  const sysid::Model rod =
+      Shipped("pendulum1", {},
+              {{"link1.ixx", 0.02}, {"link1.iyy", 0.02}, {"link1.izz", 2e-4}});
+  const Fit fit = FitRuns(
+      rod,
+      FreeFrom(rod,
+               {{"link1.ixx", 0.02}, {"link1.iyy", 0.02}, {"link1.izz", 2e-4}}),
+      {Simulated(rod, 6.0, 5)});
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  EXPECT_TRUE(fit.parameters[0].identifiable);
+  EXPECT_TRUE(fit.parameters[1].identifiable);
+  EXPECT_NEAR(fit.parameters[0].value, 0.02, 1e-4);
+  EXPECT_FALSE(fit.parameters[2].identifiable);
+  EXPECT_TRUE(std::isnan(fit.parameters[2].std_error));
+  EXPECT_THAT(fit.not_identifiable,
+              testing::ElementsAre(testing::ElementsAre("link1.izz")));
 }
 
 // --- Bounds and priors ------------------------------------------------------

@@ -78,6 +78,21 @@ TEST(StatesFromData, HaveTheVelocitiesOfAKnownMotion) {
   }
 }
 
+TEST(StatesFromData, PassOverSpikes) {
+  const Model model = Shipped("cartpole");
+  sysid::Run run = EmptyRun(model);
+  const auto angle = [](double t) { return One(0.8 * std::cos(5.0 * t)); };
+  run.channels = {
+      MakeChannel(model, ChannelKind::kPosition, "hinge", run.t, 1, angle)};
+  for (int k = 9; k + 9 < run.size(); k += 17) {
+    run.channels[0].values(k, 0) += 1.0;
+  }
+  const RowMatrixXd states = States(model, run);
+  for (int k = 0; k < run.size(); ++k) {
+    EXPECT_NEAR(states(k, 1), 0.8 * std::cos(5.0 * run.t[k]), 0.02) << k;
+  }
+}
+
 TEST(StatesFromData, UnwrapAngles) {
   const Model model = Shipped("pendulum1");
   const Model planar = Shipped("cartpole");
