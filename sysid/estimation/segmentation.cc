@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "glog/logging.h"
 #include "sysid/estimation/initial_states.h"
@@ -22,10 +23,11 @@ std::vector<RowMatrixXd> AllSampleStates(const ShootingProblem& problem,
 }
 
 // Independent segments, each a problem of its own: together they would share
-// one trust region, and the most crooked of them would hold up all.
+// one trust region, and the most crooked of them would hold up all. Each starts
+// from the state of `point` and from that of `other`, and keeps the better.
 void SolveOneByOne(const ShootingProblem& problem,
                    const ShootingStage::Options& options,
-                   ShootingPoint* point) {
+                   const ShootingPoint& other, ShootingPoint* point) {
   ShootingPoint single;
   single.theta = point->theta;
   single.runs.resize(point->runs.size());
@@ -34,11 +36,19 @@ void SolveOneByOne(const ShootingProblem& problem,
     ShootingPoint::Nodes& all = point->runs[r];
     ShootingPoint::Nodes& one = single.runs[r];
     for (int k = 0; k < all.segments(); ++k) {
-      one.samples = {all.samples[k], all.samples[k + 1]};
-      one.states = all.states.row(k);
-      std::vector<HistoryEntry> history;
-      ShootingStage(problem, options, &single).Solve("states", Now(), &history);
-      all.states.row(k) = one.states.row(0);
+      double least = std::numeric_limits<double>::infinity();
+      const RowMatrixXd starts[] = {all.states.row(k),
+                                    other.runs[r].states.row(k)};
+      for (const RowMatrixXd& start : starts) {
+        one.samples = {all.samples[k], all.samples[k + 1]};
+        one.states = start;
+        std::vector<HistoryEntry> history;
+        const StageSummary done = ShootingStage(problem, options, &single)
+                                      .Solve("states", Now(), &history);
+        if (!(done.cost < least)) continue;
+        least = done.cost;
+        all.states.row(k) = one.states.row(0);
+      }
     }
     one.samples = {0};
     one.states.resize(0, all.states.cols());
@@ -158,9 +168,13 @@ ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
   options.function_tolerance = 1e-8;
   if (std::isfinite(defect)) {
     ShootingStage(problem, options, &longer).Solve("states", Now(), &history);
-  } else {
-    SolveOneByOne(problem, options, &longer);
+    return longer;
   }
+  ShootingPoint joined = longer;
+  options.defect = kJoinedDefect;
+  ShootingStage(problem, options, &joined).Solve("states", Now(), &history);
+  options.defect = defect;
+  SolveOneByOne(problem, options, joined, &longer);
   return longer;
 }
 
