@@ -4,6 +4,8 @@
 #include <Eigen/Geometry>
 #include <cstdio>
 #include <cstring>
+#include <memory>
+#include <mutex>
 #include <sstream>
 
 #include "glog/logging.h"
@@ -89,10 +91,10 @@ std::string ToMjcf(const Mechanism& mechanism,
   return out.str();
 }
 
-MujocoModel::MujocoModel(const Mechanism& mechanism,
-                         const std::vector<double>& armature)
-    : mechanism_(mechanism) {
-  const std::string text = ToMjcf(mechanism, armature);
+mjModel_* LoadMjcf(const std::string& text) {
+  // MuJoCo's compiler keeps a model of its own, for all threads.
+  static std::mutex one_at_a_time;
+  const std::lock_guard<std::mutex> lock(one_at_a_time);
   const char kFile[] = "mechanism.xml";
   auto files = std::make_unique<mjVFS>();
   mj_defaultVFS(files.get());
@@ -100,9 +102,15 @@ MujocoModel::MujocoModel(const Mechanism& mechanism,
   const int file = mj_findFileVFS(files.get(), kFile);
   std::memcpy(files->filedata[file], text.data(), text.size());
   char error[1000] = "";
-  model_ = mj_loadXML(kFile, files.get(), error, sizeof(error));
+  mjModel* model = mj_loadXML(kFile, files.get(), error, sizeof(error));
   mj_deleteVFS(files.get());
-  CHECK(model_ != nullptr) << error << "\n" << text;
+  CHECK(model != nullptr) << error << "\n" << text;
+  return model;
+}
+
+MujocoModel::MujocoModel(const Mechanism& mechanism,
+                         const std::vector<double>& armature)
+    : mechanism_(mechanism), model_(LoadMjcf(ToMjcf(mechanism, armature))) {
   data_ = mj_makeData(model_);
   CHECK_EQ(model_->nq, mechanism.nq);
   CHECK_EQ(model_->nv, mechanism.nv);

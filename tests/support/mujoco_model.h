@@ -18,6 +18,9 @@ namespace sysid {
 std::string ToMjcf(const Mechanism& mechanism,
                    const std::vector<double>& armature);
 
+// MuJoCo's model of it; CHECKs the text. mj_deleteModel frees it.
+mjModel_* LoadMjcf(const std::string& text);
+
 // Debian's MuJoCo as an engine that is not ours: the mechanism's accelerations
 // and more, in our conventions and our numbering. MuJoCo agrees with us about
 // the axes of a ball joint's velocity (the child's), and keeps quaternions as
