@@ -495,6 +495,7 @@ void Workspace<T>::BindEffects() {
   effort_effects.clear();
   link_force_effects.clear();
   input_effects.clear();
+  delay_effects.clear();
   measurement_effects.clear();
   gravity = Vector3<T>(T(0.0), T(0.0), -parameters_.gravity);
   const EffectSet& effects = model_->effects();
@@ -516,6 +517,7 @@ void Workspace<T>::BindEffects() {
       link_force_effects.push_back(bound);
     }
     if (hooks & kInputHook) input_effects.push_back(bound);
+    if (hooks & kInputDelayHook) delay_effects.push_back(bound);
     if (hooks & kMeasurementHook) measurement_effects.push_back(bound);
     if (hooks & kGravityHook) bound.hooks->ModifyGravity(bound.p, &gravity);
     if (hooks & kJointInertiaHook) {

@@ -1,6 +1,11 @@
 #include "models/model.h"
 
+#include <algorithm>
+#include <map>
+#include <set>
+
 #include "glog/logging.h"
+#include "models/error.h"
 
 namespace sysid {
 
@@ -34,11 +39,50 @@ Model::Model(Mechanism mechanism)
   }
 }
 
-void Model::AddEffect(std::shared_ptr<const Effect> effect) {
-  effects_.Add(effect);
-  for (const EffectParameter& parameter : effect->parameters()) {
-    nominal_.effects.push_back(parameter.null_value);
+void Model::AddEffect(std::shared_ptr<const Effect> effect,
+                      const std::string& place) {
+  if (effects_.Contains(effect->name())) {
+    throw InputError(place, effect->name() + " is in the model already",
+                     "name each effect once");
   }
+  std::set<std::string> own;
+  for (const EffectParameter& p : effect->parameters()) own.insert(p.name);
+  EffectSet kept;
+  std::vector<double> values;
+  std::map<std::string, double> taken;  // values of the effects it replaces
+  for (int i = 0; i < effects_.size(); ++i) {
+    const std::vector<EffectParameter>& others =
+        effects_.effect(i).parameters();
+    const double* others_values = nominal_.effects.data() + effects_.offset(i);
+    const size_t shared =
+        std::count_if(others.begin(), others.end(),
+                      [&](const auto& p) { return own.contains(p.name); });
+    if (shared == 0) {
+      kept.Add(effects_.shared(i));
+      values.insert(values.end(), others_values, others_values + others.size());
+      continue;
+    }
+    if (shared < others.size() || own.size() == others.size()) {
+      throw InputError(place,
+                       effect->name() + " shares parameters with " +
+                           effects_.effect(i).name() +
+                           ", which is in the model already",
+                       "leave one of them out");
+    }
+    for (size_t k = 0; k < others.size(); ++k) {
+      taken[others[k].name] = others_values[k];
+    }
+  }
+  std::vector<double> own_values;
+  for (const EffectParameter& parameter : effect->parameters()) {
+    const auto at = taken.find(parameter.name);
+    own_values.push_back(at == taken.end() ? parameter.null_value : at->second);
+  }
+  if (!taken.empty()) effect->TakeOver(&own_values);
+  values.insert(values.end(), own_values.begin(), own_values.end());
+  kept.Add(std::move(effect));
+  effects_ = std::move(kept);
+  nominal_.effects = std::move(values);
 }
 
 void Model::SetEffectParameter(const std::string& name, double value) {

@@ -38,8 +38,12 @@ class Model {
  public:
   explicit Model(Mechanism mechanism);
 
-  // The effect's parameters start at null.
-  void AddEffect(std::shared_ptr<const Effect> effect);
+  // The effect's parameters start at null. One that has all the parameters of
+  // another that is there and more takes its place, with its values: Stribeck
+  // friction for Coulomb's. Throws InputError at `place` where the effect is
+  // there already, or shares parameters with one whose place it cannot take.
+  void AddEffect(std::shared_ptr<const Effect> effect,
+                 const std::string& place = "model");
   // Sets the nominal value of a parameter of an effect; CHECKs the name.
   void SetEffectParameter(const std::string& name, double value);
 

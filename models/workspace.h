@@ -68,7 +68,7 @@ class Workspace {
     int link;
   };
   std::vector<Bound> effort_effects, link_force_effects, input_effects,
-      measurement_effects;
+      delay_effects, measurement_effects;
 
  private:
   void BindEffects();

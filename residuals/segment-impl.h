@@ -4,30 +4,13 @@
 #include <variant>
 
 #include "models/state.h"
+#include "residuals/acting_effort.h"
 #include "residuals/segment.h"
 
 // Definition of SegmentRollout's templates; included only where they are
 // instantiated (segment.cc).
 
 namespace sysid {
-namespace internal {
-
-// The zero-order hold of a run's efforts.
-class HeldEffort final : public EffortSignal {
- public:
-  explicit HeldEffort(const Run& run) : run_(run) {}
-  const double* At(double time) const override {
-    const auto after = std::upper_bound(run_.t.begin(), run_.t.end(), time);
-    const auto row = after == run_.t.begin() ? 0 : after - run_.t.begin() - 1;
-    return run_.effort.data() + row * run_.effort.cols();
-  }
-
- private:
-  const Run& run_;
-};
-
-}  // namespace internal
-
 template <typename T>
 bool SegmentRollout::operator()(const T* x0, const T* theta, T* errors,
                                 T* x_end, std::vector<T>* states) const {
@@ -40,7 +23,6 @@ bool SegmentRollout::operator()(const T* x0, const T* theta, T* errors,
     ws.SetParameters(values);
   }
   Stepper<T> stepper(options_.integrator, &ws);
-  const internal::HeldEffort held(run);
   std::vector<T> x(x0, x0 + size), seen(model_->nq());
   std::vector<T> tau(model_->nv());
   size_t row = 0;
@@ -71,11 +53,8 @@ bool SegmentRollout::operator()(const T* x0, const T* theta, T* errors,
                                             dt / options_.step * (1 - 1e-9))))
                           : 1;
     for (int s = 0; s < steps; ++s) {
-      for (int i = 0; i < model_->nv(); ++i) tau[i] = T(run.effort(k, i));
-      for (const auto& effect : ws.input_effects) {
-        effect.hooks->ModifyInput(held, run.t[k] + dt * s / steps, effect.p,
-                                  tau.data());
-      }
+      ActingEffort<T>(run, ws, k, run.t[k] + dt * s / steps, dt / steps,
+                      tau.data());
       if (!stepper.Step(dt / steps, tau.data(), x.data())) return false;
     }
   }

@@ -2,9 +2,21 @@
 
 #include <algorithm>
 
+#include "models/effects/aerodynamic_drag.h"
+#include "models/effects/armature.h"
+#include "models/effects/cogging.h"
+#include "models/effects/com.h"
 #include "models/effects/coulomb_friction.h"
 #include "models/effects/effort_bias.h"
+#include "models/effects/effort_delay.h"
+#include "models/effects/effort_gain.h"
+#include "models/effects/gravity_tilt.h"
+#include "models/effects/inertia.h"
+#include "models/effects/mass.h"
+#include "models/effects/quadratic_drag.h"
 #include "models/effects/sensor_offset.h"
+#include "models/effects/spring.h"
+#include "models/effects/stribeck_friction.h"
 #include "models/effects/viscous_damping.h"
 #include "models/error.h"
 
@@ -27,8 +39,20 @@ bool Moves(const Mechanism& mechanism, int link) {
 Catalogue::Catalogue() {
   Add<ViscousDamping>();
   Add<CoulombFriction>();
+  Add<StribeckFriction>();
+  Add<QuadraticDrag>();
+  Add<Spring>();
+  Add<Armature>();
   Add<EffortBias>();
+  Add<EffortGain>();
+  Add<EffortDelay>();
+  Add<Cogging>();
+  Add<GravityTilt>();
   Add<SensorOffset>();
+  Add<AerodynamicDrag>();
+  Add<WrongMass>();
+  Add<WrongCom>();
+  Add<WrongInertia>();
 }
 
 void EffectSet::Add(std::shared_ptr<const Effect> effect) {

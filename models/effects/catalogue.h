@@ -17,6 +17,9 @@ class EffectSet {
 
   int size() const { return static_cast<int>(effects_.size()); }
   const Effect& effect(int i) const { return *effects_[i]; }
+  const std::shared_ptr<const Effect>& shared(int i) const {
+    return effects_[i];
+  }
   // Where effect i's parameters begin in MechanismParameters::effects.
   int offset(int i) const { return offsets_[i]; }
   const std::vector<EffectParameter>& parameters() const { return parameters_; }

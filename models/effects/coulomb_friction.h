@@ -18,6 +18,8 @@ class CoulombFriction : public EffectOf<CoulombFriction> {
  public:
   static constexpr char kName[] = "coulomb_friction";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kShowsIn[] =
+      "both slow and fast motion of the joint, with reversals";
 
   CoulombFriction(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint),

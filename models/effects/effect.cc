@@ -12,6 +12,20 @@ std::string Replace(std::string text, const std::string& from,
   return text;
 }
 
+// Every list with every value appended to it.
+std::vector<std::vector<double>> Times(
+    const std::vector<std::vector<double>>& lists,
+    const std::vector<double>& values) {
+  std::vector<std::vector<double>> product;
+  for (const std::vector<double>& list : lists) {
+    for (const double value : values) {
+      product.push_back(list);
+      product.back().push_back(value);
+    }
+  }
+  return product;
+}
+
 }  // namespace
 
 // A joint and a link may share a name: the kind of the target decides.
@@ -22,6 +36,9 @@ Effect::Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
   if (target_kind == TargetKind::kLink) link_ = mechanism.FindLink(target);
   prismatic_ =
       joint_ >= 0 && mechanism.joints[joint_].type == JointType::kPrismatic;
+  CHECK(joint_ >= 0 || !(hooks & (kEffortHook | kJointInertiaHook | kInputHook |
+                                  kMeasurementHook)))
+      << kind << " acts on a joint and has none";
 }
 
 void Effect::AddParameter(const std::string& name, const std::string& unit,
@@ -35,6 +52,53 @@ void Effect::AddParameter(const std::string& name, const std::string& unit,
   parameter.lower = lower;
   parameter.upper = upper;
   parameters_.push_back(parameter);
+}
+
+void Effect::AddSearchedParameter(const std::string& name,
+                                  const std::string& unit, double start,
+                                  const std::vector<double>& grid, double lower,
+                                  double upper, bool whole) {
+  AddParameter(name, unit, start, lower, upper);
+  parameters_.back().null_value = start;
+  parameters_.back().grid = grid;
+  parameters_.back().whole = whole;
+}
+
+std::vector<std::string> Effect::ParameterNames() const {
+  std::vector<std::string> names;
+  for (const EffectParameter& parameter : parameters_) {
+    names.push_back(parameter.name);
+  }
+  names.insert(names.end(), corrects_.begin(), corrects_.end());
+  return names;
+}
+
+std::vector<ProbeSet> Effect::ProbeSets() const {
+  std::vector<std::vector<double>> points{{}};
+  for (const EffectParameter& parameter : parameters_) {
+    points = Times(points, parameter.grid.empty()
+                               ? std::vector<double>{parameter.null_value}
+                               : parameter.grid);
+  }
+  std::vector<ProbeSet> sets;
+  for (const std::vector<double>& point : points) {
+    ProbeSet probes;
+    for (size_t i = 0; i < parameters_.size(); ++i) {
+      if (!parameters_[i].grid.empty()) continue;
+      probes.push_back({point, static_cast<int>(i), 0.0});
+    }
+    if (!probes.empty()) sets.push_back(probes);
+  }
+  return sets;
+}
+
+std::vector<double> Effect::FromProbes(
+    const ProbeSet& probes, const std::vector<double>& weights) const {
+  std::vector<double> values = probes.front().at;
+  for (size_t i = 0; i < probes.size(); ++i) {
+    values[probes[i].along] += weights[i];
+  }
+  return values;
 }
 
 }  // namespace sysid

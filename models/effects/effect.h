@@ -28,11 +28,30 @@ enum class TargetKind { kJoint, kLink, kBase };
 struct EffectParameter {
   std::string name;            // "joint1.friction"
   std::string unit;            // "N m", "-" where it has none
-  double null_value = 0.0;     // the effect is off here
+  double null_value = 0.0;     // where it starts; the effect is off there
   double typical_scale = 1.0;  // a plausible size, for scaling and searching
   double lower = 0.0;          // physical bounds; +-infinity where none
   double upper = 0.0;
+  // Values to try where the law is not linear in it at null (a speed, an
+  // order); empty where it is.
+  std::vector<double> grid;
+  // A whole number: chosen among the grid, never moved by a solver.
+  bool whole = false;
 };
+
+// How a screening looks at an effect that is off: the derivative of the law by
+// parameter `along` with the parameters at `at`, or with a `secant` the law at
+// at + secant e_along less that at `at`, over the secant. The law must be off
+// at `at`.
+struct Probe {
+  std::vector<double> at;
+  int along = 0;
+  double secant = 0.0;
+};
+
+// Probes whose sum, weighted, is the law to first order; several of them where
+// a parameter is searched.
+using ProbeSet = std::vector<Probe>;
 
 // The joint as an effect on it sees it. For a spherical joint qd is the
 // relative angular velocity in the child's axes, 3 numbers; else one number.
@@ -52,14 +71,6 @@ struct LinkState {
   Vector3<T> w;      // angular velocity, rad/s
 };
 
-// The recorded effort, as an input effect sees it: nv numbers at any time, by
-// the zero-order hold of contracts.md section 2.
-class EffortSignal {
- public:
-  virtual ~EffortSignal() = default;
-  virtual const double* At(double time) const = 0;
-};
-
 // The hooks for one scalar; all do nothing unless the effect says otherwise. p
 // points at the effect's own parameters, in the order of Effect::parameters().
 template <typename T>
@@ -76,9 +87,10 @@ class EffectHooks {
   // Force on the target link at its centre of mass, world axes, N.
   virtual void AddLinkForce(const LinkState<T>&, const T* /*p*/,
                             Vector3<T>* /*force*/) const {}
-  // Changes the efforts of all joints (nv numbers); they come as measured.
-  virtual void ModifyInput(const EffortSignal&, double /*time*/, const T* /*p*/,
-                           T* /*tau*/) const {}
+  // Turns the measured effort of the target joint (nv numbers) into the true.
+  virtual void ModifyInput(const T* /*p*/, T* /*tau*/) const {}
+  // Adds to the time, s, by which all measured efforts act later.
+  virtual void AddInputDelay(const T* /*p*/, T* /*delay*/) const {}
   // Turns the true position of the target joint into the measured one.
   virtual void ModifyMeasurement(const T* /*p*/, T* /*q*/) const {}
 };
@@ -91,6 +103,7 @@ enum HookMask : unsigned {
   kLinkForceHook = 1u << 3,
   kInputHook = 1u << 4,
   kMeasurementHook = 1u << 5,
+  kInputDelayHook = 1u << 6,
 };
 
 class Effect {
@@ -104,6 +117,27 @@ class Effect {
   int joint() const { return joint_; }  // target's index, -1 if not a joint
   int link() const { return link_; }    // target's index, -1 if not a link
   const std::vector<EffectParameter>& parameters() const { return parameters_; }
+  // Parameters of the mechanism (contracts.md section 3) whose nominal values
+  // are what is wrong, by name; fitting the effect frees them.
+  const std::vector<std::string>& corrects() const { return corrects_; }
+  // Names of parameters(), then corrects().
+  std::vector<std::string> ParameterNames() const;
+
+  // How to screen for the effect: one set for each point of the grids, with the
+  // derivatives by all other parameters().
+  virtual std::vector<ProbeSet> ProbeSets() const;
+  // The parameters() that are, to first order, the probes with these weights
+  // (in SI units). Bounds are not looked at.
+  virtual std::vector<double> FromProbes(
+      const ProbeSet& probes, const std::vector<double>& weights) const;
+
+  // Where the effect takes the place of another and has that one's values
+  // (Model::AddEffect): sets the rest so that the law stays what it was.
+  virtual void TakeOver(std::vector<double>* /*values*/) const {}
+
+  // The motion in which the effect differs from others: completes "shows in".
+  // (A kShowsIn of the derived class.)
+  virtual std::string ShowsIn() const = 0;
 
   // The hooks for a scalar of the closed list.
   virtual const EffectHooks<double>& HooksFor(ScalarTag<double>) const = 0;
@@ -119,6 +153,11 @@ class Effect {
   // "{position}": N m or N, rad or m, by the target joint's type.
   void AddParameter(const std::string& name, const std::string& unit,
                     double typical_scale, double lower, double upper);
+  // One that the law is not linear in; it starts at `start`.
+  void AddSearchedParameter(const std::string& name, const std::string& unit,
+                            double start, const std::vector<double>& grid,
+                            double lower, double upper, bool whole = false);
+  void Corrects(const std::string& name) { corrects_.push_back(name); }
 
   bool IsPrismatic() const { return prismatic_; }
 
@@ -130,6 +169,7 @@ class Effect {
   int link_ = -1;
   bool prismatic_ = false;
   std::vector<EffectParameter> parameters_;
+  std::vector<std::string> corrects_;
 };
 
 // Gives a derived effect its hooks for every scalar from its member templates
@@ -147,9 +187,19 @@ class EffectOf : public Effect {
   template <typename T>
   void AddLinkForce(const LinkState<T>&, const T*, Vector3<T>*) const {}
   template <typename T>
-  void ModifyInput(const EffortSignal&, double, const T*, T*) const {}
+  void ModifyInput(const T*, T*) const {}
+  template <typename T>
+  void AddInputDelay(const T*, T*) const {}
   template <typename T>
   void ModifyMeasurement(const T*, T*) const {}
+
+  std::string ShowsIn() const override {
+    if constexpr (requires { Derived::kShowsIn; }) {
+      return Derived::kShowsIn;
+    } else {
+      return "motion that its law tells from the others'";
+    }
+  }
 
   const EffectHooks<double>& HooksFor(ScalarTag<double>) const final {
     return double_;
@@ -184,9 +234,11 @@ class EffectOf : public Effect {
                       Vector3<T>* force) const override {
       effect_.template AddLinkForce<T>(link, p, force);
     }
-    void ModifyInput(const EffortSignal& measured, double time, const T* p,
-                     T* tau) const override {
-      effect_.template ModifyInput<T>(measured, time, p, tau);
+    void ModifyInput(const T* p, T* tau) const override {
+      effect_.template ModifyInput<T>(p, tau);
+    }
+    void AddInputDelay(const T* p, T* delay) const override {
+      effect_.template AddInputDelay<T>(p, delay);
     }
     void ModifyMeasurement(const T* p, T* q) const override {
       effect_.template ModifyMeasurement<T>(p, q);

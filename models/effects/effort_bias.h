@@ -13,6 +13,8 @@ class EffortBias : public EffectOf<EffortBias> {
  public:
   static constexpr char kName[] = "effort_bias";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kShowsIn[] =
+      "motion about several positions of the joint, both ways";
 
   EffortBias(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint) {

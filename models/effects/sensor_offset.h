@@ -12,6 +12,8 @@ class SensorOffset : public EffectOf<SensorOffset> {
  public:
   static constexpr char kName[] = "sensor_offset";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kShowsIn[] =
+      "motion about several positions of the joint";
 
   SensorOffset(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kMeasurementHook, mechanism, joint) {

@@ -164,11 +164,70 @@ TEST(EffectSet, RefusesTheSameEffectTwice) {
     FAIL();
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(),
-                 "effect viscous_damping@hinge: is in the model already\n"
+                 "model: viscous_damping@hinge is in the model already\n"
                  "  hint: name each effect once");
   }
   EXPECT_EQ(model.effects().size(), 1);
   EXPECT_EQ(model.nominal().effects.size(), 1u);
+}
+
+// A model with the effects of these names; the parameters of the k-th effect's
+// first are k + 1.
+Model WithEffects(const std::vector<std::string>& names) {
+  Model model(AllJoints());
+  double value = 0.0;
+  for (const std::string& name : names) {
+    const auto effect = Catalogue().Make(name, model.mechanism(), "test");
+    model.AddEffect(effect);
+    value += 1.0;
+    if (effect->parameters().empty()) continue;
+    model.SetEffectParameter(effect->parameters().front().name, value);
+  }
+  return model;
+}
+
+TEST(ModelEffects, StribeckFrictionTakesThePlaceOfCoulombs) {
+  Model model = WithEffects({"viscous_damping@hinge", "coulomb_friction@hinge",
+                             "coulomb_friction@slide", "mass@rim"});
+  model.AddEffect(
+      Catalogue().Make("stribeck_friction@hinge", model.mechanism(), "test"));
+  EXPECT_THAT(model.effects().names(),
+              ElementsAre("viscous_damping@hinge", "coulomb_friction@slide",
+                          "mass@rim", "stribeck_friction@hinge"));
+  // The law stays what it was: as much friction at rest as in motion.
+  EXPECT_THAT(model.nominal().effects, ElementsAre(1.0, 3.0, 2.0, 2.0, 0.1));
+  // Added where nothing was, it is off.
+  model.AddEffect(
+      Catalogue().Make("stribeck_friction@ball", model.mechanism(), "test"));
+  EXPECT_THAT(model.nominal().effects,
+              ElementsAre(1.0, 3.0, 2.0, 2.0, 0.1, 0.0, 0.0, 0.1));
+}
+
+TEST(ModelEffects, CoulombsFrictionCannotJoinStribecks) {
+  Model model = WithEffects({"stribeck_friction@hinge"});
+  const MechanismParameters<double> before = model.nominal();
+  try {
+    model.AddEffect(
+        Catalogue().Make("coulomb_friction@hinge", model.mechanism(), ""),
+        "--add");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(),
+                 "--add: coulomb_friction@hinge shares parameters with "
+                 "stribeck_friction@hinge, which is in the model already\n"
+                 "  hint: leave one of them out");
+  }
+  EXPECT_THAT(model.effects().names(), ElementsAre("stribeck_friction@hinge"));
+  EXPECT_EQ(model.nominal().effects, before.effects);
+}
+
+TEST(ModelEffects, OnesWithoutParametersAreNamedOnceToo) {
+  Model model = WithEffects({"mass@rim", "com@rim", "mass@lower"});
+  EXPECT_THROW(
+      model.AddEffect(Catalogue().Make("mass@rim", model.mechanism(), "test")),
+      InputError);
+  EXPECT_EQ(model.effects().size(), 3);
+  EXPECT_TRUE(model.nominal().effects.empty());
 }
 
 TEST(EffectSet, KeepsEffectsAndTheirParametersInOrder) {

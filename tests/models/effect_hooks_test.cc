@@ -157,17 +157,6 @@ TEST(EffectHooks, EffortActsAsMoreEffortOfTheDrives) {
 
 // Who integrates and who measures calls these; the workspace binds them.
 TEST(EffectHooks, InputAndMeasurementAreBoundToTheirJointsAndParameters) {
-  class Ramp : public EffortSignal {
-   public:
-    const double* At(double time) const override {
-      value_[0] = time;
-      value_[1] = 10.0 * time;
-      return value_;
-    }
-
-   private:
-    mutable double value_[2];
-  };
   Mechanism mechanism;
   mechanism.AddRoot("root");
   const Inertial<double> body = Body(1.0, {0, 0, 1}, {1, 1, 1});
@@ -176,26 +165,44 @@ TEST(EffectHooks, InputAndMeasurementAreBoundToTheirJointsAndParameters) {
   mechanism.AddJoint(MakeJoint("b", JointType::kRevolute, 1, Vector3d::UnitX()),
                      "link_b", {0, 0, 1}, body);
   Model model(mechanism);
+  model.AddEffect(Catalogue().Make("effort_delay@base", mechanism, "test"));
   model.AddEffect(std::make_shared<TestMeasurement>(mechanism, "b"));
-  model.AddEffect(std::make_shared<TestInput>(mechanism, "base"));
+  model.AddEffect(std::make_shared<TestInput>(mechanism, "b"));
+  model.SetEffectParameter("effort_delay", 0.125);
   model.SetEffectParameter("b.test_scale", 0.5);
-  model.SetEffectParameter("test_input_gain", 1.0);
-  model.SetEffectParameter("test_input_drift", 0.25);
+  model.SetEffectParameter("b.test_gain", 1.0);
+  model.SetEffectParameter("b.test_shift", 0.25);
   Workspace<double> ws(model);
   EXPECT_THAT(ws.effort_effects, IsEmpty());
   EXPECT_THAT(ws.link_force_effects, IsEmpty());
   ASSERT_EQ(ws.measurement_effects.size(), 1u);
   ASSERT_EQ(ws.input_effects.size(), 1u);
+  ASSERT_EQ(ws.delay_effects.size(), 1u);
   EXPECT_EQ(ws.measurement_effects[0].body, 1);
+  EXPECT_EQ(ws.input_effects[0].body, 1);
   double q = 4.0;
   ws.measurement_effects[0].hooks->ModifyMeasurement(
       ws.measurement_effects[0].p, &q);
   EXPECT_EQ(q, 6.0);
-  double tau[2] = {0.0, 0.0};
-  ws.input_effects[0].hooks->ModifyInput(Ramp(), 2.0, ws.input_effects[0].p,
-                                         tau);
-  EXPECT_EQ(tau[0], 2 * 1.5 + 0.25 * 2.0);
-  EXPECT_EQ(tau[1], 2 * 15.0 + 0.25 * 2.0);
+  double tau = 1.5;
+  ws.input_effects[0].hooks->ModifyInput(ws.input_effects[0].p, &tau);
+  EXPECT_EQ(tau, 2 * 1.5 + 0.25);
+  double delay = 1.0;
+  ws.delay_effects[0].hooks->AddInputDelay(ws.delay_effects[0].p, &delay);
+  EXPECT_EQ(delay, 1.125);
+}
+
+class OnBase : public EffectOf<OnBase> {
+ public:
+  static constexpr TargetKind kTarget = TargetKind::kBase;
+  explicit OnBase(const Mechanism& mechanism)
+      : EffectOf("on_base", kInputHook, mechanism, "base") {}
+};
+
+TEST(EffectHooksDeathTest, ThoseOfAJointNeedAJoint) {
+  Mechanism mechanism;
+  mechanism.AddRoot("root");
+  EXPECT_DEATH(OnBase{mechanism}, "on_base acts on a joint and has none");
 }
 
 // URDF lets a joint and a link have the same name.

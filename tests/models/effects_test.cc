@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <map>
 
 #include "models/dynamics.h"
 #include "models/effects/catalogue.h"
 #include "models/math/rotation.h"
+#include "models/parameters.h"
 #include "tests/support/all_joints.h"
 #include "tests/support/random_mechanism.h"
 #include "tests/support/ridders.h"
@@ -55,25 +55,6 @@ const std::map<std::string, std::vector<std::string>>& ContractTable() {
   return table;
 }
 
-// nv efforts at any time: smooth, and every answer stays valid.
-class SmoothSignal : public EffortSignal {
- public:
-  explicit SmoothSignal(int nv) : nv_(nv) {}
-  const double* At(double time) const override {
-    answers_.emplace_back(nv_);
-    for (int i = 0; i < nv_; ++i) {
-      answers_.back()[i] = std::sin(3.0 * time + i) + 2.0;
-    }
-    return answers_.back().data();
-  }
-
- private:
-  int nv_;
-  mutable std::deque<std::vector<double>> answers_;
-};
-
-constexpr double kTime = 0.7;
-
 // What each hook of the effect answers at generic values, in one row.
 template <typename T>
 std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
@@ -87,12 +68,7 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
   for (const double rate : x.qd)
     qd.emplace_back(rate + std::copysign(0.5, rate));
   std::vector<T> out;
-  // Effects on links and the base must not act through a joint's hooks: nobody
-  // would know which joint's.
-  const bool on_joint = effect.joint() >= 0;
-  EXPECT_TRUE(on_joint || !(effect.hooks() & (kEffortHook | kJointInertiaHook |
-                                              kMeasurementHook)));
-  if (on_joint) {
+  if (effect.joint() >= 0) {
     const Joint& joint = mechanism.joints[effect.joint()];
     if (hooks & kEffortHook) {
       const JointState<T> state{joint.type, VelocitySize(joint.type),
@@ -114,6 +90,13 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
       h.ModifyMeasurement(p.data(), measured.data());
       out.insert(out.end(), measured.begin(), measured.end());
     }
+    if (hooks & kInputHook) {
+      std::vector<T> tau;
+      for (int i = 0; i < VelocitySize(joint.type); ++i)
+        tau.push_back(T(i + 1));
+      h.ModifyInput(p.data(), tau.data());
+      out.insert(out.end(), tau.begin(), tau.end());
+    }
   }
   if (hooks & kGravityHook) {
     Vector3<T> gravity(T(0.0), T(0.0), T(-9.81));
@@ -129,18 +112,17 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
     h.AddLinkForce(state, p.data(), &force);
     out.insert(out.end(), force.data(), force.data() + 3);
   }
-  if (hooks & kInputHook) {
-    const SmoothSignal signal(mechanism.nv);
-    const double* measured = signal.At(kTime);
-    std::vector<T> tau(measured, measured + mechanism.nv);
-    h.ModifyInput(signal, kTime, p.data(), tau.data());
-    out.insert(out.end(), tau.begin(), tau.end());
+  if (hooks & kInputDelayHook) {
+    T delay(1.0);
+    h.AddInputDelay(p.data(), &delay);
+    out.push_back(delay);
   }
   return out;
 }
 
 constexpr unsigned kAllHooks = kEffortHook | kJointInertiaHook | kGravityHook |
-                               kLinkForceHook | kInputHook | kMeasurementHook;
+                               kLinkForceHook | kInputHook | kInputDelayHook |
+                               kMeasurementHook;
 
 std::vector<double> NullValues(const Effect& effect) {
   std::vector<double> p;
@@ -186,13 +168,22 @@ TEST_P(EffectContract, IsNamedAsInTheContract) {
   EXPECT_EQ(base, effect_->joint() < 0 && effect_->link() < 0);
   std::vector<std::string> expected;
   for (const std::string& name : ContractTable().at(kind)) {
+    // A rotation has no number that its reference could be.
+    if (name == "spring_reference" && effect_->target() == "ball") continue;
     expected.push_back(base ? name : effect_->target() + "." + name);
   }
-  std::vector<std::string> names;
-  for (const EffectParameter& parameter : effect_->parameters()) {
-    names.push_back(parameter.name);
+  EXPECT_EQ(effect_->ParameterNames(), expected);
+}
+
+TEST_P(EffectContract, CorrectsParametersThatTheMechanismHas) {
+  std::vector<std::string> known;
+  for (const Parameter& parameter : AllParameters(Model(mechanism_))) {
+    known.push_back(parameter.name);
   }
-  EXPECT_EQ(names, expected);
+  EXPECT_THAT(known, ::testing::IsSupersetOf(effect_->corrects()));
+  EXPECT_FALSE(effect_->ParameterNames().empty());
+  // One that only corrects has nothing to hook into.
+  EXPECT_EQ(effect_->parameters().empty(), effect_->hooks() == 0);
 }
 
 TEST_P(EffectContract, HasParametersWithUnitsScalesAndBoundsAroundNull) {
@@ -206,7 +197,14 @@ TEST_P(EffectContract, HasParametersWithUnitsScalesAndBoundsAroundNull) {
     EXPECT_LE(parameter.lower, parameter.null_value);
     EXPECT_GE(parameter.upper, parameter.null_value);
     EXPECT_LT(parameter.lower, parameter.upper);
+    EXPECT_TRUE(!parameter.whole || !parameter.grid.empty());
+    for (const double value : parameter.grid) {
+      EXPECT_LE(parameter.lower, value);
+      EXPECT_GE(parameter.upper, value);
+      EXPECT_TRUE(!parameter.whole || value == std::round(value));
+    }
   }
+  EXPECT_THAT(effect_->ShowsIn(), Not(IsEmpty()));
 }
 
 TEST_P(EffectContract, DoesNothingAtAllAtNull) {
@@ -287,7 +285,7 @@ TEST_P(EffectContract, HasTheDerivativeOfDifferencesAtNullAndNearIt) {
 // What screening lives on: at null a first parameter that does nothing to first
 // order could never be found.
 TEST_P(EffectContract, IsVisibleAtNullToFirstOrderInItsFirstParameter) {
-  if (effect_->hooks() == 0) GTEST_SKIP() << "acts through the nominal values";
+  if (effect_->hooks() == 0) return;  // acts through the nominal values
   std::vector<Jet8> seeded;
   const std::vector<double> at = NullValues(*effect_);
   for (size_t i = 0; i < at.size(); ++i) {
@@ -299,6 +297,108 @@ TEST_P(EffectContract, IsVisibleAtNullToFirstOrderInItsFirstParameter) {
     largest = std::max(largest, std::abs(answer.v[0]));
   }
   EXPECT_GT(largest * effect_->parameters()[0].typical_scale, 1e-4);
+}
+
+// --- How it is screened
+
+// What the law does at p, less what comes in.
+VectorXd Change(const Mechanism& mechanism, const Effect& effect,
+                const std::vector<double>& p) {
+  const auto at = [&](const std::vector<double>& values) {
+    const std::vector<double> answers =
+        Answers<double>(mechanism, effect, effect.hooks(), values);
+    return VectorXd(Eigen::Map<const VectorXd>(answers.data(), answers.size()));
+  };
+  return at(p) - at(NullValues(effect));
+}
+
+// The derivative that a probe stands for, by Jets, or by its secant.
+VectorXd ProbeDerivative(const Mechanism& mechanism, const Effect& effect,
+                         const Probe& probe) {
+  if (probe.secant != 0.0) {
+    std::vector<double> p = probe.at;
+    p[probe.along] += probe.secant;
+    return Change(mechanism, effect, p) / probe.secant;
+  }
+  std::vector<Jet8> seeded(probe.at.begin(), probe.at.end());
+  seeded[probe.along].v[0] = 1.0;
+  const std::vector<Jet8> answers =
+      Answers<Jet8>(mechanism, effect, effect.hooks(), seeded);
+  VectorXd derivative(answers.size());
+  for (size_t k = 0; k < answers.size(); ++k) derivative[k] = answers[k].v[0];
+  return derivative;
+}
+
+TEST_P(EffectContract, HasProbesOfEveryPointOfItsGridsOnly) {
+  size_t points = effect_->parameters().empty() ? 0 : 1;
+  for (const EffectParameter& parameter : effect_->parameters()) {
+    if (!parameter.grid.empty()) points *= parameter.grid.size();
+  }
+  // Delays are tried by secants instead.
+  if (effect_->kind() == "effort_delay") points = 6;
+  EXPECT_EQ(effect_->ProbeSets().size(), points);
+  for (const ProbeSet& probes : effect_->ProbeSets()) {
+    EXPECT_THAT(probes, Not(IsEmpty()));
+  }
+}
+
+TEST_P(EffectContract, IsOffWhereItIsProbed) {
+  const auto off =
+      Answers<double>(mechanism_, LikeEffect(), effect_->hooks(), {});
+  for (const ProbeSet& probes : effect_->ProbeSets()) {
+    for (const Probe& probe : probes) {
+      ASSERT_EQ(probe.at.size(), effect_->parameters().size());
+      ASSERT_LT(probe.along, static_cast<int>(probe.at.size()));
+      EXPECT_EQ(
+          Answers<double>(mechanism_, *effect_, effect_->hooks(), probe.at),
+          off);
+      const EffectParameter& along = effect_->parameters()[probe.along];
+      EXPECT_TRUE(along.grid.empty()) << along.name << " is searched";
+      EXPECT_LE(probe.at[probe.along] + probe.secant, along.upper);
+    }
+  }
+}
+
+TEST_P(EffectContract, HasTheDerivativeOfDifferencesWhereItIsProbed) {
+  for (const ProbeSet& probes : effect_->ProbeSets()) {
+    for (const Probe& probe : probes) {
+      const double scale = effect_->parameters()[probe.along].typical_scale;
+      const auto difference = RiddersDifference(
+          [&](double h) {
+            std::vector<double> p = probe.at;
+            p[probe.along] += h;
+            return Change(mechanism_, *effect_, p);
+          },
+          0.1 * scale);
+      const VectorXd derivative = ProbeDerivative(mechanism_, *effect_, probe);
+      ASSERT_TRUE(derivative.allFinite());
+      EXPECT_LT((derivative - difference.value).norm(),
+                1e-9 * derivative.norm() + 1e5 * kEpsilon / scale);
+    }
+  }
+}
+
+// What a screening relies on: weights of the probes that explain a recording
+// are the parameters with which a fit of the effect starts.
+TEST_P(EffectContract, IsTheSumOfItsProbesWhereTheirWeightsAreSmall) {
+  // A spring is that sum however large they are.
+  const double size = effect_->kind() == "spring" ? 1.0 : 1e-4;
+  for (const ProbeSet& probes : effect_->ProbeSets()) {
+    std::vector<double> weights;
+    VectorXd expected;
+    for (size_t i = 0; i < probes.size(); ++i) {
+      const double scale = effect_->parameters()[probes[i].along].typical_scale;
+      weights.push_back(size * scale * (i % 2 == 0 ? 1.0 : -0.3));
+      const VectorXd part =
+          weights[i] * ProbeDerivative(mechanism_, *effect_, probes[i]);
+      expected = i == 0 ? part : VectorXd(expected + part);
+    }
+    const std::vector<double> p = effect_->FromProbes(probes, weights);
+    ASSERT_EQ(p.size(), effect_->parameters().size());
+    const double second_order = size < 1.0 ? 10.0 * size : 0.0;
+    EXPECT_LT((Change(mechanism_, *effect_, p) - expected).norm(),
+              second_order * expected.norm() + 100 * kEpsilon);
+  }
 }
 
 // The value of an answer must not depend on the scalar it was computed with.
@@ -335,18 +435,26 @@ INSTANTIATE_TEST_SUITE_P(
 
 // --- Laws -------------------------------------------------------------------
 
-// The effort of an effect at a velocity.
-std::vector<double> Effort(const std::string& name, double value,
-                           const std::vector<double>& qd) {
+// The effort of an effect with parameters p at a position and a velocity.
+std::vector<double> EffortAt(const std::string& name,
+                             const std::vector<double>& p,
+                             const std::vector<double>& q,
+                             const std::vector<double>& qd) {
   const Mechanism mechanism = AllJoints();
   const auto effect = Catalogue().Make(name, mechanism, "test");
+  EXPECT_EQ(p.size(), effect->parameters().size());
   const Joint& joint = mechanism.joints[effect->joint()];
-  const double q[4] = {0.0, 0.0, 0.0, 1.0};
   std::vector<double> tau(qd.size(), 0.0);
   effect->HooksFor(ScalarTag<double>())
-      .AddEffort({joint.type, static_cast<int>(qd.size()), q, qd.data()},
-                 &value, tau.data());
+      .AddEffort({joint.type, static_cast<int>(qd.size()), q.data(), qd.data()},
+                 p.data(), tau.data());
   return tau;
+}
+
+// The same of one parameter at a velocity alone.
+std::vector<double> Effort(const std::string& name, double value,
+                           const std::vector<double>& qd) {
+  return EffortAt(name, {value}, {0.0, 0.0, 0.0, 1.0}, qd);
 }
 
 TEST(ViscousDamping, BrakesInProportionToTheVelocity) {
@@ -400,6 +508,143 @@ TEST(EffortBias, IsAConstantEffort) {
   EXPECT_THAT(Effort("effort_bias@slide", -0.3, {5.0}), ElementsAre(-0.3));
 }
 
+double Stribeck(const std::string& joint, double friction, double at_rest,
+                double velocity, double speed) {
+  return EffortAt("stribeck_friction@" + joint, {friction, at_rest, velocity},
+                  {0.0}, {speed})[0];
+}
+
+TEST(StribeckFriction, IsItsStaticLevelNearRestAndCoulombsWhenFast) {
+  // Above the smoothing speed and far below the Stribeck velocity.
+  EXPECT_NEAR(Stribeck("hinge", 2.0, 5.0, 10.0, 0.2), -5.0, 0.01);
+  EXPECT_NEAR(Stribeck("hinge", 2.0, 5.0, 10.0, -0.2), 5.0, 0.01);
+  EXPECT_NEAR(Stribeck("slide", 2.0, 5.0, 1.0, 0.02), -5.0, 0.01);
+  // Far above both.
+  EXPECT_NEAR(Stribeck("hinge", 2.0, 5.0, 0.1, 1.0), -2.0, 1e-3);
+  EXPECT_NEAR(Stribeck("slide", 2.0, 5.0, 0.01, 0.1), -2.0, 1e-3);
+  // At the Stribeck velocity 1/e of the difference is left.
+  EXPECT_NEAR(Stribeck("hinge", 2.0, 5.0, 3.0, 3.0),
+              -(2.0 + 3.0 * std::exp(-1.0)), 1e-4);
+  EXPECT_EQ(Stribeck("hinge", 2.0, 5.0, 3.0, 0.0), 0.0);
+}
+
+TEST(StribeckFriction, IsCoulombsWhereBothLevelsAreTheSame) {
+  for (const double speed : {-2.0, -0.05, 0.003, 0.4}) {
+    EXPECT_NEAR(Stribeck("hinge", 2.0, 2.0, 0.1, speed),
+                Effort("coulomb_friction@hinge", 2.0, {speed})[0], 1e-14);
+  }
+}
+
+TEST(StribeckFriction, ActsAlongTheAngularVelocityOfASphericalJoint) {
+  const auto tau = EffortAt("stribeck_friction@ball", {1.4, 7.0, 0.1},
+                            {0, 0, 0, 1}, {2.0, -3.0, 6.0});  // |w| = 7
+  EXPECT_NEAR(tau[0], -0.4, 1e-5);
+  EXPECT_NEAR(tau[1], 0.6, 1e-5);
+  EXPECT_NEAR(tau[2], -1.2, 1e-5);
+}
+
+TEST(QuadraticDrag, GrowsWithTheSquareOfTheSpeed) {
+  EXPECT_NEAR(Effort("quadratic_drag@hinge", 0.5, {3.0})[0], -4.5, 1e-4);
+  EXPECT_NEAR(Effort("quadratic_drag@slide", 0.5, {-3.0})[0], 4.5, 1e-4);
+  const auto tau = Effort("quadratic_drag@ball", 0.5, {2.0, -3.0, 6.0});
+  EXPECT_NEAR(tau[0], -7.0, 1e-4);
+  EXPECT_NEAR(tau[1], 10.5, 1e-4);
+  EXPECT_NEAR(tau[2], -21.0, 1e-4);
+  EXPECT_THAT(Effort("quadratic_drag@ball", 0.5, {0, 0, 0}), Each(0.0));
+}
+
+TEST(Spring, PullsTowardsItsReference) {
+  EXPECT_THAT(EffortAt("spring@hinge", {2.0, 0.5}, {1.5}, {9.0}),
+              ElementsAre(-2.0));
+  EXPECT_THAT(EffortAt("spring@slide", {2.0, -0.5}, {-1.5}, {0.0}),
+              ElementsAre(2.0));
+}
+
+// d/dt V = tau . qd with the potential V = k |phi|^2 / 2 of the angle from
+// neutral, along any turn.
+TEST(Spring, IsTheGradientOfItsPotentialOnASphericalJoint) {
+  const double k = 1.7;
+  Random random(3);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Eigen::Quaterniond q = random.Rotation();
+    const Vector3d w = random.NormalVector(3);
+    const auto potential = [&](double t) {
+      const Eigen::Quaterniond turned =
+          q * Eigen::Quaterniond(Exp<double>(Vector3d(t * w)));
+      return VectorXd::Constant(1, 0.5 * k * Log<double>(turned).squaredNorm())
+          .eval();
+    };
+    if (Log<double>(q).norm() > 2.8) continue;  // a fold at half a turn
+    const auto tau =
+        EffortAt("spring@ball", {k}, {q.x(), q.y(), q.z(), q.w()}, {0, 0, 0});
+    const double power = tau[0] * w[0] + tau[1] * w[1] + tau[2] * w[2];
+    EXPECT_NEAR(power, -RiddersDifference(potential, 0.02).value[0], 1e-8);
+  }
+}
+
+TEST(Cogging, IsASineOfTheAngleThatManyTimesATurn) {
+  const double q = 0.3;
+  EXPECT_NEAR(EffortAt("cogging@wheel", {0.2, 0.0, 6.0}, {q}, {1.0})[0],
+              0.2 * std::sin(1.8), 1e-15);
+  EXPECT_NEAR(EffortAt("cogging@wheel", {0.0, 0.2, 6.0}, {q}, {1.0})[0],
+              0.2 * std::cos(1.8), 1e-15);
+  // The same after a sixth of a turn.
+  const std::vector<double> p{0.2, -0.1, 6.0};
+  EXPECT_NEAR(EffortAt("cogging@hinge", p, {q}, {0.0})[0],
+              EffortAt("cogging@hinge", p, {q + M_PI / 3}, {0.0})[0], 1e-14);
+}
+
+TEST(Armature, AddsToTheInertiaOfItsJoint) {
+  const Mechanism mechanism = AllJoints();
+  for (const std::string joint : {"slide", "ball", "hinge"}) {
+    const auto effect = Catalogue().Make("armature@" + joint, mechanism, "");
+    const double p = 0.25;
+    double inertia = 1.0;
+    effect->HooksFor(ScalarTag<double>()).AddJointInertia(&p, &inertia);
+    EXPECT_EQ(inertia, 1.25);
+  }
+}
+
+TEST(EffortGain, MultipliesEveryEffortOfItsJoint) {
+  const Mechanism mechanism = AllJoints();
+  const auto effect = Catalogue().Make("effort_gain@ball", mechanism, "");
+  double tau[3] = {1.0, -2.0, 4.0};
+  const double p = 0.5;
+  effect->HooksFor(ScalarTag<double>()).ModifyInput(&p, tau);
+  EXPECT_THAT(tau, ElementsAre(1.5, -3.0, 6.0));
+}
+
+Vector3d Tilted(double x, double y) {
+  const Mechanism mechanism = AllJoints();
+  const auto effect = Catalogue().Make("gravity_tilt@base", mechanism, "");
+  const double p[2] = {x, y};
+  Vector3d gravity(0.0, 0.0, -10.0);
+  effect->HooksFor(ScalarTag<double>()).ModifyGravity(p, &gravity);
+  return gravity;
+}
+
+TEST(GravityTilt, TurnsGravityAboutTheWorldsAxes) {
+  const double s = 10.0 * std::sin(0.3), c = 10.0 * std::cos(0.3);
+  EXPECT_LT((Tilted(0.3, 0.0) - Vector3d(0, s, -c)).norm(), 1e-14);
+  EXPECT_LT((Tilted(0.0, 0.3) - Vector3d(-s, 0, -c)).norm(), 1e-14);
+  // Both: about the axis (3, 4, 0) / 5, by the angle 0.3.
+  EXPECT_LT((Tilted(0.18, 0.24) - Vector3d(-0.8 * s, 0.6 * s, -c)).norm(),
+            1e-14);
+}
+
+TEST(AerodynamicDrag, BrakesTheCentreOfMassAgainstItsVelocity) {
+  const Mechanism mechanism = AllJoints();
+  const auto effect = Catalogue().Make("aerodynamic_drag@rim", mechanism, "");
+  LinkState<double> link;
+  link.v_com = Vector3d(2.0, -3.0, 6.0);
+  link.w = Vector3d(1.0, 1.0, 1.0);
+  link.R_WL.setIdentity();
+  Vector3d force = Vector3d::Zero();
+  const double p = 0.1;
+  effect->HooksFor(ScalarTag<double>()).AddLinkForce(link, &p, &force);
+  EXPECT_LT((force - Vector3d(-1.4, 2.1, -4.2)).norm(), 1e-4);
+}
+
 TEST(SensorOffset, IsAddedToTheTruePosition) {
   const Mechanism mechanism = AllJoints();
   const auto effect = Catalogue().Make("sensor_offset@hinge", mechanism, "");
@@ -423,6 +668,12 @@ TEST(EffectUnits, FollowTheTypeOfTheJoint) {
   EXPECT_EQ(unit("effort_bias@slide"), "N");
   EXPECT_EQ(unit("sensor_offset@hinge"), "rad");
   EXPECT_EQ(unit("sensor_offset@slide"), "m");
+  EXPECT_EQ(unit("quadratic_drag@hinge"), "N m s^2/rad^2");
+  EXPECT_EQ(unit("quadratic_drag@slide"), "N s^2/m^2");
+  EXPECT_EQ(unit("spring@ball"), "N m/rad");
+  EXPECT_EQ(unit("spring@slide"), "N/m");
+  EXPECT_EQ(unit("armature@wheel"), "kg m^2");
+  EXPECT_EQ(unit("armature@slide"), "kg");
 }
 
 }  // namespace

@@ -69,25 +69,22 @@ class TestLinkForce : public EffectOf<TestLinkForce> {
   }
 };
 
-// tau -> (1 + p0) tau(time - 0.5) + p1 time.
+// tau -> (1 + p0) tau + p1 for every effort of a joint.
 class TestInput : public EffectOf<TestInput> {
  public:
   static constexpr char kName[] = "test_input";
-  static constexpr TargetKind kTarget = TargetKind::kBase;
+  static constexpr TargetKind kTarget = TargetKind::kJoint;
 
-  TestInput(const Mechanism& mechanism, const std::string& base)
-      : EffectOf(kName, kInputHook, mechanism, base), nv_(mechanism.nv) {
-    AddParameter("test_input_gain", "-", 1.0, -100.0, 100.0);
-    AddParameter("test_input_drift", "N m/s", 1.0, -100.0, 100.0);
+  TestInput(const Mechanism& mechanism, const std::string& joint)
+      : EffectOf(kName, kInputHook, mechanism, joint),
+        nv_(VelocitySize(mechanism.joints[this->joint()].type)) {
+    AddParameter(joint + ".test_gain", "-", 1.0, -100.0, 100.0);
+    AddParameter(joint + ".test_shift", "N m", 1.0, -100.0, 100.0);
   }
 
   template <typename T>
-  void ModifyInput(const EffortSignal& measured, double time, const T* p,
-                   T* tau) const {
-    const double* before = measured.At(time - 0.5);
-    for (int i = 0; i < nv_; ++i) {
-      tau[i] = (p[0] + 1.0) * before[i] + p[1] * time;
-    }
+  void ModifyInput(const T* p, T* tau) const {
+    for (int i = 0; i < nv_; ++i) tau[i] = (p[0] + 1.0) * tau[i] + p[1];
   }
 
  private:

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "models/effects/effect.h"
+
+namespace sysid {
+
+// Coulomb friction with another level near rest (Stribeck 1902; Armstrong-
+// Helouvry et al. 1994):
+//   tau = -(c (1 - e) + s e) qd / sqrt(|qd|^2 + v_s^2),  e = exp(-|qd|^2 / v^2)
+// c the friction of fast motion, s the static friction, v the Stribeck
+// velocity, v_s the smoothing speed of coulomb_friction.h. Linear in c and s;
+// v is searched.
+class StribeckFriction : public EffectOf<StribeckFriction> {
+ public:
+  static constexpr char kName[] = "stribeck_friction";
+  static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kShowsIn[] =
+      "very slow beside fast motion of the joint";
+
+  StribeckFriction(const Mechanism& mechanism, const std::string& joint)
+      : EffectOf(kName, kEffortHook, mechanism, joint),
+        smoothing_speed_(IsPrismatic() ? 1e-3 : 1e-2) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    // A slide's speeds: a tenth of the angular ones, in m/s.
+    const double unit = IsPrismatic() ? 0.1 : 1.0;
+    AddParameter(joint + ".friction", "{effort}", 0.01, 0.0, kInfinity);
+    AddParameter(joint + ".static_friction", "{effort}", 0.01, 0.0, kInfinity);
+    AddSearchedParameter(joint + ".stribeck_velocity", "{position}/s",
+                         0.1 * unit,
+                         {0.03 * unit, 0.1 * unit, 0.3 * unit, 1.0 * unit},
+                         1e-3 * unit, 1e3 * unit);
+  }
+
+  // Coulomb friction is the same at every speed.
+  void TakeOver(std::vector<double>* values) const override {
+    (*values)[1] = (*values)[0];
+  }
+
+  template <typename T>
+  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
+    using std::exp;
+    using std::sqrt;
+    T speed2 = T(0.0);
+    for (int i = 0; i < joint.nv; ++i) speed2 += joint.qd[i] * joint.qd[i];
+    const T e = exp(-speed2 / (p[2] * p[2]));
+    const T level = p[0] + (p[1] - p[0]) * e;
+    const T scale = level / sqrt(speed2 + smoothing_speed_ * smoothing_speed_);
+    for (int i = 0; i < joint.nv; ++i) tau[i] -= scale * joint.qd[i];
+  }
+
+ private:
+  double smoothing_speed_;
+};
+
+}  // namespace sysid
