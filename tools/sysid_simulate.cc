@@ -45,9 +45,12 @@ constexpr char kHelp[] =
   --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
                              pendulum3_planar, cartpole, arm7) or a URDF
   --set name=value,...       parameters, also those of effects
-  --add effect@target=v,...  effects, with the value of their first parameter:
-                             viscous_damping, coulomb_friction, effort_bias,
-                             sensor_offset
+  --add effect@target=v,...  effects, with the value of their first parameter
+      on joints: viscous_damping, coulomb_friction, stribeck_friction,
+          quadratic_drag, spring, armature, effort_bias, effort_gain, cogging,
+          sensor_offset
+      on links:  aerodynamic_drag, mass, com, inertia
+      on base:   effort_delay, gravity_tilt
   --initial random|RUN.csv   start at rest at random angles, or as the first
                              row of a run (velocities where it has them)
   --tilt 0.6                 largest angle of a random start, rad (slides: m)
@@ -107,14 +110,12 @@ void ChangeModel(const Catalogue& catalogue, const std::string& file,
   std::vector<NamedValue> values;
   for (const NamedValue& added : SplitAssignments(FLAGS_add, "--add")) {
     const auto effect = catalogue.Make(added.name, model->mechanism(), "--add");
-    if (!model->effects().Contains(added.name)) model->AddEffect(effect);
+    if (!model->effects().Contains(added.name)) {
+      model->AddEffect(effect, "--add");
+    }
     if (added.value) {
-      if (effect->parameters().empty()) {
-        throw InputError("--add", added.name + " has no parameter to set",
-                         "write --add " + added.name);
-      }
       values.push_back(
-          {effect->parameters().front().name, added.value, "--add"});
+          {effect->ParameterNames().front(), added.value, "--add"});
     }
   }
   for (const NamedValue& set : SplitAssignments(FLAGS_set, "--set")) {
@@ -129,13 +130,7 @@ void ChangeModel(const Catalogue& catalogue, const std::string& file,
   for (const NamedValue& value : values) {
     const Parameter parameter =
         FindParameters(*model, {value.name}, value.place).front();
-    if (*value.value < parameter.lower || *value.value > parameter.upper) {
-      throw InputError(value.place,
-                       "'" + value.name + "' cannot be " +
-                           ShortestText(*value.value) + " " + parameter.unit,
-                       "it lies between " + ShortestText(parameter.lower) +
-                           " and " + ShortestText(parameter.upper));
-    }
+    CheckValue(*model, parameter, *value.value, value.place);
     names.push_back(value.name);
     numbers.push_back(*value.value);
   }
@@ -184,22 +179,55 @@ Eigen::VectorXd Start(const Model& model, std::vector<std::string>* notices) {
   return FirstState(model, run);
 }
 
-// What was asked for and does nothing.
+// Whether an effect of the model does nothing: what a screening would move is
+// at null, or its link is the mechanism's own.
+bool IsOff(const Model& model, int i) {
+  const Effect& effect = model.effects().effect(i);
+  const double* values =
+      model.nominal().effects.data() + model.effects().offset(i);
+  for (const ProbeSet& probes : effect.ProbeSets()) {
+    for (const Probe& probe : probes) {
+      const EffectParameter& along = effect.parameters()[probe.along];
+      if (values[probe.along] != along.null_value) return false;
+    }
+  }
+  if (effect.corrects().empty()) return true;
+  const Inertial<double>& own = model.mechanism().nominal.links[effect.link()];
+  const Inertial<double>& now = model.nominal().links[effect.link()];
+  return now.mass == own.mass && now.com == own.com &&
+         now.inertia == own.inertia;
+}
+
+double ValueOfEffect(const Model& model, const std::string& name) {
+  return FindParameters(model, {name}, "").front().nominal;
+}
+
+// What was asked for and does nothing, or not what it is named for.
 void AddNotices(const Model& model, const SimulationOptions& options,
                 std::vector<std::string>* notices) {
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
-    const int first = model.effects().offset(i);
-    const int count = static_cast<int>(effect.parameters().size());
-    bool off = count > 0;
-    for (int k = first; k < first + count; ++k) {
-      const double null = model.effects().parameters()[k].null_value;
-      off = off && model.nominal().effects[k] == null;
-    }
-    if (off) {
-      notices->push_back("effect " + effect.name() +
-                         " is off: give it a value, --add " + effect.name() +
-                         "=0.01");
+    const std::string& target = effect.target();
+    if (IsOff(model, i)) {
+      const Parameter first =
+          FindParameters(model, {effect.ParameterNames().front()}, "").front();
+      const bool own = !effect.corrects().empty();
+      notices->push_back(
+          "effect " + effect.name() + " is off: " +
+          (own ? first.name + " is the model's own, " +
+                     ShortestText(first.nominal) + " " + first.unit +
+                     "; give it another value"
+               : "give it a value") +
+          ", --add " + effect.name() + "=" +
+          ShortestText(own ? first.nominal + 0.1 * first.typical_scale
+                           : first.typical_scale));
+    } else if (effect.kind() == "stribeck_friction" &&
+               ValueOfEffect(model, target + ".static_friction") <
+                   ValueOfEffect(model, target + ".friction")) {
+      notices->push_back(
+          effect.name() + ": there is less friction at rest than in motion; " +
+          "give more with --set " + target + ".static_friction=" +
+          ShortestText(2 * ValueOfEffect(model, target + ".friction")));
     }
   }
   if (options.excitation == Excitation::kNone) return;

@@ -26,14 +26,18 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
       : EffectOf(kName, kEffortHook, mechanism, joint),
         smoothing_speed_(IsPrismatic() ? 1e-3 : 1e-2) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    // A slide's speeds: a tenth of the angular ones, in m/s.
+    // A slide's speeds: a tenth of the angular ones, in m/s. Twice the
+    // smoothing speed is the least: below, the peak would be within the
+    // smoothing.
     const double unit = IsPrismatic() ? 0.1 : 1.0;
     AddParameter(joint + ".friction", "{effort}", 0.01, 0.0, kInfinity);
-    AddParameter(joint + ".static_friction", "{effort}", 0.01, 0.0, kInfinity);
+    // Higher, as it is in practice: with both the same the velocity has no
+    // influence.
+    AddParameter(joint + ".static_friction", "{effort}", 0.02, 0.0, kInfinity);
     AddSearchedParameter(joint + ".stribeck_velocity", "{position}/s",
                          0.1 * unit,
                          {0.03 * unit, 0.1 * unit, 0.3 * unit, 1.0 * unit},
-                         1e-3 * unit, 1e3 * unit);
+                         0.02 * unit, 1e3 * unit);
   }
 
   // Coulomb friction is the same at every speed.

@@ -232,6 +232,15 @@ std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
     fixed += "  " + Key(name) + ": " +
              ShortestText(fit.model.nominal().effects[i]) + "\n";
   }
+  for (int i = 0; i < effects.size(); ++i) {
+    for (const std::string& name : effects.effect(i).corrects()) {
+      if (free.count(name) > 0) continue;
+      fixed +=
+          "  " + Key(name) + ": " +
+          ShortestText(FindParameters(fit.model, {name}, "").front().nominal) +
+          "\n";
+    }
+  }
   if (free.count("gravity") == 0 && fit.model.nominal().gravity != 9.81) {
     fixed += "  gravity: " + ShortestText(fit.model.nominal().gravity) + "\n";
   }

@@ -1,6 +1,7 @@
 #include "sysid/session/session.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -18,6 +19,11 @@ namespace sysid {
 namespace {
 
 std::string Number(double value) { return ShortestText(value); }
+
+bool IsWhole(const Model& model, const Parameter& parameter) {
+  return parameter.kind == ParameterKind::kEffect &&
+         model.effects().parameters()[parameter.index].whole;
+}
 
 // The specification of --spec, or the one beside the model.
 FitSpecification ReadSpecification(const FitRequest& request) {
@@ -51,6 +57,10 @@ class FreeList {
     }
     list_.push_back(free);
   }
+  bool Has(const std::string& name) const {
+    return std::any_of(list_.begin(), list_.end(),
+                       [&](const auto& free) { return free.name == name; });
+  }
   void Remove(const std::string& name) {
     std::erase_if(list_, [&](const auto& free) { return free.name == name; });
   }
@@ -74,16 +84,90 @@ FitSpecification::Free Described(const FitSpecification& spec,
   return free;
 }
 
-void AddEffect(const std::string& name, const std::string& place,
-               const Catalogue& catalogue, Model* model, FreeList* free,
-               const FitSpecification& spec) {
-  const std::shared_ptr<const Effect> effect =
-      catalogue.Make(name, model->mechanism(), place);
-  // One that is there already (from the URDF or the specification) becomes
-  // free.
-  if (!model->effects().Contains(name)) model->AddEffect(effect);
-  for (const EffectParameter& parameter : effect->parameters()) {
-    free->Add(Described(spec, parameter.name, place));
+// Whether the motion depends on a parameter of the mechanism at all: a planar
+// one never feels most of its links' inertia. Asked of the efforts of a motion
+// that has no symmetry.
+bool Moves(const Model& model, const Parameter& parameter) {
+  Eigen::VectorXd x(model.state_size() + model.nv());
+  for (int i = 0; i < x.size(); ++i) x[i] = std::sin(1.0 + 2.0 * i);
+  for (const Body& body : model.bodies()) {
+    if (body.type == JointType::kSpherical) {
+      x.segment<4>(body.q_index).normalize();
+    }
+  }
+  const auto efforts = [&](double value) {
+    Model changed = model;
+    SetParameters({parameter}, {value}, &changed);
+    Workspace<double> ws(changed);
+    Eigen::VectorXd tau(model.nv());
+    InverseDynamics<double>(&ws, x.data(), x.data() + model.nq(),
+                            x.data() + model.state_size(), tau.data());
+    return tau;
+  };
+  const Eigen::VectorXd there = efforts(parameter.nominal);
+  const Eigen::VectorXd beside =
+      efforts(parameter.nominal + parameter.typical_scale);
+  return (beside - there).norm() > 1e-9 * (beside.norm() + there.norm());
+}
+
+// Frees what an effect says is wrong in the nominal values, as far as it moves
+// the model.
+void FreeCorrected(const Effect& effect, const std::string& place,
+                   const FitSpecification& spec, const Model& model,
+                   FreeList* free, std::vector<std::string>* notices) {
+  std::vector<std::string> idle;
+  for (const std::string& name : effect.corrects()) {
+    if (free->Has(name) ||
+        Moves(model, FindParameters(model, {name}, place).front())) {
+      free->Add(Described(spec, name, place));
+    } else {
+      idle.push_back(name);
+    }
+  }
+  if (idle.empty()) return;
+  if (idle.size() == effect.corrects().size()) {
+    throw InputError(place,
+                     "effect '" + effect.name() + "': the motion of this " +
+                         "model does not depend on " + Join(idle),
+                     "leave it out");
+  }
+  notices->push_back(effect.name() + ": the motion of this model does not " +
+                     "depend on " + Join(idle) + ", held");
+}
+
+// Adds effects that were named in one place, and frees their parameters.
+void AddEffects(const std::vector<Located<std::string>>& named,
+                const Catalogue& catalogue, const FitSpecification& spec,
+                Model* model, FreeList* free,
+                std::vector<std::string>* notices) {
+  const auto is_named = [&](const std::string& name) {
+    return std::any_of(named.begin(), named.end(),
+                       [&](const auto& other) { return other.value == name; });
+  };
+  for (const Located<std::string>& one : named) {
+    const std::shared_ptr<const Effect> effect =
+        catalogue.Make(one.value, model->mechanism(), one.place);
+    // One that is there already (from the URDF or the specification) becomes
+    // free.
+    if (!model->effects().Contains(one.value)) {
+      const std::vector<std::string> before = model->effects().names();
+      model->AddEffect(effect, one.place);
+      for (const std::string& name : before) {
+        if (model->effects().Contains(name)) continue;
+        if (is_named(name)) {
+          throw InputError(one.place,
+                           one.value + " shares parameters with " + name +
+                               ", which is named beside it",
+                           "leave one of them out");
+        }
+        notices->push_back(one.value + " takes the place of " + name);
+      }
+    }
+    for (const EffectParameter& parameter : effect->parameters()) {
+      if (parameter.whole) continue;
+      free->Add(Described(spec, parameter.name, one.place));
+    }
+    FreeCorrected(*effect, one.place, spec, *model, free, notices);
   }
 }
 
@@ -96,13 +180,7 @@ void FixParameters(const std::vector<NamedValue>& fixes, Model* model,
         FindParameters(*model, {fix.name}, fix.place);
     free->Remove(fix.name);
     if (!fix.value) continue;
-    if (*fix.value < found[0].lower || *fix.value > found[0].upper) {
-      throw InputError(fix.place,
-                       "'" + fix.name + "' cannot be " + Number(*fix.value) +
-                           " " + found[0].unit,
-                       "it lies between " + Number(found[0].lower) + " and " +
-                           Number(found[0].upper));
-    }
+    CheckValue(*model, found[0], *fix.value, fix.place);
     names.push_back(fix.name);
     values.push_back(*fix.value);
   }
@@ -129,6 +207,13 @@ FreeParameter MakeFree(const Model& model,
   free.upper = std::min(free.parameter.upper,
                         wanted.upper.value_or(free.parameter.upper));
   free.initial = wanted.initial.value_or(free.parameter.nominal);
+  if (IsWhole(model, free.parameter)) {
+    throw InputError(
+        wanted.place,
+        "'" + wanted.name + "' is a whole number, which a fit cannot move",
+        "hold it: --fix " + wanted.name + "=" +
+            Number(wanted.initial.value_or(6.0)));
+  }
   const std::string range = "[" + Number(free.lower) + ", " +
                             Number(free.upper) + "] " + free.parameter.unit;
   if (!(free.lower < free.upper)) {
@@ -209,6 +294,20 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
 
 }  // namespace
 
+void CheckValue(const Model& model, const Parameter& parameter, double value,
+                const std::string& place) {
+  const std::string cannot = "'" + parameter.name + "' cannot be " +
+                             Number(value) + " " + parameter.unit;
+  if (value < parameter.lower || value > parameter.upper) {
+    throw InputError(place, cannot,
+                     "it lies between " + Number(parameter.lower) + " and " +
+                         Number(parameter.upper));
+  }
+  if (IsWhole(model, parameter) && value != std::round(value)) {
+    throw InputError(place, cannot, "give a whole number");
+  }
+}
+
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
                 std::string* file, std::vector<std::string>* notices) {
   *file = FindModel(name_or_file);
@@ -263,17 +362,17 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   } else {
     for (const FitSpecification::Free& f : spec.free) free.Add(f);
   }
-  for (const Located<std::string>& effect : spec.effects) {
-    AddEffect(effect.value, effect.place, catalogue, &model, &free, spec);
-  }
+  AddEffects(spec.effects, catalogue, spec, &model, &free, &notices);
+  std::vector<Located<std::string>> added;
   for (const NamedValue& effect : SplitAssignments(request.add, "--add")) {
     if (effect.value) {
       throw InputError("--add",
                        "'" + effect.name + "' has a value, which the fit finds",
                        "write --add " + effect.name);
     }
-    AddEffect(effect.name, "--add", catalogue, &model, &free, spec);
+    added.push_back({effect.name, "--add"});
   }
+  AddEffects(added, catalogue, spec, &model, &free, &notices);
   std::vector<NamedValue> fixes;
   for (const FitSpecification::Fix& fix : spec.fix) {
     fixes.push_back({fix.name, fix.value, fix.place});

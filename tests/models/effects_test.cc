@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -168,6 +169,11 @@ TEST_P(EffectContract, IsNamedAsInTheContract) {
   EXPECT_EQ(base, effect_->joint() < 0 && effect_->link() < 0);
   std::vector<std::string> expected;
   for (const std::string& name : ContractTable().at(kind)) {
+    // One moment shows of a wheel on a slide.
+    if (GetParam() == "inertia@rim") {
+      expected = {"rim.inertia_scale"};
+      break;
+    }
     // A rotation has no number that its reference could be.
     if (name == "spring_reference" && effect_->target() == "ball") continue;
     expected.push_back(base ? name : effect_->target() + "." + name);
@@ -652,6 +658,36 @@ TEST(SensorOffset, IsAddedToTheTruePosition) {
   const double p = 0.25;
   effect->HooksFor(ScalarTag<double>()).ModifyMeasurement(&p, &q);
   EXPECT_EQ(q, 1.25);
+}
+
+// The names that an effect of the inertia corrects on the last of hinges about
+// these axes, each turned against the one before by a quarter turn about x.
+std::vector<std::string> CorrectedBehind(const std::vector<Vector3d>& axes) {
+  Mechanism mechanism;
+  mechanism.AddRoot("root");
+  for (const Vector3d& axis : axes) {
+    Joint joint;
+    joint.name = "joint" + std::to_string(mechanism.links.size());
+    joint.type = JointType::kContinuous;
+    joint.parent_link = static_cast<int>(mechanism.links.size()) - 1;
+    joint.axis = axis;
+    joint.R_PJ = Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitX());
+    mechanism.AddJoint(joint, "link" + std::to_string(mechanism.links.size()),
+                       {0, 0, 1}, SomeBody());
+  }
+  return Catalogue()
+      .Make("inertia@" + mechanism.links.back().name, mechanism, "test")
+      ->corrects();
+}
+
+TEST(WrongInertia, IsOneNumberOfALinkThatTurnsAboutOneDirection) {
+  const Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  EXPECT_THAT(CorrectedBehind({y}), ElementsAre("link1.inertia_scale"));
+  EXPECT_THAT(CorrectedBehind({x, -x}), ElementsAre("link2.inertia_scale"));
+  // y of the second is z of the first.
+  EXPECT_THAT(CorrectedBehind({z, y}), ElementsAre("link2.inertia_scale"));
+  EXPECT_EQ(CorrectedBehind({y, y}).size(), 6u);
+  EXPECT_EQ(CorrectedBehind({z, y, x}).size(), 6u);
 }
 
 TEST(EffectUnits, FollowTheTypeOfTheJoint) {

@@ -149,6 +149,50 @@ TEST_F(BadFlagsTest, Effects) {
               "write --add viscous_damping@joint1");
   ExpectFlags({"--add", "viscous_damping@joint1,viscous_damping@joint1"},
               "--add", "is named twice", "once");
+  for (const std::string both :
+       {"coulomb_friction@joint1,stribeck_friction@joint1",
+        "stribeck_friction@joint1,coulomb_friction@joint1"}) {
+    ExpectFlags({"--add", both}, "--add", "shares parameters with",
+                "leave one of them out");
+  }
+}
+
+TEST_F(BadFlagsTest, WholeNumbers) {
+  const Arguments add{"--model", "rod.urdf", "--add", "cogging@j"};
+  folder_->Write("rod.urdf", R"(<robot name="r"><link name="base"/>
+<joint name="j" type="continuous"><parent link="base"/><child link="arm"/>
+<axis xyz="0 1 0"/></joint>
+<link name="arm"><inertial><origin xyz="0 0 -1"/><mass value="1"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+</robot>)");
+  const Arguments fit = add + Arguments{"--traj", "run.csv"};
+  ExpectFitRefused(*folder_, fit + Arguments{"--free", "j.cogging_order"},
+                   "--free",
+                   "'j.cogging_order' is a whole number, which a fit cannot "
+                   "move",
+                   "hold it: --fix j.cogging_order=6");
+  ExpectFitRefused(*folder_, fit + Arguments{"--fix", "j.cogging_order=2.5"},
+                   "--fix", "'j.cogging_order' cannot be 2.5",
+                   "give a whole number");
+  ExpectFitRefused(*folder_, fit + Arguments{"--fix", "j.cogging_order=0"},
+                   "--fix", "'j.cogging_order' cannot be 0",
+                   "it lies between 1 and 1000");
+}
+
+TEST_F(BadFlagsTest, AnEffectThatNothingOfTheModelFeels) {
+  folder_->Write("cart.urdf", R"(<robot name="r"><link name="base"/>
+<joint name="j" type="prismatic"><parent link="base"/><child link="car"/>
+<axis xyz="1 0 0"/></joint>
+<link name="car"><inertial><mass value="1"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+</robot>)");
+  ExpectFitRefused(
+      *folder_,
+      {"--model", "cart.urdf", "--traj", "run.csv", "--add", "com@car"},
+      "--add",
+      "effect 'com@car': the motion of this model does not depend "
+      "on car.com_x, car.com_y, car.com_z",
+      "leave it out");
 }
 
 TEST_F(BadFlagsTest, OutputsThatCannotBeWritten) {

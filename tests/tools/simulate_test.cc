@@ -86,6 +86,11 @@ TEST_F(SimulateTest, ParametersAndEffects) {
   ExpectFlags(
       {"--add", "viscous_damping@joint1=1", "--set", "joint1.damping=2"},
       "--set", "'joint1.damping' is named twice", "once");
+  ExpectFlags(
+      {"--add", "cogging@joint1=0.1", "--set", "joint1.cogging_order=2.5"},
+      "--set", "'joint1.cogging_order' cannot be 2.5", "give a whole number");
+  ExpectFlags({"--add", "stribeck_friction@joint1=1,coulomb_friction@joint1=1"},
+              "--add", "shares parameters with", "leave one of them out");
 }
 
 TEST_F(SimulateTest, OutputsThatCannotBeWritten) {
@@ -187,6 +192,65 @@ TEST_F(SimulateTest, PlantsEffects) {
   }
   EXPECT_GT(std::abs(damped[1].back() - plain[1].back()), 1e-3);
   EXPECT_EQ(damped, Numbers("damped2.csv").columns);
+}
+
+TEST_F(SimulateTest, PlantsWrongNominalValues) {
+  const Arguments simulate{"--model", "pendulum2",  "--noise",
+                           "0",       "--duration", "1"};
+  const auto same = [&](const std::string& add, const std::string& set) {
+    SimulateInto(folder_, "a.csv", simulate + Arguments{"--add", add});
+    SimulateInto(folder_, "b.csv", simulate + Arguments{"--set", set});
+    SimulateInto(folder_, "plain.csv", simulate);
+    EXPECT_EQ(Numbers("a.csv").columns, Numbers("b.csv").columns);
+    EXPECT_NE(Numbers("a.csv").columns, Numbers("plain.csv").columns);
+  };
+  same("mass@link2=0.5", "link2.mass=0.5");
+  same("com@link2=0.1", "link2.com_x=0.1");
+  same("inertia@link2=6e-5", "link2.ixx=6e-5");
+}
+
+// What a simulation says on standard error.
+class SimulateNotesTest : public SimulateTest {
+ protected:
+  std::string Notes(const Arguments& more) {
+    const ProgramResult result = folder_.Run(
+        SYSID_SIMULATE, Arguments{"--model", "pendulum2_planar", "--duration",
+                                  "0.1", "--out_csv", "run.csv"} +
+                            more);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.err;
+  }
+};
+
+TEST_F(SimulateNotesTest, AnEffectThatIsOff) {
+  EXPECT_EQ(Notes({"--add", "viscous_damping@joint1"}),
+            "note: effect viscous_damping@joint1 is off: give it a value, "
+            "--add viscous_damping@joint1=0.01\n");
+  // What does nothing alone does not switch it on.
+  EXPECT_THAT(
+      Notes({"--add", "spring@joint1", "--set", "joint1.spring_reference=0.3"}),
+      HasSubstr("spring@joint1 is off"));
+  EXPECT_THAT(
+      Notes({"--add", "cogging@joint1", "--set", "joint1.cogging_order=6"}),
+      HasSubstr("cogging@joint1 is off"));
+  EXPECT_EQ(Notes({"--add", "mass@link2"}),
+            "note: effect mass@link2 is off: link2.mass is the model's own, 1 "
+            "kg; give it another value, --add mass@link2=1.1\n");
+  EXPECT_THAT(Notes({"--add", "com@link1"}),
+              HasSubstr("com@link1 is off: link1.com_x is the model's own"));
+  EXPECT_EQ(Notes({"--add", "mass@link2=0.5,inertia@link2=2,cogging@joint1",
+                   "--set", "joint1.cogging_cos=0.1"}),
+            "");
+}
+
+TEST_F(SimulateNotesTest, FrictionThatIsLessAtRest) {
+  EXPECT_EQ(Notes({"--add", "stribeck_friction@joint1=0.1"}),
+            "note: stribeck_friction@joint1: there is less friction at rest "
+            "than in motion; give more with --set joint1.static_friction=0.2"
+            "\n");
+  EXPECT_EQ(Notes({"--add", "stribeck_friction@joint1=0.1", "--set",
+                   "joint1.static_friction=0.2"}),
+            "");
 }
 
 TEST_F(SimulateTest, ExcitesJoints) {
