@@ -1,0 +1,125 @@
+#include "tests/acceptance/hidden/planted_effect.h"
+
+#include <map>
+
+#include "glog/logging.h"
+#include "models/parameters.h"
+
+namespace sysid {
+namespace {
+
+double Nominal(const Model& model, const std::string& name) {
+  return FindParameters(model, {name}, "test").front().nominal;
+}
+
+}  // namespace
+
+std::string PlantedEffect::kind() const {
+  return name.substr(0, name.find('@'));
+}
+
+std::string PlantedEffect::target() const {
+  return name.substr(name.find('@') + 1);
+}
+
+double PlantedEffect::Get(const std::string& ending) const {
+  for (const auto& [parameter, value] : values) {
+    if (parameter == ending || parameter == target() + "." + ending) {
+      return value;
+    }
+  }
+  LOG(FATAL) << name << " has no " << ending;
+}
+
+PlantedEffect PlantEffect(const Model& truth, const std::string& name,
+                          double magnitude) {
+  PlantedEffect effect{name, {}};
+  const std::string kind = effect.kind(), target = effect.target();
+  const int joint = truth.mechanism().FindJoint(target);
+  const bool slides = joint >= 0 && truth.mechanism().joints[joint].type ==
+                                        JointType::kPrismatic;
+  const auto put = [&](const std::string& parameter, double value) {
+    effect.values.emplace_back(parameter, value);
+  };
+  const auto change = [&](const std::string& parameter, double by) {
+    put(parameter, Nominal(truth, parameter) + by);
+  };
+  if (kind == "stribeck_friction") {
+    put(target + ".friction", magnitude);
+    put(target + ".static_friction", 2.5 * magnitude);
+    put(target + ".stribeck_velocity", slides ? 0.04 : 0.4);
+  } else if (kind == "spring") {
+    put(target + ".stiffness", magnitude);
+    const bool ball =
+        truth.mechanism().joints[joint].type == JointType::kSpherical;
+    if (!ball) put(target + ".spring_reference", slides ? 0.1 : 0.35);
+  } else if (kind == "cogging") {
+    put(target + ".cogging_sin", magnitude);
+    put(target + ".cogging_cos", 0.6 * magnitude);
+    put(target + ".cogging_order", 6.0);
+  } else if (kind == "gravity_tilt") {
+    put("gravity_tilt_x", 0.4 * magnitude);
+    put("gravity_tilt_y", magnitude);
+  } else if (kind == "effort_delay") {
+    put("effort_delay", magnitude);
+  } else if (kind == "mass") {
+    change(target + ".mass", magnitude * Nominal(truth, target + ".mass"));
+  } else if (kind == "com") {
+    change(target + ".com_x", magnitude);
+    change(target + ".com_y", 0.5 * magnitude);
+  } else if (kind == "inertia") {
+    for (const char* entry : {".ixx", ".iyy", ".izz"}) {
+      change(target + entry, magnitude);
+    }
+  } else {
+    // Those of one parameter.
+    const auto made = Catalogue().Make(name, truth.mechanism(), "test");
+    CHECK_EQ(made->parameters().size(), 1u) << name;
+    put(made->parameters().front().name, magnitude);
+  }
+  return effect;
+}
+
+MagnitudeRange RangeOf(const std::string& kind) {
+  static const std::map<std::string, MagnitudeRange> ranges = {
+      {"viscous_damping", {0.02, 5.0}},
+      {"coulomb_friction", {0.02, 5.0}},
+      {"stribeck_friction", {0.02, 5.0}},
+      {"quadratic_drag", {0.02, 5.0}},
+      {"spring", {0.2, 20.0}},
+      {"armature", {0.01, 1.0}},
+      {"effort_bias", {0.05, 10.0}},
+      {"effort_gain", {0.05, 0.5}},
+      {"effort_delay", {0.01, 0.06}},
+      {"cogging", {0.05, 5.0}},
+      {"gravity_tilt", {0.01, 0.2}},
+      {"sensor_offset", {0.02, 0.3}},
+      {"aerodynamic_drag", {0.02, 5.0}},
+      {"mass", {0.1, 1.0}},
+      {"com", {0.01, 0.08}},
+      {"inertia", {0.01, 0.5}},
+  };
+  const auto found = ranges.find(kind);
+  CHECK(found != ranges.end()) << kind;
+  return found->second;
+}
+
+Model WithEffects(const Model& truth,
+                  const std::vector<PlantedEffect>& planted) {
+  const Catalogue catalogue;
+  Model model = truth;
+  std::vector<std::string> names;
+  std::vector<double> values;
+  for (const PlantedEffect& effect : planted) {
+    const auto made = catalogue.Make(effect.name, model.mechanism(), "test");
+    if (!made->parameters().empty()) model.AddEffect(made);
+    for (const auto& [name, value] : effect.values) {
+      names.push_back(name);
+      values.push_back(value);
+    }
+  }
+  SetParameters(FindParameters(model, names, "test"), values, &model);
+  return model;
+}
+
+}  // namespace sysid
