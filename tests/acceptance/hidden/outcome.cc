@@ -1,0 +1,133 @@
+#include "tests/acceptance/hidden/outcome.h"
+
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "sysid/diagnosis/diagnose.h"
+
+namespace sysid {
+namespace {
+
+EstimationOptions Options() {
+  EstimationOptions options;  // everything from the data, as a user has it
+  options.threads = 1;        // the cases run beside each other
+  return options;
+}
+
+// From errors over the noise that was estimated to those over the planted.
+double Scale(const HiddenData& data, double estimated_noise) {
+  return estimated_noise / data.info.noise;
+}
+
+Fit FitCase(const HiddenData& data, const Model& model,
+            const std::vector<FreeParameter>& free) {
+  ShootingProblem problem(model, free, data.train, Options());
+  return FitIndependentSegments(&problem);
+}
+
+}  // namespace
+
+Outcome DiagnoseCase(const HiddenData& data) {
+  const auto start = std::chrono::steady_clock::now();
+  DiagnosisProblem problem(data.mechanism.plain);
+  problem.free = data.mechanism.free;
+  problem.train = data.train;
+  problem.holdout = {data.holdout};
+  problem.options = Options();
+  const Catalogue catalogue;
+  const Mechanism& mechanism = data.mechanism.plain.mechanism();
+  std::vector<std::shared_ptr<const Effect>> candidates;
+  for (const std::string& name : catalogue.Candidates(mechanism)) {
+    candidates.push_back(catalogue.Make(name, mechanism, "test"));
+  }
+  DiagnosisOptions options;
+  options.add = true;
+  const Diagnosis diagnosis = Diagnose(problem, candidates, options);
+
+  Outcome outcome;
+  const double scale = Scale(data, diagnosis.base.fit.noise);
+  outcome.verdict = ToString(diagnosis.verdict);
+  for (const CandidateEffect& candidate : diagnosis.candidates) {
+    outcome.ranked.push_back(
+        {candidate.screened.name(), candidate.indistinguishable_from});
+  }
+  for (const DiagnosisStep& step : diagnosis.steps) {
+    for (const std::string& name : step.effects) {
+      if (step.removed) {
+        std::erase_if(outcome.added, [&](const Outcome::Step& added) {
+          return added.added.name == name;
+        });
+        continue;
+      }
+      Outcome::Step added;
+      added.added.name = name;
+      for (const Outcome::Candidate& candidate : outcome.ranked) {
+        if (candidate.name == name) added.added = candidate;
+      }
+      added.train_before = scale * step.train_before;
+      added.train_after = scale * step.train_after;
+      added.holdout_before = scale * step.holdout_before;
+      added.holdout_after = scale * step.holdout_after;
+      added.predicted_after = scale * step.predicted;
+      outcome.added.push_back(added);
+    }
+  }
+  outcome.train_before = scale * diagnosis.base.train_error();
+  outcome.holdout_before = scale * diagnosis.base.holdout_error();
+  outcome.train_after = scale * diagnosis.last().train_error();
+  outcome.holdout_after = scale * diagnosis.last().holdout_error();
+  outcome.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+          .count();
+  return outcome;
+}
+
+Outcome AskOracle(const HiddenData& data) {
+  const auto start = std::chrono::steady_clock::now();
+  Outcome outcome;
+  const Fit before = FitCase(data, data.mechanism.plain, data.mechanism.free);
+  outcome.train_before =
+      before.train.total.normalized_rms * Scale(data, before.noise);
+  if (!before.converged) outcome.fault = "plain: " + before.termination;
+  outcome.verdict = data.planted.empty() ? "adequate" : "missing_effect";
+  outcome.train_after = outcome.train_before;
+  if (!data.planted.empty()) {
+    // What is wrong of bodies stays at the truth; parameters of effects are
+    // free, but for those that no solver moves.
+    const Model model = WithEffects(data.truth, data.planted);
+    std::vector<FreeParameter> free = data.mechanism.free;
+    for (FreeParameter& f : free) {
+      f.parameter = FindParameters(model, {f.parameter.name}, "test").front();
+      f.initial = f.parameter.nominal;
+    }
+    for (const EffectParameter& p : model.effects().parameters()) {
+      if (p.whole) continue;
+      FreeParameter f;
+      f.parameter = FindParameters(model, {p.name}, "test").front();
+      f.initial = f.parameter.nominal;
+      f.lower = f.parameter.lower;
+      f.upper = f.parameter.upper;
+      free.push_back(f);
+    }
+    const Fit after = FitCase(data, model, free);
+    outcome.train_after =
+        after.train.total.normalized_rms * Scale(data, after.noise);
+    if (!after.converged) outcome.fault += " full: " + after.termination;
+    for (const PlantedEffect& effect : data.planted) {
+      outcome.ranked.push_back({effect.name, {}});
+      Outcome::Step step;
+      step.added.name = effect.name;
+      step.train_before = outcome.train_before;
+      step.train_after = step.predicted_after = outcome.train_after;
+      outcome.added.push_back(step);
+    }
+  }
+  outcome.holdout_before = outcome.holdout_after = std::nan("");
+  outcome.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+          .count();
+  return outcome;
+}
+
+}  // namespace sysid

@@ -1,0 +1,127 @@
+// Runs the suite "data with a hidden effect" of issue 3 and prints its table
+// (docs/diagnosis.md); or writes cases as files for the programs. Not a test:
+// it takes half an hour.
+
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+#include "gflags/gflags.h"
+#include "sysid/io/write_file.h"
+#include "tests/acceptance/hidden/export_case.h"
+#include "tests/acceptance/hidden/score.h"
+
+DEFINE_int32(seeds, 1, "of each experiment with hidden effects");
+DEFINE_int32(complete_seeds, 12, "of each complete model: 18 cases a seed");
+DEFINE_string(filter, "", "only cases whose name has this in it");
+DEFINE_int32(threads, 2, "cases at once");
+DEFINE_string(out, "", "file of the table");
+DEFINE_string(csv, "", "file with a line a case");
+DEFINE_bool(oracle, false, "fit with what was planted instead of finding it");
+DEFINE_double(friction_time, 0, "time constant of MuJoCo's frictionloss, s");
+DEFINE_bool(list, false, "only list the cases");
+DEFINE_string(export_to, "",
+              "only write the cases, a folder each, in this one");
+
+namespace sysid {
+namespace {
+
+// An effect that the fitted model hides in its parameters is planted again,
+// larger, until it shows, or is as large as it may be.
+Scored RunCase(HiddenCase info) {
+  constexpr int kAttempts = 3;
+  for (int attempt = 1;; ++attempt) {
+    const HiddenData data = MakeHiddenData(info);
+    Scored scored{info, data.magnitudes, {}};
+    try {
+      scored.outcome = FLAGS_oracle ? AskOracle(data) : DiagnoseCase(data);
+    } catch (const std::exception& error) {
+      scored.outcome.fault = error.what();
+    }
+    if (scored.complete() || scored.Shows() || data.at_most ||
+        attempt == kAttempts || !scored.outcome.fault.empty()) {
+      return scored;
+    }
+    info.strength *= 4.0;
+  }
+}
+
+std::vector<HiddenCase> Chosen() {
+  std::vector<HiddenCase> cases = HiddenCases(FLAGS_seeds);
+  for (const HiddenCase& c : CompleteCases(FLAGS_complete_seeds)) {
+    cases.push_back(c);
+  }
+  for (HiddenCase& c : cases) {
+    if (FLAGS_friction_time > 0 && c.friction_time > 0) {
+      c.friction_time = FLAGS_friction_time;
+    }
+  }
+  std::erase_if(cases, [](const HiddenCase& c) {
+    return c.name.find(FLAGS_filter) == std::string::npos;
+  });
+  return cases;
+}
+
+template <typename Work>
+void InParallel(int count, const Work& work) {
+  std::atomic<int> next = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < FLAGS_threads; ++i) {
+    threads.emplace_back([&] {
+      for (int k = next++; k < count; k = next++) work(k);
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+}
+
+void ExportAll(const std::vector<HiddenCase>& cases) {
+  InParallel(static_cast<int>(cases.size()), [&](int k) {
+    std::string folder = cases[k].name;
+    std::replace(folder.begin(), folder.end(), '/', '_');
+    ExportCase(MakeHiddenData(cases[k]),
+               (std::filesystem::path(FLAGS_export_to) / folder).string());
+  });
+}
+
+int Main() {
+  const std::vector<HiddenCase> cases = Chosen();
+  if (FLAGS_list) {
+    for (const HiddenCase& c : cases) std::printf("%s\n", c.name.c_str());
+    return 0;
+  }
+  if (!FLAGS_export_to.empty()) {
+    ExportAll(cases);
+    return 0;
+  }
+  std::vector<Scored> scored(cases.size());
+  std::mutex mutex;
+  int done = 0;
+  InParallel(static_cast<int>(cases.size()), [&](int k) {
+    scored[k] = RunCase(cases[k]);
+    const std::lock_guard<std::mutex> lock(mutex);
+    const Outcome& o = scored[k].outcome;
+    std::fprintf(stderr, "%d/%zu %s: %s %.2f -> %.2f%s, first %s, %.1f s %s\n",
+                 ++done, cases.size(), cases[k].name.c_str(), o.verdict.c_str(),
+                 o.train_before, o.train_after,
+                 scored[k].complete() || scored[k].Hit() ? "" : " MISSED",
+                 o.ranked.empty() ? "none" : o.ranked.front().name.c_str(),
+                 o.seconds, o.fault.c_str());
+  });
+  const std::string table = SuiteTable(scored);
+  std::printf("%s", table.c_str());
+  if (!FLAGS_out.empty()) WriteFileAtomically(FLAGS_out, table);
+  if (!FLAGS_csv.empty()) WriteFileAtomically(FLAGS_csv, SuiteCsv(scored));
+  return 0;
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  gflags::ParseCommandLineFlags(&argc, &argv, true);
+  return sysid::Main();
+}
