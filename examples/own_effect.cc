@@ -19,6 +19,7 @@ class CubicSpring : public sysid::EffectOf<CubicSpring> {
  public:
   static constexpr char kName[] = "cubic_spring";
   static constexpr sysid::TargetKind kTarget = sysid::TargetKind::kJoint;
+  static constexpr char kShowsIn[] = "wide motion of the joint";
 
   CubicSpring(const sysid::Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, sysid::kEffortHook, mechanism, joint) {
