@@ -16,6 +16,19 @@
 
 namespace sysid {
 
+// Two rods that swing about y: their inertia shows.
+inline constexpr char kRods[] = R"(<robot name="rods"><link name="base"/>
+<joint name="joint1" type="continuous"><parent link="base"/>
+<child link="link1"/><axis xyz="0 1 0"/></joint>
+<link name="link1"><inertial><origin xyz="0 0 -0.25"/><mass value="1"/>
+<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.001"/>
+</inertial></link>
+<joint name="joint2" type="continuous"><origin xyz="0 0 -0.5"/>
+<parent link="link1"/><child link="link2"/><axis xyz="0 1 0"/></joint>
+<link name="link2"><inertial><origin xyz="0 0 -0.25"/><mass value="1"/>
+<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.001"/>
+</inertial></link></robot>)";
+
 using Arguments = std::vector<std::string>;
 
 inline Arguments operator+(Arguments a, const Arguments& b) {

@@ -1,0 +1,149 @@
+// That identified.urdf and the specification beside it keep every effect: those
+// that a URDF can say, those that it cannot, and corrected nominal values.
+
+#include <algorithm>
+#include <cctype>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+using Json = nlohmann::json;
+
+struct Planted {
+  std::string model, add, set;  // as sysid_simulate plants it
+  std::string effect;           // as it is fitted
+  Arguments more;
+  int parameters;  // of the fit
+};
+
+void PrintTo(const Planted& planted, std::ostream* out) {
+  *out << planted.effect << " in " << planted.model;
+}
+
+class EffectFilesTest : public ::testing::Test,
+                        public ::testing::WithParamInterface<Planted> {
+ protected:
+  ProgramFolder folder_;
+};
+
+TEST_P(EffectFilesTest, AFitFromTheIdentifiedModelReproducesIt) {
+  const Planted& planted = GetParam();
+  folder_.Write("rods.urdf", kRods);
+  std::string damped = kRods;
+  damped.replace(damped.find("<axis"), 0, "<dynamics friction=\"0.02\"/>");
+  folder_.Write("damped.urdf", damped);
+  Arguments simulate{"--model",    planted.model, "--tilt",   "1",
+                     "--duration", "4",           "--excite", "multisine",
+                     "--add",      planted.add};
+  if (!planted.set.empty()) {
+    simulate = simulate + Arguments{"--set", planted.set};
+  }
+  SimulateInto(folder_, "run.csv", simulate);
+  const ProgramResult result = folder_.Run(
+      SYSID_FIT, Arguments{"--model", planted.model, "--traj", "run.csv",
+                           "--add", planted.effect, "--out", "result"} +
+                     planted.more);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const Json first = Json::parse(folder_.Read("result/fit.json"));
+  EXPECT_THAT(first["effects"], testing::Contains(planted.effect));
+  const ProgramResult again =
+      folder_.Run(SYSID_FIT, {"--model", "result/identified.urdf", "--traj",
+                              "run.csv", "--json", "again.json"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  const Json second = Json::parse(folder_.Read("again.json"));
+  EXPECT_EQ(second["effects"], first["effects"]);
+  ASSERT_EQ(static_cast<int>(first["parameters"].size()), planted.parameters);
+  ASSERT_EQ(second["parameters"].size(), first["parameters"].size());
+  for (size_t i = 0; i < first["parameters"].size(); ++i) {
+    const Json& a = first["parameters"][i];
+    const Json& b = second["parameters"][i];
+    SCOPED_TRACE(a.dump() + b.dump());
+    EXPECT_EQ(a["name"], b["name"]);
+    if (!a["std_error"].is_number()) continue;
+    const bool scale = a["name"] == "link2.inertia_scale";
+    const double value = scale ? 1.0 : a["value"].get<double>();
+    EXPECT_NEAR(b["initial"], value, 1e-12);
+    EXPECT_NEAR(b["value"], value, 0.1 * b["std_error"].get<double>());
+  }
+  EXPECT_NEAR(second["error"]["train"]["normalized_rms"],
+              first["error"]["train"]["normalized_rms"], 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Catalogue, EffectFilesTest,
+    ::testing::Values(
+        Planted{"rods.urdf",
+                "stribeck_friction@joint1=0.05",
+                "joint1.static_friction=0.2,joint1.stribeck_velocity=0.4",
+                "stribeck_friction@joint1",
+                {"--free", "joint1.stribeck_velocity=0.3"},
+                3},
+        // In the place of the URDF's Coulomb friction.
+        Planted{"damped.urdf",
+                "stribeck_friction@joint1=0.05",
+                "joint1.static_friction=0.2,joint1.stribeck_velocity=0.4",
+                "stribeck_friction@joint1",
+                {"--fix", "joint1.stribeck_velocity=0.4"},
+                2},
+        Planted{"rods.urdf",
+                "quadratic_drag@joint1=0.1",
+                "",
+                "quadratic_drag@joint1",
+                {},
+                1},
+        Planted{"rods.urdf",
+                "spring@joint1=1",
+                "joint1.spring_reference=0.2",
+                "spring@joint1",
+                {},
+                2},
+        Planted{
+            "rods.urdf", "armature@joint2=0.05", "", "armature@joint2", {}, 1},
+        Planted{"rods.urdf",
+                "effort_gain@joint1=0.2",
+                "",
+                "effort_gain@joint1",
+                {},
+                1},
+        Planted{"rods.urdf",
+                "effort_delay@base=0.014",
+                "",
+                "effort_delay@base",
+                {},
+                1},
+        Planted{"rods.urdf",
+                "cogging@joint1=0.5",
+                "joint1.cogging_order=5",
+                "cogging@joint1",
+                {"--fix", "joint1.cogging_order=5"},
+                2},
+        Planted{"rods.urdf",
+                "gravity_tilt@base=0",
+                "gravity_tilt_y=0.05",
+                "gravity_tilt@base",
+                {"--fix", "gravity_tilt_x"},
+                1},
+        Planted{"rods.urdf",
+                "aerodynamic_drag@link2=0.1",
+                "",
+                "aerodynamic_drag@link2",
+                {},
+                1},
+        Planted{"rods.urdf", "mass@link2=1.3", "", "mass@link2", {}, 1},
+        // com_y, along the axes, is held.
+        Planted{"rods.urdf", "com@link2=0.05", "", "com@link2", {}, 2},
+        Planted{"rods.urdf", "inertia@link2=1.5", "", "inertia@link2", {}, 1}),
+    [](const auto& info) {
+      std::string name = info.param.model + info.param.effect;
+      std::replace_if(
+          name.begin(), name.end(), [](char c) { return !std::isalnum(c); },
+          '_');
+      return name;
+    });
+
+}  // namespace
+}  // namespace sysid
