@@ -160,10 +160,12 @@ void SetParameters(const std::vector<Parameter>& parameters,
 }
 
 ParameterMap::ParameterMap(const Model& model,
-                           std::vector<Parameter> parameters)
+                           std::vector<Parameter> parameters,
+                           bool keep_possible)
     : model_(&model),
       parameters_(std::move(parameters)),
       transformed_(parameters_.size(), false) {
+  if (!keep_possible) return;
   for (size_t link = 0; link < model.mechanism().links.size(); ++link) {
     Cholesky block{static_cast<int>(link), {-1, -1, -1, -1, -1, -1}, 1.0};
     int count = 0;

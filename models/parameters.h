@@ -57,7 +57,10 @@ void SetParameters(const std::vector<Parameter>& parameters,
 // s^2 = tr(S) at the nominal values.                                   (4.1)
 class ParameterMap {
  public:
-  ParameterMap(const Model& model, std::vector<Parameter> parameters);
+  // Without `keep_possible` theta is the values themselves, whatever is free:
+  // for derivatives, not for searching.
+  ParameterMap(const Model& model, std::vector<Parameter> parameters,
+               bool keep_possible = true);
 
   int size() const { return static_cast<int>(parameters_.size()); }
   const std::vector<Parameter>& parameters() const { return parameters_; }

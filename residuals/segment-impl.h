@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -11,54 +12,106 @@
 // instantiated (segment.cc).
 
 namespace sysid {
+namespace internal {
+
+// What the sensors of a segment would say of states, in the order of time.
+template <typename T>
+class Sensors {
+ public:
+  Sensors(const SegmentRollout& rollout, Workspace<T>* ws)
+      : rollout_(rollout), ws_(ws), seen_(rollout.model().nq()) {}
+
+  // The errors at sample k, the next, with the state x.
+  void Measure(int k, const T* x, T* errors) {
+    const std::vector<SegmentRow>& rows = rollout_.rows();
+    if (row_ >= rows.size() || rows[row_].sample != k) return;
+    const Model& model = ws_->model();
+    const Run& run = *rollout_.measurements().run;
+    for (int i = 0; i < model.nq(); ++i) seen_[i] = x[i];
+    for (const auto& effect : ws_->measurement_effects) {
+      effect.hooks->ModifyMeasurement(
+          effect.p, &seen_[model.bodies()[effect.body].q_index]);
+    }
+    if (rollout_.needs_kinematics()) ForwardKinematics<T>(ws_, x);
+    const PredictedState<T> state{seen_.data(), x + model.nq(), ws_};
+    for (; row_ < rows.size() && rows[row_].sample == k; ++row_) {
+      const Channel& channel = run.channels[rows[row_].channel];
+      const double* measured =
+          channel.values.data() + k * channel.values.cols();
+      T* r = errors + rows[row_].first;
+      std::visit([&](const auto& residual) { residual(state, measured, r); },
+                 rollout_.measurements().residuals[rows[row_].channel]);
+    }
+  }
+
+ private:
+  const SegmentRollout& rollout_;
+  Workspace<T>* ws_;
+  std::vector<T> seen_;
+  size_t row_ = 0;
+};
+
+// A model on its way along a segment.
+template <typename T>
+class SegmentWalk {
+ public:
+  SegmentWalk(const SegmentRollout& rollout, const T* theta)
+      : rollout_(rollout),
+        run_(*rollout.measurements().run),
+        ws_(rollout.model()),
+        stepper_(rollout.options().integrator, &ws_),
+        sensors_(rollout, &ws_),
+        tau_(rollout.model().nv()) {
+    MechanismParameters<T> values;
+    rollout.parameters().Apply<T>(theta, &values);
+    ws_.SetParameters(values);
+  }
+
+  void Measure(int k, const T* x, T* errors) { sensors_.Measure(k, x, errors); }
+
+  // Takes x from sample k to `part` (0 to 1) of the way to the next, with the
+  // generalised force f (nv numbers, or null) beside the model's. False where
+  // the dynamics fail.
+  bool Advance(int k, double part, const T* f, T* x) {
+    const double span = part * (run_.t[k + 1] - run_.t[k]);
+    const int steps = rollout_.StepsAfter(k);
+    const int count = std::max(1, static_cast<int>(std::ceil(steps * part)));
+    for (int s = 0; s < count; ++s) {
+      ActingEffort<T>(run_, ws_, k, run_.t[k] + span * s / count, span / count,
+                      tau_.data());
+      if (f != nullptr) {
+        for (size_t i = 0; i < tau_.size(); ++i) tau_[i] += f[i];
+      }
+      if (!stepper_.Step(span / count, tau_.data(), x)) return false;
+    }
+    return true;
+  }
+
+  Workspace<T>* workspace() { return &ws_; }
+
+ private:
+  const SegmentRollout& rollout_;
+  const Run& run_;
+  Workspace<T> ws_;
+  Stepper<T> stepper_;
+  Sensors<T> sensors_;
+  std::vector<T> tau_;
+};
+
+}  // namespace internal
+
 template <typename T>
 bool SegmentRollout::operator()(const T* x0, const T* theta, T* errors,
                                 T* x_end, std::vector<T>* states) const {
-  const Run& run = *measurements_->run;
-  const int size = model_->state_size();
-  Workspace<T> ws(*model_);
-  {
-    MechanismParameters<T> values;
-    parameters_->Apply<T>(theta, &values);
-    ws.SetParameters(values);
-  }
-  Stepper<T> stepper(options_.integrator, &ws);
-  std::vector<T> x(x0, x0 + size), seen(model_->nq());
-  std::vector<T> tau(model_->nv());
-  size_t row = 0;
+  internal::SegmentWalk<T> walk(*this, theta);
+  std::vector<T> x(x0, x0 + model_->state_size());
   for (int k = first_;; ++k) {
     if (states != nullptr) states->insert(states->end(), x.begin(), x.end());
-    if (row < rows_.size() && rows_[row].sample == k) {
-      for (int i = 0; i < model_->nq(); ++i) seen[i] = x[i];
-      for (const auto& effect : ws.measurement_effects) {
-        effect.hooks->ModifyMeasurement(
-            effect.p, &seen[model_->bodies()[effect.body].q_index]);
-      }
-      if (needs_kinematics_) ForwardKinematics<T>(&ws, x.data());
-      const PredictedState<T> state{seen.data(), x.data() + model_->nq(), &ws};
-      for (; row < rows_.size() && rows_[row].sample == k; ++row) {
-        const Channel& channel = run.channels[rows_[row].channel];
-        const double* measured =
-            channel.values.data() + k * channel.values.cols();
-        T* r = errors + rows_[row].first;
-        std::visit([&](const auto& residual) { residual(state, measured, r); },
-                   measurements_->residuals[rows_[row].channel]);
-      }
-    }
+    walk.Measure(k, x.data(), errors);
     if (k == last_) break;
-    const double dt = run.t[k + 1] - run.t[k];
-    // 1e-9: a step equal to the sample period but for rounding is one step.
-    const int steps = options_.step > 0
-                          ? std::max(1, static_cast<int>(std::ceil(
-                                            dt / options_.step * (1 - 1e-9))))
-                          : 1;
-    for (int s = 0; s < steps; ++s) {
-      ActingEffort<T>(run, ws, k, run.t[k] + dt * s / steps, dt / steps,
-                      tau.data());
-      if (!stepper.Step(dt / steps, tau.data(), x.data())) return false;
-    }
+    if (!walk.Advance(k, 1.0, nullptr, x.data())) return false;
   }
-  for (int i = 0; i < size; ++i) x_end[i] = x[i];
+  std::copy(x.begin(), x.end(), x_end);
   return true;
 }
 

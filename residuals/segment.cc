@@ -1,6 +1,7 @@
 #include "residuals/segment.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "glog/logging.h"
 #include "residuals/segment-impl.h"
@@ -32,6 +33,14 @@ SegmentRollout::SegmentRollout(const Model* model,
       }
     }
   }
+}
+
+int SegmentRollout::StepsAfter(int k) const {
+  if (options_.step <= 0) return 1;
+  const std::vector<double>& t = measurements_->run->t;
+  // 1e-9: a step equal to the sample period but for rounding is one step.
+  return std::max(1, static_cast<int>(std::ceil((t[k + 1] - t[k]) /
+                                                options_.step * (1 - 1e-9))));
 }
 
 template <typename T>

@@ -62,6 +62,10 @@ class SegmentRollout {
   const Model& model() const { return *model_; }
   const ParameterMap& parameters() const { return *parameters_; }
   const Measurements& measurements() const { return *measurements_; }
+  const RolloutOptions& options() const { return options_; }
+  bool needs_kinematics() const { return needs_kinematics_; }
+  // Steps from sample k to the next.
+  int StepsAfter(int k) const;
   int first() const { return first_; }
   int last() const { return last_; }
   int num_residuals() const { return num_residuals_; }

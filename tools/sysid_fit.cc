@@ -126,8 +126,8 @@ int Main() {
   const Fit fit = FitLevenbergMarquardt(&problem);
   std::optional<Holdout> holdout;
   if (!session.holdout.empty()) {
-    holdout = PredictHoldout(fit.model, session.holdout, session.options,
-                             problem, fit.segment_s);
+    holdout = PredictHoldout(fit.model, session.holdout, problem,
+                             fit.segment_s);
   }
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;

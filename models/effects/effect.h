@@ -135,6 +135,13 @@ class Effect {
   // (Model::AddEffect): sets the rest so that the law stays what it was.
   virtual void TakeOver(std::vector<double>* /*values*/) const {}
 
+  // Why these values of the parameters() are not what the effect means, though
+  // within their bounds; empty where they are.
+  virtual std::string Implausible(
+      const std::vector<double>& /*values*/) const {
+    return "";
+  }
+
   // The motion in which the effect differs from others: completes "shows in".
   // (A kShowsIn of the derived class.)
   virtual std::string ShowsIn() const = 0;

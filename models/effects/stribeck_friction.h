@@ -57,6 +57,11 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
     for (int i = 0; i < joint.nv; ++i) tau[i] -= scale * joint.qd[i];
   }
 
+  std::string Implausible(const std::vector<double>& values) const override {
+    return values[1] < values[0] ? "its static friction is below its friction"
+                                 : "";
+  }
+
  private:
   double smoothing_speed_;
 };

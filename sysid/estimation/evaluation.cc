@@ -95,6 +95,8 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
   // What was fitted took up this much of the noise, evenly over the samples.
   const double left = std::max(1.0, total.dof - fitted);
   const double inflate = std::sqrt(total.dof / left);
+  errors.squares = failed ? kInfinity : total.whitened;
+  errors.dof = left;
   const Sums& shown = position.dof > 0 ? position : total;
   errors.total.rms =
       failed ? kInfinity : inflate * std::sqrt(shown.squares / shown.dof);
@@ -286,11 +288,9 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
   return result;
 }
 
-Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
-                       const EstimationOptions& options,
-                       const ShootingProblem& train, double segment_s) {
-  EstimationOptions same = options;
-  same.rollout = train.options().rollout;
+Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
+                     const ShootingProblem& train, double segment_s) {
+  EstimationOptions same = train.options();
   same.progress = nullptr;
   same.segment = segment_s;
   Holdout holdout;
@@ -299,15 +299,20 @@ Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
   ShootingProblem& problem = *holdout.problem;
   problem.UseNoiseOf(train);
   holdout.point = StatesOnly(problem, segment_s, kInfinity);
-  const double fitted = [&] {
-    double states = 0.0;
-    for (const auto& nodes : holdout.point.runs) states += nodes.segments();
-    return states * ObservedStateDof(problem);
-  }();
-  holdout.errors = EvaluateErrors(problem, holdout.point, fitted);
+  double states = 0.0;
+  for (const auto& nodes : holdout.point.runs) states += nodes.segments();
+  holdout.errors = EvaluateErrors(problem, holdout.point,
+                                  states * ObservedStateDof(problem));
+  return holdout;
+}
+
+Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
+                       const ShootingProblem& train, double segment_s) {
+  Holdout holdout = JudgeHoldout(model, std::move(runs), train, segment_s);
   // For the open prediction one initial state has to serve the whole run.
-  ShootingPoint joined = StatesOnly(problem, segment_s, kJoinedDefect);
-  holdout.open = EvaluateOpen(problem, joined);
+  const ShootingPoint joined =
+      StatesOnly(*holdout.problem, segment_s, kJoinedDefect);
+  holdout.open = EvaluateOpen(*holdout.problem, joined);
   return holdout;
 }
 

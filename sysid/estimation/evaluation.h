@@ -33,6 +33,8 @@ struct SegmentError {
 
 struct RunErrors {
   ErrorSummary total;
+  // Of the whitened errors; and numbers measured, less those fitted.
+  double squares = 0.0, dof = 0.0;
   std::vector<ChannelError> channels;
   std::vector<SegmentError> segments;
 };
@@ -87,8 +89,10 @@ struct Holdout {
   ShootingPoint point;
 };
 Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
-                       const EstimationOptions& options,
                        const ShootingProblem& train, double segment_s);
+// The same without the open prediction, which takes as long again.
+Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
+                     const ShootingProblem& train, double segment_s);
 
 // What each channel would have measured at each sample, given the states there
 // (SampleStates): matrices like Channel::values.

@@ -27,10 +27,17 @@ class StagedFit {
         start_s_(Now()),
         fit_(problem->model()) {}
 
-  Fit Run();
+  // From the data: segments that grow, joined to one trajectory a run, or else
+  // left independent of each other.
+  Fit Run(bool joined);
+  // Independent segments, from a point cut into them.
+  Fit Refit(const ShootingPoint& start);
+  Fit StatesAtStart(const ShootingPoint& cut);
 
  private:
-  void Solve();
+  void Solve(bool joined);
+  void SolveIndependent();
+  void CountSamples();
   // Shortens the step, where it is ours to choose, to what the point and the
   // way ahead of it need. True where it changed.
   bool ShortenStep();
@@ -38,10 +45,12 @@ class StagedFit {
   StageSummary Stage(const std::string& doing, double defect, double tolerance,
                      int most, double twist_hold = 0.0);
   void Finish();
+  void Predict();  // over horizons and whole runs
 
   ShootingProblem* problem_;
   const bool choose_step_;
   const double start_s_;
+  std::vector<RowMatrixXd> from_data_;  // states at the samples of each run
   ShootingPoint point_;
   Fit fit_;
 };
@@ -66,7 +75,7 @@ StageSummary StagedFit::Stage(const std::string& doing, double defect,
                               double tolerance, int most, double twist_hold) {
   constexpr int kMostSteps = 4;
   ShootingStage::Options options;
-  options.far = twist_hold > 0.0;
+  options.far = twist_hold > 0.0 && std::isfinite(defect);
   options.twist_hold = std::max(1.0, twist_hold);
   options.defect = defect;
   options.function_tolerance = tolerance;
@@ -84,7 +93,7 @@ StageSummary StagedFit::Stage(const std::string& doing, double defect,
   return done;
 }
 
-void StagedFit::Solve() {
+void StagedFit::Solve(bool joined) {
   constexpr int kUnlimited = 1 << 30;  // but for max_iterations
   ShootingPoint whole = point_;
   Recut(*problem_, std::numeric_limits<double>::infinity(), &whole);
@@ -109,6 +118,13 @@ void StagedFit::Solve() {
   }
   Recut(*problem_, last_length, &point_);
   ShortenStep();
+  if (!joined) {
+    // From the data: what the joined segments made of a spin that no sensor
+    // sees is worth nothing.
+    point_ = CutPoint(*problem_, point_.theta, from_data_, last_length);
+    SolveIndependent();
+    return;
+  }
   if (!single) {
     // Joined by degrees: what the short segments leave open (a spin, a stiff
     // damping) would otherwise start the joined ones far off.
@@ -117,13 +133,21 @@ void StagedFit::Solve() {
     }
     Stage("joined segments", kJoinedDefect, 1e-4, kUnlimited);
   }
-  const RunErrors joined = EvaluateErrors(*problem_, point_, 0.0);
+  const RunErrors errors = EvaluateErrors(*problem_, point_, 0.0);
   const bool one_trajectory =
-      !chaotic || joined.total.normalized_rms < kMissing;
+      !chaotic || errors.total.normalized_rms < kMissing;
   fit_.defect = one_trajectory ? TightDefect(point_) : kJoinedDefect;
   if (choose_step_) RefineStep(problem_, fit_.defect, &point_);
   const StageSummary last =
       Stage("one trajectory", fit_.defect, 1e-7, kUnlimited);
+  fit_.converged = last.converged;
+  fit_.termination = last.message;
+}
+
+void StagedFit::SolveIndependent() {
+  fit_.defect = std::numeric_limits<double>::infinity();
+  const StageSummary last =
+      Stage("independent segments", fit_.defect, 1e-7, 1 << 30, kHeldSpin);
   fit_.converged = last.converged;
   fit_.termination = last.message;
 }
@@ -143,8 +167,11 @@ void StagedFit::Finish() {
   } else {
     fit_.converged = false;
   }
-  const double fitted =
-      n + ObservedStateDof(*problem_) * problem_->runs().size();
+  double states = 0.0;  // that were estimated
+  for (const ShootingPoint::Nodes& nodes : point_.runs) {
+    states += std::isinf(fit_.defect) ? nodes.segments() : 1;
+  }
+  const double fitted = n + ObservedStateDof(*problem_) * states;
   fit_.train = EvaluateErrors(*problem_, point_, fitted);
   const double chi2 =
       fit_.train.total.normalized_rms * fit_.train.total.normalized_rms;
@@ -160,31 +187,85 @@ void StagedFit::Finish() {
   fit_.model.SetNominal(values);
   fit_.step_s = problem_->options().rollout.step;
   fit_.segment_s = MeanSegment(*problem_, point_);
-  fit_.horizon = EvaluateHorizon(*problem_, point_.theta);
-  fit_.open = EvaluateOpen(*problem_, point_);
-}
-
-Fit StagedFit::Run() {
-  for (const auto& run : problem_->runs()) fit_.samples += run->run.size();
-  fit_.noise = problem_->PooledNoise();
-  std::vector<RowMatrixXd> states;
-  for (size_t r = 0; r < problem_->runs().size(); ++r) {
-    states.push_back(StatesFromData(*problem_, static_cast<int>(r)));
-  }
-  point_ = CutPoint(*problem_, problem_->InitialTheta(), states, kFirstLength);
-  ShortenStep();
-  fit_.termination = WhyHopeless(*problem_, point_);
-  if (fit_.termination.empty()) Solve();
-  Finish();
   fit_.point = point_;
   fit_.wall_time_s = Now() - start_s_;
+}
+
+void StagedFit::Predict() {
+  fit_.horizon = EvaluateHorizon(*problem_, point_.theta);
+  fit_.open = EvaluateOpen(*problem_, point_);
+  fit_.wall_time_s = Now() - start_s_;
+}
+
+void StagedFit::CountSamples() {
+  for (const auto& run : problem_->runs()) fit_.samples += run->run.size();
+  fit_.noise = problem_->PooledNoise();
+}
+
+Fit StagedFit::Refit(const ShootingPoint& start) {
+  CountSamples();
+  point_ = start;
+  ShortenStep();
+  SolveIndependent();
+  Finish();
+  return std::move(fit_);
+}
+
+Fit StagedFit::StatesAtStart(const ShootingPoint& cut) {
+  CountSamples();
+  point_ = cut;
+  point_.theta = problem_->InitialTheta();
+  for (size_t r = 0; r < point_.runs.size(); ++r) {
+    const RowMatrixXd states = StatesFromData(*problem_, static_cast<int>(r));
+    ShootingPoint::Nodes& nodes = point_.runs[r];
+    for (int k = 0; k < nodes.segments(); ++k) {
+      nodes.states.row(k) = states.row(nodes.samples[k]);
+    }
+  }
+  fit_.defect = std::numeric_limits<double>::infinity();
+  ShootingStage::Options options;
+  options.defect = fit_.defect;
+  options.fix_theta = true;
+  options.twist_hold = kHeldSpin;
+  options.function_tolerance = 1e-6;
+  ShootingStage(*problem_, options, &point_)
+      .Solve("states", start_s_, &fit_.history);
+  Finish();
+  return std::move(fit_);
+}
+
+Fit StagedFit::Run(bool joined) {
+  CountSamples();
+  for (size_t r = 0; r < problem_->runs().size(); ++r) {
+    from_data_.push_back(StatesFromData(*problem_, static_cast<int>(r)));
+  }
+  point_ =
+      CutPoint(*problem_, problem_->InitialTheta(), from_data_, kFirstLength);
+  ShortenStep();
+  fit_.termination = WhyHopeless(*problem_, point_);
+  if (fit_.termination.empty()) Solve(joined);
+  Finish();
+  if (joined) Predict();
   return std::move(fit_);
 }
 
 }  // namespace
 
 Fit FitLevenbergMarquardt(ShootingProblem* problem) {
-  return StagedFit(problem).Run();
+  return StagedFit(problem).Run(true);
+}
+
+Fit FitIndependentSegments(ShootingProblem* problem) {
+  return StagedFit(problem).Run(false);
+}
+
+Fit StatesAtStart(ShootingProblem* problem, const ShootingPoint& cut) {
+  return StagedFit(problem).StatesAtStart(cut);
+}
+
+Fit RefitIndependentSegments(ShootingProblem* problem,
+                             const ShootingPoint& start) {
+  return StagedFit(problem).Refit(start);
 }
 
 }  // namespace sysid

@@ -13,18 +13,6 @@
 namespace sysid {
 namespace {
 
-// Beliefs about the first state of a run, as wide as keeps them without weight
-// beside a measurement and still gives every direction some: what no sensor
-// sees (the spin of a rod about itself, by heading vectors) would otherwise
-// make the problem singular, and a state that is frozen instead biases the
-// parameters.
-constexpr double kPositionPrior = 1.0;  // rad or m, where measured
-constexpr double kVelocityPrior = 100.0;
-// Of a spherical joint by heading vectors: the rotation is measured, though the
-// residual does not see its twist.
-constexpr double kTwistPrior = 0.05;     // rad
-constexpr double kTwistRatePrior = 0.5;  // rad/s
-
 // Reports iterations to the history and to whoever watches.
 class Watcher final : public ceres::IterationCallback {
  public:
@@ -122,6 +110,27 @@ std::vector<double> DefectSigma(const ShootingProblem& problem) {
   return sigma;
 }
 
+std::vector<double> StateBelief(const ShootingProblem& problem,
+                                double twist_hold) {
+  constexpr double kPosition = 1.0, kVelocity = 100.0;  // rad or m, where measured
+  // Of a spherical joint by heading vectors: the rotation is measured, though
+  // the residual does not see its twist.
+  constexpr double kTwist = 0.05, kTwistRate = 0.5;
+  const Model& model = problem.model();
+  std::vector<double> sigma(model.tangent_size());
+  for (const Body& body : model.bodies()) {
+    const bool blind =
+        body.type == JointType::kSpherical &&
+        problem.options().orientation == OrientationResidual::kHeading;
+    for (int i = 0; i < VelocitySize(body.type); ++i) {
+      sigma[body.v_index + i] = blind ? kTwist / twist_hold : kPosition;
+      sigma[model.nv() + body.v_index + i] =
+          blind ? kTwistRate / twist_hold : kVelocity;
+    }
+  }
+  return sigma;
+}
+
 ShootingStage::ShootingStage(const ShootingProblem& problem,
                              const Options& options, ShootingPoint* point)
     : shooting_(problem),
@@ -207,19 +216,9 @@ void ShootingStage::AddSegments() {
 void ShootingStage::AddPriors() {
   const Model& model = shooting_.model();
   const bool independent = std::isinf(options_.defect);
+  const std::vector<double> sigma =
+      StateBelief(shooting_, options_.twist_hold);
   for (size_t r = 0; r < point_->runs.size(); ++r) {
-    std::vector<double> sigma(model.tangent_size());
-    for (const Body& body : model.bodies()) {
-      const bool blind =
-          body.type == JointType::kSpherical &&
-          shooting_.options().orientation == OrientationResidual::kHeading;
-      for (int i = 0; i < VelocitySize(body.type); ++i) {
-        sigma[body.v_index + i] =
-            blind ? kTwistPrior / options_.twist_hold : kPositionPrior;
-        sigma[model.nv() + body.v_index + i] =
-            blind ? kTwistRatePrior / options_.twist_hold : kVelocityPrior;
-      }
-    }
     const int count = independent ? point_->runs[r].segments() : 1;
     for (int k = 0; k < count; ++k) {
       const double* x = State(r, k);

@@ -397,7 +397,8 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.notices = notices;
   session.effects = model.effects().names();
   std::vector<FitSpecification::Free> chosen = free.list();
-  if (chosen.empty()) {
+  const bool deliberate = request.may_free_nothing && !spec.path.empty();
+  if (chosen.empty() && !deliberate) {
     std::vector<std::string> names;
     for (const Parameter& parameter : AllParameters(model)) {
       names.push_back(parameter.name);

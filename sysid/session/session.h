@@ -22,6 +22,9 @@ struct FitRequest {
   std::string solver, integrator, residual, loss;
   std::optional<double> step, segment, noise;
   int threads = 0;  // 0: all cores
+  // Whether a specification may leave nothing to fit: a diagnosis of a model
+  // whose values are all known.
+  bool may_free_nothing = false;
 };
 
 // Everything that a fit starts from. What was assumed on the way, and what of

@@ -29,7 +29,7 @@ Holdout Predict(const Model& model, const sysid::Run& held_out,
   ShootingProblem problem(model, FreeFrom(model, {{"link1.length", 0.5}}),
                           {train}, options);
   problem.mutable_options()->rollout.step = 0.01;
-  return PredictHoldout(model, {held_out}, options, problem, 0.5);
+  return PredictHoldout(model, {held_out}, problem, 0.5);
 }
 
 TEST(PredictHoldout, IsAtTheNoiseFloorForTheRightModel) {

@@ -1,0 +1,120 @@
+#include "residuals/segment_tangent.h"
+
+#include <algorithm>
+
+#include "models/state.h"
+#include "residuals/segment-impl.h"
+
+namespace sysid {
+namespace {
+
+using internal::SegmentWalk;
+
+template <typename T>
+std::vector<T> Constants(const SegmentRollout& rollout, const double* theta) {
+  return std::vector<T>(theta, theta + rollout.parameters().size());
+}
+
+// Columns [first, first + columns) of [A_k B_k] and of C.
+template <typename T>
+bool LinearizeColumns(const SegmentRollout& rollout, const double* theta,
+                      int first, int columns, SegmentTangent* out) {
+  const Model& model = rollout.model();
+  const int tangent = model.tangent_size(), nv = model.nv();
+  const int size = model.state_size();
+  SegmentWalk<T> walk(rollout, Constants<T>(rollout, theta).data());
+  std::vector<T> errors(rollout.num_residuals());
+  std::vector<T> center(size), x(size), dx(tangent), f(nv), moved(tangent);
+  const std::vector<SegmentRow>& rows = rollout.rows();
+  size_t row = 0;
+  for (int k = rollout.first(); k <= rollout.last(); ++k) {
+    const int i = k - rollout.first();
+    for (int s = 0; s < size; ++s) center[s] = T(out->states(i, s));
+    std::fill(dx.begin(), dx.end(), T(0.0));
+    std::fill(f.begin(), f.end(), T(0.0));
+    for (int c = 0; c < columns; ++c) {
+      const int column = first + c;
+      T& seed = column < tangent ? dx[column] : f[column - tangent];
+      seed.v[c] = 1.0;
+    }
+    BoxPlus<T>(model, center.data(), dx.data(), x.data());
+    walk.Measure(k, x.data(), errors.data());
+    for (; row < rows.size() && rows[row].sample == k; ++row) {
+      for (int e = rows[row].first; e < rows[row].first + rows[row].size; ++e) {
+        for (int c = 0; c < columns && first + c < tangent; ++c) {
+          out->C(e, first + c) = errors[e].v[c];
+        }
+      }
+    }
+    if (k == rollout.last()) break;
+    if (!walk.Advance(k, 1.0, f.data(), x.data())) return false;
+    for (int s = 0; s < size; ++s) center[s] = T(out->states(i + 1, s));
+    BoxMinus<T>(model, x.data(), center.data(), moved.data());
+    for (int m = 0; m < tangent; ++m) {
+      for (int c = 0; c < columns; ++c) {
+        const int column = first + c;
+        if (column < tangent) {
+          out->A[i](m, column) = moved[m].v[c];
+        } else {
+          out->B[i](m, column - tangent) = moved[m].v[c];
+        }
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
+                    const double* theta, SegmentTangent* tangent) {
+  const Model& model = rollout.model();
+  const int count = rollout.last() - rollout.first();
+  const int size = model.state_size(), n = model.tangent_size();
+  tangent->states.resize(count + 1, size);
+  tangent->middle.resize(count, size);
+  tangent->acceleration.resize(count, model.nv());
+  tangent->A.assign(count, RowMatrixXd(n, n));
+  tangent->B.assign(count, RowMatrixXd(n, model.nv()));
+  tangent->C.setZero(rollout.num_residuals(), n);
+  tangent->r.resize(rollout.num_residuals());
+  SegmentWalk<double> walk(rollout, theta);
+  const Run& run = *rollout.measurements().run;
+  std::vector<double> x(x0, x0 + size), half(size), tau(model.nv());
+  for (int k = rollout.first();; ++k) {
+    const int i = k - rollout.first();
+    tangent->states.row(i) = Eigen::Map<Eigen::RowVectorXd>(x.data(), size);
+    walk.Measure(k, x.data(), tangent->r.data());
+    if (k == rollout.last()) break;
+    half = x;
+    if (!walk.Advance(k, 0.5, nullptr, half.data()) ||
+        !walk.Advance(k, 1.0, nullptr, x.data())) {
+      return false;
+    }
+    tangent->middle.row(i) = Eigen::Map<Eigen::RowVectorXd>(half.data(), size);
+    const double start = run.t[k], span = run.t[k + 1] - start;
+    ActingEffort<double>(run, *walk.workspace(), k, start, span, tau.data());
+    if (!ForwardDynamics<double>(walk.workspace(), half.data(),
+                                 half.data() + model.nq(), tau.data(),
+                                 tangent->acceleration.row(i).data())) {
+      return false;
+    }
+  }
+  const int total = n + model.nv();
+  for (int column = 0; column < total;) {
+    const int left = total - column;
+    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
+    const int columns = std::min(left, width);
+    const bool ok =
+        width == 24
+            ? LinearizeColumns<Jet24>(rollout, theta, column, columns, tangent)
+        : width == 16
+            ? LinearizeColumns<Jet16>(rollout, theta, column, columns, tangent)
+            : LinearizeColumns<Jet8>(rollout, theta, column, columns, tangent);
+    if (!ok) return false;
+    column += columns;
+  }
+  return true;
+}
+
+}  // namespace sysid

@@ -1,0 +1,604 @@
+#include "sysid/diagnosis/diagnose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "models/error.h"
+#include "sysid/estimation/parallel.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
+// An effect must lower the held-out error by this part of it, and the training
+// error too: less is of no use even where it is certain.
+constexpr double kMaterial = 0.01;
+// In units of the variance that remains, the drop of the held-out sum of
+// squares that is no chance.
+constexpr double kHoldoutDrop = 9.0;
+// A candidate that would explain this part of what another does may stand for
+// it.
+constexpr double kAlike = 0.9;
+// Of the screening's criterion: twice a log-likelihood.
+constexpr double kClearly = 10.0;
+// Iterations of a refit that is to be judged, not kept.
+constexpr int kTrialIterations = 25;
+constexpr int kMostConfirmed = 6;  // candidates that are refitted in a round
+constexpr int kMostPairs = 5;
+constexpr size_t kMostExchanged = 2;
+constexpr int kMostSteps = 8;
+// An effect that explains less of the excess over the noise is not what is
+// missing.
+constexpr double kExplains = 0.2;
+
+// The refit of one proposal: one effect or two.
+struct Trial {
+  std::vector<int> effects;  // in the screening
+  double predicted = 0.0;
+  std::optional<Judgement> after;
+  std::string refused;  // empty: accepted
+  int dof = 0;
+};
+
+// Whether neither of two models is clearly the better: by their likelihoods,
+// of as many samples as are independent, or by too little to matter.
+bool AreAsGood(const Judgement& a, const Judgement& b) {
+  const double ratio = std::abs(std::log(a.squares() / b.squares()));
+  const double independent = std::min(a.independent, b.independent);
+  return independent * ratio < kClearly || ratio < 2 * kMaterial;
+}
+
+class Search {
+ public:
+  Search(const DiagnosisProblem& problem,
+         const std::vector<std::shared_ptr<const Effect>>& candidates,
+         const DiagnosisOptions& options)
+      : problem_(problem), candidates_(candidates), options_(options) {}
+
+  Diagnosis Run();
+
+ private:
+  void Report(const std::string& doing, int step, int of, double error) const;
+  Screening Screen(const Judgement& judgement) const;
+  std::vector<Trial> Propose(const Screening& screening) const;
+  std::vector<Trial> ProposePairs(const Screening& screening) const;
+  void Confirm(const Screening& screening, const Judgement& before,
+               std::vector<Trial>* trials) const;
+  std::string WhyRefused(const Screening& screening, const Judgement& before,
+                         const Trial& trial) const;
+  // The best of the accepted, -1 where none is.
+  int Choose(const Screening& screening,
+             const std::vector<Trial>& trials) const;
+  int Rank(const Screening& screening, const Trial& trial) const;
+  bool IsBetter(const Screening& screening, const Trial& a,
+                const Trial& b) const;
+  void List(const Screening& screening, std::vector<Trial>* trials, int best,
+            Diagnosis* diagnosis) const;
+  bool LookBack(const std::vector<std::string>& newest, Judgement* now,
+                std::vector<DiagnosisStep>* steps) const;
+  Verdict Decide(const Judgement& judgement, const Trial* best) const;
+  void Doubt(Diagnosis* diagnosis) const;
+
+  const DiagnosisProblem& problem_;
+  const std::vector<std::shared_ptr<const Effect>>& candidates_;
+  const DiagnosisOptions& options_;
+};
+
+void Search::Report(const std::string& doing, int step, int of,
+                    double error) const {
+  if (problem_.options.progress) {
+    problem_.options.progress({doing, step, of, error});
+  }
+}
+
+Screening Search::Screen(const Judgement& judgement) const {
+  Report("screening " + std::to_string(candidates_.size()) + " effects", 0, 0,
+         judgement.train_error());
+  if (!IsDoubtful(judgement.fit)) {
+    const LinearizedFit linearized(*judgement.problem, judgement.fit.point);
+    if (!linearized.Valid()) return {};
+    return ScreenEffects(linearized, judgement.fit.model, candidates_);
+  }
+  // Parameters that ran away for want of an effect are no place to look from:
+  // from where they started.
+  const Fit start = StatesAtStart(judgement.problem.get(), judgement.fit.point);
+  const LinearizedFit linearized(*judgement.problem, start.point);
+  if (!linearized.Valid()) return {};
+  return ScreenEffects(linearized, start.model, candidates_);
+}
+
+// Whether another candidate has some of the effect's parameters, no others, and
+// is as good: that one first, and what the effect adds to it later.
+bool IsExtravagant(const Screening& screening, const ScreenedEffect& effect) {
+  const std::vector<std::string> names = effect.effect->ParameterNames();
+  for (const ScreenedEffect& other : screening.effects) {
+    const std::vector<std::string> fewer = other.effect->ParameterNames();
+    if (fewer.size() >= names.size()) continue;
+    const bool part =
+        std::all_of(fewer.begin(), fewer.end(), [&](const std::string& name) {
+          return std::find(names.begin(), names.end(), name) != names.end();
+        });
+    if (part && other.criterion < effect.criterion + kClearly) return true;
+  }
+  return false;
+}
+
+// The best by the screening; of those that explain the same, two.
+std::vector<Trial> Search::Propose(const Screening& screening) const {
+  std::vector<Trial> trials;
+  for (size_t i = 0; i < screening.effects.size(); ++i) {
+    const ScreenedEffect& effect = screening.effects[i];
+    if (static_cast<int>(trials.size()) == kMostConfirmed) break;
+    if (!(effect.criterion < -kClearly) ||
+        !(effect.predicted_error < (1 - kMaterial) * screening.error)) {
+      continue;
+    }
+    if (IsExtravagant(screening, effect)) continue;
+    int alike = 0;
+    for (const Trial& trial : trials) {
+      alike += screening.likeness(i, trial.effects[0]) > 0.999 &&
+               screening.likeness(trial.effects[0], i) > 0.999;
+    }
+    if (alike > 1) continue;
+    Trial trial;
+    trial.effects = {static_cast<int>(i)};
+    trial.predicted = effect.predicted_error;
+    trial.dof = effect.dof;
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
+
+std::vector<Trial> Search::ProposePairs(const Screening& screening) const {
+  std::vector<Trial> trials;
+  for (const Screening::Pair& pair : screening.pairs) {
+    if (static_cast<int>(trials.size()) == kMostPairs) break;
+    const ScreenedEffect& a = screening.effects[pair.first];
+    const ScreenedEffect& b = screening.effects[pair.second];
+    // Together, and not one alone.
+    if (!(pair.criterion < std::min(a.criterion, b.criterion) - kClearly) ||
+        !(pair.predicted_error < (1 - kMaterial) * screening.error)) {
+      continue;
+    }
+    Trial trial;
+    trial.effects = {pair.first, pair.second};
+    trial.predicted = pair.predicted_error;
+    trial.dof = a.dof + b.dof;
+    trials.push_back(std::move(trial));
+  }
+  return trials;
+}
+
+// The values of an effect's own parameters in a judged model.
+std::vector<double> OwnValues(const Judgement& judgement,
+                              const Effect& effect) {
+  const Model& model = judgement.fit.model;
+  std::vector<double> values;
+  for (const EffectParameter& own : effect.parameters()) {
+    for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
+      if (model.effects().parameters()[i].name == own.name) {
+        values.push_back(model.nominal().effects[i]);
+      }
+    }
+  }
+  return values;
+}
+
+// Whether some parameter of an effect ended clearly off its null.
+bool IsTold(const Judgement& judgement, const ScreenedEffect& effect) {
+  constexpr double kDeviations = 3.0;
+  for (const ParameterEstimate& p : judgement.fit.parameters) {
+    for (const ExpectedParameter& expected : effect.parameters) {
+      if (expected.name == p.name && !expected.searched &&
+          std::abs(p.value - expected.null_value) > kDeviations * p.std_error) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+std::string Search::WhyRefused(const Screening& screening,
+                               const Judgement& before,
+                               const Trial& trial) const {
+  const Judgement& after = *trial.after;
+  if (!std::isfinite(after.train_error()) ||
+      !std::isfinite(after.holdout_error())) {
+    return "the motion does not stay finite with it";
+  }
+  if (!(after.train_error() < (1 - kMaterial) * before.train_error())) {
+    return "refitted it gains nothing";
+  }
+  for (const int e : trial.effects) {
+    const Effect& effect = *screening.effects[e].effect;
+    if (!IsTold(after, screening.effects[e])) {
+      return "refitted, " + effect.name() + " is not told from none";
+    }
+    const std::string why = effect.Implausible(OwnValues(after, effect));
+    if (!why.empty()) return why;
+  }
+  const double variance =
+      std::max(1.0, after.holdout.squares / after.holdout.dof);
+  const double drop =
+      (before.holdout.squares - after.holdout.squares) / variance;
+  if (!(after.holdout_error() < (1 - kMaterial) * before.holdout_error()) ||
+      !(drop > kHoldoutDrop)) {
+    return "it does not lower the error of the held-out runs";
+  }
+  return "";
+}
+
+void Search::Confirm(const Screening& screening, const Judgement& before,
+                     std::vector<Trial>* trials) const {
+  const int count = static_cast<int>(trials->size());
+  if (count == 0) return;
+  EstimationOptions options = problem_.options;
+  options.progress = nullptr;
+  const int threads = std::max(1, std::min(count, problem_.options.threads));
+  options.threads = std::max(1, problem_.options.threads / threads);
+  options.max_iterations = kTrialIterations;
+  Report("refitting " + std::to_string(count) + " candidates", 0, count,
+         before.train_error());
+  ParallelFor(count, threads, [&](int i) {
+    Trial& trial = (*trials)[i];
+    std::vector<const ScreenedEffect*> effects;
+    for (const int e : trial.effects) effects.push_back(&screening.effects[e]);
+    trial.after = JudgeWith(problem_, before, effects, options);
+    trial.refused = WhyRefused(screening, before, trial);
+    return true;
+  });
+}
+
+int Search::Choose(const Screening& screening,
+                   const std::vector<Trial>& trials) const {
+  int best = -1;
+  for (size_t i = 0; i < trials.size(); ++i) {
+    if (!trials[i].refused.empty()) continue;
+    if (best < 0) {
+      best = static_cast<int>(i);
+      continue;
+    }
+    if (IsBetter(screening, trials[i], trials[best])) {
+      best = static_cast<int>(i);
+    }
+  }
+  return best;
+}
+
+// Of two that are as good, the one with fewer parameters, then the more common.
+bool Search::IsBetter(const Screening& screening, const Trial& a,
+                      const Trial& b) const {
+  if (!AreAsGood(*a.after, *b.after)) {
+    return a.after->squares() < b.after->squares();
+  }
+  if (a.dof != b.dof) return a.dof < b.dof;
+  return Rank(screening, a) < Rank(screening, b);
+}
+
+// How far down the catalogue, which goes from the common to the rare.
+int Search::Rank(const Screening& screening, const Trial& trial) const {
+  int rank = 0;
+  for (const int e : trial.effects) {
+    const auto at = std::find(candidates_.begin(), candidates_.end(),
+                              screening.effects[e].effect);
+    rank = std::max(rank, static_cast<int>(at - candidates_.begin()));
+  }
+  return rank;
+}
+
+// The effects' own estimates of a judgement.
+std::vector<ParameterEstimate> EstimatesOf(
+    const Judgement& judgement, const std::vector<const Effect*>& effects) {
+  std::vector<ParameterEstimate> estimates;
+  for (const Effect* effect : effects) {
+    for (const std::string& name : effect->ParameterNames()) {
+      for (const ParameterEstimate& p : judgement.fit.parameters) {
+        if (p.name == name) estimates.push_back(p);
+      }
+    }
+  }
+  return estimates;
+}
+
+void Search::List(const Screening& screening, std::vector<Trial>* trials,
+                  int best, Diagnosis* diagnosis) const {
+  // Accepted first, the chosen before the others by their fit; then by the
+  // screening.
+  std::vector<int> order;
+  for (size_t i = 0; i < trials->size(); ++i) {
+    if ((*trials)[i].effects.size() == 1) order.push_back(static_cast<int>(i));
+  }
+  const auto rank = [&](int i) { return (*trials)[i].refused.empty() ? 0 : 1; };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    if ((a == best) != (b == best)) return a == best;
+    if (rank(a) != rank(b)) return rank(a) < rank(b);
+    return (*trials)[a].after->squares() < (*trials)[b].after->squares();
+  });
+  std::vector<bool> listed(screening.effects.size(), false);
+  std::vector<int> source;  // in the screening
+  for (const int t : order) {
+    const Trial& trial = (*trials)[t];
+    CandidateEffect candidate;
+    candidate.screened = screening.effects[trial.effects[0]];
+    Confirmation confirmed;
+    confirmed.train = trial.after->train_error();
+    confirmed.holdout = trial.after->holdout_error();
+    confirmed.parameters =
+        EstimatesOf(*trial.after, {candidate.screened.effect.get()});
+    confirmed.accepted = trial.refused.empty();
+    confirmed.refused = trial.refused;
+    candidate.confirmed = confirmed;
+    listed[trial.effects[0]] = true;
+    source.push_back(trial.effects[0]);
+    diagnosis->candidates.push_back(std::move(candidate));
+  }
+  for (size_t i = 0; i < screening.effects.size(); ++i) {
+    if (listed[i]) continue;
+    CandidateEffect candidate;
+    candidate.screened = screening.effects[i];
+    source.push_back(static_cast<int>(i));
+    diagnosis->candidates.push_back(std::move(candidate));
+  }
+  // Which of them the data cannot tell apart: they would explain the same, and
+  // where both were refitted they do so equally well.
+  const auto accepted = [&](int e) -> const Judgement* {
+    for (const Trial& trial : *trials) {
+      if (trial.effects == std::vector<int>{e} && trial.refused.empty()) {
+        return &*trial.after;
+      }
+    }
+    return nullptr;
+  };
+  const auto refused = [&](int e) {
+    return std::any_of(trials->begin(), trials->end(), [&](const Trial& t) {
+      return t.effects == std::vector<int>{e} && !t.refused.empty();
+    });
+  };
+  for (size_t a = 0; a < source.size(); ++a) {
+    CandidateEffect& candidate = diagnosis->candidates[a];
+    if (!(candidate.screened.criterion < -kClearly)) continue;
+    for (size_t b = 0; b < source.size(); ++b) {
+      const CandidateEffect& other = diagnosis->candidates[b];
+      if (a == b || !(other.screened.criterion < -kClearly)) continue;
+      if (refused(source[a]) != refused(source[b])) continue;
+      const double like = screening.likeness(source[a], source[b]);
+      const Judgement* ours = accepted(source[a]);
+      const Judgement* theirs = accepted(source[b]);
+      // Where both were refitted, by that; else to first order.
+      const bool same =
+          ours != nullptr && theirs != nullptr
+              ? like > kAlike && AreAsGood(*ours, *theirs)
+              : like > 0.999 || (like > kAlike &&
+                                 std::abs(candidate.screened.criterion -
+                                          other.screened.criterion) < kClearly);
+      if (!same) continue;
+      candidate.indistinguishable_from.push_back(other.screened.name());
+      if (!candidate.told_apart_by.empty()) continue;
+      candidate.told_apart_by =
+          like > 1 - 1e-6 && screening.likeness(source[b], source[a]) > 1 - 1e-6
+              ? "in this mechanism, as it stands, both do the same in every "
+                "motion like these; " +
+                    candidate.screened.name() + " shows in " +
+                    candidate.screened.effect->ShowsIn()
+              : candidate.screened.name() + " shows in " +
+                    candidate.screened.effect->ShowsIn() + "; " +
+                    other.screened.name() + " in " +
+                    other.screened.effect->ShowsIn();
+    }
+  }
+}
+
+// Takes out what the newest effects made useless, and exchanges what another
+// candidate now does better. True where it changed the model.
+bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
+                      std::vector<DiagnosisStep>* steps) const {
+  bool any = false;
+  std::vector<std::string> older;
+  for (const auto& effect : now->added) {
+    if (std::find(newest.begin(), newest.end(), effect->name()) ==
+        newest.end()) {
+      older.push_back(effect->name());
+    }
+  }
+  for (const std::string& name : older) {
+    Report("looking back at " + name, 0, 0, now->train_error());
+    EstimationOptions options = problem_.options;
+    options.progress = nullptr;
+    options.max_iterations = kTrialIterations;
+    Judgement without = JudgeWithout(problem_, *now, name, options);
+    if (!std::isfinite(without.train_error())) continue;
+    DiagnosisStep step;
+    step.removed = name;
+    step.train_before = now->train_error();
+    step.holdout_before = now->holdout_error();
+    const double variance =
+        std::max(1.0, now->holdout.squares / now->holdout.dof);
+    const double rise =
+        (without.holdout.squares - now->holdout.squares) / variance;
+    const bool needed =
+        without.train_error() * (1 - kMaterial) > now->train_error() &&
+        without.holdout_error() * (1 - kMaterial) > now->holdout_error() &&
+        rise > kHoldoutDrop;
+    if (!needed) {
+      step.predicted = without.train_error();
+      *now = std::move(without);
+    } else {
+      const Screening screening = Screen(without);
+      std::vector<Trial> trials = Propose(screening);
+      std::erase_if(trials, [&](const Trial& trial) {
+        return screening.effects[trial.effects[0]].name() == name;
+      });
+      if (trials.size() > kMostExchanged) trials.resize(kMostExchanged);
+      Confirm(screening, without, &trials);
+      const int best = Choose(screening, trials);
+      if (best < 0) continue;
+      // In its place where it is better, or as good and more common.
+      const Judgement& other = *trials[best].after;
+      const bool more_common = [&] {
+        for (const auto& candidate : candidates_) {
+          if (candidate->name() == name) return false;
+          if (candidate->name() ==
+              screening.effects[trials[best].effects[0]].name()) {
+            return true;
+          }
+        }
+        return false;
+      }();
+      if (AreAsGood(other, *now) ? !more_common
+                                 : other.squares() > now->squares()) {
+        continue;
+      }
+      const Effect& effect = *screening.effects[trials[best].effects[0]].effect;
+      step.effects = {effect.name()};
+      step.predicted = trials[best].predicted;
+      *now = std::move(*trials[best].after);
+      step.parameters = EstimatesOf(*now, {&effect});
+    }
+    if (!now->fit.converged) *now = Rejudge(problem_, std::move(*now));
+    step.train_after = now->train_error();
+    step.holdout_after = now->holdout_error();
+    steps->push_back(step);
+    any = true;
+  }
+  return any;
+}
+
+// The largest normalised error that may still be noise, with `dof` numbers:
+// three standard deviations above 1.1.
+double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }
+
+Verdict Search::Decide(const Judgement& judgement, const Trial* best) const {
+  const double train = judgement.train_error();
+  const double holdout = judgement.holdout_error();
+  if (best != nullptr) {
+    const double excess = holdout * holdout - 1.0;
+    const double left = std::pow(best->after->holdout_error(), 2) - 1.0;
+    const bool at_floor =
+        best->after->holdout_error() < NoiseFloor(judgement.holdout.dof) &&
+        best->after->train_error() < NoiseFloor(judgement.fit.train.dof);
+    if (at_floor || excess - left > kExplains * excess) {
+      return Verdict::kMissingEffect;
+    }
+  }
+  const bool floor = train < NoiseFloor(judgement.fit.train.dof) &&
+                     holdout < NoiseFloor(judgement.holdout.dof);
+  return floor ? Verdict::kAdequate : Verdict::kUnexplained;
+}
+
+void Search::Doubt(Diagnosis* diagnosis) const {
+  const Fit& fit = diagnosis->base.fit;
+  std::vector<std::string>& doubts = diagnosis->doubts;
+  if (!fit.converged) {
+    doubts.push_back("the fit did not converge: " + fit.termination);
+  }
+  for (const ParameterEstimate& p : fit.parameters) {
+    if (p.at_bound) doubts.push_back(p.name + " ended at its bound");
+  }
+  for (const std::vector<std::string>& group : fit.not_identifiable) {
+    doubts.push_back(group.size() == 1
+                         ? "the data does not determine " + group[0]
+                         : "the data cannot tell apart " + Join(group));
+  }
+}
+
+Diagnosis Search::Run() {
+  Diagnosis diagnosis(problem_.model);
+  diagnosis.base = JudgeBase(problem_);
+  Doubt(&diagnosis);
+  Judgement* now = &diagnosis.base;
+  std::optional<Trial> first;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Screening screening = Screen(*now);
+    std::vector<Trial> trials = Propose(screening);
+    Confirm(screening, *now, &trials);
+    int best = Choose(screening, trials);
+    if (best < 0) {
+      std::vector<Trial> pairs = ProposePairs(screening);
+      Confirm(screening, *now, &pairs);
+      const int pair = Choose(screening, pairs);
+      if (pair >= 0) {
+        best = static_cast<int>(trials.size());
+        trials.push_back(std::move(pairs[pair]));
+      }
+    }
+    if (step == 0) {
+      diagnosis.tests = screening.tests;
+      List(screening, &trials, best, &diagnosis);
+      diagnosis.verdict = Decide(*now, best >= 0 ? &trials[best] : nullptr);
+    }
+    diagnosis.final_verdict = Decide(*now, best >= 0 ? &trials[best] : nullptr);
+    if (best < 0 || !options_.add) break;
+    Trial& chosen = trials[best];
+    DiagnosisStep added;
+    std::vector<const Effect*> effects;
+    for (const int e : chosen.effects) {
+      added.effects.push_back(screening.effects[e].name());
+      effects.push_back(screening.effects[e].effect.get());
+    }
+    added.predicted = chosen.predicted;
+    added.train_before = now->train_error();
+    added.holdout_before = now->holdout_error();
+    added.train_after = chosen.after->train_error();
+    added.holdout_after = chosen.after->holdout_error();
+    added.parameters = EstimatesOf(*chosen.after, effects);
+    diagnosis.steps.push_back(added);
+    diagnosis.final = std::move(*chosen.after);
+    now = &*diagnosis.final;
+    if (!now->fit.converged) *now = Rejudge(problem_, std::move(*now));
+    LookBack(added.effects, now, &diagnosis.steps);
+  }
+  Report("where it fails", 0, 0, diagnosis.base.train_error());
+  diagnosis.where = FindWhere(diagnosis.base);
+  return diagnosis;
+}
+
+}  // namespace
+
+std::string ToString(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kAdequate:
+      return "adequate";
+    case Verdict::kMissingEffect:
+      return "missing_effect";
+    case Verdict::kUnexplained:
+      return "unexplained";
+  }
+  return "";
+}
+
+std::vector<std::string> Diagnosis::added() const {
+  std::vector<std::string> names;
+  for (const auto& effect : last().added) names.push_back(effect->name());
+  return names;
+}
+
+std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs) {
+  std::vector<Run> held;
+  for (sysid::Run& run : *runs) {
+    const int last = run.size() - 1;
+    const int cut = last - last / 4;
+    const auto rows = [&](int first, int count) {
+      sysid::Run part;
+      part.name = run.name;
+      part.t.assign(run.t.begin() + first, run.t.begin() + first + count);
+      part.effort = run.effort.middleRows(first, count);
+      for (const Channel& channel : run.channels) {
+        part.channels.push_back(channel);
+        part.channels.back().values = channel.values.middleRows(first, count);
+      }
+      return part;
+    };
+    held.push_back(rows(cut, last - cut + 1));
+    run = rows(0, cut + 1);
+  }
+  return held;
+}
+
+Diagnosis Diagnose(const DiagnosisProblem& problem,
+                   const std::vector<std::shared_ptr<const Effect>>& candidates,
+                   const DiagnosisOptions& options) {
+  return Search(problem, candidates, options).Run();
+}
+
+}  // namespace sysid

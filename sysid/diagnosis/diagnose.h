@@ -1,0 +1,80 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/where.h"
+
+namespace sysid {
+
+// Where a fitted model fails and which effect is missing (docs/theory.md
+// section 7): screen every candidate to first order, refit the best, let the
+// held-out runs decide, add, and look again.
+
+// A candidate that was refitted.
+struct Confirmation {
+  double train = 0.0, holdout = 0.0;          // normalised errors
+  std::vector<ParameterEstimate> parameters;  // the effect's
+  bool accepted = false;
+  std::string refused;  // why, where it was not accepted
+};
+
+struct CandidateEffect {
+  ScreenedEffect screened;
+  std::optional<Confirmation> confirmed;
+  // Others that explain this data as well, and what motion would tell them
+  // from it.
+  std::vector<std::string> indistinguishable_from;
+  std::string told_apart_by;
+};
+
+// One change of the model on the way to one that explains the data.
+struct DiagnosisStep {
+  std::vector<std::string> effects;  // added; two where only both help
+  std::string removed;               // by the look back, or empty
+  double predicted = 0.0;            // normalised error of the training runs
+  double train_before = 0.0, train_after = 0.0;
+  double holdout_before = 0.0, holdout_after = 0.0;
+  std::vector<ParameterEstimate> parameters;  // of the effects, after
+};
+
+enum class Verdict { kAdequate, kMissingEffect, kUnexplained };
+std::string ToString(Verdict verdict);  // as diagnosis.json says it
+
+struct Diagnosis {
+  Verdict verdict = Verdict::kAdequate;  // of the model as it was given
+  std::string sentence;                  // the verdict in words
+  // Why the fit is not to be trusted, first things first; empty where it is.
+  std::vector<std::string> doubts;
+  Judgement base;
+  Where where;                              // of the base
+  std::vector<CandidateEffect> candidates;  // best first
+  int tests = 0;                            // that the p-values pay for
+
+  // What was added (with `add`), and the model that came of it.
+  std::vector<DiagnosisStep> steps;
+  std::optional<Judgement> final;  // none where nothing was added
+  Verdict final_verdict = Verdict::kAdequate;
+
+  explicit Diagnosis(const Model& m) : base(m) {}
+  const Judgement& last() const { return final ? *final : base; }
+  std::vector<std::string> added() const;  // names
+};
+
+struct DiagnosisOptions {
+  bool add = false;  // add effects until nothing is missing
+};
+
+// Throws InputError where the runs are too short or too still to decide
+// anything; says in `doubts` where the fit is not to be trusted.
+Diagnosis Diagnose(const DiagnosisProblem& problem,
+                   const std::vector<std::shared_ptr<const Effect>>& candidates,
+                   const DiagnosisOptions& options);
+
+// Where no held-out runs are given: the last quarter of every run, which leaves
+// `runs`. Its times go on. Throws InputError for runs too short to be divided.
+std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs);
+
+}  // namespace sysid

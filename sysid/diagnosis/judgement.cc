@@ -1,0 +1,257 @@
+#include "sysid/diagnosis/judgement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "sysid/estimation/step_size.h"
+
+namespace sysid {
+namespace {
+
+// A model with effects and what is free in it.
+struct Extended {
+  Model model;
+  std::vector<FreeParameter> free;
+
+  explicit Extended(const Model& m) : model(m) {}
+};
+
+// The problem's model with effects; parameters start at `values`, by name, or
+// where they were. Those that are `idle` or whole numbers are not free.
+Extended Extend(const DiagnosisProblem& problem,
+                const std::vector<std::shared_ptr<const Effect>>& effects,
+                const std::set<std::string>& idle,
+                const std::map<std::string, double>& values) {
+  Extended out(problem.model);
+  std::vector<std::string> names;
+  for (const FreeParameter& free : problem.free) {
+    names.push_back(free.parameter.name);
+  }
+  for (const auto& effect : effects) {
+    out.model.AddEffect(effect);
+    std::set<std::string> held = idle;
+    for (const EffectParameter& parameter : effect->parameters()) {
+      if (parameter.whole) held.insert(parameter.name);
+      const auto at = values.find(parameter.name);
+      if (held.count(parameter.name) > 0 && at != values.end()) {
+        out.model.SetEffectParameter(parameter.name, at->second);
+      }
+    }
+    for (const std::string& name : effect->ParameterNames()) {
+      if (held.count(name) == 0 &&
+          std::find(names.begin(), names.end(), name) == names.end()) {
+        names.push_back(name);
+      }
+    }
+  }
+  const std::vector<Parameter> parameters =
+      FindParameters(out.model, names, "effects");
+  for (size_t i = 0; i < names.size(); ++i) {
+    FreeParameter free;
+    if (i < problem.free.size()) {
+      free = problem.free[i];
+    } else {
+      free.lower = parameters[i].lower;
+      free.upper = parameters[i].upper;
+      free.initial = parameters[i].nominal;
+    }
+    free.parameter = parameters[i];
+    const auto at = values.find(names[i]);
+    if (at != values.end()) {
+      free.initial = std::clamp(at->second, free.lower, free.upper);
+    }
+    out.free.push_back(free);
+  }
+  return out;
+}
+
+// The values of a fit by name, those that it held among the effects' too.
+std::map<std::string, double> ValuesOf(const Judgement& judgement) {
+  std::map<std::string, double> values;
+  const Model& model = judgement.fit.model;
+  for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
+    values[model.effects().parameters()[i].name] = model.nominal().effects[i];
+  }
+  for (const ParameterEstimate& p : judgement.fit.parameters) {
+    values[p.name] = p.value;
+  }
+  return values;
+}
+
+// The theta of the problem with `values` instead of its starting ones; false
+// where that is no possible body.
+bool ThetaAt(const ShootingProblem& problem,
+             const std::map<std::string, double>& values,
+             Eigen::VectorXd* theta) {
+  Eigen::VectorXd numbers(problem.free().size());
+  for (int i = 0; i < numbers.size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
+    const auto at = values.find(free.parameter.name);
+    numbers[i] = at == values.end()
+                     ? free.initial
+                     : std::clamp(at->second, free.lower, free.upper);
+  }
+  return problem.map().ThetaOf(numbers, theta) &&
+         problem.map().FirstImpossibleLink(theta->data()).empty();
+}
+
+void Judge(const DiagnosisProblem& problem, Judgement* judgement) {
+  judgement->holdout =
+      JudgeHoldout(judgement->fit.model, problem.holdout, *judgement->problem,
+                   judgement->fit.segment_s)
+          .errors;
+  judgement->independent =
+      (judgement->fit.train.dof + judgement->holdout.dof) /
+      AutocorrelationTime(*judgement->problem, judgement->fit.point);
+}
+
+// The values of parameters of effects that the fit did not move.
+std::map<std::string, double> HeldValues(const Judgement& judgement) {
+  std::map<std::string, double> values = ValuesOf(judgement);
+  for (const ParameterEstimate& p : judgement.fit.parameters) {
+    values.erase(p.name);
+  }
+  return values;
+}
+
+// Refits from the best of several starts, in the segments of `before`.
+Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
+                std::vector<std::shared_ptr<const Effect>> effects,
+                std::set<std::string> idle,
+                const std::vector<std::map<std::string, double>>& starts,
+                const EstimationOptions& options) {
+  const Extended extended = Extend(problem, effects, idle, starts.front());
+  Judgement after(extended.model);
+  after.added = std::move(effects);
+  after.idle = std::move(idle);
+  after.problem = std::make_unique<ShootingProblem>(
+      extended.model, extended.free, problem.train, options);
+  ShootingPoint best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& values : starts) {
+    ShootingPoint start = before.fit.point;
+    if (!ThetaAt(*after.problem, values, &start.theta)) continue;
+    if (options.rollout.step <= 0) {
+      // Each with a step that can follow it.
+      after.problem->mutable_options()->rollout.step =
+          ChooseStep(*after.problem, start, kStableError);
+    }
+    // The states first: they were those of the model before.
+    ShootingStage::Options alone;
+    alone.defect = std::numeric_limits<double>::infinity();
+    alone.fix_theta = true;
+    alone.twist_hold = kHeldSpin;
+    alone.max_iterations = 5;
+    alone.function_tolerance = 1e-3;
+    std::vector<HistoryEntry> history;
+    ShootingStage(*after.problem, alone, &start)
+        .Solve("starts", Now(), &history);
+    const double squares = EvaluateErrors(*after.problem, start, 0.0).squares;
+    if (best.runs.empty() || squares < least) {
+      least = squares;
+      best = std::move(start);
+    }
+  }
+  if (best.runs.empty()) {
+    best = before.fit.point;
+    best.theta = after.problem->InitialTheta();
+  }
+  after.problem->mutable_options()->rollout.step = options.rollout.step;
+  after.fit = RefitIndependentSegments(after.problem.get(), best);
+  if (IsDoubtful(before.fit)) {
+    // What the model before made of its parameters may be far from where this
+    // one wants them: from the start as well, by segments that grow.
+    const Extended afresh =
+        Extend(problem, after.added, after.idle, HeldValues(after));
+    auto staged = std::make_unique<ShootingProblem>(afresh.model, afresh.free,
+                                                    problem.train, options);
+    Fit fit = FitIndependentSegments(staged.get());
+    if (fit.train.squares < after.fit.train.squares) {
+      after.problem = std::move(staged);
+      after.fit = std::move(fit);
+    }
+  }
+  Judge(problem, &after);
+  return after;
+}
+
+}  // namespace
+
+bool IsDoubtful(const Fit& fit) {
+  return !fit.converged ||
+         std::any_of(fit.parameters.begin(), fit.parameters.end(),
+                     [](const ParameterEstimate& p) { return p.at_bound; });
+}
+
+Judgement JudgeBase(const DiagnosisProblem& problem) {
+  Judgement base(problem.model);
+  base.problem = std::make_unique<ShootingProblem>(
+      problem.model, problem.free, problem.train, problem.options);
+  base.fit = FitIndependentSegments(base.problem.get());
+  Judge(problem, &base);
+  return base;
+}
+
+Judgement JudgeWith(const DiagnosisProblem& problem, const Judgement& before,
+                    const std::vector<const ScreenedEffect*>& effects,
+                    const EstimationOptions& options) {
+  std::vector<std::shared_ptr<const Effect>> added = before.added;
+  std::set<std::string> idle = before.idle;
+  // From where the screening expects them, and less far: its first order may
+  // overshoot.
+  std::vector<std::map<std::string, double>> starts;
+  for (const double part : {1.0, 0.3, 0.0}) {
+    starts.push_back(ValuesOf(before));
+    for (const ScreenedEffect* effect : effects) {
+      for (const ExpectedParameter& expected : effect->parameters) {
+        starts.back()[expected.name] =
+            expected.searched
+                ? expected.value
+                : expected.null_value +
+                      part * (expected.value - expected.null_value);
+      }
+    }
+  }
+  for (const ScreenedEffect* effect : effects) {
+    added.push_back(effect->effect);
+    idle.insert(effect->idle.begin(), effect->idle.end());
+  }
+  return Refit(problem, before, std::move(added), std::move(idle), starts,
+               options);
+}
+
+Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
+                       const std::string& effect,
+                       const EstimationOptions& options) {
+  std::vector<std::shared_ptr<const Effect>> left = before.added;
+  std::erase_if(left, [&](const auto& e) { return e->name() == effect; });
+  std::map<std::string, double> values = ValuesOf(before);
+  // What the effect corrected goes back to what it was.
+  for (const auto& e : before.added) {
+    if (e->name() != effect) continue;
+    for (const std::string& name : e->corrects()) values.erase(name);
+  }
+  return Refit(problem, before, std::move(left), before.idle, {values},
+               options);
+}
+
+Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement) {
+  EstimationOptions* options = judgement.problem->mutable_options();
+  *options = problem.options;
+  judgement.fit =
+      RefitIndependentSegments(judgement.problem.get(), judgement.fit.point);
+  Judge(problem, &judgement);
+  return judgement;
+}
+
+void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
+                   Model* model, std::vector<FreeParameter>* free) {
+  Extended extended =
+      Extend(problem, judgement.added, judgement.idle, ValuesOf(judgement));
+  *model = extended.model;
+  *free = std::move(extended.free);
+}
+
+}  // namespace sysid

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/screening.h"
+#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/fit.h"
+
+namespace sysid {
+
+// What a diagnosis starts from: a model with what is free in it, runs to fit
+// and runs to judge by.
+struct DiagnosisProblem {
+  Model model;
+  std::vector<FreeParameter> free;
+  std::vector<Run> train, holdout;
+  EstimationOptions options;
+
+  explicit DiagnosisProblem(const Model& m) : model(m) {}
+};
+
+// A model that was fitted to the training runs, in independent segments, and
+// judged by the held-out ones. Errors of both are of prediction over a segment
+// from its own state.
+struct Judgement {
+  // Beside the effects of the problem's own model, in the order of adding.
+  std::vector<std::shared_ptr<const Effect>> added;
+  // Parameters of those that the data says nothing of: held where they are.
+  std::set<std::string> idle;
+  std::unique_ptr<ShootingProblem> problem;
+  Fit fit;
+  RunErrors holdout;
+  // How many of the numbers of both are as good as independent, errors being
+  // correlated in time (6.3).
+  double independent = 1.0;
+
+  explicit Judgement(const Model& m) : fit(m) {}
+  double train_error() const { return fit.train.total.normalized_rms; }
+  double squares() const { return fit.train.squares + holdout.squares; }
+  double holdout_error() const { return holdout.total.normalized_rms; }
+};
+
+// The problem's own model, from its start.
+Judgement JudgeBase(const DiagnosisProblem& problem);
+
+// The model of `before` with further effects, which start where the screening
+// expects them; `threads` and `progress` as in `options`.
+Judgement JudgeWith(const DiagnosisProblem& problem, const Judgement& before,
+                    const std::vector<const ScreenedEffect*>& effects,
+                    const EstimationOptions& options);
+
+// The model of `before` without one of the effects that were added.
+Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
+                       const std::string& effect,
+                       const EstimationOptions& options);
+
+// The same model from where it ended, until the fit has converged.
+Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement);
+
+// Whether a fit did not converge or ended at a bound.
+bool IsDoubtful(const Fit& fit);
+
+// The problem's own model with the effects of a judgement, their parameters
+// free and starting where it ended: for a fit of other runs.
+void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
+                   Model* model, std::vector<FreeParameter>* free);
+
+}  // namespace sysid

@@ -1,0 +1,686 @@
+#include "sysid/diagnosis/screening.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+
+#include "models/error.h"
+#include "sysid/diagnosis/statistics.h"
+#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/parallel.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kSignificance = 0.01;  // of `detectable`
+constexpr double kPower = 0.8;
+constexpr int kFewestBlocks = 20;  // of time, for clusters
+constexpr int kMostPairs = 10;     // that are kept
+// Secants are rolled out with so many times the steps of the fit (friction is
+// stiff), over so many sizes at most.
+constexpr int kSecantSteps = 8;
+constexpr int kMostSecants = 6;
+
+// One candidate with its columns.
+struct Candidate {
+  std::shared_ptr<const Effect> effect;
+  std::vector<Parameter> corrected;  // of the mechanism, that are not free
+  std::vector<ProbeSet> sets;        // of own parameters; one empty set if none
+  std::vector<int> first;            // column of each set's first probe
+  Model model;                       // fitted, with the effect in it
+  std::vector<double> off;           // own parameters in `model`
+  // Whether no probe is along own parameter p: it is found by other means.
+  bool IsSearched(size_t p) const {
+    for (const Probe& probe : sets.front()) {
+      if (probe.along == static_cast<int>(p)) return false;
+    }
+    return true;
+  }
+  int columns(int set) const {
+    return static_cast<int>(sets[set].size() + corrected.size());
+  }
+
+  explicit Candidate(const Model& m) : model(m) {}
+};
+
+// The weights of some columns of a candidate that its bounds allow.
+struct Weights {
+  int set = 0;
+  std::vector<int> told;    // columns that the data tells of, within the set
+  std::vector<int> active;  // those that the bounds leave
+  Eigen::VectorXd alpha;    // of those
+  double score = 0.0;
+};
+
+bool ActsByEffortAlone(const Effect& effect) {
+  return effect.hooks() == kEffortHook;
+}
+
+class Screener {
+ public:
+  Screener(const LinearizedFit& fit, const Model& fitted,
+           const std::vector<std::shared_ptr<const Effect>>& effects);
+  Screening Run();
+
+ private:
+  void AddCandidate(std::shared_ptr<const Effect> effect, const Model& fitted,
+                    const std::set<std::string>& free);
+  void ComputeColumns();
+  // Replaces columns by secants where the law is far from linear over the
+  // change that matters.
+  void UseSecants(std::vector<Eigen::MatrixXd>* responses) const;
+  void UseSecant(const Candidate& candidate, const Probe& probe, int column,
+                 const std::vector<Eigen::VectorXd>& off,
+                 std::vector<Eigen::MatrixXd>* responses) const;
+  bool NeedsSecant(const Candidate& candidate) const;
+  bool RollOut(const Model& model, std::vector<Eigen::VectorXd>* errors) const;
+  void AddForces(const Candidate& candidate, const LinearizedFit::Segment& at,
+                 ParameterForces* forces) const;
+  Weights Best(const Candidate& candidate) const;
+  bool Feasible(const Candidate& candidate, const Weights& weights) const;
+  std::vector<double> At(const Candidate& candidate, const Probe& probe) const;
+  std::vector<double> Values(const Candidate& candidate,
+                             const Weights& weights) const;
+  Eigen::MatrixXd Gram(const std::vector<int>& columns) const;
+  std::vector<int> Global(const Candidate& candidate,
+                          const Weights& weights) const;
+  ScreenedEffect Describe(const Candidate& candidate, const Weights& weights,
+                          int tests) const;
+  void Compare(const std::vector<Weights>& weights, Screening* screening) const;
+  double PredictedError(double score, int dof) const;
+  double Criterion(double score, int dof) const;
+
+  const LinearizedFit& fit_;
+  const Model& fitted_;
+  std::vector<Candidate> candidates_;
+  int total_ = 0;                     // columns
+  std::vector<Eigen::MatrixXd> A_;    // per segment, projected
+  Eigen::VectorXd unprojected_;       // squared lengths of the columns before
+  Eigen::VectorXd b_;                 // A' r
+  double squares_ = 0.0, dof_ = 0.0;  // of r
+  double independent_ = 0.0;
+};
+
+Screener::Screener(const LinearizedFit& fit, const Model& fitted,
+                   const std::vector<std::shared_ptr<const Effect>>& effects)
+    : fit_(fit), fitted_(fitted) {
+  std::set<std::string> free;
+  for (const FreeParameter& f : fit.problem().free()) {
+    free.insert(f.parameter.name);
+  }
+  for (const auto& effect : effects) AddCandidate(effect, fitted, free);
+  squares_ = fit.SumOfSquares();
+  dof_ = fit.DegreesOfFreedom();
+  independent_ =
+      std::max(10.0, dof_ / AutocorrelationTime(fit.problem(), fit.point()));
+}
+
+void Screener::AddCandidate(std::shared_ptr<const Effect> effect,
+                            const Model& fitted,
+                            const std::set<std::string>& free) {
+  if (fitted.effects().Contains(effect->name())) return;
+  Candidate candidate(fitted);
+  candidate.effect = effect;
+  std::vector<std::string> corrected;
+  for (const std::string& name : effect->corrects()) {
+    if (free.count(name) == 0) corrected.push_back(name);
+  }
+  candidate.corrected = FindParameters(fitted, corrected, effect->name());
+  try {
+    candidate.model.AddEffect(effect);
+  } catch (const InputError&) {
+    return;  // part of an effect that is in the model
+  }
+  const EffectSet& effects = candidate.model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    if (effects.effect(i).name() != effect->name()) continue;
+    for (size_t p = 0; p < effect->parameters().size(); ++p) {
+      candidate.off.push_back(
+          candidate.model.nominal().effects[effects.offset(i) + p]);
+    }
+  }
+  candidate.sets = effect->ProbeSets();
+  if (candidate.sets.empty() && candidate.corrected.empty()) return;
+  if (candidate.sets.empty()) candidate.sets.push_back({});
+  for (size_t s = 0; s < candidate.sets.size(); ++s) {
+    candidate.first.push_back(total_);
+    total_ += candidate.columns(static_cast<int>(s));
+  }
+  candidates_.push_back(std::move(candidate));
+}
+
+void Screener::AddForces(const Candidate& candidate,
+                         const LinearizedFit::Segment& at,
+                         ParameterForces* forces) const {
+  const Effect& effect = *candidate.effect;
+  for (size_t s = 0; s < candidate.sets.size(); ++s) {
+    const ProbeSet& probes = candidate.sets[s];
+    int column = candidate.first[s];
+    for (size_t i = 0; i < probes.size(); ++i, ++column) {
+      Probe probe = probes[i];
+      probe.at = At(candidate, probe);
+      if (ActsByEffortAlone(effect) && probe.secant == 0.0) {
+        AddEffortForces(candidate.model, effect, probe, at.tangent, column,
+                        forces);
+        continue;
+      }
+      Model model = candidate.model;
+      for (size_t p = 0; p < probe.at.size(); ++p) {
+        model.SetEffectParameter(effect.parameters()[p].name, probe.at[p]);
+      }
+      const ParameterMap map(
+          model,
+          FindParameters(model, {effect.parameters()[probe.along].name}, ""));
+      const Eigen::VectorXd theta =
+          Eigen::VectorXd::Constant(1, probe.at[probe.along]);
+      if (probe.secant == 0.0) {
+        AddParameterForces(model, map, theta, *at.rollout, at.tangent, column,
+                           forces);
+      } else {
+        AddSecantForces(model, map, theta, 0, probe.secant, *at.rollout,
+                        at.tangent, column, forces);
+      }
+    }
+    if (candidate.corrected.empty()) continue;
+    const ParameterMap map(candidate.model, candidate.corrected, false);
+    Eigen::VectorXd theta(map.size());
+    for (int i = 0; i < map.size(); ++i) {
+      theta[i] = candidate.corrected[i].nominal;
+    }
+    AddParameterForces(candidate.model, map, theta, *at.rollout, at.tangent,
+                       column, forces);
+  }
+}
+
+void Screener::ComputeColumns() {
+  const auto& segments = fit_.segments();
+  const int count = static_cast<int>(segments.size());
+  const int threads = fit_.problem().options().threads;
+  std::vector<Eigen::MatrixXd> responses(count);
+  ParallelFor(count, threads, [&](int s) {
+    const LinearizedFit::Segment& at = *segments[s];
+    ParameterForces forces = ParameterForces::Zero(*at.rollout, total_);
+    for (const Candidate& candidate : candidates_) {
+      AddForces(candidate, at, &forces);
+    }
+    responses[s] = fit_.Respond(at, forces);
+    return true;
+  });
+  UseSecants(&responses);
+  A_.resize(count);
+  unprojected_ = Eigen::VectorXd::Zero(total_);
+  for (const Eigen::MatrixXd& response : responses) {
+    unprojected_ += response.colwise().squaredNorm().transpose();
+  }
+  ParallelFor(count, threads, [&](int s) {
+    A_[s] = fit_.WithoutStates(*segments[s], responses[s]);
+    responses[s].resize(0, 0);
+    return true;
+  });
+  fit_.ProjectOutTheta(&A_);
+  b_ = Eigen::VectorXd::Zero(total_);
+  for (int s = 0; s < count; ++s) {
+    b_.noalias() += A_[s].transpose() * segments[s]->r;
+  }
+}
+
+// The whitened errors of each segment from its state, by rolling out with finer
+// steps; false where the dynamics fail.
+bool Screener::RollOut(const Model& model,
+                       std::vector<Eigen::VectorXd>* errors) const {
+  const ShootingProblem& problem = fit_.problem();
+  RolloutOptions options = problem.options().rollout;
+  options.step =
+      (options.step > 0 ? options.step : problem.MedianSamplePeriod()) /
+      kSecantSteps;
+  const ParameterMap nothing(model, {});
+  const auto& segments = fit_.segments();
+  errors->resize(segments.size());
+  return ParallelFor(
+      static_cast<int>(segments.size()), problem.options().threads, [&](int s) {
+        const LinearizedFit::Segment& at = *segments[s];
+        const SegmentRollout rollout(
+            &model, &nothing, &problem.runs()[at.run]->measurements,
+            at.rollout->first(), at.rollout->last(), options);
+        Eigen::VectorXd& out = (*errors)[s];
+        out.resize(rollout.num_residuals());
+        std::vector<double> x_end(model.state_size());
+        const RowMatrixXd& states = fit_.point().runs[at.run].states;
+        if (!rollout(states.row(at.index).data(),
+                     static_cast<const double*>(nullptr), out.data(),
+                     x_end.data())) {
+          return false;
+        }
+        out = out.cwiseProduct(at.weight);
+        return out.allFinite();
+      });
+}
+
+// On a spherical joint whose link is thin, whatever turns it about its own axis
+// is soon saturated: a friction stops that spin long before the derivative at
+// null would have it.
+bool Screener::NeedsSecant(const Candidate& candidate) const {
+  const int joint = candidate.effect->joint();
+  return joint >= 0 &&
+         fit_.problem().model().mechanism().joints[joint].type ==
+             JointType::kSpherical &&
+         (candidate.effect->hooks() & (kEffortHook | kJointInertiaHook)) != 0;
+}
+
+// The secant over the size that changes the errors about as much as there is to
+// explain.
+void Screener::UseSecant(const Candidate& candidate, const Probe& probe,
+                         int column, const std::vector<Eigen::VectorXd>& off,
+                         std::vector<Eigen::MatrixXd>* responses) const {
+  const Effect& effect = *candidate.effect;
+  const double wanted = std::sqrt(squares_);
+  double length = 0.0;
+  for (const Eigen::MatrixXd& response : *responses) {
+    length += response.col(column).squaredNorm();
+  }
+  length = std::sqrt(length);
+  // Not even its typical size shows.
+  if (length * effect.parameters()[probe.along].typical_scale < 1e-3) return;
+  const std::vector<double> from = At(candidate, probe);
+  Model on = candidate.model;
+  for (size_t p = 0; p < from.size(); ++p) {
+    on.SetEffectParameter(effect.parameters()[p].name, from[p]);
+  }
+  double size = wanted / length, best_size = 0.0;
+  std::vector<Eigen::VectorXd> errors, best;
+  for (int k = 0; k < kMostSecants; ++k) {
+    on.SetEffectParameter(effect.parameters()[probe.along].name,
+                          from[probe.along] + size);
+    if (!RollOut(on, &errors)) break;
+    best = errors;
+    best_size = size;
+    double change = 0.0;
+    for (size_t s = 0; s < off.size(); ++s) {
+      change += (errors[s] - off[s]).squaredNorm();
+    }
+    change = std::sqrt(change);
+    if (change > 0.7 * wanted) break;
+    size *= std::clamp(wanted / change, 2.0, 10.0);
+  }
+  for (size_t s = 0; s < best.size(); ++s) {
+    (*responses)[s].col(column) = (best[s] - off[s]) / best_size;
+  }
+}
+
+void Screener::UseSecants(std::vector<Eigen::MatrixXd>* responses) const {
+  if (std::none_of(candidates_.begin(), candidates_.end(),
+                   [&](const Candidate& c) { return NeedsSecant(c); })) {
+    return;
+  }
+  std::vector<Eigen::VectorXd> off;
+  if (!RollOut(fitted_, &off)) return;
+  for (const Candidate& candidate : candidates_) {
+    if (!NeedsSecant(candidate)) continue;
+    for (size_t s = 0; s < candidate.sets.size(); ++s) {
+      for (size_t i = 0; i < candidate.sets[s].size(); ++i) {
+        UseSecant(candidate, candidate.sets[s][i],
+                  candidate.first[s] + static_cast<int>(i), off, responses);
+      }
+    }
+  }
+}
+
+Eigen::MatrixXd Screener::Gram(const std::vector<int>& columns) const {
+  const int k = static_cast<int>(columns.size());
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(k, k);
+  for (const Eigen::MatrixXd& A : A_) {
+    const Eigen::MatrixXd part = A(Eigen::all, columns);
+    C.noalias() += part.transpose() * part;
+  }
+  return C;
+}
+
+std::vector<int> Screener::Global(const Candidate& candidate,
+                                  const Weights& weights) const {
+  std::vector<int> columns;
+  for (const int i : weights.active) {
+    columns.push_back(candidate.first[weights.set] + i);
+  }
+  return columns;
+}
+
+// The effect's own parameters where a probe looks: what is searched as the
+// probe has it, the others as the model has them (null, or the values of an
+// effect that this one replaces).
+std::vector<double> Screener::At(const Candidate& candidate,
+                                 const Probe& probe) const {
+  std::vector<double> values = candidate.off;
+  for (size_t p = 0; p < values.size(); ++p) {
+    if (candidate.IsSearched(p)) values[p] = probe.at[p];
+  }
+  return values;
+}
+
+// Values of the effect's own parameters, then of those that it corrects.
+std::vector<double> Screener::Values(const Candidate& candidate,
+                                     const Weights& weights) const {
+  const ProbeSet& probes = candidate.sets[weights.set];
+  std::vector<double> alpha(probes.size() + candidate.corrected.size(), 0.0);
+  for (size_t i = 0; i < weights.active.size(); ++i) {
+    alpha[weights.active[i]] = weights.alpha[i];
+  }
+  std::vector<double> values;
+  if (!probes.empty()) {
+    const std::vector<double> none(probes.size(), 0.0);
+    const std::vector<double> from = candidate.effect->FromProbes(probes, none);
+    values = candidate.effect->FromProbes(
+        probes, {alpha.begin(), alpha.begin() + probes.size()});
+    for (size_t p = 0; p < values.size(); ++p) {
+      if (!candidate.IsSearched(p)) values[p] += candidate.off[p] - from[p];
+    }
+  }
+  for (size_t i = 0; i < candidate.corrected.size(); ++i) {
+    values.push_back(candidate.corrected[i].nominal + alpha[probes.size() + i]);
+  }
+  return values;
+}
+
+bool Screener::Feasible(const Candidate& candidate,
+                        const Weights& weights) const {
+  const std::vector<double> values = Values(candidate, weights);
+  const std::vector<EffectParameter>& own = candidate.effect->parameters();
+  for (size_t i = 0; i < own.size(); ++i) {
+    if (values[i] < own[i].lower || values[i] > own[i].upper) return false;
+  }
+  return candidate.effect
+      ->Implausible({values.begin(), values.begin() + own.size()})
+      .empty();
+}
+
+// The weights of the set that gains most within the bounds: of all columns that
+// the data tells of, or of fewer where those leave the bounds.
+Weights Screener::Best(const Candidate& candidate) const {
+  // A column of which projecting leaves less than this (squared) is what
+  // states, free parameters or the columns before it explain already.
+  constexpr double kAlias = 1e-7;
+  Weights best;
+  best.score = -1.0;
+  for (size_t s = 0; s < candidate.sets.size(); ++s) {
+    const int count = candidate.columns(static_cast<int>(s));
+    std::vector<int> columns(count);
+    std::iota(columns.begin(), columns.end(), candidate.first[s]);
+    const Eigen::MatrixXd C = Gram(columns);
+    // Pivoted: the column that is clearest goes first.
+    std::vector<int> kept;
+    Eigen::VectorXd left(count);
+    for (int i = 0; i < count; ++i) {
+      const double own = unprojected_[candidate.first[s] + i];
+      left[i] = own > 0 ? C(i, i) / own : 0.0;
+      const int probes = static_cast<int>(candidate.sets[s].size());
+      // A nominal value that the data knows worse than by its own size.
+      if (i >= probes &&
+          !(C(i, i) *
+                std::pow(candidate.corrected[i - probes].typical_scale, 2) >
+            1.0)) {
+        left[i] = 0.0;
+      }
+    }
+    std::vector<int> order(count);
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](int a, int b) { return left[a] > left[b]; });
+    for (const int i : order) {
+      if (!(left[i] > kAlias)) continue;
+      std::vector<int> with = kept;
+      with.push_back(i);
+      const Eigen::MatrixXd part = C(with, with);
+      const Eigen::VectorXd scale = part.diagonal().cwiseSqrt().cwiseInverse();
+      const Eigen::MatrixXd scaled =
+          scale.asDiagonal() * part * scale.asDiagonal();
+      const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+      if (llt.info() != Eigen::Success) continue;
+      const double pivot = llt.matrixL()(with.size() - 1, with.size() - 1);
+      if (pivot * pivot > 1e-4) kept = with;
+    }
+    // All subsets, the whole first.
+    const int n = static_cast<int>(kept.size());
+    for (int mask = (1 << n) - 1; mask > 0; --mask) {
+      Weights weights;
+      weights.set = static_cast<int>(s);
+      weights.told = kept;
+      for (int i = 0; i < n; ++i) {
+        if (mask & (1 << i)) weights.active.push_back(kept[i]);
+      }
+      const std::vector<int> global = Global(candidate, weights);
+      const Eigen::VectorXd b = b_(global);
+      weights.alpha = -C(weights.active, weights.active).ldlt().solve(b);
+      weights.score = -weights.alpha.dot(b);
+      if (!Feasible(candidate, weights)) continue;
+      if (weights.score > best.score) best = weights;
+      if (mask == (1 << n) - 1) break;  // nothing gains more than all
+    }
+    if (best.score < 0 && n > 0) {  // the bounds leave nothing but null
+      best.set = static_cast<int>(s);
+      best.told = best.active = kept;
+      best.alpha = Eigen::VectorXd::Zero(n);
+      best.score = 0.0;
+    }
+  }
+  return best;
+}
+
+double Screener::PredictedError(double score, int dof) const {
+  return std::sqrt(std::max(0.0, squares_ - score) / std::max(1.0, dof_ - dof));
+}
+
+double Screener::Criterion(double score, int dof) const {
+  const double left = std::max(1e-12, 1.0 - score / squares_);
+  return independent_ * std::log(left) + dof * std::log(independent_);
+}
+
+ScreenedEffect Screener::Describe(const Candidate& candidate,
+                                  const Weights& weights, int tests) const {
+  ScreenedEffect out;
+  out.effect = candidate.effect;
+  out.dof = static_cast<int>(weights.active.size());
+  out.score = weights.score;
+  out.predicted_error = PredictedError(weights.score, out.dof);
+  out.criterion = Criterion(weights.score, out.dof);
+  const std::vector<int> columns = Global(candidate, weights);
+  // What remains, block by block.
+  const auto& segments = fit_.segments();
+  const int blocks =
+      std::max<int>(1, (kFewestBlocks + static_cast<int>(segments.size()) - 1) /
+                           static_cast<int>(segments.size()));
+  Eigen::MatrixXd scores =
+      Eigen::MatrixXd::Zero(blocks * segments.size(), out.dof);
+  double squares = 0.0;
+  for (size_t s = 0; s < segments.size(); ++s) {
+    const Eigen::MatrixXd part = A_[s](Eigen::all, columns);
+    const Eigen::VectorXd e = segments[s]->r + part * weights.alpha;
+    squares += e.squaredNorm();
+    const int rows = static_cast<int>(e.size());
+    for (int g = 0; g < blocks; ++g) {
+      const int begin = rows * g / blocks, end = rows * (g + 1) / blocks;
+      scores.row(s * blocks + g) =
+          (part.middleRows(begin, end - begin).transpose() *
+           e.segment(begin, end - begin))
+              .transpose();
+    }
+  }
+  const WaldTest test = TestWeights(Gram(columns), weights.alpha, scores,
+                                    squares, std::max(1.0, dof_ - out.dof));
+  out.p_value = std::min(1.0, test.p_value * tests);
+  // To the parameters: covariance through the derivative of the values.
+  const std::vector<double> values = Values(candidate, weights);
+  Eigen::MatrixXd D(values.size(), out.dof);
+  for (int i = 0; i < out.dof; ++i) {
+    Weights moved = weights;
+    const double step =
+        1e-3 * std::max(std::sqrt(test.covariance(i, i)), 1e-12);
+    moved.alpha[i] += step;
+    const std::vector<double> there = Values(candidate, moved);
+    for (size_t v = 0; v < values.size(); ++v) {
+      D(v, i) = (there[v] - values[v]) / step;
+    }
+  }
+  const Eigen::MatrixXd covariance = D * test.covariance * D.transpose();
+  const double reach =
+      NormalQuantile(0.5 * kSignificance / tests) + NormalQuantile(1 - kPower);
+  const std::vector<EffectParameter>& own = candidate.effect->parameters();
+  const ProbeSet& probes = candidate.sets[weights.set];
+  const auto is_told = [&](int column) {
+    return std::find(weights.told.begin(), weights.told.end(), column) !=
+           weights.told.end();
+  };
+  // An own parameter is idle where no probe along it tells anything; one that
+  // no probe is along (a reference) where a probe is silent.
+  const auto is_idle = [&](size_t parameter) {
+    if (!own[parameter].grid.empty()) return false;
+    bool any = false;
+    for (size_t i = 0; i < probes.size(); ++i) {
+      if (probes[i].along != static_cast<int>(parameter)) continue;
+      any = true;
+      if (is_told(static_cast<int>(i))) return false;
+    }
+    return any || weights.told.size() < probes.size();
+  };
+  for (size_t v = 0; v < values.size(); ++v) {
+    const bool corrected = v >= own.size();
+    const Parameter* wrong =
+        corrected ? &candidate.corrected[v - own.size()] : nullptr;
+    ExpectedParameter expected;
+    expected.name = corrected ? wrong->name : own[v].name;
+    expected.unit = corrected ? wrong->unit : own[v].unit;
+    if (corrected ? !is_told(static_cast<int>(probes.size() + v - own.size()))
+                  : is_idle(v)) {
+      out.idle.push_back(expected.name);
+      continue;
+    }
+    expected.value = values[v];
+    expected.null_value = corrected ? wrong->nominal : candidate.off[v];
+    expected.searched = !corrected && candidate.IsSearched(v);
+    expected.std_error = std::sqrt(std::max(0.0, covariance(v, v)));
+    expected.detectable = reach * expected.std_error;
+    out.parameters.push_back(expected);
+  }
+  return out;
+}
+
+// Pairs and likeness, of the candidates at their best.
+void Screener::Compare(const std::vector<Weights>& weights,
+                       Screening* screening) const {
+  const int n = static_cast<int>(candidates_.size());
+  std::vector<int> columns, first(n);
+  for (int i = 0; i < n; ++i) {
+    first[i] = static_cast<int>(columns.size());
+    const std::vector<int> own = Global(candidates_[i], weights[i]);
+    columns.insert(columns.end(), own.begin(), own.end());
+  }
+  const Eigen::MatrixXd C = Gram(columns);
+  const Eigen::VectorXd b = b_(columns);
+  const auto size = [&](int i) {
+    return static_cast<int>(weights[i].active.size());
+  };
+  std::vector<Eigen::LDLT<Eigen::MatrixXd>> inverse(n);
+  for (int i = 0; i < n; ++i) {
+    inverse[i].compute(C.block(first[i], first[i], size(i), size(i)));
+  }
+  screening->likeness.setIdentity(n, n);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) {
+      if (i == j || !(weights[i].score > 0)) continue;
+      const Eigen::VectorXd seen =
+          C.block(first[j], first[i], size(j), size(i)) * weights[i].alpha;
+      screening->likeness(i, j) = std::clamp(
+          seen.dot(inverse[j].solve(seen)) / weights[i].score, 0.0, 1.0);
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) {
+      const int k = size(i) + size(j);
+      Eigen::MatrixXd joint(k, k);
+      joint << C.block(first[i], first[i], size(i), size(i)),
+          C.block(first[i], first[j], size(i), size(j)),
+          C.block(first[j], first[i], size(j), size(i)),
+          C.block(first[j], first[j], size(j), size(j));
+      Eigen::VectorXd rhs(k);
+      rhs << b.segment(first[i], size(i)), b.segment(first[j], size(j));
+      const Eigen::VectorXd scale = joint.diagonal().cwiseSqrt().cwiseInverse();
+      const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * joint *
+                                            scale.asDiagonal());
+      if (llt.info() != Eigen::Success ||
+          !(llt.matrixLLT().diagonal().minCoeff() > 1e-3)) {
+        continue;
+      }
+      const Eigen::VectorXd alpha =
+          -(scale.asDiagonal() * llt.solve((scale.asDiagonal() * rhs).eval()));
+      Weights wi = weights[i], wj = weights[j];
+      wi.alpha = alpha.head(size(i));
+      wj.alpha = alpha.tail(size(j));
+      if (!Feasible(candidates_[i], wi) || !Feasible(candidates_[j], wj)) {
+        continue;
+      }
+      const double score = -alpha.dot(rhs);
+      screening->pairs.push_back(
+          {j, i, PredictedError(score, k), Criterion(score, k)});
+    }
+  }
+}
+
+Screening Screener::Run() {
+  Screening screening;
+  screening.error = std::sqrt(squares_ / dof_);
+  screening.independent_samples = independent_;
+  for (const Candidate& candidate : candidates_) {
+    screening.tests += static_cast<int>(candidate.sets.size());
+  }
+  if (candidates_.empty()) return screening;
+  ComputeColumns();
+  std::vector<Weights> weights;
+  std::vector<Candidate> told;  // the data says something of these
+  for (Candidate& candidate : candidates_) {
+    Weights best = Best(candidate);
+    if (best.active.empty()) continue;
+    weights.push_back(std::move(best));
+    told.push_back(std::move(candidate));
+  }
+  candidates_ = std::move(told);
+  for (size_t i = 0; i < candidates_.size(); ++i) {
+    screening.effects.push_back(
+        Describe(candidates_[i], weights[i], screening.tests));
+  }
+  Compare(weights, &screening);
+  // Best first.
+  std::vector<int> order(screening.effects.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return screening.effects[a].criterion < screening.effects[b].criterion;
+  });
+  std::vector<ScreenedEffect> sorted;
+  std::vector<int> place(order.size());
+  for (size_t i = 0; i < order.size(); ++i) {
+    sorted.push_back(std::move(screening.effects[order[i]]));
+    place[order[i]] = static_cast<int>(i);
+  }
+  screening.effects = std::move(sorted);
+  screening.likeness = Eigen::MatrixXd(screening.likeness(order, order));
+  for (Screening::Pair& pair : screening.pairs) {
+    pair.first = place[pair.first];
+    pair.second = place[pair.second];
+    if (pair.first > pair.second) std::swap(pair.first, pair.second);
+  }
+  std::sort(
+      screening.pairs.begin(), screening.pairs.end(),
+      [](const auto& a, const auto& b) { return a.criterion < b.criterion; });
+  if (screening.pairs.size() > kMostPairs) screening.pairs.resize(kMostPairs);
+  return screening;
+}
+
+}  // namespace
+
+Screening ScreenEffects(
+    const LinearizedFit& fit, const Model& fitted,
+    const std::vector<std::shared_ptr<const Effect>>& candidates) {
+  return Screener(fit, fitted, candidates).Run();
+}
+
+}  // namespace sysid

@@ -1,0 +1,47 @@
+#include "sysid/diagnosis/statistics.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+
+namespace sysid {
+
+double FisherTail(double f, double d1, double d2) {
+  if (!(f > 0)) return 1.0;
+  if (!std::isfinite(f)) return 0.0;
+  const boost::math::fisher_f distribution(d1, d2);
+  return boost::math::cdf(boost::math::complement(distribution, f));
+}
+
+double NormalQuantile(double p) {
+  return boost::math::quantile(
+      boost::math::complement(boost::math::normal(), p));
+}
+
+WaldTest TestWeights(const Eigen::MatrixXd& C, const Eigen::VectorXd& alpha,
+                     const Eigen::MatrixXd& scores, double squares,
+                     double dof) {
+  const int k = static_cast<int>(alpha.size());
+  const int G = static_cast<int>(scores.rows());
+  WaldTest test;
+  const Eigen::MatrixXd inverse =
+      C.ldlt().solve(Eigen::MatrixXd::Identity(k, k));
+  const double variance = squares / dof;
+  test.covariance = variance * inverse;
+  const double white = alpha.dot(C * alpha) / variance / k;
+  test.p_value = FisherTail(white, k, dof);
+  if (G <= k + 1) return test;
+  const Eigen::MatrixXd clustered =
+      inverse * (scores.transpose() * scores) * inverse * (G / (G - 1.0));
+  const Eigen::LDLT<Eigen::MatrixXd> solver(clustered);
+  // Hotelling: T^2 (G - k) / (k (G - 1)) is F(k, G - k).
+  const double wald =
+      alpha.dot(solver.solve(alpha)) * (G - k) / (k * (G - 1.0));
+  test.p_value = std::max(test.p_value, FisherTail(wald, k, G - k));
+  if (clustered.trace() > test.covariance.trace()) test.covariance = clustered;
+  return test;
+}
+
+}  // namespace sysid

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "models/math/types.h"
+
+namespace sysid {
+
+// Tails of the distributions that the tests of a diagnosis need.
+
+// P(F > f) with d1 and d2 degrees of freedom (d2 may be large).
+double FisherTail(double f, double d1, double d2);
+// The x that a standard normal variable exceeds with probability p.
+double NormalQuantile(double p);
+
+// The Wald test of weights alpha = -C^-1 A' r of columns A, C = A' A, against
+// none, when the errors e = r + A alpha that remain are serially correlated.
+// `scores` holds A' e of each block of time, blocks x columns, which sum to
+// about zero. The variance of alpha is the larger of
+//   s^2 C^-1, s^2 = |e|^2 / dof            (white errors), and
+//   C^-1 [G / (G - 1) sum_g h_g h_g'] C^-1 (clusters: Liang and Zeger 1986)
+// the second with Hotelling's distribution for the few blocks G.      (7.5)
+struct WaldTest {
+  double p_value = 1.0;
+  Eigen::MatrixXd covariance;  // of alpha
+};
+WaldTest TestWeights(const Eigen::MatrixXd& C, const Eigen::VectorXd& alpha,
+                     const Eigen::MatrixXd& scores, double squares, double dof);
+
+}  // namespace sysid

@@ -1,0 +1,4 @@
+#include "sysid/diagnosis/where.h"
+namespace sysid {
+Where FindWhere(const Judgement&) { return {}; }
+}  // namespace sysid
