@@ -4,10 +4,43 @@
 #include <vector>
 
 #include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/residual_tests.h"
+#include "sysid/diagnosis/unexplained_force.h"
 
 namespace sysid {
 
-struct Where {};
+// Where a fitted model fails: how far its errors are above the noise, in time,
+// in the motion and ahead; whether they are white; and the force that would
+// explain them (docs/theory.md section 7).
+
+// Normalised error of a joint's own channels where its motion lies in a range.
+struct MotionBin {
+  std::string joint;
+  // "position" or "velocity"; of a spherical joint "tilt" (of the link's axis
+  // from neutral) or "speed".
+  std::string over;
+  std::string unit;
+  double from = 0.0, to = 0.0;
+  int samples = 0;
+  double normalized_rms = 0.0;
+};
+
+struct Where {
+  // Of the training runs, all normalised: 1 is the noise floor.
+  std::vector<ChannelError> channels;
+  std::vector<SegmentError> segments;
+  std::vector<MotionBin> bins;        // by joint, then position before velocity
+  std::vector<HorizonError> horizon;  // SI
+  std::vector<Whiteness> whiteness;   // per channel
+  std::vector<InputCorrelation> inputs;  // per channel and measured effort
+  std::vector<ForceCurve> force;         // per joint, component and run
+  std::vector<JointForce> joints;        // what the curves of a joint say
+  // Of the joints whose force is no chance: by joint, best first.
+  std::vector<ForceRegression> regression;
+};
+
+// All but the channels, segments and horizon stay empty where the dynamics fail
+// at the fit.
 Where FindWhere(const Judgement& judgement);
 
 }  // namespace sysid
