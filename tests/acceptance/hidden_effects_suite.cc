@@ -33,7 +33,7 @@ namespace {
 // An effect that the fitted model hides in its parameters is planted again,
 // larger, until it shows, or is as large as it may be.
 Scored RunCase(HiddenCase info) {
-  constexpr int kAttempts = 3;
+  constexpr int kAttempts = 4;
   for (int attempt = 1;; ++attempt) {
     const HiddenData data = MakeHiddenData(info);
     Scored scored{info, data.magnitudes, {}};
@@ -46,7 +46,7 @@ Scored RunCase(HiddenCase info) {
         attempt == kAttempts || !scored.outcome.fault.empty()) {
       return scored;
     }
-    info.strength *= 4.0;
+    info.strength *= 2.0;
   }
 }
 

@@ -14,8 +14,8 @@ struct Sites {
 };
 
 // Left out is what no data of the mechanism can show: what its free parameters
-// or its symmetries undo (an offset of a slider, the mass of a single
-// pendulum).
+// or its symmetries undo (an offset of a slider, the mass of a single pendulum,
+// the inertia of a pole whose mass and length are free beside the cart's mass).
 std::vector<Sites> AllSites() {
   return {
       {"pendulum2_planar",
@@ -68,10 +68,9 @@ std::vector<Sites> AllSites() {
        {"viscous_damping@slider", "viscous_damping@hinge",
         "coulomb_friction@slider", "coulomb_friction@hinge",
         "stribeck_friction@slider", "quadratic_drag@slider", "spring@slider",
-        "armature@hinge", "effort_bias@slider", "effort_gain@slider",
-        "effort_gain@hinge", "effort_delay@base", "cogging@hinge",
-        "gravity_tilt@base", "sensor_offset@hinge", "aerodynamic_drag@pole",
-        "com@pole", "inertia@pole"},
+        "effort_bias@slider", "effort_gain@slider", "effort_gain@hinge",
+        "effort_delay@base", "cogging@hinge", "gravity_tilt@base",
+        "sensor_offset@hinge", "aerodynamic_drag@pole", "com@pole"},
        {{"coulomb_friction@slider", "viscous_damping@hinge"},
         {"effort_delay@base", "coulomb_friction@slider"},
         {"gravity_tilt@base", "effort_gain@hinge"}}},
@@ -92,7 +91,7 @@ std::vector<Sites> AllSites() {
         "armature@elbow",
         "effort_bias@shoulder",
         "effort_gain@shoulder",
-        "effort_gain@yaw",
+        "effort_gain@elbow",
         "effort_delay@base",
         "cogging@elbow",
         "gravity_tilt@base",

@@ -1,5 +1,6 @@
 #include "tests/acceptance/hidden/outcome.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -52,14 +53,11 @@ Outcome DiagnoseCase(const HiddenData& data) {
     outcome.ranked.push_back(
         {candidate.screened.name(), candidate.indistinguishable_from});
   }
+  const std::vector<std::string> kept = diagnosis.added();
   for (const DiagnosisStep& step : diagnosis.steps) {
     for (const std::string& name : step.effects) {
-      if (step.removed) {
-        std::erase_if(outcome.added, [&](const Outcome::Step& added) {
-          return added.added.name == name;
-        });
-        continue;
-      }
+      // Those that were not taken out again.
+      if (std::find(kept.begin(), kept.end(), name) == kept.end()) continue;
       Outcome::Step added;
       added.added.name = name;
       for (const Outcome::Candidate& candidate : outcome.ranked) {

@@ -83,7 +83,7 @@ PlantedEffect PlantEffect(const Model& truth, const std::string& name,
 MagnitudeRange RangeOf(const std::string& kind) {
   static const std::map<std::string, MagnitudeRange> ranges = {
       {"viscous_damping", {0.02, 5.0}},
-      {"coulomb_friction", {0.02, 5.0}},
+      {"coulomb_friction", {0.02, 20.0}},
       {"stribeck_friction", {0.02, 5.0}},
       {"quadratic_drag", {0.02, 5.0}},
       {"spring", {0.2, 20.0}},
@@ -92,7 +92,7 @@ MagnitudeRange RangeOf(const std::string& kind) {
       {"effort_gain", {0.05, 0.5}},
       {"effort_delay", {0.01, 0.06}},
       {"cogging", {0.05, 5.0}},
-      {"gravity_tilt", {0.01, 0.2}},
+      {"gravity_tilt", {0.01, 0.3}},
       {"sensor_offset", {0.02, 0.3}},
       {"aerodynamic_drag", {0.02, 5.0}},
       {"mass", {0.1, 1.0}},
