@@ -26,9 +26,10 @@ class Cogging : public EffectOf<Cogging> {
                  kInfinity);
     AddParameter(joint + ".cogging_cos", "{effort}", 0.01, -kInfinity,
                  kInfinity);
-    std::vector<double> orders(kMostDetents);
-    std::iota(orders.begin(), orders.end(), 1.0);
-    AddSearchedParameter(joint + ".cogging_order", "-", 1.0, orders, 1.0,
+    // Not one: in gravity that is a wrong centre of mass (com.h).
+    std::vector<double> orders(kMostDetents - 1);
+    std::iota(orders.begin(), orders.end(), 2.0);
+    AddSearchedParameter(joint + ".cogging_order", "-", 6.0, orders, 1.0,
                          1000.0, true);
   }
 

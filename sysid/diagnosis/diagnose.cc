@@ -11,8 +11,8 @@ namespace sysid {
 namespace {
 
 constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
-// An effect must lower the held-out error by this part of it, and the training
-// error too: less is of no use even where it is certain.
+// An effect must lower the training error by this part of it: less is of no use
+// even where it is certain.
 constexpr double kMaterial = 0.01;
 // In units of the variance that remains, the drop of the held-out sum of
 // squares that is no chance.
@@ -41,12 +41,17 @@ struct Trial {
   int dof = 0;
 };
 
-// Whether neither of two models is clearly the better: by their likelihoods,
-// of as many samples as are independent, or by too little to matter.
+// Whether neither of two models is clearly the better: by their likelihoods, of
+// as many samples as are independent under the better one (of a model that
+// misses much those are few, so only up to a limit), or by too little to
+// matter.
 bool AreAsGood(const Judgement& a, const Judgement& b) {
+  constexpr double kMost = 0.25;  // of the sums of squares
   const double ratio = std::abs(std::log(a.squares() / b.squares()));
-  const double independent = std::min(a.independent, b.independent);
-  return independent * ratio < kClearly || ratio < 2 * kMaterial;
+  const double independent =
+      a.squares() < b.squares() ? a.independent : b.independent;
+  return ratio < 2 * kMaterial ||
+         (ratio < kMost && independent * ratio < kClearly);
 }
 
 class Search {
@@ -98,14 +103,15 @@ Screening Search::Screen(const Judgement& judgement) const {
   if (!IsDoubtful(judgement.fit)) {
     const LinearizedFit linearized(*judgement.problem, judgement.fit.point);
     if (!linearized.Valid()) return {};
-    return ScreenEffects(linearized, judgement.fit.model, candidates_);
+    return ScreenEffects(linearized, judgement.fit.model, candidates_,
+                         problem_.known);
   }
   // Parameters that ran away for want of an effect are no place to look from:
   // from where they started.
   const Fit start = StatesAtStart(judgement.problem.get(), judgement.fit.point);
   const LinearizedFit linearized(*judgement.problem, start.point);
   if (!linearized.Valid()) return {};
-  return ScreenEffects(linearized, start.model, candidates_);
+  return ScreenEffects(linearized, start.model, candidates_, problem_.known);
 }
 
 // Whether another candidate has some of the effect's parameters, no others, and
@@ -185,18 +191,26 @@ std::vector<double> OwnValues(const Judgement& judgement,
   return values;
 }
 
-// Whether some parameter of an effect ended clearly off its null.
+// Whether a refit tells of an effect: some parameter is clearly off its null,
+// and all of its own are determined (a spring whose reference is not is a bias
+// in disguise).
 bool IsTold(const Judgement& judgement, const ScreenedEffect& effect) {
   constexpr double kDeviations = 3.0;
+  const std::vector<EffectParameter>& own = effect.effect->parameters();
+  bool off_null = false;
   for (const ParameterEstimate& p : judgement.fit.parameters) {
     for (const ExpectedParameter& expected : effect.parameters) {
-      if (expected.name == p.name && !expected.searched &&
-          std::abs(p.value - expected.null_value) > kDeviations * p.std_error) {
-        return true;
-      }
+      if (expected.name != p.name) continue;
+      const bool is_own = std::any_of(
+          own.begin(), own.end(),
+          [&](const EffectParameter& o) { return o.name == p.name; });
+      if (is_own && !p.identifiable) return false;
+      off_null |=
+          !expected.searched &&
+          std::abs(p.value - expected.null_value) > kDeviations * p.std_error;
     }
   }
-  return false;
+  return off_null;
 }
 
 std::string Search::WhyRefused(const Screening& screening,
@@ -222,8 +236,7 @@ std::string Search::WhyRefused(const Screening& screening,
       std::max(1.0, after.holdout.squares / after.holdout.dof);
   const double drop =
       (before.holdout.squares - after.holdout.squares) / variance;
-  if (!(after.holdout_error() < (1 - kMaterial) * before.holdout_error()) ||
-      !(drop > kHoldoutDrop)) {
+  if (!(drop > kHoldoutDrop)) {
     return "it does not lower the error of the held-out runs";
   }
   return "";
@@ -246,6 +259,12 @@ void Search::Confirm(const Screening& screening, const Judgement& before,
     for (const int e : trial.effects) effects.push_back(&screening.effects[e]);
     trial.after = JudgeWith(problem_, before, effects, options);
     trial.refused = WhyRefused(screening, before, trial);
+    if (getenv("DBG"))
+      fprintf(stderr, "    %s%s pred %.4g got %.4g / %.4g %s\n",
+              effects[0]->name().c_str(),
+              effects.size() > 1 ? effects[1]->name().c_str() : "",
+              trial.predicted, trial.after->train_error(),
+              trial.after->holdout_error(), trial.refused.c_str());
     return true;
   });
 }
@@ -418,7 +437,6 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
         (without.holdout.squares - now->holdout.squares) / variance;
     const bool needed =
         without.train_error() * (1 - kMaterial) > now->train_error() &&
-        without.holdout_error() * (1 - kMaterial) > now->holdout_error() &&
         rise > kHoldoutDrop;
     if (!needed) {
       step.predicted = without.train_error();

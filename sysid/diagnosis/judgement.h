@@ -17,6 +17,8 @@ struct DiagnosisProblem {
   Model model;
   std::vector<FreeParameter> free;
   std::vector<Run> train, holdout;
+  // Names of parameters that are known to be right: no candidate moves them.
+  std::set<std::string> known;
   EstimationOptions options;
 
   explicit DiagnosisProblem(const Model& m) : model(m) {}

@@ -19,6 +19,7 @@ Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& N, int* rank) {
   constexpr double kTolerance = 1e-12;
   const int n = static_cast<int>(N.rows());
   *rank = 0;
+  if (n == 0) return N;
   Eigen::VectorXd scale(n);
   for (int i = 0; i < n; ++i) {
     scale[i] = N(i, i) > 0 ? 1.0 / std::sqrt(N(i, i)) : 0.0;

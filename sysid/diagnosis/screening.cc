@@ -39,6 +39,12 @@ struct Candidate {
     }
     return true;
   }
+  bool ComesOfAllProbes() const {
+    for (size_t p = 0; p < off.size(); ++p) {
+      if (IsSearched(p) && effect->parameters()[p].grid.empty()) return true;
+    }
+    return false;
+  }
   int columns(int set) const {
     return static_cast<int>(sets[set].size() + corrected.size());
   }
@@ -62,12 +68,13 @@ bool ActsByEffortAlone(const Effect& effect) {
 class Screener {
  public:
   Screener(const LinearizedFit& fit, const Model& fitted,
-           const std::vector<std::shared_ptr<const Effect>>& effects);
+           const std::vector<std::shared_ptr<const Effect>>& effects,
+           const std::set<std::string>& known);
   Screening Run();
 
  private:
   void AddCandidate(std::shared_ptr<const Effect> effect, const Model& fitted,
-                    const std::set<std::string>& free);
+                    const std::set<std::string>& taken);
   void ComputeColumns();
   // Replaces columns by secants where the law is far from linear over the
   // change that matters.
@@ -105,13 +112,14 @@ class Screener {
 };
 
 Screener::Screener(const LinearizedFit& fit, const Model& fitted,
-                   const std::vector<std::shared_ptr<const Effect>>& effects)
+                   const std::vector<std::shared_ptr<const Effect>>& effects,
+                   const std::set<std::string>& known)
     : fit_(fit), fitted_(fitted) {
-  std::set<std::string> free;
+  std::set<std::string> taken = known;
   for (const FreeParameter& f : fit.problem().free()) {
-    free.insert(f.parameter.name);
+    taken.insert(f.parameter.name);
   }
-  for (const auto& effect : effects) AddCandidate(effect, fitted, free);
+  for (const auto& effect : effects) AddCandidate(effect, fitted, taken);
   squares_ = fit.SumOfSquares();
   dof_ = fit.DegreesOfFreedom();
   independent_ =
@@ -120,13 +128,13 @@ Screener::Screener(const LinearizedFit& fit, const Model& fitted,
 
 void Screener::AddCandidate(std::shared_ptr<const Effect> effect,
                             const Model& fitted,
-                            const std::set<std::string>& free) {
+                            const std::set<std::string>& taken) {
   if (fitted.effects().Contains(effect->name())) return;
   Candidate candidate(fitted);
   candidate.effect = effect;
   std::vector<std::string> corrected;
   for (const std::string& name : effect->corrects()) {
-    if (free.count(name) == 0) corrected.push_back(name);
+    if (taken.count(name) == 0) corrected.push_back(name);
   }
   candidate.corrected = FindParameters(fitted, corrected, effect->name());
   try {
@@ -440,6 +448,12 @@ Weights Screener::Best(const Candidate& candidate) const {
       const double pivot = llt.matrixL()(with.size() - 1, with.size() - 1);
       if (pivot * pivot > 1e-4) kept = with;
     }
+    // A parameter that comes out of several probes (a reference) needs them
+    // all: with one of them it would be some other effect in disguise.
+    const int probes = static_cast<int>(candidate.sets[s].size());
+    const int told_probes = static_cast<int>(std::count_if(
+        kept.begin(), kept.end(), [&](int i) { return i < probes; }));
+    if (candidate.ComesOfAllProbes() && told_probes < probes) continue;
     // All subsets, the whole first.
     const int n = static_cast<int>(kept.size());
     for (int mask = (1 << n) - 1; mask > 0; --mask) {
@@ -531,17 +545,16 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
     return std::find(weights.told.begin(), weights.told.end(), column) !=
            weights.told.end();
   };
-  // An own parameter is idle where no probe along it tells anything; one that
-  // no probe is along (a reference) where a probe is silent.
+  // An own parameter is idle where no probe along it tells anything.
   const auto is_idle = [&](size_t parameter) {
     if (!own[parameter].grid.empty()) return false;
-    bool any = false;
     for (size_t i = 0; i < probes.size(); ++i) {
-      if (probes[i].along != static_cast<int>(parameter)) continue;
-      any = true;
-      if (is_told(static_cast<int>(i))) return false;
+      if (probes[i].along == static_cast<int>(parameter) &&
+          is_told(static_cast<int>(i))) {
+        return false;
+      }
     }
-    return any || weights.told.size() < probes.size();
+    return !candidate.IsSearched(parameter);
   };
   for (size_t v = 0; v < values.size(); ++v) {
     const bool corrected = v >= own.size();
@@ -679,8 +692,9 @@ Screening Screener::Run() {
 
 Screening ScreenEffects(
     const LinearizedFit& fit, const Model& fitted,
-    const std::vector<std::shared_ptr<const Effect>>& candidates) {
-  return Screener(fit, fitted, candidates).Run();
+    const std::vector<std::shared_ptr<const Effect>>& candidates,
+    const std::set<std::string>& known) {
+  return Screener(fit, fitted, candidates, known).Run();
 }
 
 }  // namespace sysid

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -62,9 +63,11 @@ struct Screening {
 };
 
 // `fitted` is the problem's model with the fit's values as nominal ones;
-// effects that it has, and parameters that are free, are no candidates.
+// effects that it has, and parameters that are free or `known`, are no
+// candidates.
 Screening ScreenEffects(
     const LinearizedFit& fit, const Model& fitted,
-    const std::vector<std::shared_ptr<const Effect>>& candidates);
+    const std::vector<std::shared_ptr<const Effect>>& candidates,
+    const std::set<std::string>& known = {});
 
 }  // namespace sysid

@@ -396,6 +396,7 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.model_name = std::filesystem::path(file).stem().string();
   session.notices = notices;
   session.effects = model.effects().names();
+  for (const NamedValue& fix : fixes) session.fixed.push_back(fix.name);
   std::vector<FitSpecification::Free> chosen = free.list();
   const bool deliberate = request.may_free_nothing && !spec.path.empty();
   if (chosen.empty() && !deliberate) {

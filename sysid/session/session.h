@@ -39,6 +39,7 @@ struct Session {
   std::string solver;                // one of SolverNames()
   std::string spec_file;             // empty where there is none
   ColumnMap columns;                 // of flags and specification
+  std::vector<std::string> fixed;    // names that --fix or `fix:` hold
   std::vector<std::string> effects;  // names of those that are in the model
   std::vector<std::string> notices;
 
