@@ -6,33 +6,12 @@
 #include <filesystem>
 #include <optional>
 
-#include "gflags/gflags.h"
 #include "models/error.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
-#include "sysid/session/named_values.h"
 #include "sysid/session/session.h"
+#include "tools/fit_flags.h"
 #include "tools/program.h"
-
-DEFINE_string(model, "", "shipped model's name, or a URDF file");
-DEFINE_string(traj, "", "runs to fit, comma separated");
-DEFINE_string(holdout, "", "runs to predict only, comma separated");
-DEFINE_string(spec, "", "fit specification, YAML");
-DEFINE_string(free, "", "parameters to fit, name or name=start");
-DEFINE_string(fix, "", "parameters to hold, name or name=value");
-DEFINE_string(add, "", "effects to add, effect@target");
-DEFINE_string(columns, "", "name=column[*factor] for foreign CSV files");
-DEFINE_string(solver, "", "lm, adam or gmm");
-DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
-DEFINE_double(step, 0, "integration step, s");
-DEFINE_double(segment, 0, "length of a shooting segment, s");
-DEFINE_double(noise, 0, "standard deviation of a measurement");
-DEFINE_string(residual, "", "heading or rotation");
-DEFINE_string(loss, "", "none, huber or cauchy");
-DEFINE_int32(threads, 0, "worker threads; 0: all cores");
-DEFINE_uint64(seed, 1, "every random draw derives from it");
-DEFINE_string(json, "", "result as JSON; - is standard output");
-DEFINE_string(out, "", "folder for every result");
 
 namespace sysid {
 namespace {
@@ -62,27 +41,6 @@ constexpr char kHelp[] =
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
-FitRequest RequestFromFlags() {
-  FitRequest request;
-  request.model = FLAGS_model;
-  request.traj = SplitList(FLAGS_traj, "--traj");
-  request.holdout = SplitList(FLAGS_holdout, "--holdout");
-  request.spec = FLAGS_spec;
-  request.free = FLAGS_free;
-  request.fix = FLAGS_fix;
-  request.add = FLAGS_add;
-  request.columns = FLAGS_columns;
-  request.solver = FLAGS_solver;
-  request.integrator = FLAGS_integrator;
-  request.residual = FLAGS_residual;
-  request.loss = FLAGS_loss;
-  request.threads = FLAGS_threads;
-  if (FlagGiven("step")) request.step = FLAGS_step;
-  if (FlagGiven("segment")) request.segment = FLAGS_segment;
-  if (FlagGiven("noise")) request.noise = FLAGS_noise;
-  return request;
-}
-
 void WriteOutputs(const Session& session, const ShootingProblem& problem,
                   const Fit& fit, const Holdout* holdout,
                   const std::string& json) {
@@ -94,20 +52,6 @@ void WriteOutputs(const Session& session, const ShootingProblem& problem,
                       IdentifiedUrdf(session, fit));
   WriteFileAtomically((out / "identified.sysid.yaml").string(),
                       IdentifiedSpecification(session, fit));
-}
-
-// That the results can be written, before the long work; after all that may be
-// wrong with the input, so that this leaves no empty folder.
-void CheckOutputs(const FitRequest& request, const Session& session) {
-  if (!FLAGS_json.empty() && !IsStdout(FLAGS_json)) {
-    std::vector<std::string> inputs = request.traj;
-    inputs.insert(inputs.end(), request.holdout.begin(), request.holdout.end());
-    inputs.push_back(session.model_file);
-    inputs.push_back(session.spec_file);
-    CheckIsNoInput("--json", FLAGS_json, inputs);
-    CheckWritableFile(FLAGS_json);
-  }
-  if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out);
 }
 
 int Main() {
@@ -126,8 +70,8 @@ int Main() {
   const Fit fit = FitLevenbergMarquardt(&problem);
   std::optional<Holdout> holdout;
   if (!session.holdout.empty()) {
-    holdout = PredictHoldout(fit.model, session.holdout, problem,
-                             fit.segment_s);
+    holdout =
+        PredictHoldout(fit.model, session.holdout, problem, fit.segment_s);
   }
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;

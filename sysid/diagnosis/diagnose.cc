@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "models/error.h"
@@ -84,6 +85,7 @@ class Search {
                 std::vector<DiagnosisStep>* steps) const;
   Verdict Decide(const Judgement& judgement, const Trial* best) const;
   void Doubt(Diagnosis* diagnosis) const;
+  void Shorten(Diagnosis* diagnosis) const;
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
@@ -259,12 +261,6 @@ void Search::Confirm(const Screening& screening, const Judgement& before,
     for (const int e : trial.effects) effects.push_back(&screening.effects[e]);
     trial.after = JudgeWith(problem_, before, effects, options);
     trial.refused = WhyRefused(screening, before, trial);
-    if (getenv("DBG"))
-      fprintf(stderr, "    %s%s pred %.4g got %.4g / %.4g %s\n",
-              effects[0]->name().c_str(),
-              effects.size() > 1 ? effects[1]->name().c_str() : "",
-              trial.predicted, trial.after->train_error(),
-              trial.after->holdout_error(), trial.refused.c_str());
     return true;
   });
 }
@@ -520,10 +516,80 @@ void Search::Doubt(Diagnosis* diagnosis) const {
   }
 }
 
+// A fit that does not converge is tried in shorter segments, which ask less of
+// a wrong model.
+void Search::Shorten(Diagnosis* diagnosis) const {
+  const auto failed = [](const Judgement& judgement) {
+    return !judgement.fit.converged ||
+           !std::isfinite(judgement.train_error()) ||
+           !std::isfinite(judgement.holdout_error());
+  };
+  if (!failed(diagnosis->base)) return;
+  DiagnosisProblem shorter = problem_;
+  const double before = diagnosis->base.fit.segment_s;
+  shorter.options.segment = std::max(0.1, before / 4.0);
+  const std::string why = diagnosis->base.fit.termination;
+  Judgement again = JudgeBase(shorter);
+  if (failed(again)) {
+    diagnosis->usable = std::isfinite(diagnosis->base.train_error()) &&
+                        std::isfinite(diagnosis->base.holdout_error());
+    return;
+  }
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "the fit did not converge in segments of %.3g s; this is of "
+                "segments of %.3g s",
+                before, again.fit.segment_s);
+  diagnosis->doubts.push_back(text);
+  diagnosis->base = std::move(again);
+}
+
+// The verdict in words.
+std::string Sentence(const Diagnosis& diagnosis) {
+  const Judgement& base = diagnosis.base;
+  char text[512];
+  std::snprintf(text, sizeof(text),
+                "The error is %.3g times the noise (held out %.3g)",
+                base.train_error(), base.holdout_error());
+  std::string sentence = text;
+  if (diagnosis.verdict == Verdict::kAdequate) {
+    return sentence + ": nothing is missing that this data can show.";
+  }
+  const CandidateEffect* first =
+      diagnosis.candidates.empty() ? nullptr : &diagnosis.candidates.front();
+  const bool found =
+      first != nullptr && first->confirmed && first->confirmed->accepted;
+  if (diagnosis.verdict == Verdict::kUnexplained) {
+    sentence += ", and no effect of the catalogue explains it";
+    if (found) {
+      std::snprintf(text, sizeof(text), "; %s, the best of them, leaves %.3g",
+                    first->screened.name().c_str(), first->confirmed->holdout);
+      sentence += text;
+    }
+    return sentence + ": the unexplained forces show what is left.";
+  }
+  if (!found) {  // a pair
+    return sentence + ": two effects together explain it.";
+  }
+  std::snprintf(text, sizeof(text),
+                ": %s is missing; with it the error is %.3g (held out %.3g)",
+                first->screened.name().c_str(), first->confirmed->train,
+                first->confirmed->holdout);
+  return sentence + text + ".";
+}
+
 Diagnosis Search::Run() {
   Diagnosis diagnosis(problem_.model);
   diagnosis.base = JudgeBase(problem_);
+  Shorten(&diagnosis);
   Doubt(&diagnosis);
+  if (!diagnosis.usable) {
+    diagnosis.verdict = diagnosis.final_verdict = Verdict::kUnexplained;
+    diagnosis.sentence = "The model could not be fitted to this data.";
+    diagnosis.where.channels = diagnosis.base.fit.train.channels;
+    diagnosis.where.segments = diagnosis.base.fit.train.segments;
+    return diagnosis;
+  }
   Judgement* now = &diagnosis.base;
   std::optional<Trial> first;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -568,6 +634,7 @@ Diagnosis Search::Run() {
   }
   Report("where it fails", 0, 0, diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);
+  diagnosis.sentence = Sentence(diagnosis);
   return diagnosis;
 }
 

@@ -46,6 +46,8 @@ std::string ToString(Verdict verdict);  // as diagnosis.json says it
 struct Diagnosis {
   Verdict verdict = Verdict::kAdequate;  // of the model as it was given
   std::string sentence;                  // the verdict in words
+  // False where the model could not be fitted at all; the doubts say why.
+  bool usable = true;
   // Why the fit is not to be trusted, first things first; empty where it is.
   std::vector<std::string> doubts;
   Judgement base;

@@ -32,6 +32,8 @@ class SmoothForce {
  public:
   explicit SmoothForce(const ForceEquations& equations);
 
+  // Whether the data shows a group's forces at all.
+  bool Seen(int group) const { return reach_[group] > 0; }
   // Of a run: knots x nv.
   RowMatrixXd Values(int run) const;
   RowMatrixXd Deviations(int run) const;
@@ -65,7 +67,7 @@ class SmoothForce {
   Point Step(const Point& point, const Solution& solution,
              std::vector<BlockTridiagonal>* inverse,
              Eigen::VectorXd* told) const;
-  void SetFloor(double ell);
+  void SetReach(double ell);
   void Converge(int most, Point* point);
 
   const ForceEquations& equations_;

@@ -1,49 +1,11 @@
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "models/integrator.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/report/json.h"
 
 namespace sysid {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json Finite(double value) {
-  return std::isfinite(value) ? Json(value) : Json(nullptr);
-}
-
-Json Summary(const ErrorSummary& error) {
-  return {{"rms", Finite(error.rms)},
-          {"normalized_rms", Finite(error.normalized_rms)}};
-}
-
-Json Channels(const RunErrors& errors) {
-  Json list = Json::array();
-  for (const ChannelError& channel : errors.channels) {
-    list.push_back({{"name", channel.name},
-                    {"unit", channel.unit},
-                    {"rms", Finite(channel.rms)},
-                    {"normalized_rms", Finite(channel.normalized_rms)},
-                    {"noise", Finite(channel.noise)}});
-  }
-  return list;
-}
-
-void AppendOpen(const std::vector<OpenError>& open, bool held_out, Json* list) {
-  for (const OpenError& run : open) {
-    Json channels = Json::array();
-    for (const OpenError::Channel& channel : run.channels) {
-      channels.push_back({{"name", channel.name},
-                          {"rms", Finite(channel.rms)},
-                          {"unit", channel.unit}});
-    }
-    list->push_back({{"trajectory", run.trajectory},
-                     {"duration_s", Finite(run.duration_s)},
-                     {"held_out", held_out},
-                     {"channels", channels}});
-  }
-}
 
 Json Parameters(const Fit& fit) {
   Json list = Json::array();
@@ -86,26 +48,17 @@ Json Correlation(const Fit& fit) {
 std::string FitJson(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout) {
   Json error;
-  error["train"] = Summary(fit.train.total);
-  error["holdout"] = holdout ? Summary(holdout->errors.total) : Json(nullptr);
-  error["channels"] = Channels(fit.train);
-  error["horizon"] = Json::array();
-  for (const HorizonError& h : fit.horizon) {
-    error["horizon"].push_back(
-        {{"horizon_s", h.horizon_s}, {"rms", Finite(h.rms)}});
-  }
-  error["segments"] = Json::array();
-  for (const SegmentError& s : fit.train.segments) {
-    error["segments"].push_back({{"trajectory", s.trajectory},
-                                 {"t_start", s.t_start},
-                                 {"t_end", s.t_end},
-                                 {"normalized_rms", Finite(s.normalized_rms)}});
-  }
-  error["open"] = Json::array();
-  AppendOpen(fit.open, false, &error["open"]);
+  error["train"] = ToJson(fit.train.total);
+  error["holdout"] = holdout ? ToJson(holdout->errors.total) : Json(nullptr);
+  error["channels"] = ToJson(fit.train.channels);
+  error["horizon"] = ToJson(fit.horizon);
+  error["segments"] = ToJson(fit.train.segments);
+  error["open"] = ToJson(fit.open, false);
   if (holdout) {
-    error["holdout_channels"] = Channels(holdout->errors);
-    AppendOpen(holdout->open, true, &error["open"]);
+    error["holdout_channels"] = ToJson(holdout->errors.channels);
+    for (const Json& open : ToJson(holdout->open, true)) {
+      error["open"].push_back(open);
+    }
   }
   Json history = Json::array();
   for (const HistoryEntry& entry : fit.history) {
@@ -133,8 +86,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["error"] = error;
   json["history"] = history;
   json["notices"] = session.notices;
-  // Text from files may be no UTF-8: replaced, never refused.
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return Dump(json);
 }
 
 }  // namespace sysid

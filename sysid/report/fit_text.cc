@@ -1,46 +1,13 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "models/error.h"
 #include "models/integrator.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/report/text.h"
 
 namespace sysid {
 namespace {
-
-constexpr const char* kBold = "\033[1m";
-constexpr const char* kRed = "\033[31m";
-constexpr const char* kGreen = "\033[32m";
-constexpr const char* kReset = "\033[0m";
-
-__attribute__((format(printf, 1, 2))) std::string Format(const char* format,
-                                                         ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof(text), format, arguments);
-  va_end(arguments);
-  return text;
-}
-
-// As many digits as the standard error makes meaningful, and two more.
-std::string Value(double value, double std_error) {
-  if (!std::isfinite(value)) return "-";
-  int digits = 6;
-  if (std_error > 0 && value != 0) {
-    digits = static_cast<int>(std::ceil(std::log10(std::abs(value)) -
-                                        std::log10(std_error))) +
-             2;
-    digits = std::clamp(digits, 2, 12);
-  }
-  return Format("%.*g", digits, value);
-}
-
-std::string Plural(int count, const std::string& word) {
-  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
-}
 
 std::string ParameterTable(const Fit& fit) {
   size_t name_width = 9;
@@ -65,23 +32,6 @@ std::string ParameterTable(const Fit& fit) {
                    p.name.c_str(), Format("%.6g", p.initial).c_str(),
                    Value(p.value, p.std_error).c_str(), width.c_str()) +
             remark + "\n";
-  }
-  return text;
-}
-
-std::string OpenLines(const std::vector<OpenError>& open,
-                      const std::string& label) {
-  std::string text;
-  for (const OpenError& run : open) {
-    text += "  " + label + run.trajectory +
-            Format(", %.4g s from one initial state:", run.duration_s);
-    for (const OpenError::Channel& channel : run.channels) {
-      text += " " + channel.name +
-              (std::isfinite(channel.rms) ? Format(" %.3g ", channel.rms)
-                                          : std::string(" diverges ")) +
-              channel.unit + ",";
-    }
-    if (text.back() == ',') text.back() = '\n';
   }
   return text;
 }

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "sysid/diagnosis/force_knots.h"
+#include "sysid/diagnosis/smooth_force.h"
+#include "sysid/diagnosis/unexplained_force.h"
+
+namespace sysid {
+
+// What the force of a body's joint follows: each regressor alone, (7.10), best
+// first.
+std::vector<ForceRegression> RegressForce(const LinearizedFit& fit,
+                                          const std::vector<ForceKnots>& knots,
+                                          const SmoothForce& force, int body);
+
+}  // namespace sysid

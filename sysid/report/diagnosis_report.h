@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include "sysid/diagnosis/diagnose.h"
+#include "sysid/session/diagnosis_session.h"
+
+namespace sysid {
+
+// A diagnosis as people and programs read it. Everything here turns numbers
+// into text; nothing computes.
+
+// What to put into the model next: the effects that were added, or else the
+// first candidate where it was accepted; and what of their parameters to hold,
+// for the data does not tell of it. Comma separated, as --add and --fix take
+// them.
+struct NextStep {
+  std::string add, fix;
+};
+NextStep ChooseNext(const Diagnosis& diagnosis);
+
+// diagnosis.json of contracts.md section 6.
+std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
+                          const FinalFit* final, const std::string& next);
+
+// The same on the terminal: verdict first, then where, which, what was added,
+// and the next command as the last line.
+std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
+                          const FinalFit* final, const std::string& next,
+                          bool colour);
+
+}  // namespace sysid

@@ -1,0 +1,243 @@
+#include <algorithm>
+#include <cmath>
+
+#include "models/error.h"
+#include "sysid/report/diagnosis_report.h"
+#include "sysid/report/text.h"
+
+namespace sysid {
+namespace {
+
+constexpr size_t kMostShown = 8;  // candidates
+constexpr size_t kFewestShown = 3;
+
+std::string Probability(double p) {
+  return p < 1e-12 ? "<1e-12" : Format("%.2g", p);
+}
+
+std::string Expected(const ScreenedEffect& effect) {
+  std::vector<std::string> parts;
+  for (const ExpectedParameter& p : effect.parameters) {
+    std::string part = p.name + " " + Value(p.value, p.std_error);
+    if (!p.searched && p.std_error > 0) {
+      part += Format(" +- %.2g", 1.96 * p.std_error);
+    }
+    if (p.unit != "-") part += " " + p.unit;
+    parts.push_back(part);
+  }
+  return Join(parts);
+}
+
+std::string WhereText(const Where& where) {
+  std::string text = "where\n ";
+  for (const ChannelError& channel : where.channels) {
+    text += Format(" %s %.3g times its noise,", channel.name.c_str(),
+                   channel.normalized_rms);
+  }
+  text.back() = '\n';
+  const auto worst =
+      std::max_element(where.segments.begin(), where.segments.end(),
+                       [](const SegmentError& a, const SegmentError& b) {
+                         return a.normalized_rms < b.normalized_rms;
+                       });
+  if (worst != where.segments.end()) {
+    text += "  worst in " + worst->trajectory +
+            Format(" from %.4g s to %.4g s: %.3g times\n", worst->t_start,
+                   worst->t_end, worst->normalized_rms);
+  }
+  for (const JointForce& force : where.joints) {
+    if (!force.significant) continue;
+    text += "  unexplained force of " + force.joint +
+            Format(": %.2g ", force.rms) + force.unit + " rms";
+    for (const ForceRegression& law : where.regression) {
+      if (law.joint != force.joint) continue;
+      text += ", " + Format("%.0f %% of it like ", 100 * law.r2) + law.label;
+      break;
+    }
+    text += "\n";
+  }
+  for (const Whiteness& white : where.whiteness) {
+    if (!(white.p_value < 0.01)) continue;
+    text += "  errors of " + white.channel +
+            Format(" are no noise: correlated over %.2g samples (p %s)\n",
+                   white.time, Probability(white.p_value).c_str());
+  }
+  for (const InputCorrelation& input : where.inputs) {
+    if (!input.significant) continue;
+    text += "  errors of " + input.channel + " follow the effort of " +
+            input.input +
+            Format(" (correlation %.2g, %.3g s later)\n", input.correlation,
+                   input.lag_s);
+  }
+  return text;
+}
+
+// How many candidates are worth a line: those that were refitted or stand out.
+size_t Shown(const std::vector<CandidateEffect>& candidates) {
+  size_t count = 0;
+  while (count < std::min(candidates.size(), kMostShown) &&
+         (count < kFewestShown || candidates[count].confirmed ||
+          candidates[count].screened.p_value < 0.01)) {
+    ++count;
+  }
+  return count;
+}
+
+std::string WhichText(const Diagnosis& diagnosis) {
+  const std::vector<CandidateEffect>& candidates = diagnosis.candidates;
+  const size_t shown = Shown(candidates);
+  std::string text = Format(
+      "which of %zu effects (errors over the noise; p-values pay for %d "
+      "tests)\n",
+      candidates.size(), diagnosis.tests);
+  size_t width = 6;
+  for (size_t i = 0; i < shown; ++i) {
+    width = std::max(width, candidates[i].screened.name().size());
+  }
+  text += Format("  %-*s %9s %9s %9s %8s  %s\n", static_cast<int>(width),
+                 "effect", "predicted", "refitted", "held out", "p-value",
+                 "expected (+- 95 %)");
+  for (size_t i = 0; i < shown; ++i) {
+    const CandidateEffect& c = candidates[i];
+    text +=
+        Format("  %-*s %9.3g %9s %9s %8s  ", static_cast<int>(width),
+               c.screened.name().c_str(), c.screened.predicted_error,
+               c.confirmed ? Format("%.3g", c.confirmed->train).c_str() : "-",
+               c.confirmed ? Format("%.3g", c.confirmed->holdout).c_str() : "-",
+               Probability(c.screened.p_value).c_str()) +
+        Expected(c.screened) + "\n";
+    if (c.confirmed && !c.confirmed->accepted) {
+      text += Format("  %-*s refused: ", static_cast<int>(width), "") +
+              c.confirmed->refused + "\n";
+    }
+  }
+  if (!candidates.empty() && candidates[0].confirmed &&
+      candidates[0].confirmed->accepted &&
+      !candidates[0].indistinguishable_from.empty()) {
+    text += "  this data cannot tell " + candidates[0].screened.name() +
+            " from " + Join(candidates[0].indistinguishable_from) + ": " +
+            candidates[0].told_apart_by + "\n";
+  }
+  return text;
+}
+
+// What this data would have shown.
+std::string PowerText(const Diagnosis& diagnosis) {
+  std::string text = "the least that this data would have shown\n ";
+  size_t column = 0;
+  for (const CandidateEffect& c : diagnosis.candidates) {
+    for (const ExpectedParameter& p : c.screened.parameters) {
+      if (p.searched || !(p.detectable > 0)) continue;
+      const std::string item = " " + p.name + Format(" %.2g ", p.detectable) +
+                               (p.unit == "-" ? "" : p.unit);
+      if (column + item.size() > 76) {
+        text += "\n ";
+        column = 0;
+      }
+      text += item + ",";
+      column += item.size() + 1;
+    }
+  }
+  text.back() = '\n';
+  return text;
+}
+
+std::string StepsText(const Diagnosis& diagnosis) {
+  std::string text =
+      "added (errors over the noise; + in, - out)\n"
+      "  predicted          fitted        held out\n";
+  for (const DiagnosisStep& step : diagnosis.steps) {
+    text += Format("  %9.3g %6.3g -> %-6.3g %6.3g -> %-6.3g ", step.predicted,
+                   step.train_before, step.train_after, step.holdout_before,
+                   step.holdout_after);
+    if (!step.removed.empty()) text += " - " + step.removed;
+    for (const std::string& name : step.effects) text += " + " + name;
+    for (const ParameterEstimate& p : step.parameters) {
+      text += "  " + p.name + " " + Value(p.value, p.std_error) +
+              (p.unit == "-" ? "" : " " + p.unit);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+NextStep ChooseNext(const Diagnosis& diagnosis) {
+  std::vector<std::string> add = diagnosis.added();
+  std::vector<std::string> fix(diagnosis.last().idle.begin(),
+                               diagnosis.last().idle.end());
+  if (add.empty() && !diagnosis.candidates.empty()) {
+    const CandidateEffect& first = diagnosis.candidates.front();
+    if (first.confirmed && first.confirmed->accepted) {
+      add.push_back(first.screened.name());
+      fix = first.screened.idle;
+    }
+  }
+  // What was searched among whole numbers stays as it was found.
+  for (const auto& effect : diagnosis.last().added) {
+    for (const EffectParameter& parameter : effect->parameters()) {
+      if (!parameter.whole) continue;
+      const Model& model = diagnosis.last().fit.model;
+      for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
+        if (model.effects().parameters()[i].name == parameter.name) {
+          fix.push_back(parameter.name +
+                        Format("=%g", model.nominal().effects[i]));
+        }
+      }
+    }
+  }
+  return {Join(add, ","), Join(fix, ",")};
+}
+
+std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
+                          const FinalFit* final, const std::string& next,
+                          bool colour) {
+  const auto paint = [&](const char* code, const std::string& text) {
+    return colour ? code + text + kReset : text;
+  };
+  std::string text =
+      paint(kBold, session.model_name) + ": " +
+      paint(diagnosis.verdict == Verdict::kAdequate ? kGreen : kRed,
+            ToString(diagnosis.verdict)) +
+      "\n";
+  for (const std::string& doubt : diagnosis.doubts) {
+    text += "  " + paint(kRed, "not to be trusted: " + doubt) + "\n";
+  }
+  text += "  " + diagnosis.sentence + "\n";
+  text += Format("  noise %.3g, segments of %.3g s, each from its own state\n",
+                 diagnosis.base.fit.noise, diagnosis.base.fit.segment_s);
+  text += WhereText(diagnosis.where) + WhichText(diagnosis);
+  if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
+  if (!diagnosis.steps.empty()) text += StepsText(diagnosis);
+  if (final != nullptr) {
+    text += "the model now: " +
+            (final->session.effects.empty() ? std::string("no effects")
+                                            : Join(final->session.effects)) +
+            (diagnosis.final_verdict == Verdict::kAdequate
+                 ? ": adequate\n"
+                 : ": still misses something\n");
+    for (const ParameterEstimate& p : final->fit.parameters) {
+      text +=
+          "  " + p.name + " = " + Value(p.value, p.std_error) +
+          (std::isfinite(p.std_error) ? Format(" +- %.2g", 1.96 * p.std_error)
+                                      : std::string()) +
+          (p.unit == "-" ? "" : " " + p.unit) +
+          (p.identifiable ? "" : ", not determined by this data") +
+          (p.at_bound ? ", at its bound" : "") + "\n";
+    }
+    if (!final->fit.converged) {
+      text +=
+          "  " +
+          paint(kRed, "its fit did not converge: " + final->fit.termination) +
+          "\n";
+    }
+    text += OpenLines(final->fit.open, "open prediction of ");
+    if (final->holdout) {
+      text += OpenLines(final->holdout->open, "open prediction of held-out ");
+    }
+  }
+  return text + "next: " + next + "\n";
+}
+
+}  // namespace sysid

@@ -1,0 +1,53 @@
+#include "sysid/report/text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+
+namespace sysid {
+
+std::string Format(const char* format, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof(text), format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+// As many digits as the standard error makes meaningful, and two more.
+std::string Value(double value, double std_error) {
+  if (!std::isfinite(value)) return "-";
+  int digits = 6;
+  if (std_error > 0 && value != 0) {
+    digits = static_cast<int>(std::ceil(std::log10(std::abs(value)) -
+                                        std::log10(std_error))) +
+             2;
+    digits = std::clamp(digits, 2, 12);
+  }
+  return Format("%.*g", digits, value);
+}
+
+std::string Plural(int count, const std::string& word) {
+  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
+}
+
+std::string OpenLines(const std::vector<OpenError>& open,
+                      const std::string& label) {
+  std::string text;
+  for (const OpenError& run : open) {
+    text += "  " + label + run.trajectory +
+            Format(", %.4g s from one initial state:", run.duration_s);
+    for (const OpenError::Channel& channel : run.channels) {
+      text += " " + channel.name +
+              (std::isfinite(channel.rms) ? Format(" %.3g ", channel.rms)
+                                          : std::string(" diverges ")) +
+              channel.unit + ",";
+    }
+    if (text.back() == ',') text.back() = '\n';
+  }
+  return text;
+}
+
+}  // namespace sysid

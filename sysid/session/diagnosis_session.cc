@@ -1,0 +1,125 @@
+#include "sysid/session/diagnosis_session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "models/error.h"
+#include "sysid/io/csv.h"
+
+namespace sysid {
+namespace {
+
+// Fewer samples of a training run decide nothing: a few segments, each with
+// more numbers than its state.
+constexpr int kFewestSamples = 60;
+// The motion must exceed the noise by this to show a law.
+constexpr double kLeastMotion = 10.0;
+
+// The largest range of a channel over its noise.
+double MotionOverNoise(const ShootingProblem& problem) {
+  double most = 0.0;
+  for (const auto& data : problem.runs()) {
+    for (size_t c = 0; c < data->run.channels.size(); ++c) {
+      const RowMatrixXd& values = data->run.channels[c].values;
+      for (int k = 0; k < values.cols(); ++k) {
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (int i = 0; i < values.rows(); ++i) {
+          if (std::isnan(values(i, k))) continue;
+          low = std::min(low, values(i, k));
+          high = std::max(high, values(i, k));
+        }
+        if (high > low) most = std::max(most, (high - low) / data->sigma[c]);
+      }
+    }
+  }
+  return most;
+}
+
+void CheckDecidable(const DiagnosisProblem& problem) {
+  int longest = 0;
+  for (const Run& run : problem.train) longest = std::max(longest, run.size());
+  if (longest < kFewestSamples) {
+    throw InputError(
+        "--traj",
+        "too short to decide anything: the longest run has " +
+            std::to_string(longest) + " samples to fit, and " +
+            std::to_string(kFewestSamples) + " are the fewest",
+        "record some seconds of motion, and hold out another run (--holdout)");
+  }
+  const ShootingProblem noise(problem.model, problem.free, problem.train,
+                              problem.options);
+  const double motion = MotionOverNoise(noise);
+  if (!(motion > kLeastMotion)) {
+    throw InputError("--traj",
+                     "too still to decide anything: the widest motion is " +
+                         ShortestText(std::round(motion * 10) / 10) +
+                         " times the noise, and " + ShortestText(kLeastMotion) +
+                         " times is the least",
+                     "record motion that is wide beside the noise");
+  }
+}
+
+}  // namespace
+
+DiagnosisProblem OpenDiagnosis(const Session& session,
+                               std::vector<std::string>* notices) {
+  DiagnosisProblem problem(session.model);
+  problem.free = session.free;
+  problem.train = session.runs;
+  problem.holdout = session.holdout;
+  problem.options = session.options;
+  problem.known = {session.fixed.begin(), session.fixed.end()};
+  if (problem.holdout.empty()) {
+    problem.holdout = HoldOutLastQuarter(&problem.train);
+    notices->push_back(
+        "no --holdout: the last quarter of every run is held out to judge by");
+  }
+  CheckDecidable(problem);
+  return problem;
+}
+
+std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
+    const Catalogue& catalogue, const Mechanism& mechanism,
+    const std::vector<std::string>& names, const std::string& place) {
+  std::vector<std::string> chosen;
+  const std::vector<std::string> all = catalogue.Candidates(mechanism);
+  const std::vector<std::string> kinds = catalogue.kinds();
+  for (const std::string& name : names) {
+    if (std::find(kinds.begin(), kinds.end(), name) == kinds.end()) {
+      catalogue.Make(name, mechanism, place);  // or throws
+      chosen.push_back(name);
+      continue;
+    }
+    for (const std::string& candidate : all) {
+      if (candidate.starts_with(name + "@")) chosen.push_back(candidate);
+    }
+  }
+  if (names.empty()) chosen = all;
+  std::vector<std::shared_ptr<const Effect>> candidates;
+  for (const std::string& name : chosen) {
+    candidates.push_back(catalogue.Make(name, mechanism, place));
+  }
+  return candidates;
+}
+
+FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
+                  const Diagnosis& diagnosis) {
+  Model model = session.model;
+  std::vector<FreeParameter> free = session.free;
+  ExtendProblem(problem, diagnosis.last(), &model, &free);
+  FinalFit final{session, nullptr, Fit(model), std::nullopt};
+  final.session.model = model;
+  final.session.free = free;
+  final.session.effects = model.effects().names();
+  final.problem = std::make_unique<ShootingProblem>(model, free, session.runs,
+                                                    session.options);
+  final.fit = FitLevenbergMarquardt(final.problem.get());
+  if (!session.holdout.empty()) {
+    final.holdout = PredictHoldout(final.fit.model, session.holdout,
+                                   *final.problem, final.fit.segment_s);
+  }
+  return final;
+}
+
+}  // namespace sysid

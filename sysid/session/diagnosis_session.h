@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/diagnose.h"
+#include "sysid/session/session.h"
+
+namespace sysid {
+
+// What a diagnosis of a session starts from. Where the session has no held-out
+// runs, the last quarter of every run is held out, with a notice. Throws
+// InputError for runs that are too short or too still to decide anything, with
+// what they lack.
+DiagnosisProblem OpenDiagnosis(const Session& session,
+                               std::vector<std::string>* notices);
+
+// The candidates by name ("coulomb_friction@joint1", or a kind for all its
+// targets); all of the catalogue's where `names` is empty. Throws InputError at
+// `place`.
+std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
+    const Catalogue& catalogue, const Mechanism& mechanism,
+    const std::vector<std::string>& names, const std::string& place);
+
+// The model that a diagnosis ended with, fitted as sysid_fit does: one
+// trajectory a run, whole runs where parts of them were held out.
+struct FinalFit {
+  Session session;  // with the effects, what is free, and the starting values
+  std::unique_ptr<ShootingProblem> problem;
+  Fit fit;
+  std::optional<Holdout> holdout;  // where there were held-out runs
+};
+FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
+                  const Diagnosis& diagnosis);
+
+}  // namespace sysid

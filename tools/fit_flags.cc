@@ -1,0 +1,109 @@
+#include "tools/fit_flags.h"
+
+#include <cctype>
+
+#include "gflags/gflags.h"
+#include "sysid/io/write_file.h"
+#include "sysid/session/named_values.h"
+#include "tools/program.h"
+
+DEFINE_string(model, "", "shipped model's name, or a URDF file");
+DEFINE_string(traj, "", "runs to fit, comma separated");
+DEFINE_string(holdout, "", "runs to predict only, comma separated");
+DEFINE_string(spec, "", "fit specification, YAML");
+DEFINE_string(free, "", "parameters to fit, name or name=start");
+DEFINE_string(fix, "", "parameters to hold, name or name=value");
+DEFINE_string(add, "", "effects to add, effect@target");
+DEFINE_string(columns, "", "name=column[*factor] for foreign CSV files");
+DEFINE_string(solver, "", "lm, adam or gmm");
+DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
+DEFINE_double(step, 0, "integration step, s");
+DEFINE_double(segment, 0, "length of a shooting segment, s");
+DEFINE_double(noise, 0, "standard deviation of a measurement");
+DEFINE_string(residual, "", "heading or rotation");
+DEFINE_string(loss, "", "none, huber or cauchy");
+DEFINE_int32(threads, 0, "worker threads; 0: all cores");
+DEFINE_uint64(seed, 1, "every random draw derives from it");
+DEFINE_string(json, "", "result as JSON; - is standard output");
+DEFINE_string(out, "", "folder for every result");
+
+namespace sysid {
+namespace {
+
+// A word as a shell reads it back.
+std::string Quoted(const std::string& text) {
+  bool plain = !text.empty();
+  for (const unsigned char c : text) {
+    plain = plain && (std::isalnum(c) != 0 ||
+                      std::string("_-./,=:@+").find(c) != std::string::npos);
+  }
+  if (plain) return text;
+  std::string quoted = "'";
+  for (const char c : text) {
+    quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  }
+  return quoted + "'";
+}
+
+std::string FlagValue(const std::string& name) {
+  std::string value;
+  gflags::GetCommandLineOption(name.c_str(), &value);
+  return value;
+}
+
+}  // namespace
+
+FitRequest RequestFromFlags() {
+  FitRequest request;
+  request.model = FLAGS_model;
+  request.traj = SplitList(FLAGS_traj, "--traj");
+  request.holdout = SplitList(FLAGS_holdout, "--holdout");
+  request.spec = FLAGS_spec;
+  request.free = FLAGS_free;
+  request.fix = FLAGS_fix;
+  request.add = FLAGS_add;
+  request.columns = FLAGS_columns;
+  request.solver = FLAGS_solver;
+  request.integrator = FLAGS_integrator;
+  request.residual = FLAGS_residual;
+  request.loss = FLAGS_loss;
+  request.threads = FLAGS_threads;
+  if (FlagGiven("step")) request.step = FLAGS_step;
+  if (FlagGiven("segment")) request.segment = FLAGS_segment;
+  if (FlagGiven("noise")) request.noise = FLAGS_noise;
+  return request;
+}
+
+std::string CommandFromFlags(const std::string& program) {
+  std::string command = program;
+  for (const char* name :
+       {"model", "traj", "holdout", "spec", "free", "columns", "integrator",
+        "step", "segment", "noise", "residual", "loss"}) {
+    if (!FlagGiven(name)) continue;
+    command += std::string(" --") + name + " " + Quoted(FlagValue(name));
+  }
+  return command;
+}
+
+std::string FlagWith(const std::string& flag, const std::string& more) {
+  std::string value = FlagGiven(flag) ? FlagValue(flag) : "";
+  if (!value.empty() && !more.empty()) value += ",";
+  value += more;
+  return value.empty() ? "" : " --" + flag + " " + Quoted(value);
+}
+
+// That the results can be written, before the long work; after all that may be
+// wrong with the input, so that this leaves no empty folder.
+void CheckOutputs(const FitRequest& request, const Session& session) {
+  if (!FLAGS_json.empty() && !IsStdout(FLAGS_json)) {
+    std::vector<std::string> inputs = request.traj;
+    inputs.insert(inputs.end(), request.holdout.begin(), request.holdout.end());
+    inputs.push_back(session.model_file);
+    inputs.push_back(session.spec_file);
+    CheckIsNoInput("--json", FLAGS_json, inputs);
+    CheckWritableFile(FLAGS_json);
+  }
+  if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out);
+}
+
+}  // namespace sysid

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "gflags/gflags_declare.h"
+#include "sysid/session/session.h"
+
+// The flags of programs that fit a model to runs (contracts.md section 1).
+
+DECLARE_string(json);
+DECLARE_string(out);
+
+namespace sysid {
+
+FitRequest RequestFromFlags();
+
+// The command line of `program` with the flags that were given and say what is
+// fitted to what and how, without --add and --fix, for a shell.
+std::string CommandFromFlags(const std::string& program);
+
+// The same flag with more in its list: " --add a,b", or nothing where there is
+// nothing.
+std::string FlagWith(const std::string& flag, const std::string& more);
+
+// That the results can be written, before the long work; after all that may be
+// wrong with the input, so that this leaves no empty folder.
+void CheckOutputs(const FitRequest& request, const Session& session);
+
+}  // namespace sysid

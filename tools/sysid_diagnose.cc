@@ -1,0 +1,124 @@
+// Says where a model fails and which effect is missing (contracts.md section
+// 1).
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+
+#include "gflags/gflags.h"
+#include "models/error.h"
+#include "sysid/io/write_file.h"
+#include "sysid/report/diagnosis_report.h"
+#include "sysid/report/fit_report.h"
+#include "sysid/session/diagnosis_session.h"
+#include "sysid/session/named_values.h"
+#include "tools/fit_flags.h"
+#include "tools/program.h"
+
+DEFINE_bool(auto, false, "add effects until nothing is missing");
+DEFINE_string(candidates, "", "effects to consider; all where not given");
+
+namespace sysid {
+namespace {
+
+constexpr char kHelp[] =
+    R"(sysid_diagnose: where a model fails, and which effect is missing
+
+  sysid_diagnose --model pendulum2_planar --traj a.csv,b.csv --holdout c.csv \
+    --auto --out result
+
+  --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
+                             pendulum3_planar, cartpole, arm7) or a URDF
+  --traj A.csv,B.csv         recordings, fitted together
+  --holdout C.csv            recordings that decide which effect is believed
+                             (default: the last quarter of every run)
+  --auto                     add the best effect, refit, and look again, until
+                             nothing is missing
+  --candidates a,b@joint1    effects to consider, by kind or with a target
+                             (default: every effect on every joint and link)
+  --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
+  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
+                             what is fixed by name is taken for right
+  --add effect@target,...    effects that are in the model already
+  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
+  --segment S                length of a shooting segment (default: chosen)
+  --noise S                  of a measurement, rad or m (default: estimated)
+  --residual heading|rotation    --loss none|huber|cauchy
+  --threads N (default: all cores)    --seed N
+  --json FILE|-              machine-readable result
+  --out DIR                  diagnosis.json, fit.json, prediction.csv,
+                             identified.urdf
+Exit code: 0 done, 1 no usable result, 2 bad input.
+)";
+
+void WriteOutputs(const FinalFit& final, const std::string& json) {
+  const std::filesystem::path out = FLAGS_out;
+  const Holdout* held = final.holdout ? &*final.holdout : nullptr;
+  const auto write = [&](const char* name, const std::string& text) {
+    WriteFileAtomically((out / name).string(), text);
+  };
+  write("diagnosis.json", json);
+  write("fit.json", FitJson(final.session, *final.problem, final.fit, held));
+  write("prediction.csv", PredictionCsv(*final.problem, final.fit, held));
+  write("identified.urdf", IdentifiedUrdf(final.session, final.fit));
+  write("identified.sysid.yaml",
+        IdentifiedSpecification(final.session, final.fit));
+}
+
+int Main() {
+  const bool to_stdout = IsStdout(FLAGS_json);
+  const Catalogue catalogue;
+  FitRequest request = RequestFromFlags();
+  request.may_free_nothing = true;
+  Session session = OpenSession(request, catalogue);
+  const auto candidates = ChooseCandidates(
+      catalogue, session.model.mechanism(),
+      SplitList(FLAGS_candidates, "--candidates"), "--candidates");
+  DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
+  CheckOutputs(request, session);
+  for (const std::string& notice : session.notices) {
+    std::fprintf(stderr, "note: %s\n", notice.c_str());
+  }
+  ProgressLine line;
+  session.options.progress = [&](const Progress& p) { line.Show(p); };
+  problem.options.progress = session.options.progress;
+  DiagnosisOptions options;
+  options.add = FLAGS_auto;
+  const Diagnosis diagnosis = Diagnose(problem, candidates, options);
+  std::optional<FinalFit> final;
+  if (FLAGS_auto || !FLAGS_out.empty()) {
+    final = FitFinal(session, problem, diagnosis);
+  }
+  line.Clear();
+  const FinalFit* fitted = final ? &*final : nullptr;
+  const NextStep step = ChooseNext(diagnosis);
+  const std::string next = CommandFromFlags("sysid_fit") +
+                           FlagWith("add", step.add) +
+                           FlagWith("fix", step.fix);
+  const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
+  if (!FLAGS_out.empty()) WriteOutputs(*fitted, json);
+  if (to_stdout) {
+    WriteStdout(json);
+  } else {
+    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    WriteStdout(DiagnosisText(session, diagnosis, fitted, next,
+                              isatty(STDOUT_FILENO) == 1));
+  }
+  if (!diagnosis.usable) {
+    std::fprintf(stderr, "error: no usable result: %s\n",
+                 diagnosis.doubts.empty() ? "the fit failed"
+                                          : diagnosis.doubts.front().c_str());
+    return kExitNoResult;
+  }
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+}
