@@ -103,7 +103,8 @@ bool SegmentRollout::Linearize(const double* x0, const double* theta,
     if (!ok) return false;
     column += columns;
   }
-  return true;
+  // A step too long for the model may leave finite values and not derivatives.
+  return J->allFinite() && J_end->allFinite();
 }
 
 #define SYSID_INSTANTIATE(T)                                              \
