@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "models/error.h"
+#include "residuals/acting_effort.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -678,6 +679,34 @@ std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs) {
     run = rows(0, cut + 1);
   }
   return held;
+}
+
+int ThinRuns(double rate, std::vector<Run>* runs) {
+  int largest = 1;
+  for (sysid::Run& run : *runs) {
+    const double duration = run.t.back() - run.t.front();
+    const int n = static_cast<int>((run.size() - 1) / duration / rate);
+    if (n < 2) continue;
+    largest = std::max(largest, n);
+    sysid::Run thin;
+    thin.name = run.name;
+    std::vector<int> rows;
+    for (int k = 0; k < run.size(); k += n) rows.push_back(k);
+    thin.effort.resize(static_cast<int>(rows.size()), run.effort.cols());
+    for (size_t i = 0; i < rows.size(); ++i) {
+      thin.t.push_back(run.t[rows[i]]);
+      thin.effort.row(i) = run.effort.row(rows[i]);
+      if (i + 1 == rows.size()) continue;
+      MeanEffort(run, run.t[rows[i]], run.t[rows[i + 1]],
+                 thin.effort.row(i).data());
+    }
+    for (const Channel& channel : run.channels) {
+      thin.channels.push_back(channel);
+      thin.channels.back().values = channel.values(rows, Eigen::all);
+    }
+    run = std::move(thin);
+  }
+  return largest;
 }
 
 Diagnosis Diagnose(const DiagnosisProblem& problem,

@@ -79,4 +79,9 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
 // `runs`. Its times go on. Throws InputError for runs too short to be divided.
 std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs);
 
+// Every n-th sample of runs that are faster than twice `rate`, Hz, with the
+// mean efforts between: a search among models needs no more, and repeats the
+// same rollouts hundreds of times. Returns the largest n.
+int ThinRuns(double rate, std::vector<Run>* runs);
+
 }  // namespace sysid

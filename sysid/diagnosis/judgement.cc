@@ -97,6 +97,15 @@ bool ThetaAt(const ShootingProblem& problem,
          problem.map().FirstImpossibleLink(theta->data()).empty();
 }
 
+std::unique_ptr<ShootingProblem> MakeProblem(
+    const DiagnosisProblem& problem, const Model& model,
+    const std::vector<FreeParameter>& free, const EstimationOptions& options) {
+  auto made =
+      std::make_unique<ShootingProblem>(model, free, problem.train, options);
+  if (problem.noise) made->UseNoiseOf(*problem.noise);
+  return made;
+}
+
 void Judge(const DiagnosisProblem& problem, Judgement* judgement) {
   judgement->holdout =
       JudgeHoldout(judgement->fit.model, problem.holdout, *judgement->problem,
@@ -126,8 +135,7 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
   Judgement after(extended.model);
   after.added = std::move(effects);
   after.idle = std::move(idle);
-  after.problem = std::make_unique<ShootingProblem>(
-      extended.model, extended.free, problem.train, options);
+  after.problem = MakeProblem(problem, extended.model, extended.free, options);
   ShootingPoint best;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& values : starts) {
@@ -165,8 +173,7 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
     // one wants them: from the start as well, by segments that grow.
     const Extended afresh =
         Extend(problem, after.added, after.idle, HeldValues(after));
-    auto staged = std::make_unique<ShootingProblem>(afresh.model, afresh.free,
-                                                    problem.train, options);
+    auto staged = MakeProblem(problem, afresh.model, afresh.free, options);
     Fit fit = FitIndependentSegments(staged.get());
     if (fit.train.squares < after.fit.train.squares) {
       after.problem = std::move(staged);
@@ -187,8 +194,8 @@ bool IsDoubtful(const Fit& fit) {
 
 Judgement JudgeBase(const DiagnosisProblem& problem) {
   Judgement base(problem.model);
-  base.problem = std::make_unique<ShootingProblem>(
-      problem.model, problem.free, problem.train, problem.options);
+  base.problem =
+      MakeProblem(problem, problem.model, problem.free, problem.options);
   base.fit = FitIndependentSegments(base.problem.get());
   Judge(problem, &base);
   return base;

@@ -20,6 +20,8 @@ struct DiagnosisProblem {
   // Names of parameters that are known to be right: no candidate moves them.
   std::set<std::string> known;
   EstimationOptions options;
+  // Whose noise the runs have; their own where there is none.
+  std::shared_ptr<const ShootingProblem> noise;
 
   explicit DiagnosisProblem(const Model& m) : model(m) {}
 };

@@ -13,6 +13,9 @@ namespace {
 // Fewer samples of a training run decide nothing: a few segments, each with
 // more numbers than its state.
 constexpr int kFewestSamples = 60;
+// More samples than this are thinned to this rate, Hz, for the search.
+constexpr int kManySamples = 6000;
+constexpr double kSearchRate = 100.0;
 // The motion must exceed the noise by this to show a law.
 constexpr double kLeastMotion = 10.0;
 
@@ -76,6 +79,19 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
         "no --holdout: the last quarter of every run is held out to judge by");
   }
   CheckDecidable(problem);
+  int samples = 0;
+  for (const Run& run : problem.train) samples += run.size();
+  if (samples > kManySamples) {
+    // The noise is that of all samples: of fewer it is harder to tell.
+    problem.noise = std::make_shared<ShootingProblem>(
+        problem.model, problem.free, problem.train, problem.options);
+    const int n = ThinRuns(kSearchRate, &problem.train);
+    ThinRuns(kSearchRate, &problem.holdout);
+    if (n > 1) {
+      notices->push_back("the search takes every " + std::to_string(n) +
+                         "th sample; the last fit takes all");
+    }
+  }
   return problem;
 }
 
