@@ -9,7 +9,7 @@
 #include "models/error.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
-#include "sysid/session/session.h"
+#include "sysid/session/diagnosis_session.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
 
@@ -27,8 +27,9 @@ constexpr char kHelp[] =
   --holdout C.csv            recordings that are only predicted
   --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at)
-  --add effect@target,...    effects to add: viscous_damping, coulomb_friction,
-                             effort_bias, sensor_offset
+  --add effect@target,...    effects to add, with the error before and after;
+                             docs/effects.md lists them, sysid_diagnose says
+                             which is missing
   --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
   --solver lm                Levenberg-Marquardt
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
@@ -65,6 +66,8 @@ int Main() {
   }
   ProgressLine line;
   session.options.progress = [&](const Progress& p) { line.Show(p); };
+  const std::optional<AddedEffects> added =
+      TryAddedEffects(catalogue, &session);
   ShootingProblem problem(session.model, session.free, session.runs,
                           session.options);
   const Fit fit = FitLevenbergMarquardt(&problem);
@@ -75,14 +78,15 @@ int Main() {
   }
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;
-  const std::string json = FitJson(session, problem, fit, held);
+  const AddedEffects* tried = added ? &*added : nullptr;
+  const std::string json = FitJson(session, problem, fit, held, tried);
   if (!FLAGS_out.empty()) WriteOutputs(session, problem, fit, held, json);
   if (to_stdout) {
     WriteStdout(json);
   } else {
     if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
     const bool colour = isatty(STDOUT_FILENO) == 1;
-    std::string text = FitText(session, problem, fit, held, colour);
+    std::string text = FitText(session, problem, fit, held, tried, colour);
     if (!FLAGS_out.empty()) {
       text += "  written to " + FLAGS_out +
               ": fit.json, prediction.csv, identified.urdf, "

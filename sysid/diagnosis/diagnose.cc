@@ -26,6 +26,9 @@ constexpr double kAlike = 0.9;
 constexpr double kClearly = 10.0;
 // Iterations of a refit that is to be judged, not kept.
 constexpr int kTrialIterations = 25;
+// Of the predicted error: what a step may change in standard deviations more
+// than at the noise.
+constexpr double kCoarse = 0.1;
 constexpr int kMostConfirmed = 6;  // candidates that are refitted in a round
 constexpr int kMostPairs = 5;
 constexpr size_t kMostExchanged = 2;
@@ -260,7 +263,10 @@ void Search::Confirm(const Screening& screening, const Judgement& before,
     Trial& trial = (*trials)[i];
     std::vector<const ScreenedEffect*> effects;
     for (const int e : trial.effects) effects.push_back(&screening.effects[e]);
-    trial.after = JudgeWith(problem_, before, effects, options);
+    // What stays far above the noise needs no step as fine as the noise.
+    EstimationOptions own = options;
+    own.step_error *= std::max(1.0, kCoarse * trial.predicted);
+    trial.after = JudgeWith(problem_, before, effects, own);
     trial.refused = WhyRefused(screening, before, trial);
     return true;
   });

@@ -107,10 +107,12 @@ std::unique_ptr<ShootingProblem> MakeProblem(
 }
 
 void Judge(const DiagnosisProblem& problem, Judgement* judgement) {
-  judgement->holdout =
-      JudgeHoldout(judgement->fit.model, problem.holdout, *judgement->problem,
-                   judgement->fit.segment_s)
-          .errors;
+  if (!problem.holdout.empty()) {
+    judgement->holdout =
+        JudgeHoldout(judgement->fit.model, problem.holdout, *judgement->problem,
+                     judgement->fit.segment_s)
+            .errors;
+  }
   judgement->independent =
       (judgement->fit.train.dof + judgement->holdout.dof) /
       AutocorrelationTime(*judgement->problem, judgement->fit.point);

@@ -31,7 +31,9 @@ struct EstimationOptions {
   RobustLoss loss = RobustLoss::kNone;
   double loss_scale = 3.0;  // standard deviations
   int threads = 1;
-  int max_iterations = 400;                       // over all stages
+  int max_iterations = 400;  // over all stages
+  // What a chosen step may change, in standard deviations (ChooseStep).
+  double step_error = 0.2;
   std::function<void(const Progress&)> progress;  // may be empty
 };
 

@@ -117,10 +117,11 @@ std::vector<double> DefectSigma(const ShootingProblem& problem);
 
 // Beliefs about the first state of a run (of each segment, where they are
 // independent), as wide as keeps them without weight beside a measurement and
-// still gives every direction some: what no sensor sees (the spin of a rod about
-// itself, by heading vectors) would otherwise make the problem singular, and a
-// state that is frozen instead biases the parameters. Standard deviations,
-// tangent_size numbers; those of a spin are divided by `twist_hold`.
+// still gives every direction some: what no sensor sees (the spin of a rod
+// about itself, by heading vectors) would otherwise make the problem singular,
+// and a state that is frozen instead biases the parameters. Standard
+// deviations, tangent_size numbers; those of a spin are divided by
+// `twist_hold`.
 std::vector<double> StateBelief(const ShootingProblem& problem,
                                 double twist_hold);
 

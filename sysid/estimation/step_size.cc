@@ -95,7 +95,7 @@ double ChooseStepAhead(const ShootingProblem& problem,
         std::max(2.0 * std::abs(value), free.parameter.typical_scale);
     value = std::clamp(value < 0 ? -size : size, free.lower, free.upper);
   }
-  return std::min(ChooseStep(problem, point),
+  return std::min(ChooseStep(problem, point, problem.options().step_error),
                   ChooseStep(problem, ahead, kStableError));
 }
 

@@ -8,11 +8,10 @@ namespace sysid {
 
 // The longest step, of the median sample period over 1, 2, 4, ..., with which
 // rolling the point's segments out differs from half that step by less than
-// kStepError standard deviations (rms of the worst segment: of its
+// `step_error` standard deviations (rms of the worst segment: of its
 // measurements, and of the state at its end).
-inline constexpr double kStepError = 0.2;
 double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
-                  double step_error = kStepError);
+                  double step_error);
 
 // Such a step that the effects may also grow on the way to the solution: the
 // shorter of ChooseStep, and of the step that stays stable (within

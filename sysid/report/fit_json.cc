@@ -25,6 +25,22 @@ Json Parameters(const Fit& fit) {
                     {"at_bound", p.at_bound},
                     {"identifiable", p.identifiable}});
   }
+  // Whole numbers of effects are searched, not fitted.
+  const EffectSet& effects = fit.model.effects();
+  for (size_t i = 0; i < effects.parameters().size(); ++i) {
+    const EffectParameter& p = effects.parameters()[i];
+    if (!p.whole) continue;
+    list.push_back({{"name", p.name},
+                    {"unit", p.unit},
+                    {"initial", p.null_value},
+                    {"value", fit.model.nominal().effects[i]},
+                    {"std_error", nullptr},
+                    {"ci95", nullptr},
+                    {"lower", Finite(p.lower)},
+                    {"upper", Finite(p.upper)},
+                    {"at_bound", false},
+                    {"identifiable", true}});
+  }
   return list;
 }
 
@@ -46,7 +62,8 @@ Json Correlation(const Fit& fit) {
 }  // namespace
 
 std::string FitJson(const Session& session, const ShootingProblem& problem,
-                    const Fit& fit, const Holdout* holdout) {
+                    const Fit& fit, const Holdout* holdout,
+                    const AddedEffects* added) {
   Json error;
   error["train"] = ToJson(fit.train.total);
   error["holdout"] = holdout ? ToJson(holdout->errors.total) : Json(nullptr);
@@ -82,6 +99,19 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["correlation"] = Correlation(fit);
   json["not_identifiable"] = fit.not_identifiable;
   json["effects"] = session.effects;
+  if (added != nullptr) {
+    const auto held = [&](double error) {
+      return holdout ? Finite(error) : Json(nullptr);
+    };
+    json["added"] = {
+        {"effects", added->effects},
+        {"predicted",
+         added->predicted > 0 ? Finite(added->predicted) : Json(nullptr)},
+        {"train_before", Finite(added->train_before)},
+        {"train_after", Finite(added->train_after)},
+        {"holdout_before", held(added->holdout_before)},
+        {"holdout_after", held(added->holdout_after)}};
+  }
   json["noise"] = Finite(fit.noise);
   json["error"] = error;
   json["history"] = history;

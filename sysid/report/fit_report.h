@@ -6,6 +6,7 @@
 
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
+#include "sysid/session/diagnosis_session.h"
 #include "sysid/session/session.h"
 
 namespace sysid {
@@ -13,15 +14,18 @@ namespace sysid {
 // A fit as people and programs read it. Everything here turns numbers into
 // text; nothing computes.
 
-// fit.json of contracts.md section 6. Numbers finite or null.
+// fit.json of contracts.md section 6. Numbers finite or null. `added` (may be
+// null) says what effects that the user added did.
 std::string FitJson(const Session& session, const ShootingProblem& problem,
-                    const Fit& fit, const Holdout* holdout);
+                    const Fit& fit, const Holdout* holdout,
+                    const AddedEffects* added = nullptr);
 
 // The table on the terminal: parameters, the error beside the noise in one
 // sentence, where it is worst, what the data cannot tell apart. `colour` uses
 // the terminal's.
 std::string FitText(const Session& session, const ShootingProblem& problem,
-                    const Fit& fit, const Holdout* holdout, bool colour);
+                    const Fit& fit, const Holdout* holdout,
+                    const AddedEffects* added, bool colour);
 
 // prediction.csv: for each channel measured, predicted, and where the joint has
 // one degree of freedom the residual, over t; several runs follow each other

@@ -77,7 +77,8 @@ std::string WorstLine(const RunErrors& errors) {
 }  // namespace
 
 std::string FitText(const Session& session, const ShootingProblem& problem,
-                    const Fit& fit, const Holdout* holdout, bool colour) {
+                    const Fit& fit, const Holdout* holdout,
+                    const AddedEffects* added, bool colour) {
   const auto paint = [&](const char* code, const std::string& text) {
     return colour ? code + text + kReset : text;
   };
@@ -116,6 +117,18 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
                             : ": the model misses something";
   text += "  " + paint(fit.converged && error < most ? kGreen : kRed, verdict) +
           "\n";
+  if (added != nullptr) {
+    text += "  adding " + Join(added->effects) +
+            Format(": error %.3g -> %.3g times the noise", added->train_before,
+                   added->train_after);
+    if (added->predicted > 0)
+      text += Format(" (predicted %.3g)", added->predicted);
+    if (holdout) {
+      text += Format(", held out %.3g -> %.3g", added->holdout_before,
+                     added->holdout_after);
+    }
+    text += ", each segment from its own state\n";
+  }
   text += WorstLine(fit.train);
   if (holdout) {
     text += Format(

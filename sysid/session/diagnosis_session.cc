@@ -63,6 +63,39 @@ void CheckDecidable(const DiagnosisProblem& problem) {
   }
 }
 
+// The model without some of its effects.
+Model Without(const Model& model, const std::vector<std::string>& names) {
+  Model without(model.mechanism());
+  MechanismParameters<double> nominal = model.nominal();
+  nominal.effects.clear();
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const auto& effect = model.effects().shared(i);
+    if (std::find(names.begin(), names.end(), effect->name()) != names.end()) {
+      continue;
+    }
+    without.AddEffect(effect, effect->name());
+    const int first = model.effects().offset(i);
+    for (size_t k = 0; k < effect->parameters().size(); ++k) {
+      nominal.effects.push_back(model.nominal().effects[first + k]);
+    }
+  }
+  without.SetNominal(nominal);
+  return without;
+}
+
+// Thins many samples for the search; by how much.
+int Thin(DiagnosisProblem* problem) {
+  int samples = 0;
+  for (const Run& run : problem->train) samples += run.size();
+  if (samples <= kManySamples) return 1;
+  // The noise is that of all samples: of fewer it is harder to tell.
+  problem->noise = std::make_shared<ShootingProblem>(
+      problem->model, problem->free, problem->train, problem->options);
+  const int n = ThinRuns(kSearchRate, &problem->train);
+  ThinRuns(kSearchRate, &problem->holdout);
+  return n;
+}
+
 }  // namespace
 
 DiagnosisProblem OpenDiagnosis(const Session& session,
@@ -79,18 +112,10 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
         "no --holdout: the last quarter of every run is held out to judge by");
   }
   CheckDecidable(problem);
-  int samples = 0;
-  for (const Run& run : problem.train) samples += run.size();
-  if (samples > kManySamples) {
-    // The noise is that of all samples: of fewer it is harder to tell.
-    problem.noise = std::make_shared<ShootingProblem>(
-        problem.model, problem.free, problem.train, problem.options);
-    const int n = ThinRuns(kSearchRate, &problem.train);
-    ThinRuns(kSearchRate, &problem.holdout);
-    if (n > 1) {
-      notices->push_back("the search takes every " + std::to_string(n) +
-                         "th sample; the last fit takes all");
-    }
+  const int n = Thin(&problem);
+  if (n > 1) {
+    notices->push_back("the search takes every " + std::to_string(n) +
+                       "th sample; the last fit takes all");
   }
   return problem;
 }
@@ -117,6 +142,69 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     candidates.push_back(catalogue.Make(name, mechanism, place));
   }
   return candidates;
+}
+
+std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
+                                            Session* session) {
+  std::vector<std::shared_ptr<const Effect>> added;
+  for (const std::string& name : session->added) {
+    added.push_back(catalogue.Make(name, session->model.mechanism(), "--add"));
+    for (const EffectParameter& p : added.back()->parameters()) {
+      if (p.whole && std::find(session->fixed.begin(), session->fixed.end(),
+                               p.name) != session->fixed.end()) {
+        return std::nullopt;
+      }
+    }
+  }
+  if (added.empty()) return std::nullopt;
+  DiagnosisProblem problem(Without(session->model, session->added));
+  for (const FreeParameter& free : session->free) {
+    if (session->freed_by_added.count(free.parameter.name) > 0) continue;
+    problem.free.push_back(free);
+    problem.free.back().parameter =
+        FindParameters(problem.model, {free.parameter.name}, "--free").front();
+  }
+  problem.train = session->runs;
+  problem.holdout = session->holdout;
+  problem.options = session->options;
+  problem.known = {session->fixed.begin(), session->fixed.end()};
+  Thin(&problem);
+  const Judgement before = JudgeBase(problem);
+  const LinearizedFit linearized(*before.problem, before.fit.point);
+  if (!linearized.Valid()) return std::nullopt;
+  const Screening screening =
+      ScreenEffects(linearized, before.fit.model, added, problem.known);
+  std::vector<const ScreenedEffect*> screened;
+  for (const ScreenedEffect& effect : screening.effects) {
+    screened.push_back(&effect);
+  }
+  if (screened.empty()) return std::nullopt;
+  const Judgement after = JudgeWith(problem, before, screened, problem.options);
+  if (!std::isfinite(after.train_error())) return std::nullopt;
+  for (FreeParameter& free : session->free) {
+    const bool given = free.initial != free.parameter.nominal;
+    if (session->freed_by_added.count(free.parameter.name) == 0 || given) {
+      continue;
+    }
+    for (const ParameterEstimate& p : after.fit.parameters) {
+      if (p.name != free.parameter.name) continue;
+      free.initial = std::clamp(p.value, free.lower, free.upper);
+    }
+  }
+  const EffectSet& found = after.fit.model.effects();
+  for (size_t i = 0; i < found.parameters().size(); ++i) {
+    if (!found.parameters()[i].whole) continue;
+    session->model.SetEffectParameter(found.parameters()[i].name,
+                                      after.fit.model.nominal().effects[i]);
+  }
+  AddedEffects result;
+  result.effects = session->added;
+  if (screened.size() == 1) result.predicted = screened[0]->predicted_error;
+  result.train_before = before.train_error();
+  result.train_after = after.train_error();
+  result.holdout_before = before.holdout_error();
+  result.holdout_after = after.holdout_error();
+  return result;
 }
 
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +23,22 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Mechanism& mechanism,
     const std::vector<std::string>& names, const std::string& place);
+
+// What effects do to a fit that a user adds to a model by name: the errors
+// before and after, of segments each from its own state.
+struct AddedEffects {
+  std::vector<std::string> effects;
+  double predicted = 0.0;  // of the training runs; one effect only
+  double train_before = 0.0, train_after = 0.0;
+  double holdout_before = 0.0, holdout_after = 0.0;  // 0: no held-out runs
+};
+
+// Fits the model of a session without the effects that --add put into it, and
+// with them; these then start where that ended (unless a start was given), and
+// whole numbers are set to what was found. Nothing where there are none, or
+// where they have whole numbers that the user gave.
+std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
+                                            Session* session);
 
 // The model that a diagnosis ended with, fitted as sysid_fit does: one
 // trajectory a run, whole runs where parts of them were held out.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <set>
 
 #include "models/dynamics.h"
 #include "models/error.h"
@@ -372,7 +373,13 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
     }
     added.push_back({effect.name, "--add"});
   }
+  const std::vector<std::string> before = model.effects().names();
+  const size_t free_before = free.list().size();
   AddEffects(added, catalogue, spec, &model, &free, &notices);
+  std::set<std::string> freed_by_added;
+  for (size_t i = free_before; i < free.list().size(); ++i) {
+    freed_by_added.insert(free.list()[i].name);
+  }
   std::vector<NamedValue> fixes;
   for (const FitSpecification::Fix& fix : spec.fix) {
     fixes.push_back({fix.name, fix.value, fix.place});
@@ -397,6 +404,12 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.notices = notices;
   session.effects = model.effects().names();
   for (const NamedValue& fix : fixes) session.fixed.push_back(fix.name);
+  session.freed_by_added = freed_by_added;
+  for (const std::string& effect : session.effects) {
+    if (std::find(before.begin(), before.end(), effect) == before.end()) {
+      session.added.push_back(effect);
+    }
+  }
   std::vector<FitSpecification::Free> chosen = free.list();
   const bool deliberate = request.may_free_nothing && !spec.path.empty();
   if (chosen.empty() && !deliberate) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,10 +37,13 @@ struct Session {
   std::vector<FreeParameter> free;
   std::vector<Run> runs, holdout;
   EstimationOptions options;
-  std::string solver;                // one of SolverNames()
-  std::string spec_file;             // empty where there is none
-  ColumnMap columns;                 // of flags and specification
-  std::vector<std::string> fixed;    // names that --fix or `fix:` hold
+  std::string solver;              // one of SolverNames()
+  std::string spec_file;           // empty where there is none
+  ColumnMap columns;               // of flags and specification
+  std::vector<std::string> fixed;  // names that --fix or `fix:` hold
+  // What --add put into the model, and what that freed, by name.
+  std::vector<std::string> added;
+  std::set<std::string> freed_by_added;
   std::vector<std::string> effects;  // names of those that are in the model
   std::vector<std::string> notices;
 

@@ -158,7 +158,7 @@ double StepFor(const Model& model, const Run& run, double noise) {
   EstimationOptions options;
   options.noise = noise;
   const ShootingProblem problem(model, {}, {run}, options);
-  return ChooseStep(problem, PointOf(problem, 0.5));
+  return ChooseStep(problem, PointOf(problem, 0.5), 0.2);
 }
 
 TEST(ChooseStep, TakesTheSamplePeriodWhereThatDoes) {
@@ -190,7 +190,7 @@ TEST(ChooseStep, MindsTheIntegrator) {
   options.rollout.integrator = Integrator::kSemiImplicitEuler;
   const ShootingProblem problem(Shipped("pendulum2_planar"), {},
                                 {PlanarRun(1e-4, 1)}, options);
-  EXPECT_LT(ChooseStep(problem, PointOf(problem, 0.5)), 0.006);
+  EXPECT_LT(ChooseStep(problem, PointOf(problem, 0.5), 0.2), 0.006);
 }
 
 }  // namespace
