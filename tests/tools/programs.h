@@ -10,9 +10,9 @@
 
 #include "tests/support/program_folder.h"
 
-// What the tests of sysid_fit and sysid_simulate share. SYSID_FIT and
-// SYSID_SIMULATE are the programs' files, SYSID_SOURCE the project's
-// folder; all from CMake.
+// What the tests of the programs share. SYSID_DIAGNOSE, SYSID_FIT and
+// SYSID_SIMULATE are the programs' files, SYSID_SOURCE the project's folder;
+// all from CMake.
 
 namespace sysid {
 
@@ -107,6 +107,7 @@ inline void ExpectHelp(const ProgramFolder& folder, const std::string& program,
   std::istringstream words(example);
   Arguments arguments;
   for (std::string word; words >> word;) {
+    if (word == "\\") continue;  // the line goes on
     if (word.rfind("data/", 0) == 0) {
       word = std::string(SYSID_SOURCE) + "/" + word;
     }
