@@ -14,11 +14,11 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// The joint at one instant.
+// The joint at one instant. Components that its force does not have do not
+// move.
 struct Instant {
   const double* q;
-  Eigen::Map<const VectorXd> qd, qdd;
-  VectorXd effort;
+  VectorXd qd, qdd, effort;
   double time;  // since the start of the run, s
 };
 
@@ -105,28 +105,54 @@ std::vector<Regressor> Regressors(const Body& body, bool driven) {
   return all;
 }
 
+// The components of a body's force that are more than a hundredth of the
+// largest. The spin of a thin rod is not: a friction there is saturated at
+// once, and nothing linear tells of it.
+std::vector<int> ComponentsOf(const SmoothForce& force, const Body& body) {
+  constexpr double kNothing = 0.01;
+  double most = 0.0;
+  for (int c = 0; c < VelocitySize(body.type); ++c) {
+    most = std::max(most, force.width(body.v_index + c));
+  }
+  std::vector<int> components;
+  for (int c = 0; c < VelocitySize(body.type); ++c) {
+    if (force.width(body.v_index + c) > kNothing * most) {
+      components.push_back(c);
+    }
+  }
+  return components;
+}
+
 // The regressor at the knots of a run: its mean over the intervals beside each,
 // knots * nv rows of the body's.
-MatrixXd AtKnots(const LinearizedFit& fit, const ForceKnots& knots, int run,
-                 const Body& body, const Vector3d& axis,
+MatrixXd AtKnots(const LinearizedFit& fit, const ForceKnots& knots,
+                 const std::vector<ForcedMotion>& motions, int run,
+                 const Body& body, const std::vector<int>& components,
                  const Regressor& regressor) {
   const Model& model = fit.problem().model();
   const Run& recording = fit.problem().runs()[run]->run;
   const int nv = VelocitySize(body.type);
+  const Vector3d axis = LinkAxis(
+      model.mechanism(), model.mechanism().joints[body.joint].child_link);
+  VectorXd moves = VectorXd::Zero(nv);
+  for (const int c : components) moves[c] = 1.0;
   MatrixXd sum = MatrixXd::Zero(knots.count * nv, regressor.columns);
   VectorXd weight = VectorXd::Zero(knots.count);
   MatrixXd value(nv, regressor.columns);
-  for (const auto& segment : fit.segments()) {
-    if (segment->run != run) continue;
-    const SegmentTangent& tangent = segment->tangent;
-    for (int i = 0; i < tangent.middle.rows(); ++i) {
-      const int k = segment->rollout->first() + i;
+  for (size_t s = 0; s < motions.size(); ++s) {
+    const LinearizedFit::Segment& segment = *fit.segments()[s];
+    if (segment.run != run) continue;
+    for (int i = 0; i < motions[s].middle.rows(); ++i) {
+      const int k = segment.rollout->first() + i;
       const double t = Middle(recording, k);
-      const double* x = tangent.middle.row(i).data();
+      const auto x = motions[s].middle.row(i);
+      const auto qdd = motions[s].acceleration.row(i);
       const Instant at = {
-          x + body.q_index,
-          {x + model.nq() + body.v_index, nv},
-          {tangent.acceleration.row(i).data() + body.v_index, nv},
+          x.data() + body.q_index,
+          x.segment(model.nq() + body.v_index, nv)
+              .transpose()
+              .cwiseProduct(moves),
+          qdd.segment(body.v_index, nv).transpose().cwiseProduct(moves),
           recording.effort.row(k).segment(body.v_index, nv).transpose(),
           t - recording.t.front()};
       regressor.evaluate(body, axis, at, &value);
@@ -141,17 +167,6 @@ MatrixXd AtKnots(const LinearizedFit& fit, const ForceKnots& knots, int run,
     if (weight[n] > 0) sum.middleRows(n * nv, nv) /= weight[n];
   }
   return sum;
-}
-
-// The rows of a body's degrees of freedom among those of all.
-std::vector<int> RowsOf(const Body& body, int knots, int nv) {
-  std::vector<int> rows;
-  for (int k = 0; k < knots; ++k) {
-    for (int c = 0; c < VelocitySize(body.type); ++c) {
-      rows.push_back(k * nv + body.v_index + c);
-    }
-  }
-  return rows;
 }
 
 bool IsDriven(const LinearizedFit& fit, const Body& body) {
@@ -174,24 +189,48 @@ std::string Label(const ForceRegression& law, int columns) {
   return (law.coefficients[0] < 0 ? "-" : "") + law.regressor;
 }
 
+struct Ranked {
+  ForceRegression law;
+  double criterion;
+};
+
+// The earliest of those that are as good as the best comes first: what is
+// simple and common before what is not.
+void Sort(std::vector<Ranked>* ranked) {
+  constexpr double kAsGood = 2.0;  // twice a log-likelihood
+  const auto better = [](const Ranked& a, const Ranked& b) {
+    return a.criterion < b.criterion;
+  };
+  const double best =
+      std::min_element(ranked->begin(), ranked->end(), better)->criterion;
+  const auto first = std::find_if(
+      ranked->begin(), ranked->end(),
+      [&](const Ranked& r) { return r.criterion < best + kAsGood; });
+  std::rotate(ranked->begin(), first, first + 1);
+  std::stable_sort(ranked->begin() + 1, ranked->end(), better);
+}
+
 }  // namespace
 
-std::vector<ForceRegression> RegressForce(const LinearizedFit& fit,
-                                          const std::vector<ForceKnots>& knots,
-                                          const SmoothForce& force,
-                                          int body_index) {
+std::vector<ForceRegression> RegressForce(
+    const LinearizedFit& fit, const std::vector<ForceKnots>& knots,
+    const SmoothForce& force, const std::vector<ForcedMotion>& motions,
+    const Body& body) {
   const Model& model = fit.problem().model();
-  const Mechanism& mechanism = model.mechanism();
-  const Body& body = model.bodies()[body_index];
-  const Vector3d axis =
-      LinkAxis(mechanism, mechanism.joints[body.joint].child_link);
   const int nv = model.nv();
+  const std::vector<int> components = ComponentsOf(force, body);
   const int runs = static_cast<int>(knots.size());
-  std::vector<std::vector<int>> rows;
+  // Rows of these components among those of the body, and of all.
+  std::vector<std::vector<int>> own(runs), rows(runs);
   int total = 0;
-  for (const ForceKnots& k : knots) {
-    rows.push_back(RowsOf(body, k.count, nv));
-    total += static_cast<int>(rows.back().size());
+  for (int r = 0; r < runs; ++r) {
+    for (int k = 0; k < knots[r].count; ++k) {
+      for (const int c : components) {
+        own[r].push_back(k * VelocitySize(body.type) + c);
+        rows[r].push_back(k * nv + body.v_index + c);
+      }
+    }
+    total += static_cast<int>(rows[r].size());
   }
   VectorXd y(total);
   for (int r = 0, at = 0; r < runs; ++r) {
@@ -201,41 +240,44 @@ std::vector<ForceRegression> RegressForce(const LinearizedFit& fit,
         Eigen::Map<const VectorXd>(values.data(), values.size())(rows[r]);
     at += size;
   }
-  struct Ranked {
-    ForceRegression law;
-    double criterion;
-  };
+  // What is not noise.
+  const double squares = std::max(y.squaredNorm() - force.NoiseSquares(rows),
+                                  1e-3 * y.squaredNorm());
   std::vector<Ranked> ranked;
   for (const Regressor& regressor : Regressors(body, IsDriven(fit, body))) {
     // As it would come out of the same data, which smooths it.
+    std::vector<MatrixXd> laws;
+    for (int r = 0; r < runs; ++r) {
+      laws.push_back(MatrixXd::Zero(knots[r].count * nv, regressor.columns));
+      laws.back()(rows[r], Eigen::all) =
+          AtKnots(fit, knots[r], motions, r, body, components, regressor)(
+              own[r], Eigen::all);
+    }
+    laws = force.Smooth(laws);
     MatrixXd X(total, regressor.columns);
     for (int r = 0, at = 0; r < runs; ++r) {
       const int size = static_cast<int>(rows[r].size());
-      MatrixXd whole = MatrixXd::Zero(knots[r].count * nv, regressor.columns);
-      whole(rows[r], Eigen::all) =
-          AtKnots(fit, knots[r], r, body, axis, regressor);
-      X.middleRows(at, size) = force.Smooth(r, whole)(rows[r], Eigen::all);
+      X.middleRows(at, size) = laws[r](rows[r], Eigen::all);
       at += size;
     }
     const Eigen::ColPivHouseholderQR<MatrixXd> qr(X);
     const VectorXd b = qr.solve(y);
     const double left = (y - X * b).squaredNorm() / y.squaredNorm();
     Ranked next;
-    next.law.joint = mechanism.joints[body.joint].name;
+    next.law.joint = model.mechanism().joints[body.joint].name;
     next.law.regressor = regressor.name;
-    next.law.r2 = std::clamp(1.0 - left, 0.0, 1.0);
+    next.law.r2 =
+        std::clamp((1.0 - left) * y.squaredNorm() / squares, 0.0, 1.0);
     next.law.coefficients.assign(b.begin(), b.end());
     next.law.label = Label(next.law, regressor.columns);
     // The more weights, the more it must explain (BIC).
-    const double told = std::max(3.0, force.Told(body_index));
+    const double told =
+        std::max(3.0, force.Told(body.v_index, VelocitySize(body.type)));
     next.criterion =
         told * std::log(std::max(left, 1e-12)) + qr.rank() * std::log(told);
     ranked.push_back(std::move(next));
   }
-  std::stable_sort(ranked.begin(), ranked.end(),
-                   [](const Ranked& a, const Ranked& b) {
-                     return a.criterion < b.criterion;
-                   });
+  Sort(&ranked);
   std::vector<ForceRegression> laws;
   for (Ranked& next : ranked) laws.push_back(std::move(next.law));
   return laws;

@@ -100,6 +100,7 @@ bool LinearizedFit::Linearize(Segment* segment) const {
   for (int i = 0; i < n; ++i) S(rows + i, i) = 1.0 / belief[i];
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(S);
   segment->basis = qr.householderQ() * Eigen::MatrixXd::Identity(rows + n, n);
+  segment->R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
   const int count = problem_.map().size();
   ParameterForces forces = ParameterForces::Zero(rollout, count);
   AddParameterForces(model, problem_.map(), point_.theta, rollout, tangent, 0,
@@ -141,6 +142,12 @@ Eigen::MatrixXd LinearizedFit::WithoutStates(
   out.noalias() -= segment.basis *
                    (segment.basis.topRows(rows).transpose() * columns).eval();
   return out;
+}
+
+Eigen::VectorXd LinearizedFit::StateAgainst(
+    const Segment& segment, const Eigen::VectorXd& errors) const {
+  return -segment.R.triangularView<Eigen::Upper>().solve(
+      segment.basis.topRows(segment.rows()).transpose() * errors);
 }
 
 void LinearizedFit::ProjectResiduals() {

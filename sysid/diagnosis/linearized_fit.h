@@ -33,6 +33,7 @@ class LinearizedFit {
     // Orthonormal basis of the columns of S; below the rows of the segment
     // those of the belief about its state.
     Eigen::MatrixXd basis;
+    Eigen::MatrixXd R;      // S = basis R
     Eigen::MatrixXd theta;  // Theta without the states
     Eigen::VectorXd r;      // without states and Theta
     int rows() const { return static_cast<int>(weight.size()); }
@@ -52,6 +53,11 @@ class LinearizedFit {
   // below its rows those of the belief about its state.
   Eigen::MatrixXd WithoutStates(const Segment& segment,
                                 const Eigen::MatrixXd& columns) const;
+
+  // The change of the segment's state that goes with whitened errors: the best
+  // that it can do against them.
+  Eigen::VectorXd StateAgainst(const Segment& segment,
+                               const Eigen::VectorXd& errors) const;
 
   // Takes Theta out of columns, one matrix a segment.
   void ProjectOutTheta(std::vector<Eigen::MatrixXd>* columns) const;

@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
+
+#include "sysid/diagnosis/statistics.h"
 
 namespace sysid {
 namespace {
@@ -11,7 +15,9 @@ using Eigen::VectorXd;
 
 // Of the time scale, in knots; tried upwards and downwards from the second.
 constexpr double kTimeScales[] = {1.0, 3.0, 9.0, 27.0, 81.0};
-constexpr int kMostSteps = 30;
+constexpr int kMostSteps = 15;
+// Times a width squared: no force.
+constexpr double kNone = 1e-12;
 
 // P0 of (7.7) for one degree of freedom: nu ((ell/h)^4 L^2 + 1), L of the path
 // through the knots. nu makes the mean variance 1.
@@ -50,9 +56,9 @@ class UnitPrior {
   double log_determinant_ = 0.0;
 };
 
-// What P0^-1 is far from the ends of a run: the covariance of two forces that
-// are so many time scales apart.
-double Covariance(double apart) {
+// P0^-1 far from the ends of a run: the correlation of two forces that are so
+// many time scales apart.
+double Correlation(double apart) {
   const double x = std::abs(apart) / std::sqrt(2.0);
   return std::exp(-x) * (std::cos(x) + std::sin(x));
 }
@@ -71,7 +77,7 @@ void ForBand(int knots, int nv, int d, const Visit& visit) {
 }  // namespace
 
 SmoothForce::SmoothForce(const ForceEquations& equations)
-    : equations_(equations), told_(VectorXd::Zero(equations.groups)) {
+    : equations_(equations), told_(VectorXd::Zero(equations.nv)) {
   // The largest widths that make sense, and no noise beyond what is known: from
   // below the force would be taken for noise.
   Point best;
@@ -81,14 +87,14 @@ SmoothForce::SmoothForce(const ForceEquations& equations)
   for (double& s2 : best.s2) {
     if (!std::isfinite(s2) || !(s2 > 0)) s2 = 1.0;
   }
-  Converge(kMostSteps, &best);
+  Converge(&best);
   for (const int direction : {1, -1}) {
     const int count = static_cast<int>(std::size(kTimeScales));
     for (int i = 1 + direction; i >= 0 && i < count; i += direction) {
       Point next = best;
       next.ell = kTimeScales[i];
       SetReach(next.ell);
-      Converge(kMostSteps, &next);
+      Converge(&next);
       if (!(next.likelihood > best.likelihood)) break;
       best = next;
     }
@@ -97,14 +103,16 @@ SmoothForce::SmoothForce(const ForceEquations& equations)
   SetReach(best.ell);
   point_ = best;
   solution_ = Solve(point_);
-  Step(point_, solution_, &inverse_, &told_);
+  Step(point_, solution_, &told_);
+  response_ = Response();
+  covariance_ = CovarianceAt(solution_);
 }
 
-// tr(G P0^-1) of each group: by how much forces of unit width change the sum of
-// squares.
+// tr(G P0^-1) of each degree of freedom: by how much forces of unit width
+// change the sum of squares.
 void SmoothForce::SetReach(double ell) {
-  const int nv = equations_.nv();
-  reach_ = VectorXd::Zero(equations_.groups);
+  const int nv = equations_.nv;
+  reach_ = VectorXd::Zero(equations_.nv);
   for (const ForceEquations::Run& run : equations_.runs) {
     const std::vector<int>& first = run.G.first;
     const auto add = [&](const MatrixXd& part, int row, int column,
@@ -114,8 +122,8 @@ void SmoothForce::SetReach(double ell) {
         // Rows of the same degree of freedom.
         const int start = ((d - row) % nv + nv) % nv;
         for (int r = start; r < part.rows(); r += nv) {
-          reach_[equations_.group[d]] +=
-              times * part(r, c) * Covariance(((row + r) / nv - l) / ell);
+          reach_[d] +=
+              times * part(r, c) * Correlation(((row + r) / nv - l) / ell);
         }
       }
     };
@@ -133,68 +141,109 @@ double SmoothForce::Solution::LogLikelihood(double dof, double variance) const {
          determinants;
 }
 
+std::vector<MatrixXd> SmoothForce::Forces(const Solution& at, double variance,
+                                          std::vector<MatrixXd> Ay, MatrixXd Ty,
+                                          MatrixXd* dtheta) const {
+  for (size_t r = 0; r < Ay.size(); ++r) {
+    Ay[r] = at.factors[r].Solve(Ay[r] / variance);
+    Ty.noalias() -= equations_.runs[r].C.transpose() * Ay[r];
+  }
+  *dtheta = Ty / variance;
+  if (dtheta->rows() > 0) *dtheta = at.parameters.solve(*dtheta).eval();
+  for (size_t r = 0; r < Ay.size(); ++r) Ay[r].noalias() -= at.Y[r] * *dtheta;
+  return Ay;
+}
+
 SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
-  const int nv = equations_.nv();
+  const int nv = equations_.nv;
+  const double variance = point.variance;
   Solution out;
-  out.squares = equations_.squares;
+  MatrixXd M = equations_.N;
+  std::vector<MatrixXd> Ay;
   for (const ForceEquations::Run& run : equations_.runs) {
     const UnitPrior P0(run.knots, point.ell);
     BlockTridiagonal H = run.G;
-    for (MatrixXd& block : H.diagonal) block /= point.variance;
-    for (MatrixXd& block : H.below) block /= point.variance;
+    for (MatrixXd& block : H.diagonal) block /= variance;
+    for (MatrixXd& block : H.below) block /= variance;
     for (int d = 0; d < nv; ++d) {
-      const double s2 = point.s2[equations_.group[d]];
+      const double s2 = point.s2[d];
       ForBand(run.knots, nv, d, [&](int k, int l, int row, int column) {
-        const double p = P0(k, l) / s2;
-        H.At(row, column) += p;
-        if (k != l && H.BlockOf(row) == H.BlockOf(column)) {
-          const int at = H.first[H.BlockOf(row)];
-          H.diagonal[H.BlockOf(row)](column - at, row - at) += p;
-        }
+        H.At(row, column) += P0(k, l) / s2;
       });
       out.determinants += P0.LogDeterminant() - run.knots * std::log(s2);
     }
     out.factors.emplace_back(H);
-    const BlockCholesky& factor = out.factors.back();
-    if (!factor.Valid()) {
-      out.phi.push_back(VectorXd::Zero(run.G.size()));
+    if (!out.factors.back().Valid()) {
       out.determinants = -std::numeric_limits<double>::infinity();
-      continue;
+      return out;
     }
-    out.phi.push_back(-factor.Solve(run.g / point.variance));
-    out.determinants -= factor.LogDeterminant();
-    const VectorXd& phi = out.phi.back();
-    const double explained = run.g.dot(phi);
-    const double quadratic = phi.dot(run.G.Times(phi).col(0));
-    out.squares += 2.0 * explained + quadratic;
-    // H phi = -g / v.
-    out.roughness -= (explained + quadratic) / point.variance;
+    out.determinants -= out.factors.back().LogDeterminant();
+    out.Y.push_back(out.factors.back().Solve(run.C / variance));
+    M.noalias() -= run.C.transpose() * out.Y.back();
+    Ay.push_back(-run.g);
+  }
+  if (M.size() > 0) {
+    out.parameters.compute(M / variance);
+    if (out.parameters.info() != Eigen::Success) {
+      out.determinants = -std::numeric_limits<double>::infinity();
+      return out;
+    }
+    out.determinants -=
+        2.0 * out.parameters.matrixLLT().diagonal().array().log().sum() +
+        M.rows() * std::log(variance);
+  }
+  MatrixXd dtheta;
+  const std::vector<MatrixXd> phi =
+      Forces(out, variance, std::move(Ay), -equations_.t, &dtheta);
+  out.dtheta = dtheta;
+  out.squares = equations_.squares + 2.0 * equations_.t.dot(out.dtheta) +
+                out.dtheta.dot(equations_.N * out.dtheta);
+  for (size_t r = 0; r < phi.size(); ++r) {
+    const ForceEquations::Run& run = equations_.runs[r];
+    out.phi.push_back(phi[r]);
+    const double linear = phi[r].col(0).dot(run.g + run.C * out.dtheta);
+    const double quadratic = phi[r].col(0).dot(run.G.Times(phi[r]).col(0));
+    out.squares += 2.0 * linear + quadratic;
+    // H phi = -(g + C dtheta) / variance.
+    out.roughness -= (linear + quadratic) / variance;
   }
   return out;
+}
+
+SmoothForce::Covariance SmoothForce::CovarianceAt(
+    const Solution& solution) const {
+  Covariance covariance;
+  for (size_t r = 0; r < solution.factors.size(); ++r) {
+    covariance.blocks.push_back(solution.factors[r].Inverse());
+    MatrixXd Z = solution.Y[r];
+    if (Z.cols() > 0) {
+      solution.parameters.matrixU().solveInPlace<Eigen::OnTheRight>(Z);
+    }
+    covariance.Z.push_back(std::move(Z));
+  }
+  return covariance;
 }
 
 // One step of the fixed point (MacKay 1992): s^2 = phi' P0 phi / told, with
 // told = knots - tr(P0 H^-1) / s^2, and the variance of what remains.    (7.8)
 SmoothForce::Point SmoothForce::Step(const Point& point,
                                      const Solution& solution,
-                                     std::vector<BlockTridiagonal>* inverse,
                                      VectorXd* told) const {
-  const int nv = equations_.nv();
-  VectorXd rough = VectorXd::Zero(equations_.groups);
-  *told = VectorXd::Zero(equations_.groups);
-  inverse->clear();
+  const int nv = equations_.nv;
+  const Covariance covariance = CovarianceAt(solution);
+  VectorXd rough = VectorXd::Zero(equations_.nv);
+  *told = VectorXd::Zero(equations_.nv);
   for (size_t r = 0; r < equations_.runs.size(); ++r) {
     const int knots = equations_.runs[r].knots;
     const UnitPrior P0(knots, point.ell);
-    inverse->push_back(solution.factors[r].Inverse());
     const VectorXd& phi = solution.phi[r];
     for (int d = 0; d < nv; ++d) {
-      const int g = equations_.group[d];
-      (*told)[g] += knots;
+      (*told)[d] += knots;
       ForBand(knots, nv, d, [&](int k, int l, int row, int column) {
         const double p = P0(k, l) * (k == l ? 1.0 : 2.0);
-        rough[g] += p * phi[row] * phi[column];
-        (*told)[g] -= p * inverse->back().At(row, column) / point.s2[g];
+        rough[d] += p * phi[row] * phi[column];
+        (*told)[d] -=
+            p * covariance.At(static_cast<int>(r), row, column) / point.s2[d];
       });
     }
   }
@@ -202,73 +251,128 @@ SmoothForce::Point SmoothForce::Step(const Point& point,
   *told = told->cwiseMax(0.0);
   next.variance = std::max(
       1.0, solution.squares / std::max(1.0, equations_.dof - told->sum()));
-  for (int g = 0; g < equations_.groups; ++g) {
-    if (!Seen(g)) continue;
+  for (int d = 0; d < equations_.nv; ++d) {
+    if (!Seen(d)) continue;
     // No less than what would change the sum of squares by one variance: the
     // data cannot say more.
-    const double least = next.variance / reach_[g];
-    next.s2[g] = std::max(least, rough[g] / std::max((*told)[g], 1e-9));
-    next.s2[g] = std::min(next.s2[g], 1e4 * point.s2[g]);
+    const double least = next.variance / reach_[d];
+    next.s2[d] = std::clamp(rough[d] / std::max((*told)[d], 1e-9), least,
+                            std::max(least, 1e4 * point.s2[d]));
   }
   return next;
 }
 
-void SmoothForce::Converge(int most, Point* point) {
-  constexpr double kEnough = 0.1;  // of a logarithm
-  for (int step = 0; step < most; ++step) {
+void SmoothForce::Converge(Point* point) {
+  constexpr double kEnough = 0.2;  // of a logarithm
+  for (int step = 0; step < kMostSteps; ++step) {
     const Solution solution = Solve(*point);
     if (!std::isfinite(solution.determinants)) {
       point->likelihood = -std::numeric_limits<double>::infinity();
       return;
     }
     point->likelihood = solution.LogLikelihood(equations_.dof, point->variance);
-    const Point next = Step(*point, solution, &inverse_, &told_);
+    VectorXd told;
+    Point next = Step(*point, solution, &told);
     const double change =
         std::max((next.s2.array() / point->s2.array()).log().abs().maxCoeff(),
                  std::abs(std::log(next.variance / point->variance)));
     if (change < kEnough) return;
-    const double likelihood = point->likelihood;
+    next.likelihood = point->likelihood;
     *point = next;
-    point->likelihood = likelihood;
   }
 }
 
-double SmoothForce::PValue(int group) const {
-  if (!Seen(group)) return 1.0;
+SmoothForce::Weight SmoothForce::WeightOf(int first, int count) const {
   Point without = point_;
-  without.s2[group] *= 1e-12;
+  double tested = 0.0;
+  for (int d = first; d < first + count; ++d) {
+    if (!Seen(d)) continue;
+    without.s2[d] *= kNone;
+    tested += 1.0;
+  }
+  if (tested == 0.0) return {};
   const Solution solution = Solve(without);
   // With what the force would have explained left to the noise.
   without.variance = std::max(
-      1.0, solution.squares /
-               std::max(1.0, equations_.dof - told_.sum() + told_[group]));
+      1.0, solution.squares / std::max(1.0, equations_.dof - told_.sum() +
+                                                Told(first, count)));
   const double drop = solution_.LogLikelihood(equations_.dof, point_.variance) -
                       solution.LogLikelihood(equations_.dof, without.variance);
-  // Half the time the best width is none.
-  return drop > 0 ? 0.5 * std::erfc(std::sqrt(0.5 * drop)) : 1.0;
+  Weight weight;
+  // One width each; that a width is at its end, none, is left aside, which errs
+  // on the safe side.
+  if (drop > 0) weight.p_value = FisherTail(drop / tested, tested, 1e6);
+  weight.share = response_.segment(first, count).sum() / response_.sum();
+  return weight;
 }
 
-double SmoothForce::width(int group) const {
-  return std::sqrt(point_.s2[group]);
+// phi_d' G phi_d: what the force of each degree of freedom does to the errors.
+VectorXd SmoothForce::Response() const {
+  const int nv = equations_.nv;
+  VectorXd response = VectorXd::Zero(nv);
+  for (size_t r = 0; r < equations_.runs.size(); ++r) {
+    const VectorXd& phi = solution_.phi[r];
+    MatrixXd apart = MatrixXd::Zero(phi.size(), nv);
+    for (int i = 0; i < phi.size(); ++i) apart(i, i % nv) = phi[i];
+    response += apart.cwiseProduct(equations_.runs[r].G.Times(apart))
+                    .colwise()
+                    .sum()
+                    .transpose();
+  }
+  return response.cwiseMax(1e-300);
 }
 
 RowMatrixXd SmoothForce::Values(int run) const {
   return Eigen::Map<const RowMatrixXd>(
-      solution_.phi[run].data(), equations_.runs[run].knots, equations_.nv());
+      solution_.phi[run].data(), equations_.runs[run].knots, equations_.nv);
 }
 
 RowMatrixXd SmoothForce::Deviations(int run) const {
-  const int nv = equations_.nv();
+  const int nv = equations_.nv;
   RowMatrixXd out(equations_.runs[run].knots, nv);
   for (int i = 0; i < out.size(); ++i) {
-    out(i / nv, i % nv) = std::sqrt(std::max(0.0, inverse_[run].At(i, i)));
+    out(i / nv, i % nv) = std::sqrt(std::max(0.0, covariance_.At(run, i, i)));
   }
   return out;
 }
 
-MatrixXd SmoothForce::Smooth(int run, const MatrixXd& forces) const {
-  return solution_.factors[run].Solve(equations_.runs[run].G.Times(forces) /
-                                      point_.variance);
+std::vector<MatrixXd> SmoothForce::Smooth(
+    const std::vector<MatrixXd>& forces) const {
+  const int columns = static_cast<int>(forces.front().cols());
+  std::vector<MatrixXd> Ay;
+  MatrixXd Ty = MatrixXd::Zero(equations_.N.rows(), columns), dtheta;
+  for (size_t r = 0; r < forces.size(); ++r) {
+    Ay.push_back(equations_.runs[r].G.Times(forces[r]));
+    Ty.noalias() += equations_.runs[r].C.transpose() * forces[r];
+  }
+  return Forces(solution_, point_.variance, std::move(Ay), Ty, &dtheta);
+}
+
+double SmoothForce::NoiseSquares(
+    const std::vector<std::vector<int>>& rows) const {
+  // Noise e of the variance puts K A'e / variance into phi, K the inverse with
+  // the parameters eliminated: the trace of K (A' A) K / variance over these
+  // rows (A without Theta), by random signs (Hutchinson 1990).
+  constexpr int kSigns = 16;
+  std::mt19937_64 random(1);
+  std::vector<MatrixXd> signs;
+  for (size_t r = 0; r < rows.size(); ++r) {
+    MatrixXd z = MatrixXd::Zero(equations_.runs[r].G.size(), kSigns);
+    for (const int row : rows[r]) {
+      for (int i = 0; i < kSigns; ++i) z(row, i) = random() & 1 ? 1.0 : -1.0;
+    }
+    signs.push_back(z * point_.variance);
+  }
+  MatrixXd dtheta;
+  const std::vector<MatrixXd> x =
+      Forces(solution_, point_.variance, signs,
+             MatrixXd::Zero(equations_.N.rows(), kSigns), &dtheta);
+  double sum = dtheta.cwiseProduct(equations_.N * dtheta).sum();
+  for (size_t r = 0; r < rows.size(); ++r) {
+    const ForceEquations::Run& run = equations_.runs[r];
+    sum += x[r].cwiseProduct(run.G.Times(x[r]) + 2.0 * run.C * dtheta).sum();
+  }
+  return sum / (kSigns * point_.variance);
 }
 
 }  // namespace sysid

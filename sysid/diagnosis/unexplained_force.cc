@@ -15,7 +15,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kSignificant = 0.01;
+// Of a p-value: the noise is never quite what the likelihood takes it for.
+constexpr double kSignificant = 1e-3;
+// A force that does less than this part of what all do is what is left of
+// another's.
+constexpr double kMaterial = 0.05;
 
 // Blocks that hold whole knots, at least two each, so that every segment lies
 // in two neighbours.
@@ -53,56 +57,84 @@ ParameterForces Hats(const ForceKnots& knots, const KnotRange& range,
   return forces;
 }
 
+// What a segment says of its knots and of the parameters.
+struct SegmentProducts {
+  KnotRange range;
+  MatrixXd G, C, N;
+  VectorXd g, t;
+  double squares = 0.0;
+};
+
+SegmentProducts ProductsOf(const LinearizedFit& fit,
+                           const LinearizedFit::Segment& at,
+                           const ForceKnots& knots) {
+  const Run& run = fit.problem().runs()[at.run]->run;
+  SegmentProducts out;
+  out.range = RangeOf(knots, run, at);
+  const MatrixXd A = fit.WithoutStates(
+      at, fit.Respond(
+              at, Hats(knots, out.range, run, at, fit.problem().model().nv())));
+  const VectorXd r =
+      fit.WithoutStates(at, at.weight.asDiagonal() * at.tangent.r);
+  out.G.setZero(A.cols(), A.cols());
+  out.G.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
+  out.G = out.G.selfadjointView<Eigen::Lower>();
+  out.C.noalias() = A.transpose() * at.theta;
+  out.N.noalias() = at.theta.transpose() * at.theta;
+  out.g.noalias() = A.transpose() * r;
+  out.t.noalias() = at.theta.transpose() * r;
+  out.squares = r.squaredNorm();
+  return out;
+}
+
 ForceEquations Assemble(const LinearizedFit& fit,
                         const std::vector<ForceKnots>& knots) {
+  // Keeps parameters where they are that the data does not tell of.
+  constexpr double kHold = 1e-10;
   const ShootingProblem& problem = fit.problem();
-  const int nv = problem.model().nv();
+  const int nv = problem.model().nv(), free = problem.map().size();
   const auto& segments = fit.segments();
   const int count = static_cast<int>(segments.size());
-  std::vector<KnotRange> ranges(count);
-  std::vector<MatrixXd> products(count);
-  std::vector<VectorXd> gradients(count);
-  std::vector<double> squares(count);
+  std::vector<SegmentProducts> products(count);
   ParallelFor(count, problem.options().threads, [&](int s) {
-    const LinearizedFit::Segment& at = *segments[s];
-    const Run& run = problem.runs()[at.run]->run;
-    ranges[s] = RangeOf(knots[at.run], run, at);
-    const MatrixXd A = fit.WithoutStates(
-        at, fit.Respond(at, Hats(knots[at.run], ranges[s], run, at, nv)));
-    // Theta is held: a force that it could stand for is still to be shown.
-    const VectorXd r =
-        fit.WithoutStates(at, at.weight.asDiagonal() * at.tangent.r);
-    products[s].setZero(A.cols(), A.cols());
-    products[s].selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
-    products[s] = products[s].selfadjointView<Eigen::Lower>();
-    gradients[s] = A.transpose() * r;
-    squares[s] = r.squaredNorm();
+    products[s] = ProductsOf(fit, *segments[s], knots[segments[s]->run]);
     return true;
   });
   ForceEquations equations;
   equations.dof = fit.DegreesOfFreedom();
-  for (const Body& body : problem.model().bodies()) {
-    const int size = VelocitySize(body.type);
-    equations.group.insert(equations.group.end(), size, equations.groups);
-    ++equations.groups;
-  }
+  equations.N = MatrixXd::Zero(free, free);
+  equations.t = VectorXd::Zero(free);
+  equations.nv = nv;
   for (size_t r = 0; r < knots.size(); ++r) {
     ForceEquations::Run run;
     run.knots = knots[r].count;
     std::vector<KnotRange> own;
     for (int s = 0; s < count; ++s) {
-      if (segments[s]->run == static_cast<int>(r)) own.push_back(ranges[s]);
+      if (segments[s]->run == static_cast<int>(r)) {
+        own.push_back(products[s].range);
+      }
     }
     run.G = BlockTridiagonal::Zero(CutBlocks(own, run.knots, nv));
+    run.C = MatrixXd::Zero(run.G.size(), free);
     run.g = VectorXd::Zero(run.G.size());
     equations.runs.push_back(std::move(run));
   }
   for (int s = 0; s < count; ++s) {
+    const SegmentProducts& product = products[s];
     ForceEquations::Run& run = equations.runs[segments[s]->run];
-    const int row = ranges[s].first * nv;
-    run.G.Add(row, products[s]);
-    run.g.segment(row, gradients[s].size()) += gradients[s];
-    equations.squares += squares[s];
+    const int row = product.range.first * nv;
+    run.G.Add(row, product.G);
+    run.C.middleRows(row, product.C.rows()) += product.C;
+    run.g.segment(row, product.g.size()) += product.g;
+    equations.N += product.N;
+    equations.t += product.t;
+    equations.squares += product.squares;
+  }
+  for (int i = 0; i < free; ++i) {
+    double& own = equations.N(i, i);
+    const auto& prior = problem.free()[i].prior;
+    if (prior) own += 1.0 / (prior->std * prior->std);
+    own = own > 0 ? own * (1.0 + kHold) : 1.0;
   }
   return equations;
 }
@@ -113,6 +145,7 @@ std::vector<ForceCurve> CurvesOf(const LinearizedFit& fit,
   const ShootingProblem& problem = fit.problem();
   std::vector<ForceCurve> curves;
   for (int c = 0; c < VelocitySize(body.type); ++c) {
+    if (!force.Seen(body.v_index + c)) continue;
     for (size_t r = 0; r < knots.size(); ++r) {
       const RowMatrixXd values = force.Values(static_cast<int>(r));
       const RowMatrixXd deviations = force.Deviations(static_cast<int>(r));
@@ -158,17 +191,23 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
   const std::vector<ForceKnots> knots = PlaceKnots(fit);
   const ForceEquations equations = Assemble(fit, knots);
   const SmoothForce force(equations);
-  for (size_t b = 0; b < bodies.size(); ++b) {
-    const int group = static_cast<int>(b);
-    if (!force.Seen(group)) continue;
-    std::vector<ForceCurve> curves = CurvesOf(fit, knots, force, bodies[b]);
+  out.variance = force.variance();
+  std::vector<ForcedMotion> motions;
+  for (const Body& body : bodies) {
+    std::vector<ForceCurve> curves = CurvesOf(fit, knots, force, body);
+    if (curves.empty()) continue;
     JointForce joint = Summarize(curves);
-    joint.p_value = std::min(1.0, force.PValue(group) * bodies.size());
-    joint.significant = joint.p_value < kSignificant;
+    const SmoothForce::Weight weight =
+        force.WeightOf(body.v_index, VelocitySize(body.type));
+    joint.p_value = std::min(1.0, weight.p_value * bodies.size());
+    joint.share = weight.share;
+    joint.significant = joint.p_value < kSignificant && joint.share > kMaterial;
     out.joints.push_back(joint);
     std::move(curves.begin(), curves.end(), std::back_inserter(out.curves));
     if (!joint.significant) continue;
-    for (ForceRegression& law : RegressForce(fit, knots, force, group)) {
+    if (motions.empty()) motions = MoveWith(fit, knots, force);
+    for (ForceRegression& law :
+         RegressForce(fit, knots, force, motions, body)) {
       out.regression.push_back(std::move(law));
     }
   }

@@ -25,6 +25,8 @@ struct JointForce {
   double std = 0.0;  // rms of the standard deviations
   // That there is no force; pays for the joints.
   double p_value = 1.0;
+  // Its part of what the forces of all joints do to the errors.
+  double share = 0.0;
   bool significant = false;
 };
 
@@ -34,7 +36,8 @@ struct ForceRegression {
   // "constant", "position", "sin, cos(position)", "velocity", "sign(velocity)",
   // "|velocity| velocity", "acceleration", "effort", "time".
   std::string regressor;
-  double r2 = 0.0;  // share of the force's mean square, 0 to 1
+  // Share of the force's mean square that is not noise, 0 to 1.
+  double r2 = 0.0;
   // Of the regressor, SI; the constant beside it where there is one comes last.
   // Three numbers for a constant or a sine of a spherical joint.
   std::vector<double> coefficients;
@@ -46,8 +49,12 @@ struct UnexplainedForce {
   std::vector<ForceCurve> curves;
   std::vector<JointForce> joints;
   std::vector<ForceRegression> regression;  // by joint, best first
+  // Of the whitened errors that remain with the forces; no less than 1.
+  double variance = 1.0;
 };
 
+// Beside forces the free parameters may move: a force that a parameter can
+// stand for is none that is missing.
 UnexplainedForce EstimateForce(const LinearizedFit& fit);
 
 }  // namespace sysid

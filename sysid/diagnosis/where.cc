@@ -1,4 +1,200 @@
 #include "sysid/diagnosis/where.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "models/math/rotation.h"
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/shooting_stage.h"
+
 namespace sysid {
-Where FindWhere(const Judgement&) { return {}; }
+namespace {
+
+constexpr int kBins = 8;
+constexpr int kFewestInBin = 10;
+// Forces that leave more of the errors' variance than this, in units of the
+// noise, or than this part of it, are not those of the machine: the segments
+// are too long for what is linear.
+constexpr double kExplained = 1.5;
+constexpr double kUnexplained = 0.01;
+constexpr double kShorter = 2.0;   // times
+constexpr double kShortest = 0.1;  // s
+
+// What a joint's own channels missed at one instant of its motion.
+struct Sample {
+  double value = 0.0;    // of the motion
+  double squares = 0.0;  // whitened
+  double dof = 0.0;
+};
+
+// Position and velocity of a body's joint; of a spherical one how far the
+// link's axis is from neutral, and its speed.
+struct Motion {
+  double position = 0.0, velocity = 0.0;
+};
+
+Motion MotionAt(const Model& model, const Body& body,
+                const Eigen::Vector3d& axis, const double* x) {
+  const double* q = x + body.q_index;
+  const Eigen::Map<const Eigen::VectorXd> qd(x + model.nq() + body.v_index,
+                                             VelocitySize(body.type));
+  // A joint that turns over comes back to where it was.
+  if (IsRotation1(body.type)) return {std::remainder(q[0], 2 * M_PI), qd[0]};
+  if (body.type != JointType::kSpherical) return {q[0], qd[0]};
+  const Eigen::Vector3d turned =
+      ToMatrix(Eigen::Quaterniond(q[3], q[0], q[1], q[2])) * axis;
+  return {std::atan2(axis.cross(turned).norm(), axis.dot(turned)), qd.norm()};
+}
+
+void AddBins(const MotionBin& like, const std::vector<Sample>& samples,
+             std::vector<MotionBin>* bins) {
+  const auto [least, most] = std::minmax_element(
+      samples.begin(), samples.end(),
+      [](const Sample& a, const Sample& b) { return a.value < b.value; });
+  const double from = least->value, width = (most->value - from) / kBins;
+  if (!(width > 0)) return;
+  std::vector<Sample> sums(kBins);
+  std::vector<int> counts(kBins, 0);
+  for (const Sample& sample : samples) {
+    const int bin =
+        std::min(kBins - 1, static_cast<int>((sample.value - from) / width));
+    sums[bin].squares += sample.squares;
+    sums[bin].dof += sample.dof;
+    ++counts[bin];
+  }
+  for (int i = 0; i < kBins; ++i) {
+    if (counts[i] < kFewestInBin) continue;
+    MotionBin bin = like;
+    bin.from = from + i * width;
+    bin.to = from + (i + 1) * width;
+    bin.samples = counts[i];
+    bin.normalized_rms = std::sqrt(sums[i].squares / sums[i].dof);
+    bins->push_back(bin);
+  }
+}
+
+// Of a body's joint; nothing where no channel measures it.
+void AddBinsOf(const LinearizedFit& fit, const Body& body,
+               std::vector<MotionBin>* bins) {
+  const Model& model = fit.problem().model();
+  const Joint& joint = model.mechanism().joints[body.joint];
+  const Eigen::Vector3d axis = LinkAxis(model.mechanism(), joint.child_link);
+  std::vector<Sample> by_position, by_velocity;
+  for (const auto& segment : fit.segments()) {
+    const RunData& data = *fit.problem().runs()[segment->run];
+    const SegmentTangent& tangent = segment->tangent;
+    for (const SegmentRow& row : segment->rollout->rows()) {
+      const Channel& channel = data.run.channels[row.channel];
+      if (channel.kind == ChannelKind::kFramePosition ||
+          channel.target != body.joint) {
+        continue;
+      }
+      const double sigma = data.sigma[row.channel];
+      Sample sample;
+      sample.squares = tangent.r.segment(row.first, row.size).squaredNorm() /
+                       (sigma * sigma);
+      sample.dof = ResidualDof(data.measurements.residuals[row.channel]);
+      const Motion motion = MotionAt(
+          model, body, axis,
+          tangent.states.row(row.sample - segment->rollout->first()).data());
+      sample.value = motion.position;
+      by_position.push_back(sample);
+      sample.value = motion.velocity;
+      by_velocity.push_back(sample);
+    }
+  }
+  if (by_position.empty()) return;
+  const bool ball = body.type == JointType::kSpherical;
+  MotionBin like;
+  like.joint = joint.name;
+  like.over = ball ? "tilt" : "position";
+  like.unit = body.type == JointType::kPrismatic ? "m" : "rad";
+  AddBins(like, by_position, bins);
+  like.over = ball ? "speed" : "velocity";
+  like.unit += "/s";
+  AddBins(like, by_velocity, bins);
+}
+
+// Segments of another length, their states from the data and then the best for
+// the parameters as they are.
+ShootingPoint CutAnew(const ShootingProblem& problem,
+                      const Eigen::VectorXd& theta, double length) {
+  std::vector<RowMatrixXd> from_data;
+  for (size_t r = 0; r < problem.runs().size(); ++r) {
+    from_data.push_back(StatesFromData(problem, static_cast<int>(r)));
+  }
+  ShootingPoint point = CutPoint(problem, theta, from_data, length);
+  ShootingStage::Options options;
+  options.defect = std::numeric_limits<double>::infinity();
+  options.fix_theta = true;
+  options.twist_hold = kHeldSpin;
+  options.function_tolerance = 1e-6;
+  std::vector<HistoryEntry> history;
+  ShootingStage(problem, options, &point).Solve("where", Now(), &history);
+  return point;
+}
+
+// Whether some parameter ended further from where it started than its own size.
+bool RanAway(const Judgement& judgement) {
+  if (IsDoubtful(judgement.fit)) return true;
+  for (size_t i = 0; i < judgement.fit.parameters.size(); ++i) {
+    const FreeParameter& free = judgement.problem->free()[i];
+    const double moved = judgement.fit.parameters[i].value - free.initial;
+    if (!(std::abs(moved) <
+          std::max(std::abs(free.initial), free.parameter.typical_scale))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// In segments as short as it takes to explain the errors. Parameters that are
+// not to be trusted may have run away for want of what is missing: from where
+// they started then.
+UnexplainedForce ForceOf(const Judgement& judgement,
+                         const LinearizedFit& fitted) {
+  const ShootingProblem& problem = *judgement.problem;
+  const bool trusted = fitted.Valid() && !RanAway(judgement);
+  const double enough =
+      std::max(kExplained, kUnexplained * std::pow(judgement.train_error(), 2));
+  const Eigen::VectorXd theta =
+      trusted ? judgement.fit.point.theta : problem.InitialTheta();
+  UnexplainedForce best;
+  best.variance = std::numeric_limits<double>::infinity();
+  if (trusted) best = EstimateForce(fitted);
+  double length = judgement.fit.segment_s * (trusted ? 1.0 / kShorter : 1.0);
+  for (; best.variance > enough && length > kShortest; length /= kShorter) {
+    const ShootingPoint cut = CutAnew(problem, theta, length);
+    UnexplainedForce next = EstimateForce(LinearizedFit(problem, cut));
+    if (next.curves.empty()) continue;
+    if (next.variance < best.variance) best = std::move(next);
+  }
+  return best.curves.empty() ? EstimateForce(fitted) : best;
+}
+
+}  // namespace
+
+Where FindWhere(const Judgement& judgement) {
+  Where where;
+  const ShootingProblem& problem = *judgement.problem;
+  where.channels = judgement.fit.train.channels;
+  where.segments = judgement.fit.train.segments;
+  where.horizon = EvaluateHorizon(problem, judgement.fit.point.theta);
+  const LinearizedFit fit(problem, judgement.fit.point);
+  if (fit.Valid()) {
+    for (const Body& body : problem.model().bodies()) {
+      AddBinsOf(fit, body, &where.bins);
+    }
+    where.whiteness = TestWhiteness(fit);
+    where.inputs = CorrelateInputs(fit);
+  }
+  UnexplainedForce force = ForceOf(judgement, fit);
+  where.force = std::move(force.curves);
+  where.joints = std::move(force.joints);
+  where.regression = std::move(force.regression);
+  return where;
+}
+
 }  // namespace sysid

@@ -39,8 +39,9 @@ struct Where {
   std::vector<ForceRegression> regression;
 };
 
-// All but the channels, segments and horizon stay empty where the dynamics fail
-// at the fit.
+// Bins and tests stay empty where the dynamics fail at the fit. The force is
+// sought in segments short enough for it to explain the errors; where the fit
+// is not to be trusted, from where its parameters started.
 Where FindWhere(const Judgement& judgement);
 
 }  // namespace sysid

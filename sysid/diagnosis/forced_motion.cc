@@ -1,0 +1,87 @@
+#include "sysid/diagnosis/forced_motion.h"
+
+#include <algorithm>
+
+#include "models/state.h"
+#include "sysid/estimation/parallel.h"
+
+namespace sysid {
+namespace {
+
+using Eigen::VectorXd;
+
+// The force over each interval of a segment, and what the parameters change.
+ParameterForces ForcesOf(const LinearizedFit& fit,
+                         const LinearizedFit::Segment& segment,
+                         const ForceKnots& knots, const RowMatrixXd& values,
+                         const VectorXd& dtheta) {
+  const ShootingProblem& problem = fit.problem();
+  const Run& run = problem.runs()[segment.run]->run;
+  const int free = problem.map().size();
+  ParameterForces by_theta = ParameterForces::Zero(*segment.rollout, free);
+  if (free > 0) {
+    AddParameterForces(problem.model(), problem.map(), fit.point().theta,
+                       *segment.rollout, segment.tangent, 0, &by_theta);
+  }
+  ParameterForces forces = ParameterForces::Zero(*segment.rollout, 1);
+  forces.direct = by_theta.direct * dtheta;
+  for (size_t i = 0; i < forces.f.size(); ++i) {
+    forces.f[i] = by_theta.f[i] * dtheta;
+    const double t =
+        Middle(run, segment.rollout->first() + static_cast<int>(i));
+    const int below = static_cast<int>(knots.Place(t));
+    for (int k = below; k <= std::min(below + 1, knots.count - 1); ++k) {
+      forces.f[i].col(0) += knots.Weight(k, t) * values.row(k).transpose();
+    }
+  }
+  return forces;
+}
+
+ForcedMotion MoveSegment(const LinearizedFit& fit,
+                         const LinearizedFit::Segment& segment,
+                         const ParameterForces& forces) {
+  const Model& model = fit.problem().model();
+  const SegmentTangent& tangent = segment.tangent;
+  const Run& run = fit.problem().runs()[segment.run]->run;
+  const int nv = model.nv();
+  const VectorXd errors = segment.weight.asDiagonal() * tangent.r;
+  VectorXd dx =
+      fit.StateAgainst(segment, errors + fit.Respond(segment, forces).col(0));
+  ForcedMotion motion{tangent.middle, tangent.acceleration};
+  for (int i = 0; i < tangent.middle.rows(); ++i) {
+    const int k = segment.rollout->first() + i;
+    const VectorXd next = tangent.A[i] * dx + tangent.B[i] * forces.f[i];
+    const VectorXd middle = 0.5 * (dx + next);
+    BoxPlus<double>(model, tangent.middle.row(i).data(), middle.data(),
+                    motion.middle.row(i).data());
+    motion.acceleration.row(i) +=
+        (next - dx).tail(nv).transpose() / (run.t[k + 1] - run.t[k]);
+    dx = next;
+  }
+  return motion;
+}
+
+}  // namespace
+
+std::vector<ForcedMotion> MoveWith(const LinearizedFit& fit,
+                                   const std::vector<ForceKnots>& knots,
+                                   const SmoothForce& force) {
+  std::vector<RowMatrixXd> values;
+  for (size_t r = 0; r < knots.size(); ++r) {
+    values.push_back(force.Values(static_cast<int>(r)));
+  }
+  const auto& segments = fit.segments();
+  std::vector<ForcedMotion> motions(segments.size());
+  ParallelFor(static_cast<int>(segments.size()),
+              fit.problem().options().threads, [&](int s) {
+                const LinearizedFit::Segment& segment = *segments[s];
+                motions[s] = MoveSegment(
+                    fit, segment,
+                    ForcesOf(fit, segment, knots[segment.run],
+                             values[segment.run], force.ParameterChange()));
+                return true;
+              });
+  return motions;
+}
+
+}  // namespace sysid
