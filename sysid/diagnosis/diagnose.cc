@@ -197,6 +197,15 @@ std::vector<double> OwnValues(const Judgement& judgement,
   return values;
 }
 
+// Why some effect that was added is not what it means; empty where all are.
+std::string WhyImplausible(const Judgement& judgement) {
+  for (const auto& effect : judgement.added) {
+    const std::string why = effect->Implausible(OwnValues(judgement, *effect));
+    if (!why.empty()) return effect->name() + ": " + why;
+  }
+  return "";
+}
+
 // Whether a refit tells of an effect: some parameter is clearly off its null,
 // and all of its own are determined (a spring whose reference is not is a bias
 // in disguise).
@@ -231,13 +240,13 @@ std::string Search::WhyRefused(const Screening& screening,
     return "refitted it gains nothing";
   }
   for (const int e : trial.effects) {
-    const Effect& effect = *screening.effects[e].effect;
     if (!IsTold(after, screening.effects[e])) {
-      return "refitted, " + effect.name() + " is not told from none";
+      return "refitted, " + screening.effects[e].name() +
+             " is not told from none";
     }
-    const std::string why = effect.Implausible(OwnValues(after, effect));
-    if (!why.empty()) return why;
   }
+  const std::string implausible = WhyImplausible(after);
+  if (!implausible.empty()) return implausible;
   const double variance =
       std::max(1.0, after.holdout.squares / after.holdout.dof);
   const double drop =
@@ -439,8 +448,9 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
     const double rise =
         (without.holdout.squares - now->holdout.squares) / variance;
     const bool needed =
-        without.train_error() * (1 - kMaterial) > now->train_error() &&
-        rise > kHoldoutDrop;
+        !WhyImplausible(without).empty() ||
+        (without.train_error() * (1 - kMaterial) > now->train_error() &&
+         rise > kHoldoutDrop);
     if (!needed) {
       step.predicted = without.train_error();
       *now = std::move(without);
@@ -516,6 +526,14 @@ void Search::Doubt(Diagnosis* diagnosis) const {
   for (const ParameterEstimate& p : fit.parameters) {
     if (p.at_bound) doubts.push_back(p.name + " ended at its bound");
   }
+  // Another model, or motion unlike that of the fit.
+  constexpr double kForeign = 5.0;
+  const double train = std::max(1.0, diagnosis->base.train_error());
+  if (diagnosis->base.holdout_error() > kForeign * train) {
+    doubts.push_back(
+        "the held-out runs are predicted much worse than the fitted ones: are "
+        "they of the same machine?");
+  }
   for (const std::vector<std::string>& group : fit.not_identifiable) {
     doubts.push_back(group.size() == 1
                          ? "the data does not determine " + group[0]
@@ -538,7 +556,9 @@ void Search::Shorten(Diagnosis* diagnosis) const {
   const std::string why = diagnosis->base.fit.termination;
   Judgement again = JudgeBase(shorter);
   if (failed(again)) {
-    diagnosis->usable = std::isfinite(diagnosis->base.train_error()) &&
+    // No step was taken where the start is hopeless.
+    diagnosis->usable = diagnosis->base.fit.iterations > 0 &&
+                        std::isfinite(diagnosis->base.train_error()) &&
                         std::isfinite(diagnosis->base.holdout_error());
     return;
   }

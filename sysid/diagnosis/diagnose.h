@@ -76,7 +76,7 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
                    const DiagnosisOptions& options);
 
 // Where no held-out runs are given: the last quarter of every run, which leaves
-// `runs`. Its times go on. Throws InputError for runs too short to be divided.
+// `runs`. Its times go on.
 std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs);
 
 // Every n-th sample of runs that are faster than twice `rate`, Hz, with the

@@ -199,6 +199,14 @@ Judgement JudgeBase(const DiagnosisProblem& problem) {
   base.problem =
       MakeProblem(problem, problem.model, problem.free, problem.options);
   base.fit = FitIndependentSegments(base.problem.get());
+  if (base.fit.converged) {
+    // Once more, as every other model will be: a refit holds the spins that no
+    // sensor sees to where the last fit left them.
+    const std::vector<HistoryEntry> history = base.fit.history;
+    *base.problem->mutable_options() = problem.options;
+    base.fit = RefitIndependentSegments(base.problem.get(), base.fit.point);
+    base.fit.history = history;
+  }
   Judge(problem, &base);
   return base;
 }

@@ -571,7 +571,10 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
     expected.value = values[v];
     expected.null_value = corrected ? wrong->nominal : candidate.off[v];
     expected.searched = !corrected && candidate.IsSearched(v);
-    expected.std_error = std::sqrt(std::max(0.0, covariance(v, v)));
+    // A value that a bound holds has none.
+    expected.std_error = covariance(v, v) > 0
+                             ? std::sqrt(covariance(v, v))
+                             : std::numeric_limits<double>::quiet_NaN();
     expected.detectable = reach * expected.std_error;
     out.parameters.push_back(expected);
   }

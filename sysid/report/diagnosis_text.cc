@@ -128,8 +128,8 @@ std::string PowerText(const Diagnosis& diagnosis) {
   for (const CandidateEffect& c : diagnosis.candidates) {
     for (const ExpectedParameter& p : c.screened.parameters) {
       if (p.searched || !(p.detectable > 0)) continue;
-      const std::string item = " " + p.name + Format(" %.2g ", p.detectable) +
-                               (p.unit == "-" ? "" : p.unit);
+      const std::string item = " " + p.name + Format(" %.2g", p.detectable) +
+                               (p.unit == "-" ? "" : " " + p.unit);
       if (column + item.size() > 76) {
         text += "\n ";
         column = 0;
@@ -237,7 +237,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
       text += OpenLines(final->holdout->open, "open prediction of held-out ");
     }
   }
-  return text + "next: " + next + "\n";
+  return text + "next\n" + next + "\n";
 }
 
 }  // namespace sysid

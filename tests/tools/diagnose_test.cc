@@ -158,7 +158,7 @@ TEST_F(DiagnoseTest, EndsWithTheCommandThatAddsTheFirstCandidate) {
       Diagnose(Damped() + Arguments{"--json", "next.json"});
   const Json json = Json::parse(folder_->Read("next.json"));
   const std::string next = json["next_command"];
-  EXPECT_THAT(LastLine(result.out), EndsWith(next));
+  EXPECT_THAT(LastLine(result.out), ::testing::StrEq(next));
   EXPECT_EQ(next,
             "sysid_fit --model pendulum2_planar --traj 1.csv,2.csv --holdout "
             "3.csv --add viscous_damping@joint1");
