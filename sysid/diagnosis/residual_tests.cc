@@ -133,7 +133,7 @@ Whiteness TestChannel(const std::string& name, const std::vector<Series>& all) {
       {kMostLags, static_cast<int>(longest / 2), out.samples / 5});
   if (lags < 1 || !(squares > 0) || !(dof > 1)) return out;
   // What the sums of products c_lag are expected to be of white noise, and
-  // their covariance.                                                   (7.12)
+  // their covariance.                                                   (7.6)
   VectorXd c = VectorXd::Zero(lags), expected = c, count = c;
   MatrixXd V = MatrixXd::Zero(lags, lags);
   for (const Series& series : all) {

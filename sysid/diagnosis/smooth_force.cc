@@ -19,7 +19,7 @@ constexpr int kMostSteps = 15;
 // Times a width squared: no force.
 constexpr double kNone = 1e-12;
 
-// P0 of (7.7) for one degree of freedom: nu ((ell/h)^4 L^2 + 1), L of the path
+// P0 of (7.8) for one degree of freedom: nu ((ell/h)^4 L^2 + 1), L of the path
 // through the knots. nu makes the mean variance 1.
 class UnitPrior {
  public:
@@ -225,7 +225,7 @@ SmoothForce::Covariance SmoothForce::CovarianceAt(
 }
 
 // One step of the fixed point (MacKay 1992): s^2 = phi' P0 phi / told, with
-// told = knots - tr(P0 H^-1) / s^2, and the variance of what remains.    (7.8)
+// told = knots - tr(P0 H^-1) / s^2, and the variance of what remains.    (7.9)
 SmoothForce::Point SmoothForce::Step(const Point& point,
                                      const Solution& solution,
                                      VectorXd* told) const {

@@ -9,7 +9,7 @@ namespace sysid {
 
 // What the data says of forces at knots, and how smooth they are.
 
-// The normal equations of (7.6): |r + A phi + Theta dtheta|^2, the states
+// The normal equations of (7.7): |r + A phi + Theta dtheta|^2, the states
 // projected out. Unknowns are the forces at the knots of each run, in the order
 // of time, the degrees of freedom of a knot together, and the parameters.
 struct ForceEquations {
@@ -26,7 +26,7 @@ struct ForceEquations {
   double squares = 0.0, dof = 0.0;  // of r, less what was fitted
 };
 
-// The forces with the prior (7.7) whose widths s, one for each degree of
+// The forces with the prior (7.8) whose widths s, one for each degree of
 // freedom, and time scale ell make the data most likely.
 class SmoothForce {
  public:

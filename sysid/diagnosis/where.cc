@@ -17,8 +17,8 @@ constexpr int kFewestInBin = 10;
 // Forces that leave more of the errors' variance than this, in units of the
 // noise, or than this part of it, are not those of the machine: the segments
 // are too long for what is linear.
-constexpr double kExplained = 1.5;
-constexpr double kUnexplained = 0.01;
+constexpr double kExplained = 1.2;
+constexpr double kUnexplained = 0.003;
 constexpr double kShorter = 2.0;   // times
 constexpr double kShortest = 0.1;  // s
 

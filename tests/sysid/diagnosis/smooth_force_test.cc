@@ -72,7 +72,7 @@ class SmallProblem : public testing::Test {
     }
   }
 
-  // The prior (7.7), from its definition.
+  // The prior (7.8), from its definition.
   MatrixXd Prior(const SmoothForce& force) const {
     MatrixXd L = MatrixXd::Zero(kKnots, kKnots);
     for (int k = 0; k + 1 < kKnots; ++k) {

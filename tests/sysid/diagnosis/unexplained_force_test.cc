@@ -352,6 +352,26 @@ TEST(UnexplainedForce, KnowsHowUncertainItIs) {
   EXPECT_LT(std::sqrt(squares / count), 1.5);
 }
 
+// Noise is no part of what a law is to explain, and what the prior smooths away
+// is none of what it lacks.
+TEST(UnexplainedForce, IsNotDilutedByNoise) {
+  const double friction = 0.002;
+  const Model truth = Shipped("pendulum2_planar", {"coulomb_friction@joint2"},
+                              {{"joint2.friction", friction}});
+  Recording recording;
+  recording.amplitude = 0.7;
+  recording.duration = 8.0;
+  const Sought sought(Shipped("pendulum2_planar"), {},
+                      RunsOf(truth, 51, recording));
+  const JointForce& f = sought.Of("joint2");
+  EXPECT_GT(f.std, 0.4 * f.rms);
+  const std::vector<ForceRegression> laws = sought.LawsOf("joint2");
+  ASSERT_FALSE(laws.empty());
+  EXPECT_EQ(laws[0].label, "-sign(velocity)");
+  EXPECT_GT(laws[0].r2, 0.95);
+  EXPECT_NEAR(laws[0].coefficients[0], -friction, 0.05 * friction);
+}
+
 // What a free parameter can stand for is not missing: the same wrong length
 // makes a force where it is held, and none where it is free.
 TEST(UnexplainedForce, IsBesideTheFreeParameters) {

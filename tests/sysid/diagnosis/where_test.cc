@@ -128,5 +128,29 @@ TEST(FindWhere, FindsTheJointOfAHugeMisfit) {
   }
 }
 
+// Rods so thin that a friction soon stops their spin: over a whole segment of
+// the fit that is not linear.
+TEST(FindWhere, CutsSegmentsUntilForcesExplainTheErrors) {
+  const Model model = Shipped("pendulum2");
+  const Model truth = Shipped("pendulum2", {"viscous_damping@joint2"},
+                              {{"joint2.damping", 0.02}});
+  const Judgement judgement =
+      JudgeBase(MakeProblem(model, {}, RunsOf(truth, 1, 0.7, 8.0)));
+  const LinearizedFit fit(*judgement.problem, judgement.fit.point);
+  EXPECT_GT(EstimateForce(fit).variance, 1.5);
+  const Where where = FindWhere(judgement);
+  ASSERT_THAT(where.joints, SizeIs(2));
+  EXPECT_TRUE(where.joints[1].significant);
+  for (const ForceRegression& law : where.regression) {
+    if (law.joint == "joint1") {
+      EXPECT_LT(law.r2, 0.2) << law.label;
+    } else {
+      EXPECT_EQ(law.label, "-velocity");
+      EXPECT_GT(law.r2, 0.3);
+      break;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sysid
