@@ -8,6 +8,7 @@
 #include "models/error.h"
 #include "residuals/acting_effort.h"
 #include "sysid/estimation/parallel.h"
+#include "sysid/estimation/segmentation.h"
 
 namespace sysid {
 namespace {
@@ -26,9 +27,6 @@ constexpr double kAlike = 0.9;
 constexpr double kClearly = 10.0;
 // Iterations of a refit that is to be judged, not kept.
 constexpr int kTrialIterations = 25;
-// Of the predicted error: what a step may change in standard deviations more
-// than at the noise.
-constexpr double kCoarse = 0.1;
 constexpr int kMostConfirmed = 6;  // candidates that are refitted in a round
 constexpr int kMostPairs = 5;
 constexpr size_t kMostExchanged = 2;
@@ -90,6 +88,7 @@ class Search {
   Verdict Decide(const Judgement& judgement, const Trial* best) const;
   void Doubt(Diagnosis* diagnosis) const;
   void Shorten(Diagnosis* diagnosis) const;
+  std::optional<Judgement> Lengthen(const Judgement& now) const;
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
@@ -272,10 +271,8 @@ void Search::Confirm(const Screening& screening, const Judgement& before,
     Trial& trial = (*trials)[i];
     std::vector<const ScreenedEffect*> effects;
     for (const int e : trial.effects) effects.push_back(&screening.effects[e]);
-    // What stays far above the noise needs no step as fine as the noise.
-    EstimationOptions own = options;
-    own.step_error *= std::max(1.0, kCoarse * trial.predicted);
-    trial.after = JudgeWith(problem_, before, effects, own);
+    trial.after =
+        JudgeWith(problem_, before, effects, Coarse(options, trial.predicted));
     trial.refused = WhyRefused(screening, before, trial);
     return true;
   });
@@ -434,23 +431,19 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
   }
   for (const std::string& name : older) {
     Report("looking back at " + name, 0, 0, now->train_error());
-    EstimationOptions options = problem_.options;
+    EstimationOptions options = Coarse(problem_.options, now->train_error());
     options.progress = nullptr;
     options.max_iterations = kTrialIterations;
     Judgement without = JudgeWithout(problem_, *now, name, options);
     if (!std::isfinite(without.train_error())) continue;
     DiagnosisStep step;
     step.removed = name;
+    step.segment_s = now->fit.segment_s;
     step.train_before = now->train_error();
     step.holdout_before = now->holdout_error();
-    const double variance =
-        std::max(1.0, now->holdout.squares / now->holdout.dof);
-    const double rise =
-        (without.holdout.squares - now->holdout.squares) / variance;
     const bool needed =
         !WhyImplausible(without).empty() ||
-        (without.train_error() * (1 - kMaterial) > now->train_error() &&
-         rise > kHoldoutDrop);
+        without.squares() > (1 + 2 * kMaterial) * now->squares();
     if (!needed) {
       step.predicted = without.train_error();
       *now = std::move(without);
@@ -571,6 +564,32 @@ void Search::Shorten(Diagnosis* diagnosis) const {
   diagnosis->base = std::move(again);
 }
 
+// The model in segments four times as long, where the motion is regular over
+// that time; nothing where it is not, or where a segment is a whole run
+// already.
+std::optional<Judgement> Search::Lengthen(const Judgement& now) const {
+  constexpr double kGrowth = 4.0;
+  constexpr double kRegular = 0.6;  // of the longest that is chosen
+  const double length = now.fit.segment_s;
+  const double longest = now.problem->LongestDuration();
+  if (problem_.options.segment > 0 || !now.fit.converged ||
+      length < kRegular * kLongestLength || length > 0.9 * longest) {
+    return std::nullopt;
+  }
+  Report("longer segments", 0, 0, now.train_error());
+  Judgement longer =
+      JudgeLonger(problem_, now, std::min(kGrowth * length, longest));
+  // A wrong minimum, or chaos: the errors of longer predictions grow, but not
+  // without measure.
+  if (!longer.fit.converged || !std::isfinite(longer.train_error()) ||
+      !std::isfinite(longer.holdout_error()) ||
+      longer.train_error() > kGrowth * now.train_error() ||
+      longer.fit.segment_s < 1.1 * length) {
+    return std::nullopt;
+  }
+  return longer;
+}
+
 // The verdict in words.
 std::string Sentence(const Diagnosis& diagnosis) {
   const Judgement& base = diagnosis.base;
@@ -618,8 +637,8 @@ Diagnosis Search::Run() {
     return diagnosis;
   }
   Judgement* now = &diagnosis.base;
-  std::optional<Trial> first;
-  for (int step = 0; step < kMostSteps; ++step) {
+  std::optional<Judgement> longer;  // the base in longer segments
+  for (int step = 0; step < kMostSteps;) {
     const Screening screening = Screen(*now);
     std::vector<Trial> trials = Propose(screening);
     Confirm(screening, *now, &trials);
@@ -633,13 +652,26 @@ Diagnosis Search::Run() {
         trials.push_back(std::move(pairs[pair]));
       }
     }
-    if (step == 0) {
+    const Trial* found = best >= 0 ? &trials[best] : nullptr;
+    if (diagnosis.candidates.empty() ||
+        (found != nullptr && diagnosis.steps.empty())) {
+      diagnosis.candidates.clear();
       diagnosis.tests = screening.tests;
       List(screening, &trials, best, &diagnosis);
-      diagnosis.verdict = Decide(*now, best >= 0 ? &trials[best] : nullptr);
+      diagnosis.verdict = Decide(*now, found);
     }
-    diagnosis.final_verdict = Decide(*now, best >= 0 ? &trials[best] : nullptr);
-    if (best < 0 || !options_.add) break;
+    diagnosis.final_verdict = Decide(*now, found);
+    if (found == nullptr) {
+      // What is too small for a segment adds up over a longer one.
+      std::optional<Judgement> next = Lengthen(*now);
+      if (!next) break;
+      std::optional<Judgement>& place =
+          diagnosis.steps.empty() ? longer : diagnosis.final;
+      place = std::move(next);
+      now = &*place;
+      continue;
+    }
+    if (!options_.add) break;
     Trial& chosen = trials[best];
     DiagnosisStep added;
     std::vector<const Effect*> effects;
@@ -647,6 +679,7 @@ Diagnosis Search::Run() {
       added.effects.push_back(screening.effects[e].name());
       effects.push_back(screening.effects[e].effect.get());
     }
+    added.segment_s = now->fit.segment_s;
     added.predicted = chosen.predicted;
     added.train_before = now->train_error();
     added.holdout_before = now->holdout_error();
@@ -658,6 +691,7 @@ Diagnosis Search::Run() {
     now = &*diagnosis.final;
     if (!now->fit.converged) *now = Rejudge(problem_, std::move(*now));
     LookBack(added.effects, now, &diagnosis.steps);
+    ++step;
   }
   Report("where it fails", 0, 0, diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);

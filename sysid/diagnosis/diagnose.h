@@ -34,6 +34,7 @@ struct CandidateEffect {
 struct DiagnosisStep {
   std::vector<std::string> effects;  // added; two where only both help
   std::string removed;               // by the look back, or empty
+  double segment_s = 0.0;            // over which the errors are
   double predicted = 0.0;            // normalised error of the training runs
   double train_before = 0.0, train_after = 0.0;
   double holdout_before = 0.0, holdout_after = 0.0;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/step_size.h"
 
 namespace sysid {
@@ -176,6 +177,7 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
     const Extended afresh =
         Extend(problem, after.added, after.idle, HeldValues(after));
     auto staged = MakeProblem(problem, afresh.model, afresh.free, options);
+    staged->mutable_options()->segment = before.fit.segment_s;
     Fit fit = FitIndependentSegments(staged.get());
     if (fit.train.squares < after.fit.train.squares) {
       after.problem = std::move(staged);
@@ -192,6 +194,12 @@ bool IsDoubtful(const Fit& fit) {
   return !fit.converged ||
          std::any_of(fit.parameters.begin(), fit.parameters.end(),
                      [](const ParameterEstimate& p) { return p.at_bound; });
+}
+
+EstimationOptions Coarse(EstimationOptions options, double error) {
+  constexpr double kCoarse = 0.1;
+  options.step_error *= std::max(1.0, kCoarse * error);
+  return options;
 }
 
 Judgement JudgeBase(const DiagnosisProblem& problem) {
@@ -254,9 +262,30 @@ Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
                options);
 }
 
+Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
+                      double segment_s) {
+  const Extended extended =
+      Extend(problem, before.added, before.idle, ValuesOf(before));
+  Judgement after(extended.model);
+  after.added = before.added;
+  after.idle = before.idle;
+  after.problem = MakeProblem(problem, extended.model, extended.free,
+                              Coarse(problem.options, before.train_error()));
+  ShootingPoint point = before.fit.point;
+  // The step that served before, for rolling out to the new cuts.
+  const double step = after.problem->options().rollout.step;
+  after.problem->mutable_options()->rollout.step =
+      before.problem->options().rollout.step;
+  Recut(*after.problem, segment_s, &point);
+  after.problem->mutable_options()->rollout.step = step;
+  after.fit = RefitIndependentSegments(after.problem.get(), point);
+  Judge(problem, &after);
+  return after;
+}
+
 Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement) {
   EstimationOptions* options = judgement.problem->mutable_options();
-  *options = problem.options;
+  *options = Coarse(problem.options, judgement.train_error());
   judgement.fit =
       RefitIndependentSegments(judgement.problem.get(), judgement.fit.point);
   Judge(problem, &judgement);

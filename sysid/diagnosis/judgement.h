@@ -61,11 +61,19 @@ Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
                        const std::string& effect,
                        const EstimationOptions& options);
 
+// The options for a model whose error stays at so many times the noise: it
+// needs no step as fine as the noise.
+EstimationOptions Coarse(EstimationOptions options, double error);
+
 // The same model from where it ended, until the fit has converged.
 Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement);
 
 // Whether a fit did not converge or ended at a bound.
 bool IsDoubtful(const Fit& fit);
+
+// The same model in longer segments, s, which show what adds up slowly.
+Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
+                      double segment_s);
 
 // The problem's own model with the effects of a judgement, their parameters
 // free and starting where it ended: for a fit of other runs.

@@ -145,9 +145,11 @@ void StagedFit::Solve(bool joined) {
 }
 
 void StagedFit::SolveIndependent() {
+  // To compare models: a hundredth of what makes a difference between two.
+  constexpr double kEnough = 1e-5;
   fit_.defect = std::numeric_limits<double>::infinity();
   const StageSummary last =
-      Stage("independent segments", fit_.defect, 1e-7, 1 << 30, kHeldSpin);
+      Stage("independent segments", fit_.defect, kEnough, 1 << 30, kHeldSpin);
   fit_.converged = last.converged;
   fit_.termination = last.message;
 }

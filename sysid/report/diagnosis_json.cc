@@ -127,7 +127,8 @@ Json ToJson(const Where& where) {
 }
 
 Json Before(const DiagnosisStep& step) {
-  return {{"predicted", Finite(step.predicted)},
+  return {{"segment_s", Finite(step.segment_s)},
+          {"predicted", Finite(step.predicted)},
           {"train_before", Finite(step.train_before)},
           {"train_after", Finite(step.train_after)},
           {"holdout_before", Finite(step.holdout_before)},

@@ -145,9 +145,10 @@ std::string PowerText(const Diagnosis& diagnosis) {
 std::string StepsText(const Diagnosis& diagnosis) {
   std::string text =
       "added (errors over the noise; + in, - out)\n"
-      "  predicted          fitted        held out\n";
+      "  over    predicted          fitted        held out\n";
   for (const DiagnosisStep& step : diagnosis.steps) {
-    text += Format("  %9.3g %6.3g -> %-6.3g %6.3g -> %-6.3g ", step.predicted,
+    text += Format("  %-6s %9.3g %6.3g -> %-6.3g %6.3g -> %-6.3g ",
+                   Format("%.3g s", step.segment_s).c_str(), step.predicted,
                    step.train_before, step.train_after, step.holdout_before,
                    step.holdout_after);
     if (!step.removed.empty()) text += " - " + step.removed;
