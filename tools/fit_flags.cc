@@ -45,12 +45,6 @@ std::string Quoted(const std::string& text) {
   return quoted + "'";
 }
 
-std::string FlagValue(const std::string& name) {
-  std::string value;
-  gflags::GetCommandLineOption(name.c_str(), &value);
-  return value;
-}
-
 }  // namespace
 
 FitRequest RequestFromFlags() {
@@ -80,13 +74,13 @@ std::string CommandFromFlags(const std::string& program) {
        {"model", "traj", "holdout", "spec", "free", "columns", "integrator",
         "step", "segment", "noise", "residual", "loss"}) {
     if (!FlagGiven(name)) continue;
-    command += std::string(" --") + name + " " + Quoted(FlagValue(name));
+    command += std::string(" --") + name + " " + Quoted(FlagText(name));
   }
   return command;
 }
 
 std::string FlagWith(const std::string& flag, const std::string& more) {
-  std::string value = FlagGiven(flag) ? FlagValue(flag) : "";
+  std::string value = FlagText(flag);
   if (!value.empty() && !more.empty()) value += ",";
   value += more;
   return value.empty() ? "" : " --" + flag + " " + Quoted(value);

@@ -8,8 +8,8 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <map>
 #include <new>
-#include <set>
 
 #include "gflags/gflags.h"
 #include "glog/logging.h"
@@ -19,8 +19,9 @@
 namespace sysid {
 namespace {
 
-std::set<std::string>& GivenFlags() {
-  static std::set<std::string> given;
+// Name and text of each.
+std::map<std::string, std::string>& GivenFlags() {
+  static std::map<std::string, std::string> given;
   return given;
 }
 
@@ -53,7 +54,7 @@ void SetFlag(const std::string& name, const std::string& value) {
     throw InputError("--" + name, "has no value",
                      "write --" + name + " value, or leave the flag out");
   }
-  if (!GivenFlags().insert(name).second) {
+  if (!GivenFlags().emplace(name, value).second) {
     throw InputError("--" + name, "is given twice", "give it once");
   }
   if (gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) {
@@ -72,6 +73,11 @@ void SetFlag(const std::string& name, const std::string& value) {
 }  // namespace
 
 bool FlagGiven(const std::string& name) { return GivenFlags().count(name) > 0; }
+
+std::string FlagText(const std::string& name) {
+  const auto at = GivenFlags().find(name);
+  return at == GivenFlags().end() ? "" : at->second;
+}
 
 bool IsStdout(const std::string& file) {
   return file == "-" || file == "/dev/stdout";

@@ -23,8 +23,9 @@ inline constexpr int kExitBadInput = 2;
 // for.
 bool ParseFlags(int argc, char** argv);
 
-// Whether a flag was given.
+// Whether a flag was given, and how it was written ("" where it was not).
 bool FlagGiven(const std::string& name);
+std::string FlagText(const std::string& name);
 
 // Whether a file's name means standard output: "-", "/dev/stdout".
 bool IsStdout(const std::string& file);

@@ -135,14 +135,23 @@ bool IsExtravagant(const Screening& screening, const ScreenedEffect& effect) {
   return false;
 }
 
+// Whether a refit is worth its time: the screening is clear, or it promises so
+// much that the held-out runs should judge (where much else is missing, few
+// samples are independent, and nothing is clear).
+bool Promises(const Screening& screening, double predicted, double criterion) {
+  constexpr double kMuch = 0.9;
+  return (criterion < -kClearly &&
+          predicted < (1 - kMaterial) * screening.error) ||
+         predicted < kMuch * screening.error;
+}
+
 // The best by the screening; of those that explain the same, two.
 std::vector<Trial> Search::Propose(const Screening& screening) const {
   std::vector<Trial> trials;
   for (size_t i = 0; i < screening.effects.size(); ++i) {
     const ScreenedEffect& effect = screening.effects[i];
     if (static_cast<int>(trials.size()) == kMostConfirmed) break;
-    if (!(effect.criterion < -kClearly) ||
-        !(effect.predicted_error < (1 - kMaterial) * screening.error)) {
+    if (!Promises(screening, effect.predicted_error, effect.criterion)) {
       continue;
     }
     if (IsExtravagant(screening, effect)) continue;
@@ -329,6 +338,11 @@ std::vector<ParameterEstimate> EstimatesOf(
   return estimates;
 }
 
+bool StandsOut(const CandidateEffect& candidate) {
+  return candidate.screened.criterion < -kClearly ||
+         (candidate.confirmed && candidate.confirmed->accepted);
+}
+
 void Search::List(const Screening& screening, std::vector<Trial>* trials,
                   int best, Diagnosis* diagnosis) const {
   // Accepted first, the chosen before the others by their fit; then by the
@@ -385,10 +399,10 @@ void Search::List(const Screening& screening, std::vector<Trial>* trials,
   };
   for (size_t a = 0; a < source.size(); ++a) {
     CandidateEffect& candidate = diagnosis->candidates[a];
-    if (!(candidate.screened.criterion < -kClearly)) continue;
+    if (!StandsOut(candidate)) continue;
     for (size_t b = 0; b < source.size(); ++b) {
       const CandidateEffect& other = diagnosis->candidates[b];
-      if (a == b || !(other.screened.criterion < -kClearly)) continue;
+      if (a == b || !StandsOut(other)) continue;
       if (refused(source[a]) != refused(source[b])) continue;
       const double like = screening.likeness(source[a], source[b]);
       const Judgement* ours = accepted(source[a]);
