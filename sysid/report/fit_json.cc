@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "models/integrator.h"
@@ -7,7 +8,7 @@
 namespace sysid {
 namespace {
 
-Json Parameters(const Fit& fit) {
+Json Parameters(const Session& session, const Fit& fit) {
   Json list = Json::array();
   for (const ParameterEstimate& p : fit.parameters) {
     Json ci95 = nullptr;
@@ -29,7 +30,9 @@ Json Parameters(const Fit& fit) {
   const EffectSet& effects = fit.model.effects();
   for (size_t i = 0; i < effects.parameters().size(); ++i) {
     const EffectParameter& p = effects.parameters()[i];
-    if (!p.whole) continue;
+    const bool given = std::find(session.fixed.begin(), session.fixed.end(),
+                                 p.name) != session.fixed.end();
+    if (!p.whole || given) continue;
     list.push_back({{"name", p.name},
                     {"unit", p.unit},
                     {"initial", p.null_value},
@@ -95,7 +98,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["step_s"] = Finite(fit.step_s);
   json["segment_s"] = Finite(fit.segment_s);
   json["samples"] = fit.samples;
-  json["parameters"] = Parameters(fit);
+  json["parameters"] = Parameters(session, fit);
   json["correlation"] = Correlation(fit);
   json["not_identifiable"] = fit.not_identifiable;
   json["effects"] = session.effects;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "models/error.h"
 #include "sysid/io/csv.h"
@@ -158,11 +159,16 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   }
   if (added.empty()) return std::nullopt;
   DiagnosisProblem problem(Without(session->model, session->added));
+  std::map<std::string, Parameter> plain;
+  for (const Parameter& p : AllParameters(problem.model)) plain[p.name] = p;
   for (const FreeParameter& free : session->free) {
-    if (session->freed_by_added.count(free.parameter.name) > 0) continue;
+    const auto at = plain.find(free.parameter.name);
+    if (session->freed_by_added.count(free.parameter.name) > 0 ||
+        at == plain.end()) {
+      continue;
+    }
     problem.free.push_back(free);
-    problem.free.back().parameter =
-        FindParameters(problem.model, {free.parameter.name}, "--free").front();
+    problem.free.back().parameter = at->second;
   }
   problem.train = session->runs;
   problem.holdout = session->holdout;
