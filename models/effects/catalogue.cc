@@ -35,24 +35,25 @@ bool Moves(const Mechanism& mechanism, int link) {
 
 }  // namespace
 
-// One line an effect.
+// One line an effect, from the common to the rare: of two that explain the
+// same, a diagnosis takes the first.
 Catalogue::Catalogue() {
   Add<ViscousDamping>();
   Add<CoulombFriction>();
-  Add<StribeckFriction>();
-  Add<QuadraticDrag>();
-  Add<Spring>();
-  Add<Armature>();
   Add<EffortBias>();
   Add<EffortGain>();
-  Add<EffortDelay>();
-  Add<Cogging>();
-  Add<GravityTilt>();
+  Add<Armature>();
   Add<SensorOffset>();
+  Add<GravityTilt>();
+  Add<QuadraticDrag>();
+  Add<StribeckFriction>();
+  Add<Spring>();
+  Add<EffortDelay>();
   Add<AerodynamicDrag>();
   Add<WrongMass>();
   Add<WrongCom>();
   Add<WrongInertia>();
+  Add<Cogging>();
 }
 
 void EffectSet::Add(std::shared_ptr<const Effect> effect) {

@@ -137,8 +137,7 @@ class Effect {
 
   // Why these values of the parameters() are not what the effect means, though
   // within their bounds; empty where they are.
-  virtual std::string Implausible(
-      const std::vector<double>& /*values*/) const {
+  virtual std::string Implausible(const std::vector<double>& /*values*/) const {
     return "";
   }
 

@@ -41,7 +41,6 @@ struct Trial {
   double predicted = 0.0;
   std::optional<Judgement> after;
   std::string refused;  // empty: accepted
-  int dof = 0;
 };
 
 // Whether neither of two models is clearly the better: by their likelihoods, of
@@ -76,11 +75,9 @@ class Search {
   std::string WhyRefused(const Screening& screening, const Judgement& before,
                          const Trial& trial) const;
   // The best of the accepted, -1 where none is.
-  int Choose(const Screening& screening,
-             const std::vector<Trial>& trials) const;
-  int Rank(const Screening& screening, const Trial& trial) const;
-  bool IsBetter(const Screening& screening, const Trial& a,
-                const Trial& b) const;
+  int Choose(const std::vector<Trial>& trials) const;
+  bool IsBetter(const Judgement& a, const Judgement& b) const;
+  int Rarity(const Judgement& judgement) const;
   void List(const Screening& screening, std::vector<Trial>* trials, int best,
             Diagnosis* diagnosis) const;
   bool LookBack(const std::vector<std::string>& newest, Judgement* now,
@@ -164,7 +161,6 @@ std::vector<Trial> Search::Propose(const Screening& screening) const {
     Trial trial;
     trial.effects = {static_cast<int>(i)};
     trial.predicted = effect.predicted_error;
-    trial.dof = effect.dof;
     trials.push_back(std::move(trial));
   }
   return trials;
@@ -184,7 +180,6 @@ std::vector<Trial> Search::ProposePairs(const Screening& screening) const {
     Trial trial;
     trial.effects = {pair.first, pair.second};
     trial.predicted = pair.predicted_error;
-    trial.dof = a.dof + b.dof;
     trials.push_back(std::move(trial));
   }
   return trials;
@@ -287,8 +282,7 @@ void Search::Confirm(const Screening& screening, const Judgement& before,
   });
 }
 
-int Search::Choose(const Screening& screening,
-                   const std::vector<Trial>& trials) const {
+int Search::Choose(const std::vector<Trial>& trials) const {
   int best = -1;
   for (size_t i = 0; i < trials.size(); ++i) {
     if (!trials[i].refused.empty()) continue;
@@ -296,7 +290,7 @@ int Search::Choose(const Screening& screening,
       best = static_cast<int>(i);
       continue;
     }
-    if (IsBetter(screening, trials[i], trials[best])) {
+    if (IsBetter(*trials[i].after, *trials[best].after)) {
       best = static_cast<int>(i);
     }
   }
@@ -304,24 +298,25 @@ int Search::Choose(const Screening& screening,
 }
 
 // Of two that are as good, the one with fewer parameters, then the more common.
-bool Search::IsBetter(const Screening& screening, const Trial& a,
-                      const Trial& b) const {
-  if (!AreAsGood(*a.after, *b.after)) {
-    return a.after->squares() < b.after->squares();
-  }
-  if (a.dof != b.dof) return a.dof < b.dof;
-  return Rank(screening, a) < Rank(screening, b);
+bool Search::IsBetter(const Judgement& a, const Judgement& b) const {
+  if (!AreAsGood(a, b)) return a.squares() < b.squares();
+  const size_t parameters_a = a.fit.parameters.size();
+  const size_t parameters_b = b.fit.parameters.size();
+  if (parameters_a != parameters_b) return parameters_a < parameters_b;
+  return Rarity(a) < Rarity(b);
 }
 
-// How far down the catalogue, which goes from the common to the rare.
-int Search::Rank(const Screening& screening, const Trial& trial) const {
-  int rank = 0;
-  for (const int e : trial.effects) {
-    const auto at = std::find(candidates_.begin(), candidates_.end(),
-                              screening.effects[e].effect);
-    rank = std::max(rank, static_cast<int>(at - candidates_.begin()));
+// How far down the catalogue its effects are, which goes from the common to the
+// rare.
+int Search::Rarity(const Judgement& judgement) const {
+  int rarity = 0;
+  for (const auto& effect : judgement.added) {
+    const auto at = std::find_if(
+        candidates_.begin(), candidates_.end(),
+        [&](const auto& c) { return c->name() == effect->name(); });
+    rarity += static_cast<int>(at - candidates_.begin());
   }
-  return rank;
+  return rarity;
 }
 
 // The effects' own estimates of a judgement.
@@ -469,24 +464,9 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
       });
       if (trials.size() > kMostExchanged) trials.resize(kMostExchanged);
       Confirm(screening, without, &trials);
-      const int best = Choose(screening, trials);
+      const int best = Choose(trials);
       if (best < 0) continue;
-      // In its place where it is better, or as good and more common.
-      const Judgement& other = *trials[best].after;
-      const bool more_common = [&] {
-        for (const auto& candidate : candidates_) {
-          if (candidate->name() == name) return false;
-          if (candidate->name() ==
-              screening.effects[trials[best].effects[0]].name()) {
-            return true;
-          }
-        }
-        return false;
-      }();
-      if (AreAsGood(other, *now) ? !more_common
-                                 : other.squares() > now->squares()) {
-        continue;
-      }
+      if (!IsBetter(*trials[best].after, *now)) continue;
       const Effect& effect = *screening.effects[trials[best].effects[0]].effect;
       step.effects = {effect.name()};
       step.predicted = trials[best].predicted;
@@ -656,11 +636,11 @@ Diagnosis Search::Run() {
     const Screening screening = Screen(*now);
     std::vector<Trial> trials = Propose(screening);
     Confirm(screening, *now, &trials);
-    int best = Choose(screening, trials);
+    int best = Choose(trials);
     if (best < 0) {
       std::vector<Trial> pairs = ProposePairs(screening);
       Confirm(screening, *now, &pairs);
-      const int pair = Choose(screening, pairs);
+      const int pair = Choose(pairs);
       if (pair >= 0) {
         best = static_cast<int>(trials.size());
         trials.push_back(std::move(pairs[pair]));

@@ -112,7 +112,8 @@ std::vector<double> DefectSigma(const ShootingProblem& problem) {
 
 std::vector<double> StateBelief(const ShootingProblem& problem,
                                 double twist_hold) {
-  constexpr double kPosition = 1.0, kVelocity = 100.0;  // rad or m, where measured
+  constexpr double kPosition = 1.0,
+                   kVelocity = 100.0;  // rad or m, where measured
   // Of a spherical joint by heading vectors: the rotation is measured, though
   // the residual does not see its twist.
   constexpr double kTwist = 0.05, kTwistRate = 0.5;
@@ -216,8 +217,7 @@ void ShootingStage::AddSegments() {
 void ShootingStage::AddPriors() {
   const Model& model = shooting_.model();
   const bool independent = std::isinf(options_.defect);
-  const std::vector<double> sigma =
-      StateBelief(shooting_, options_.twist_hold);
+  const std::vector<double> sigma = StateBelief(shooting_, options_.twist_hold);
   for (size_t r = 0; r < point_->runs.size(); ++r) {
     const int count = independent ? point_->runs[r].segments() : 1;
     for (int k = 0; k < count; ++k) {
