@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -38,6 +39,14 @@ class Spring : public EffectOf<Spring> {
     } else {
       tau[0] -= p[0] * (joint.q[0] - p[1]);
     }
+  }
+
+  // A weak spring from far away is a constant effort in disguise.
+  std::string Implausible(const std::vector<double>& values) const override {
+    constexpr double kTurn = 6.2831853071795865;
+    return values.size() > 1 && !IsPrismatic() && std::abs(values[1]) > kTurn
+               ? "its reference is more than a turn away"
+               : "";
   }
 
   // By k at two references, which span every spring:

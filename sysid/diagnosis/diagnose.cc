@@ -684,7 +684,10 @@ Diagnosis Search::Run() {
     diagnosis.final = std::move(*chosen.after);
     now = &*diagnosis.final;
     if (!now->fit.converged) *now = Rejudge(problem_, std::move(*now));
-    LookBack(added.effects, now, &diagnosis.steps);
+    // What was exchanged changes what the newest is good for.
+    if (LookBack(added.effects, now, &diagnosis.steps)) {
+      LookBack({}, now, &diagnosis.steps);
+    }
     ++step;
   }
   Report("where it fails", 0, 0, diagnosis.base.train_error());
