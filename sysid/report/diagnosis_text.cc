@@ -66,8 +66,9 @@ std::string WhereText(const Where& where) {
     if (!input.significant) continue;
     text += "  errors of " + input.channel + " follow the effort of " +
             input.input +
-            Format(" (correlation %.2g, %.3g s later)\n", input.correlation,
-                   input.lag_s);
+            Format(" (correlation %.2g, %.3g s %s)\n", input.correlation,
+                   std::abs(input.lag_s),
+                   input.lag_s < 0 ? "before it" : "after it");
   }
   return text;
 }
