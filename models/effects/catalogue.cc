@@ -43,8 +43,8 @@ Catalogue::Catalogue() {
   Add<EffortBias>();
   Add<EffortGain>();
   Add<Armature>();
-  Add<SensorOffset>();
   Add<GravityTilt>();
+  Add<SensorOffset>();
   Add<QuadraticDrag>();
   Add<StribeckFriction>();
   Add<Spring>();

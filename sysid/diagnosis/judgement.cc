@@ -128,6 +128,11 @@ std::map<std::string, double> HeldValues(const Judgement& judgement) {
   return values;
 }
 
+bool HasBound(const Fit& fit) {
+  return std::any_of(fit.parameters.begin(), fit.parameters.end(),
+                     [](const ParameterEstimate& p) { return p.at_bound; });
+}
+
 // Refits from the best of several starts, in the segments of `before`.
 Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
                 std::vector<std::shared_ptr<const Effect>> effects,
@@ -171,9 +176,9 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
   }
   after.problem->mutable_options()->rollout.step = options.rollout.step;
   after.fit = RefitIndependentSegments(after.problem.get(), best);
-  if (IsDoubtful(before.fit)) {
-    // What the model before made of its parameters may be far from where this
-    // one wants them: from the start as well, by segments that grow.
+  if (IsDoubtful(before.fit) &&
+      (HasBound(after.fit) || after.train_error() > before.train_error())) {
+    // By segments that grow, then.
     const Extended afresh =
         Extend(problem, after.added, after.idle, HeldValues(after));
     auto staged = MakeProblem(problem, afresh.model, afresh.free, options);
@@ -190,11 +195,7 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
 
 }  // namespace
 
-bool IsDoubtful(const Fit& fit) {
-  return !fit.converged ||
-         std::any_of(fit.parameters.begin(), fit.parameters.end(),
-                     [](const ParameterEstimate& p) { return p.at_bound; });
-}
+bool IsDoubtful(const Fit& fit) { return !fit.converged || HasBound(fit); }
 
 EstimationOptions Coarse(EstimationOptions options, double error) {
   constexpr double kCoarse = 0.1;
@@ -227,8 +228,16 @@ Judgement JudgeWith(const DiagnosisProblem& problem, const Judgement& before,
   // From where the screening expects them, and less far: its first order may
   // overshoot.
   std::vector<std::map<std::string, double>> starts;
+  std::map<std::string, double> from = ValuesOf(before);
+  if (IsDoubtful(before.fit)) {
+    // What a model made of its parameters for want of an effect may be far from
+    // where this one wants them: from where they started.
+    for (const FreeParameter& free : problem.free) {
+      from.erase(free.parameter.name);
+    }
+  }
   for (const double part : {1.0, 0.3, 0.0}) {
-    starts.push_back(ValuesOf(before));
+    starts.push_back(from);
     for (const ScreenedEffect* effect : effects) {
       for (const ExpectedParameter& expected : effect->parameters) {
         starts.back()[expected.name] =
