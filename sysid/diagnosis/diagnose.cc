@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "models/error.h"
-#include "residuals/acting_effort.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
 
@@ -340,42 +339,54 @@ bool StandsOut(const CandidateEffect& candidate) {
 
 void Search::List(const Screening& screening, std::vector<Trial>* trials,
                   int best, Diagnosis* diagnosis) const {
-  // Accepted first, the chosen before the others by their fit; then by the
-  // screening.
+  // The chosen first, then the accepted, the refused, and the rest as screened.
   std::vector<int> order;
-  for (size_t i = 0; i < trials->size(); ++i) {
-    if ((*trials)[i].effects.size() == 1) order.push_back(static_cast<int>(i));
-  }
-  const auto rank = [&](int i) { return (*trials)[i].refused.empty() ? 0 : 1; };
+  for (size_t i = 0; i < trials->size(); ++i)
+    order.push_back(static_cast<int>(i));
+  const auto rank = [&](int i) {
+    return i == best ? 0 : (*trials)[i].refused.empty() ? 1 : 2;
+  };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    if ((a == best) != (b == best)) return a == best;
     if (rank(a) != rank(b)) return rank(a) < rank(b);
     return (*trials)[a].after->squares() < (*trials)[b].after->squares();
   });
   std::vector<bool> listed(screening.effects.size(), false);
   std::vector<int> source;  // in the screening
+  const auto list = [&](int e) {
+    if (listed[e]) return false;
+    listed[e] = true;
+    source.push_back(e);
+    diagnosis->candidates.emplace_back();
+    diagnosis->candidates.back().screened = screening.effects[e];
+    return true;
+  };
   for (const int t : order) {
     const Trial& trial = (*trials)[t];
-    CandidateEffect candidate;
-    candidate.screened = screening.effects[trial.effects[0]];
-    Confirmation confirmed;
-    confirmed.train = trial.after->train_error();
-    confirmed.holdout = trial.after->holdout_error();
-    confirmed.parameters =
-        EstimatesOf(*trial.after, {candidate.screened.effect.get()});
-    confirmed.accepted = trial.refused.empty();
-    confirmed.refused = trial.refused;
-    candidate.confirmed = confirmed;
-    listed[trial.effects[0]] = true;
-    source.push_back(trial.effects[0]);
-    diagnosis->candidates.push_back(std::move(candidate));
+    for (size_t k = 0; k < trial.effects.size(); ++k) {
+      if (!list(trial.effects[k])) continue;
+      CandidateEffect& candidate = diagnosis->candidates.back();
+      Confirmation confirmed;
+      confirmed.train = trial.after->train_error();
+      confirmed.holdout = trial.after->holdout_error();
+      confirmed.parameters =
+          EstimatesOf(*trial.after, {candidate.screened.effect.get()});
+      confirmed.accepted = trial.refused.empty();
+      confirmed.refused = trial.refused;
+      if (trial.effects.size() == 2) {
+        confirmed.together_with =
+            screening.effects[trial.effects[1 - k]].name();
+      }
+      candidate.confirmed = confirmed;
+    }
   }
   for (size_t i = 0; i < screening.effects.size(); ++i) {
-    if (listed[i]) continue;
-    CandidateEffect candidate;
-    candidate.screened = screening.effects[i];
-    source.push_back(static_cast<int>(i));
-    diagnosis->candidates.push_back(std::move(candidate));
+    list(static_cast<int>(i));
+  }
+  diagnosis->proposed.clear();
+  if (best >= 0) {
+    for (const int e : (*trials)[best].effects) {
+      diagnosis->proposed.push_back(screening.effects[e].name());
+    }
   }
   // Which of them the data cannot tell apart: they would explain the same, and
   // where both were refitted they do so equally well.
@@ -540,7 +551,6 @@ void Search::Shorten(Diagnosis* diagnosis) const {
   DiagnosisProblem shorter = problem_;
   const double before = diagnosis->base.fit.segment_s;
   shorter.options.segment = std::max(0.1, before / 4.0);
-  const std::string why = diagnosis->base.fit.termination;
   Judgement again = JudgeBase(shorter);
   if (failed(again)) {
     // No step was taken where the start is hopeless.
@@ -584,40 +594,6 @@ std::optional<Judgement> Search::Lengthen(const Judgement& now) const {
   return longer;
 }
 
-// The verdict in words.
-std::string Sentence(const Diagnosis& diagnosis) {
-  const Judgement& base = diagnosis.base;
-  char text[512];
-  std::snprintf(text, sizeof(text),
-                "The error is %.3g times the noise (held out %.3g)",
-                base.train_error(), base.holdout_error());
-  std::string sentence = text;
-  if (diagnosis.verdict == Verdict::kAdequate) {
-    return sentence + ": nothing is missing that this data can show.";
-  }
-  const CandidateEffect* first =
-      diagnosis.candidates.empty() ? nullptr : &diagnosis.candidates.front();
-  const bool found =
-      first != nullptr && first->confirmed && first->confirmed->accepted;
-  if (diagnosis.verdict == Verdict::kUnexplained) {
-    sentence += ", and no effect of the catalogue explains it";
-    if (found) {
-      std::snprintf(text, sizeof(text), "; %s, the best of them, leaves %.3g",
-                    first->screened.name().c_str(), first->confirmed->holdout);
-      sentence += text;
-    }
-    return sentence + ": the unexplained forces show what is left.";
-  }
-  if (!found) {  // a pair
-    return sentence + ": two effects together explain it.";
-  }
-  std::snprintf(text, sizeof(text),
-                ": %s is missing; with it the error is %.3g (held out %.3g)",
-                first->screened.name().c_str(), first->confirmed->train,
-                first->confirmed->holdout);
-  return sentence + text + ".";
-}
-
 Diagnosis Search::Run() {
   Diagnosis diagnosis(problem_.model);
   diagnosis.base = JudgeBase(problem_);
@@ -625,7 +601,6 @@ Diagnosis Search::Run() {
   Doubt(&diagnosis);
   if (!diagnosis.usable) {
     diagnosis.verdict = diagnosis.final_verdict = Verdict::kUnexplained;
-    diagnosis.sentence = "The model could not be fitted to this data.";
     diagnosis.where.channels = diagnosis.base.fit.train.channels;
     diagnosis.where.segments = diagnosis.base.fit.train.segments;
     return diagnosis;
@@ -688,11 +663,10 @@ Diagnosis Search::Run() {
     if (LookBack(added.effects, now, &diagnosis.steps)) {
       LookBack({}, now, &diagnosis.steps);
     }
-    ++step;
+    if (++step == kMostSteps) diagnosis.final_verdict = Decide(*now, nullptr);
   }
   Report("where it fails", 0, 0, diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);
-  diagnosis.sentence = Sentence(diagnosis);
   return diagnosis;
 }
 
@@ -714,56 +688,6 @@ std::vector<std::string> Diagnosis::added() const {
   std::vector<std::string> names;
   for (const auto& effect : last().added) names.push_back(effect->name());
   return names;
-}
-
-std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs) {
-  std::vector<Run> held;
-  for (sysid::Run& run : *runs) {
-    const int last = run.size() - 1;
-    const int cut = last - last / 4;
-    const auto rows = [&](int first, int count) {
-      sysid::Run part;
-      part.name = run.name;
-      part.t.assign(run.t.begin() + first, run.t.begin() + first + count);
-      part.effort = run.effort.middleRows(first, count);
-      for (const Channel& channel : run.channels) {
-        part.channels.push_back(channel);
-        part.channels.back().values = channel.values.middleRows(first, count);
-      }
-      return part;
-    };
-    held.push_back(rows(cut, last - cut + 1));
-    run = rows(0, cut + 1);
-  }
-  return held;
-}
-
-int ThinRuns(double rate, std::vector<Run>* runs) {
-  int largest = 1;
-  for (sysid::Run& run : *runs) {
-    const double duration = run.t.back() - run.t.front();
-    const int n = static_cast<int>((run.size() - 1) / duration / rate);
-    if (n < 2) continue;
-    largest = std::max(largest, n);
-    sysid::Run thin;
-    thin.name = run.name;
-    std::vector<int> rows;
-    for (int k = 0; k < run.size(); k += n) rows.push_back(k);
-    thin.effort.resize(static_cast<int>(rows.size()), run.effort.cols());
-    for (size_t i = 0; i < rows.size(); ++i) {
-      thin.t.push_back(run.t[rows[i]]);
-      thin.effort.row(i) = run.effort.row(rows[i]);
-      if (i + 1 == rows.size()) continue;
-      MeanEffort(run, run.t[rows[i]], run.t[rows[i + 1]],
-                 thin.effort.row(i).data());
-    }
-    for (const Channel& channel : run.channels) {
-      thin.channels.push_back(channel);
-      thin.channels.back().values = channel.values(rows, Eigen::all);
-    }
-    run = std::move(thin);
-  }
-  return largest;
 }
 
 Diagnosis Diagnose(const DiagnosisProblem& problem,

@@ -15,7 +15,8 @@ namespace sysid {
 
 // A candidate that was refitted.
 struct Confirmation {
-  double train = 0.0, holdout = 0.0;          // normalised errors
+  double train = 0.0, holdout = 0.0;  // normalised errors
+  std::string together_with;          // another effect, where only both help
   std::vector<ParameterEstimate> parameters;  // the effect's
   bool accepted = false;
   std::string refused;  // why, where it was not accepted
@@ -46,7 +47,6 @@ std::string ToString(Verdict verdict);  // as diagnosis.json says it
 
 struct Diagnosis {
   Verdict verdict = Verdict::kAdequate;  // of the model as it was given
-  std::string sentence;                  // the verdict in words
   // False where the model could not be fitted at all; the doubts say why.
   bool usable = true;
   // Why the fit is not to be trusted, first things first; empty where it is.
@@ -54,7 +54,10 @@ struct Diagnosis {
   Judgement base;
   Where where;                              // of the base
   std::vector<CandidateEffect> candidates;  // best first
-  int tests = 0;                            // that the p-values pay for
+  // What is to be added to the model as it was given: an effect, or two that
+  // only together explain it; the first of the candidates. Empty: none.
+  std::vector<std::string> proposed;
+  int tests = 0;  // that the p-values pay for
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;
@@ -75,14 +78,5 @@ struct DiagnosisOptions {
 Diagnosis Diagnose(const DiagnosisProblem& problem,
                    const std::vector<std::shared_ptr<const Effect>>& candidates,
                    const DiagnosisOptions& options);
-
-// Where no held-out runs are given: the last quarter of every run, which leaves
-// `runs`. Its times go on.
-std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs);
-
-// Every n-th sample of runs that are faster than twice `rate`, Hz, with the
-// mean efforts between: a search among models needs no more, and repeats the
-// same rollouts hundreds of times. Returns the largest n.
-int ThinRuns(double rate, std::vector<Run>* runs);
 
 }  // namespace sysid

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <set>
 
-#include "models/error.h"
+#include "sysid/diagnosis/candidate_columns.h"
 #include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/parallel.h"
@@ -19,38 +19,6 @@ constexpr double kSignificance = 0.01;  // of `detectable`
 constexpr double kPower = 0.8;
 constexpr int kFewestBlocks = 20;  // of time, for clusters
 constexpr int kMostPairs = 10;     // that are kept
-// Secants are rolled out with so many times the steps of the fit (friction is
-// stiff), over so many sizes at most.
-constexpr int kSecantSteps = 8;
-constexpr int kMostSecants = 6;
-
-// One candidate with its columns.
-struct Candidate {
-  std::shared_ptr<const Effect> effect;
-  std::vector<Parameter> corrected;  // of the mechanism, that are not free
-  std::vector<ProbeSet> sets;        // of own parameters; one empty set if none
-  std::vector<int> first;            // column of each set's first probe
-  Model model;                       // fitted, with the effect in it
-  std::vector<double> off;           // own parameters in `model`
-  // Whether no probe is along own parameter p: it is found by other means.
-  bool IsSearched(size_t p) const {
-    for (const Probe& probe : sets.front()) {
-      if (probe.along == static_cast<int>(p)) return false;
-    }
-    return true;
-  }
-  bool ComesOfAllProbes() const {
-    for (size_t p = 0; p < off.size(); ++p) {
-      if (IsSearched(p) && effect->parameters()[p].grid.empty()) return true;
-    }
-    return false;
-  }
-  int columns(int set) const {
-    return static_cast<int>(sets[set].size() + corrected.size());
-  }
-
-  explicit Candidate(const Model& m) : model(m) {}
-};
 
 // The weights of some columns of a candidate that its bounds allow.
 struct Weights {
@@ -61,10 +29,6 @@ struct Weights {
   double score = 0.0;
 };
 
-bool ActsByEffortAlone(const Effect& effect) {
-  return effect.hooks() == kEffortHook;
-}
-
 class Screener {
  public:
   Screener(const LinearizedFit& fit, const Model& fitted,
@@ -73,22 +37,9 @@ class Screener {
   Screening Run();
 
  private:
-  void AddCandidate(std::shared_ptr<const Effect> effect, const Model& fitted,
-                    const std::set<std::string>& taken);
   void ComputeColumns();
-  // Replaces columns by secants where the law is far from linear over the
-  // change that matters.
-  void UseSecants(std::vector<Eigen::MatrixXd>* responses) const;
-  void UseSecant(const Candidate& candidate, const Probe& probe, int column,
-                 const std::vector<Eigen::VectorXd>& off,
-                 std::vector<Eigen::MatrixXd>* responses) const;
-  bool NeedsSecant(const Candidate& candidate) const;
-  bool RollOut(const Model& model, std::vector<Eigen::VectorXd>* errors) const;
-  void AddForces(const Candidate& candidate, const LinearizedFit::Segment& at,
-                 ParameterForces* forces) const;
   Weights Best(const Candidate& candidate) const;
   bool Feasible(const Candidate& candidate, const Weights& weights) const;
-  std::vector<double> At(const Candidate& candidate, const Probe& probe) const;
   std::vector<double> Values(const Candidate& candidate,
                              const Weights& weights) const;
   Eigen::MatrixXd Gram(const std::vector<int>& columns) const;
@@ -103,7 +54,6 @@ class Screener {
   const LinearizedFit& fit_;
   const Model& fitted_;
   std::vector<Candidate> candidates_;
-  int total_ = 0;                     // columns
   std::vector<Eigen::MatrixXd> A_;    // per segment, projected
   Eigen::VectorXd unprojected_;       // squared lengths of the columns before
   Eigen::VectorXd b_;                 // A' r
@@ -119,220 +69,33 @@ Screener::Screener(const LinearizedFit& fit, const Model& fitted,
   for (const FreeParameter& f : fit.problem().free()) {
     taken.insert(f.parameter.name);
   }
-  for (const auto& effect : effects) AddCandidate(effect, fitted, taken);
+  candidates_ = MakeCandidates(fitted, effects, taken);
   squares_ = fit.SumOfSquares();
   dof_ = fit.DegreesOfFreedom();
   independent_ =
       std::max(10.0, dof_ / AutocorrelationTime(fit.problem(), fit.point()));
 }
 
-void Screener::AddCandidate(std::shared_ptr<const Effect> effect,
-                            const Model& fitted,
-                            const std::set<std::string>& taken) {
-  if (fitted.effects().Contains(effect->name())) return;
-  Candidate candidate(fitted);
-  candidate.effect = effect;
-  std::vector<std::string> corrected;
-  for (const std::string& name : effect->corrects()) {
-    if (taken.count(name) == 0) corrected.push_back(name);
-  }
-  candidate.corrected = FindParameters(fitted, corrected, effect->name());
-  try {
-    candidate.model.AddEffect(effect);
-  } catch (const InputError&) {
-    return;  // part of an effect that is in the model
-  }
-  const EffectSet& effects = candidate.model.effects();
-  for (int i = 0; i < effects.size(); ++i) {
-    if (effects.effect(i).name() != effect->name()) continue;
-    for (size_t p = 0; p < effect->parameters().size(); ++p) {
-      candidate.off.push_back(
-          candidate.model.nominal().effects[effects.offset(i) + p]);
-    }
-  }
-  candidate.sets = effect->ProbeSets();
-  if (candidate.sets.empty() && candidate.corrected.empty()) return;
-  if (candidate.sets.empty()) candidate.sets.push_back({});
-  for (size_t s = 0; s < candidate.sets.size(); ++s) {
-    candidate.first.push_back(total_);
-    total_ += candidate.columns(static_cast<int>(s));
-  }
-  candidates_.push_back(std::move(candidate));
-}
-
-void Screener::AddForces(const Candidate& candidate,
-                         const LinearizedFit::Segment& at,
-                         ParameterForces* forces) const {
-  const Effect& effect = *candidate.effect;
-  for (size_t s = 0; s < candidate.sets.size(); ++s) {
-    const ProbeSet& probes = candidate.sets[s];
-    int column = candidate.first[s];
-    for (size_t i = 0; i < probes.size(); ++i, ++column) {
-      Probe probe = probes[i];
-      probe.at = At(candidate, probe);
-      if (ActsByEffortAlone(effect) && probe.secant == 0.0) {
-        AddEffortForces(candidate.model, effect, probe, at.tangent, column,
-                        forces);
-        continue;
-      }
-      Model model = candidate.model;
-      for (size_t p = 0; p < probe.at.size(); ++p) {
-        model.SetEffectParameter(effect.parameters()[p].name, probe.at[p]);
-      }
-      const ParameterMap map(
-          model,
-          FindParameters(model, {effect.parameters()[probe.along].name}, ""));
-      const Eigen::VectorXd theta =
-          Eigen::VectorXd::Constant(1, probe.at[probe.along]);
-      if (probe.secant == 0.0) {
-        AddParameterForces(model, map, theta, *at.rollout, at.tangent, column,
-                           forces);
-      } else {
-        AddSecantForces(model, map, theta, 0, probe.secant, *at.rollout,
-                        at.tangent, column, forces);
-      }
-    }
-    if (candidate.corrected.empty()) continue;
-    const ParameterMap map(candidate.model, candidate.corrected, false);
-    Eigen::VectorXd theta(map.size());
-    for (int i = 0; i < map.size(); ++i) {
-      theta[i] = candidate.corrected[i].nominal;
-    }
-    AddParameterForces(candidate.model, map, theta, *at.rollout, at.tangent,
-                       column, forces);
-  }
-}
-
 void Screener::ComputeColumns() {
   const auto& segments = fit_.segments();
   const int count = static_cast<int>(segments.size());
-  const int threads = fit_.problem().options().threads;
-  std::vector<Eigen::MatrixXd> responses(count);
-  ParallelFor(count, threads, [&](int s) {
-    const LinearizedFit::Segment& at = *segments[s];
-    ParameterForces forces = ParameterForces::Zero(*at.rollout, total_);
-    for (const Candidate& candidate : candidates_) {
-      AddForces(candidate, at, &forces);
-    }
-    responses[s] = fit_.Respond(at, forces);
-    return true;
-  });
-  UseSecants(&responses);
+  std::vector<Eigen::MatrixXd> responses =
+      RespondToCandidates(fit_, fitted_, candidates_);
+  const int total = static_cast<int>(responses.front().cols());
   A_.resize(count);
-  unprojected_ = Eigen::VectorXd::Zero(total_);
+  unprojected_ = Eigen::VectorXd::Zero(total);
   for (const Eigen::MatrixXd& response : responses) {
     unprojected_ += response.colwise().squaredNorm().transpose();
   }
-  ParallelFor(count, threads, [&](int s) {
+  ParallelFor(count, fit_.problem().options().threads, [&](int s) {
     A_[s] = fit_.WithoutStates(*segments[s], responses[s]);
     responses[s].resize(0, 0);
     return true;
   });
   fit_.ProjectOutTheta(&A_);
-  b_ = Eigen::VectorXd::Zero(total_);
+  b_ = Eigen::VectorXd::Zero(total);
   for (int s = 0; s < count; ++s) {
     b_.noalias() += A_[s].transpose() * segments[s]->r;
-  }
-}
-
-// The whitened errors of each segment from its state, by rolling out with finer
-// steps; false where the dynamics fail.
-bool Screener::RollOut(const Model& model,
-                       std::vector<Eigen::VectorXd>* errors) const {
-  const ShootingProblem& problem = fit_.problem();
-  RolloutOptions options = problem.options().rollout;
-  options.step =
-      (options.step > 0 ? options.step : problem.MedianSamplePeriod()) /
-      kSecantSteps;
-  const ParameterMap nothing(model, {});
-  const auto& segments = fit_.segments();
-  errors->resize(segments.size());
-  return ParallelFor(
-      static_cast<int>(segments.size()), problem.options().threads, [&](int s) {
-        const LinearizedFit::Segment& at = *segments[s];
-        const SegmentRollout rollout(
-            &model, &nothing, &problem.runs()[at.run]->measurements,
-            at.rollout->first(), at.rollout->last(), options);
-        Eigen::VectorXd& out = (*errors)[s];
-        out.resize(rollout.num_residuals());
-        std::vector<double> x_end(model.state_size());
-        const RowMatrixXd& states = fit_.point().runs[at.run].states;
-        if (!rollout(states.row(at.index).data(),
-                     static_cast<const double*>(nullptr), out.data(),
-                     x_end.data())) {
-          return false;
-        }
-        out = out.cwiseProduct(at.weight);
-        return out.allFinite();
-      });
-}
-
-// On a spherical joint whose link is thin, whatever turns it about its own axis
-// is soon saturated: a friction stops that spin long before the derivative at
-// null would have it.
-bool Screener::NeedsSecant(const Candidate& candidate) const {
-  const int joint = candidate.effect->joint();
-  return joint >= 0 &&
-         fit_.problem().model().mechanism().joints[joint].type ==
-             JointType::kSpherical &&
-         (candidate.effect->hooks() & (kEffortHook | kJointInertiaHook)) != 0;
-}
-
-// The secant over the size that changes the errors about as much as there is to
-// explain.
-void Screener::UseSecant(const Candidate& candidate, const Probe& probe,
-                         int column, const std::vector<Eigen::VectorXd>& off,
-                         std::vector<Eigen::MatrixXd>* responses) const {
-  const Effect& effect = *candidate.effect;
-  const double wanted = std::sqrt(squares_);
-  double length = 0.0;
-  for (const Eigen::MatrixXd& response : *responses) {
-    length += response.col(column).squaredNorm();
-  }
-  length = std::sqrt(length);
-  // Not even its typical size shows.
-  if (length * effect.parameters()[probe.along].typical_scale < 1e-3) return;
-  const std::vector<double> from = At(candidate, probe);
-  Model on = candidate.model;
-  for (size_t p = 0; p < from.size(); ++p) {
-    on.SetEffectParameter(effect.parameters()[p].name, from[p]);
-  }
-  double size = wanted / length, best_size = 0.0;
-  std::vector<Eigen::VectorXd> errors, best;
-  for (int k = 0; k < kMostSecants; ++k) {
-    on.SetEffectParameter(effect.parameters()[probe.along].name,
-                          from[probe.along] + size);
-    if (!RollOut(on, &errors)) break;
-    best = errors;
-    best_size = size;
-    double change = 0.0;
-    for (size_t s = 0; s < off.size(); ++s) {
-      change += (errors[s] - off[s]).squaredNorm();
-    }
-    change = std::sqrt(change);
-    if (change > 0.7 * wanted) break;
-    size *= std::clamp(wanted / change, 2.0, 10.0);
-  }
-  for (size_t s = 0; s < best.size(); ++s) {
-    (*responses)[s].col(column) = (best[s] - off[s]) / best_size;
-  }
-}
-
-void Screener::UseSecants(std::vector<Eigen::MatrixXd>* responses) const {
-  if (std::none_of(candidates_.begin(), candidates_.end(),
-                   [&](const Candidate& c) { return NeedsSecant(c); })) {
-    return;
-  }
-  std::vector<Eigen::VectorXd> off;
-  if (!RollOut(fitted_, &off)) return;
-  for (const Candidate& candidate : candidates_) {
-    if (!NeedsSecant(candidate)) continue;
-    for (size_t s = 0; s < candidate.sets.size(); ++s) {
-      for (size_t i = 0; i < candidate.sets[s].size(); ++i) {
-        UseSecant(candidate, candidate.sets[s][i],
-                  candidate.first[s] + static_cast<int>(i), off, responses);
-      }
-    }
   }
 }
 
@@ -353,18 +116,6 @@ std::vector<int> Screener::Global(const Candidate& candidate,
     columns.push_back(candidate.first[weights.set] + i);
   }
   return columns;
-}
-
-// The effect's own parameters where a probe looks: what is searched as the
-// probe has it, the others as the model has them (null, or the values of an
-// effect that this one replaces).
-std::vector<double> Screener::At(const Candidate& candidate,
-                                 const Probe& probe) const {
-  std::vector<double> values = candidate.off;
-  for (size_t p = 0; p < values.size(); ++p) {
-    if (candidate.IsSearched(p)) values[p] = probe.at[p];
-  }
-  return values;
 }
 
 // Values of the effect's own parameters, then of those that it corrects.

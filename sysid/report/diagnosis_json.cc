@@ -50,6 +50,7 @@ Json Candidate(const CandidateEffect& candidate) {
     json["confirmed"] = {{"train", Finite(c.train)},
                          {"holdout", Finite(c.holdout)},
                          {"parameters", Values(c.parameters)},
+                         {"together_with", c.together_with},
                          {"accepted", c.accepted},
                          {"refused", c.refused}};
   }
@@ -145,7 +146,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["noise"] = Finite(diagnosis.base.fit.noise);
   json["segment_s"] = Finite(diagnosis.base.fit.segment_s);
   json["verdict"] = ToString(diagnosis.verdict);
-  json["sentence"] = diagnosis.sentence;
+  json["sentence"] = DiagnosisSentence(diagnosis);
   json["doubts"] = diagnosis.doubts;
   json["baseline"] = {{"train", ToJson(diagnosis.base.fit.train.total)},
                       {"holdout", ToJson(diagnosis.base.holdout.total)},

@@ -19,6 +19,9 @@ struct NextStep {
 };
 NextStep ChooseNext(const Diagnosis& diagnosis);
 
+// The verdict in words.
+std::string DiagnosisSentence(const Diagnosis& diagnosis);
+
 // diagnosis.json of contracts.md section 6.
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
                           const FinalFit* final, const std::string& next);

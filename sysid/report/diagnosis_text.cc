@@ -107,6 +107,11 @@ std::string WhichText(const Diagnosis& diagnosis) {
                c.confirmed ? Format("%.3g", c.confirmed->holdout).c_str() : "-",
                Probability(c.screened.p_value).c_str()) +
         Expected(c.screened) + "\n";
+    if (c.confirmed && !c.confirmed->together_with.empty()) {
+      text += Format("  %-*s refitted together with ", static_cast<int>(width),
+                     "") +
+              c.confirmed->together_with + "\n";
+    }
     if (c.confirmed && !c.confirmed->accepted) {
       text += Format("  %-*s refused: ", static_cast<int>(width), "") +
               c.confirmed->refused + "\n";
@@ -165,15 +170,45 @@ std::string StepsText(const Diagnosis& diagnosis) {
 
 }  // namespace
 
+std::string DiagnosisSentence(const Diagnosis& diagnosis) {
+  if (!diagnosis.usable) return "The model could not be fitted to this data.";
+  const Judgement& base = diagnosis.base;
+  std::string text = Format("The error is %.3g times the noise (held out %.3g)",
+                            base.train_error(), base.holdout_error());
+  if (diagnosis.verdict == Verdict::kAdequate) {
+    return text + ": nothing is missing that this data can show.";
+  }
+  const std::string proposed = Join(diagnosis.proposed, " and ");
+  const Confirmation* with = nullptr;
+  if (!diagnosis.proposed.empty()) {
+    with = &*diagnosis.candidates.front().confirmed;
+  }
+  if (diagnosis.verdict == Verdict::kUnexplained) {
+    text += ", and no effect of the catalogue explains it";
+    if (with != nullptr) {
+      text += "; " + proposed +
+              Format(", the best of them, leaves %.3g", with->holdout);
+    }
+    return text + ": the unexplained forces show what is left.";
+  }
+  text += ": " + proposed +
+          (diagnosis.proposed.size() > 1 ? " are missing, which only together "
+                                           "explain it; with them"
+                                         : " is missing; with it");
+  return text + Format(" the error is %.3g (held out %.3g).", with->train,
+                       with->holdout);
+}
+
 NextStep ChooseNext(const Diagnosis& diagnosis) {
   std::vector<std::string> add = diagnosis.added();
   std::vector<std::string> fix(diagnosis.last().idle.begin(),
                                diagnosis.last().idle.end());
-  if (add.empty() && !diagnosis.candidates.empty()) {
-    const CandidateEffect& first = diagnosis.candidates.front();
-    if (first.confirmed && first.confirmed->accepted) {
-      add.push_back(first.screened.name());
-      fix = first.screened.idle;
+  if (add.empty()) {
+    add = diagnosis.proposed;
+    for (size_t i = 0; i < add.size(); ++i) {
+      const std::vector<std::string>& idle =
+          diagnosis.candidates[i].screened.idle;
+      fix.insert(fix.end(), idle.begin(), idle.end());
     }
   }
   // What was searched among whole numbers stays as it was found.
@@ -206,7 +241,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   for (const std::string& doubt : diagnosis.doubts) {
     text += "  " + paint(kRed, "not to be trusted: " + doubt) + "\n";
   }
-  text += "  " + diagnosis.sentence + "\n";
+  text += "  " + DiagnosisSentence(diagnosis) + "\n";
   text += Format("  noise %.3g, segments of %.3g s, each from its own state\n",
                  diagnosis.base.fit.noise, diagnosis.base.fit.segment_s);
   text += WhereText(diagnosis.where) + WhichText(diagnosis);

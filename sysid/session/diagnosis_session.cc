@@ -6,6 +6,7 @@
 #include <map>
 
 #include "models/error.h"
+#include "sysid/diagnosis/search_runs.h"
 #include "sysid/io/csv.h"
 
 namespace sysid {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/diagnosis/search_runs.h"
+#include "sysid/report/diagnosis_report.h"
 #include "tests/support/measured_run.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
@@ -61,7 +63,7 @@ DiagnosisProblem ProblemOf(const Hidden& hidden) {
 }
 
 std::string Print(const Diagnosis& diagnosis) {
-  std::string text = diagnosis.sentence + "\n";
+  std::string text = DiagnosisSentence(diagnosis) + "\n";
   for (const auto& candidate : diagnosis.candidates) {
     if (!candidate.confirmed) continue;
     char line[200];
@@ -110,7 +112,7 @@ TEST_P(HiddenEffects, AreFoundAndAdded) {
   ASSERT_TRUE(first.confirmed);
   EXPECT_TRUE(first.confirmed->accepted);
   EXPECT_LT(first.screened.p_value, 1e-3);
-  EXPECT_THAT(diagnosis.sentence, HasSubstr(effect + " is missing"));
+  EXPECT_THAT(DiagnosisSentence(diagnosis), HasSubstr(effect + " is missing"));
   // One step, and it is over.
   ASSERT_EQ(diagnosis.steps.size(), 1u);
   const DiagnosisStep& step = diagnosis.steps.front();
@@ -233,7 +235,7 @@ TEST(Diagnose, FindsNothingMissingInACompleteModel) {
     EXPECT_THAT(diagnosis.doubts, IsEmpty());
     EXPECT_NEAR(diagnosis.base.train_error(), 1.0, 0.1);
     EXPECT_NEAR(diagnosis.base.holdout_error(), 1.0, 0.1);
-    EXPECT_THAT(diagnosis.sentence, HasSubstr("nothing is missing"));
+    EXPECT_THAT(DiagnosisSentence(diagnosis), HasSubstr("nothing is missing"));
     EXPECT_GE(diagnosis.candidates.size(), 15u);
     EXPECT_GT(diagnosis.tests, 15);
     for (const CandidateEffect& candidate : diagnosis.candidates) {
@@ -314,7 +316,8 @@ TEST(Diagnose, ClaimsNothingWhereNoEffectExplainsTheError) {
   EXPECT_EQ(diagnosis.verdict, Verdict::kUnexplained);
   EXPECT_EQ(diagnosis.final_verdict, Verdict::kUnexplained);
   EXPECT_THAT(diagnosis.added(), IsEmpty());
-  EXPECT_THAT(diagnosis.sentence, HasSubstr("no effect of the catalogue"));
+  EXPECT_THAT(DiagnosisSentence(diagnosis),
+              HasSubstr("no effect of the catalogue"));
 }
 
 // First things first: a fit that is not to be trusted is not argued from in

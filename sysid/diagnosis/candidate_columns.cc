@@ -1,0 +1,241 @@
+#include "sysid/diagnosis/candidate_columns.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/error.h"
+#include "sysid/estimation/parallel.h"
+
+namespace sysid {
+namespace {
+
+// Secants are rolled out with so many times the steps of the fit (friction is
+// stiff), over so many sizes at most.
+constexpr int kSecantSteps = 8;
+constexpr int kMostSecants = 6;
+
+bool ActsByEffortAlone(const Effect& effect) {
+  return effect.hooks() == kEffortHook;
+}
+
+void AddCandidate(const std::shared_ptr<const Effect>& effect,
+                  const Model& fitted, const std::set<std::string>& taken,
+                  int* total, std::vector<Candidate>* candidates) {
+  if (fitted.effects().Contains(effect->name())) return;
+  Candidate candidate(fitted);
+  candidate.effect = effect;
+  std::vector<std::string> corrected;
+  for (const std::string& name : effect->corrects()) {
+    if (taken.count(name) == 0) corrected.push_back(name);
+  }
+  candidate.corrected = FindParameters(fitted, corrected, effect->name());
+  try {
+    candidate.model.AddEffect(effect);
+  } catch (const InputError&) {
+    return;  // part of an effect that is in the model
+  }
+  const EffectSet& effects = candidate.model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    if (effects.effect(i).name() != effect->name()) continue;
+    for (size_t p = 0; p < effect->parameters().size(); ++p) {
+      candidate.off.push_back(
+          candidate.model.nominal().effects[effects.offset(i) + p]);
+    }
+  }
+  candidate.sets = effect->ProbeSets();
+  if (candidate.sets.empty() && candidate.corrected.empty()) return;
+  if (candidate.sets.empty()) candidate.sets.push_back({});
+  for (size_t s = 0; s < candidate.sets.size(); ++s) {
+    candidate.first.push_back(*total);
+    *total += candidate.columns(static_cast<int>(s));
+  }
+  candidates->push_back(std::move(candidate));
+}
+
+void AddForces(const Candidate& candidate, const LinearizedFit::Segment& at,
+               ParameterForces* forces) {
+  const Effect& effect = *candidate.effect;
+  for (size_t s = 0; s < candidate.sets.size(); ++s) {
+    const ProbeSet& probes = candidate.sets[s];
+    int column = candidate.first[s];
+    for (size_t i = 0; i < probes.size(); ++i, ++column) {
+      Probe probe = probes[i];
+      probe.at = candidate.At(probe);
+      if (ActsByEffortAlone(effect) && probe.secant == 0.0) {
+        AddEffortForces(candidate.model, effect, probe, at.tangent, column,
+                        forces);
+        continue;
+      }
+      Model model = candidate.model;
+      for (size_t p = 0; p < probe.at.size(); ++p) {
+        model.SetEffectParameter(effect.parameters()[p].name, probe.at[p]);
+      }
+      const ParameterMap map(
+          model,
+          FindParameters(model, {effect.parameters()[probe.along].name}, ""));
+      const Eigen::VectorXd theta =
+          Eigen::VectorXd::Constant(1, probe.at[probe.along]);
+      if (probe.secant == 0.0) {
+        AddParameterForces(model, map, theta, *at.rollout, at.tangent, column,
+                           forces);
+      } else {
+        AddSecantForces(model, map, theta, 0, probe.secant, *at.rollout,
+                        at.tangent, column, forces);
+      }
+    }
+    if (candidate.corrected.empty()) continue;
+    const ParameterMap map(candidate.model, candidate.corrected, false);
+    Eigen::VectorXd theta(map.size());
+    for (int i = 0; i < map.size(); ++i) {
+      theta[i] = candidate.corrected[i].nominal;
+    }
+    AddParameterForces(candidate.model, map, theta, *at.rollout, at.tangent,
+                       column, forces);
+  }
+}
+
+// The whitened errors of each segment from its state, by rolling out with finer
+// steps; false where the dynamics fail.
+bool RollOut(const LinearizedFit& fit, const Model& model,
+             std::vector<Eigen::VectorXd>* errors) {
+  const ShootingProblem& problem = fit.problem();
+  RolloutOptions options = problem.options().rollout;
+  options.step =
+      (options.step > 0 ? options.step : problem.MedianSamplePeriod()) /
+      kSecantSteps;
+  const ParameterMap nothing(model, {});
+  const auto& segments = fit.segments();
+  errors->resize(segments.size());
+  return ParallelFor(
+      static_cast<int>(segments.size()), problem.options().threads, [&](int s) {
+        const LinearizedFit::Segment& at = *segments[s];
+        const SegmentRollout rollout(
+            &model, &nothing, &problem.runs()[at.run]->measurements,
+            at.rollout->first(), at.rollout->last(), options);
+        Eigen::VectorXd& out = (*errors)[s];
+        out.resize(rollout.num_residuals());
+        std::vector<double> x_end(model.state_size());
+        const RowMatrixXd& states = fit.point().runs[at.run].states;
+        if (!rollout(states.row(at.index).data(),
+                     static_cast<const double*>(nullptr), out.data(),
+                     x_end.data())) {
+          return false;
+        }
+        out = out.cwiseProduct(at.weight);
+        return out.allFinite();
+      });
+}
+
+// On a spherical joint whose link is thin, whatever turns it about its own axis
+// is soon saturated: a friction stops that spin long before the derivative at
+// null would have it.
+bool NeedsSecant(const Model& model, const Candidate& candidate) {
+  const int joint = candidate.effect->joint();
+  return joint >= 0 &&
+         model.mechanism().joints[joint].type == JointType::kSpherical &&
+         (candidate.effect->hooks() & (kEffortHook | kJointInertiaHook)) != 0;
+}
+
+// The secant over the size that changes the errors about as much as there is to
+// explain.
+void UseSecant(const LinearizedFit& fit, const Candidate& candidate,
+               const Probe& probe, int column,
+               const std::vector<Eigen::VectorXd>& off,
+               std::vector<Eigen::MatrixXd>* responses) {
+  const Effect& effect = *candidate.effect;
+  const double wanted = std::sqrt(fit.SumOfSquares());
+  double length = 0.0;
+  for (const Eigen::MatrixXd& response : *responses) {
+    length += response.col(column).squaredNorm();
+  }
+  length = std::sqrt(length);
+  // Not even its typical size shows.
+  if (length * effect.parameters()[probe.along].typical_scale < 1e-3) return;
+  const std::vector<double> from = candidate.At(probe);
+  Model on = candidate.model;
+  for (size_t p = 0; p < from.size(); ++p) {
+    on.SetEffectParameter(effect.parameters()[p].name, from[p]);
+  }
+  double size = wanted / length, best_size = 0.0;
+  std::vector<Eigen::VectorXd> errors, best;
+  for (int k = 0; k < kMostSecants; ++k) {
+    on.SetEffectParameter(effect.parameters()[probe.along].name,
+                          from[probe.along] + size);
+    if (!RollOut(fit, on, &errors)) break;
+    best = errors;
+    best_size = size;
+    double change = 0.0;
+    for (size_t s = 0; s < off.size(); ++s) {
+      change += (errors[s] - off[s]).squaredNorm();
+    }
+    change = std::sqrt(change);
+    if (change > 0.7 * wanted) break;
+    size *= std::clamp(wanted / change, 2.0, 10.0);
+  }
+  for (size_t s = 0; s < best.size(); ++s) {
+    (*responses)[s].col(column) = (best[s] - off[s]) / best_size;
+  }
+}
+
+void UseSecants(const LinearizedFit& fit, const Model& fitted,
+                const std::vector<Candidate>& candidates,
+                std::vector<Eigen::MatrixXd>* responses) {
+  if (std::none_of(
+          candidates.begin(), candidates.end(),
+          [&](const Candidate& c) { return NeedsSecant(fitted, c); })) {
+    return;
+  }
+  std::vector<Eigen::VectorXd> off;
+  if (!RollOut(fit, fitted, &off)) return;
+  for (const Candidate& candidate : candidates) {
+    if (!NeedsSecant(fitted, candidate)) continue;
+    for (size_t s = 0; s < candidate.sets.size(); ++s) {
+      for (size_t i = 0; i < candidate.sets[s].size(); ++i) {
+        UseSecant(fit, candidate, candidate.sets[s][i],
+                  candidate.first[s] + static_cast<int>(i), off, responses);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Candidate> MakeCandidates(
+    const Model& fitted,
+    const std::vector<std::shared_ptr<const Effect>>& effects,
+    const std::set<std::string>& taken) {
+  std::vector<Candidate> candidates;
+  int total = 0;
+  for (const auto& effect : effects) {
+    AddCandidate(effect, fitted, taken, &total, &candidates);
+  }
+  return candidates;
+}
+
+std::vector<Eigen::MatrixXd> RespondToCandidates(
+    const LinearizedFit& fit, const Model& fitted,
+    const std::vector<Candidate>& candidates) {
+  int total = 0;
+  for (const Candidate& candidate : candidates) {
+    for (size_t s = 0; s < candidate.sets.size(); ++s) {
+      total += candidate.columns(static_cast<int>(s));
+    }
+  }
+  const auto& segments = fit.segments();
+  std::vector<Eigen::MatrixXd> responses(segments.size());
+  ParallelFor(static_cast<int>(segments.size()),
+              fit.problem().options().threads, [&](int s) {
+                const LinearizedFit::Segment& at = *segments[s];
+                ParameterForces forces =
+                    ParameterForces::Zero(*at.rollout, total);
+                for (const Candidate& candidate : candidates) {
+                  AddForces(candidate, at, &forces);
+                }
+                responses[s] = fit.Respond(at, forces);
+                return true;
+              });
+  UseSecants(fit, fitted, candidates, &responses);
+  return responses;
+}
+
+}  // namespace sysid

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "models/effects/effect.h"
+#include "sysid/diagnosis/linearized_fit.h"
+
+namespace sysid {
+
+// What candidate effects would do to the errors of a fit: the columns A of
+// (7.3).
+
+// A candidate effect, off, in the fitted model.
+struct Candidate {
+  std::shared_ptr<const Effect> effect;
+  std::vector<Parameter> corrected;  // of the mechanism, that are not free
+  std::vector<ProbeSet> sets;        // of own parameters; one empty set if none
+  std::vector<int> first;            // column of each set's first probe
+  Model model;                       // fitted, with the effect in it
+  std::vector<double> off;           // own parameters in `model`
+  // Whether no probe is along own parameter p: it is found by other means.
+  bool IsSearched(size_t p) const {
+    for (const Probe& probe : sets.front()) {
+      if (probe.along == static_cast<int>(p)) return false;
+    }
+    return true;
+  }
+  // Whether some parameter comes out of several probes together.
+  bool ComesOfAllProbes() const {
+    for (size_t p = 0; p < off.size(); ++p) {
+      if (IsSearched(p) && effect->parameters()[p].grid.empty()) return true;
+    }
+    return false;
+  }
+  // Own parameters where a probe looks: what is searched as the probe has it,
+  // the others as the model has them (null, or the values of an effect that
+  // this one replaces).
+  std::vector<double> At(const Probe& probe) const {
+    std::vector<double> values = off;
+    for (size_t p = 0; p < values.size(); ++p) {
+      if (IsSearched(p)) values[p] = probe.at[p];
+    }
+    return values;
+  }
+  // Of a set: its probes, then the corrected parameters.
+  int columns(int set) const {
+    return static_cast<int>(sets[set].size() + corrected.size());
+  }
+
+  explicit Candidate(const Model& m) : model(m) {}
+};
+
+// Those of the effects that the fitted model does not have and that do not move
+// only `taken` parameters (by name); the columns of all are numbered through.
+std::vector<Candidate> MakeCandidates(
+    const Model& fitted,
+    const std::vector<std::shared_ptr<const Effect>>& effects,
+    const std::set<std::string>& taken);
+
+// Rows x columns for each segment, whitened: by the forces (7.2), or where a
+// law is far from linear over the change that matters, by secants.
+std::vector<Eigen::MatrixXd> RespondToCandidates(
+    const LinearizedFit& fit, const Model& fitted,
+    const std::vector<Candidate>& candidates);
+
+}  // namespace sysid
