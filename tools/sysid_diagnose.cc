@@ -94,7 +94,7 @@ int Main() {
   }
   line.Clear();
   const FinalFit* fitted = final ? &*final : nullptr;
-  const NextStep step = ChooseNext(diagnosis);
+  const NextStep step = ChooseNext(diagnosis, fitted);
   const std::string next = CommandFromFlags("sysid_fit") +
                            FlagWith("add", step.add) +
                            FlagWith("fix", step.fix);

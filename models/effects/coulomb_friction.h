@@ -8,12 +8,17 @@
 
 namespace sysid {
 
+// v_s of a joint: 3 mrad/s, or 0.3 mm/s of a slide. Below it a joint creeps
+// instead of sticking, in the time that a swing sticks by less than most
+// sensors see; a tenth of it would need steps a tenth as long.
+inline double FrictionSmoothingSpeed(bool prismatic) {
+  return prismatic ? 3e-4 : 3e-3;
+}
+
 // tau = -c qd / sqrt(|qd|^2 + v_s^2): -c sign(qd) away from rest; for a
 // spherical joint along the direction of the relative angular velocity. The
 // smoothing speed v_s keeps the law differentiable and lets a step integrate
-// it: 0.01 rad/s, or 1 mm/s for a slide, is below what the encoders of such
-// machines resolve in a sample; at ten times v_s the law is within 0.5 % of c.
-// Below v_s the joint creeps instead of sticking.
+// it; at ten times v_s the law is within 0.5 % of c.
 class CoulombFriction : public EffectOf<CoulombFriction> {
  public:
   static constexpr char kName[] = "coulomb_friction";
@@ -23,7 +28,7 @@ class CoulombFriction : public EffectOf<CoulombFriction> {
 
   CoulombFriction(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint),
-        smoothing_speed_(IsPrismatic() ? 1e-3 : 1e-2) {
+        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
     AddParameter(joint + ".friction", "{effort}", 0.01, 0.0,
                  std::numeric_limits<double>::infinity());
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "models/effects/coulomb_friction.h"
 #include "models/effects/effect.h"
 
 namespace sysid {
@@ -24,11 +25,10 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
 
   StribeckFriction(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint),
-        smoothing_speed_(IsPrismatic() ? 1e-3 : 1e-2) {
+        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    // A slide's speeds: a tenth of the angular ones, in m/s. Twice the
-    // smoothing speed is the least: below, the peak would be within the
-    // smoothing.
+    // A slide's speeds: a tenth of the angular ones, in m/s. The least is some
+    // times the smoothing speed: below, the peak would be within the smoothing.
     const double unit = IsPrismatic() ? 0.1 : 1.0;
     AddParameter(joint + ".friction", "{effort}", 0.01, 0.0, kInfinity);
     // Higher, as it is in practice: with both the same the velocity has no
@@ -58,8 +58,12 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
   }
 
   std::string Implausible(const std::vector<double>& values) const override {
-    return values[1] < values[0] ? "its static friction is below its friction"
-                                 : "";
+    if (values[1] < values[0])
+      return "its static friction is below its friction";
+    // The bound of the velocity: no slow motion is slow enough for it.
+    return values[2] <= 1.01 * parameters()[2].lower
+               ? "its peak is too narrow to be told from Coulomb friction"
+               : "";
   }
 
  private:

@@ -9,8 +9,8 @@
 namespace sysid {
 namespace {
 
-// Secants are rolled out with so many times the steps of the fit (friction is
-// stiff), over so many sizes at most.
+// Secants are rolled out with the steps of the fit, but with so many a sample
+// at least (friction is stiff), over so many sizes at most.
 constexpr int kSecantSteps = 8;
 constexpr int kMostSecants = 6;
 
@@ -100,9 +100,8 @@ bool RollOut(const LinearizedFit& fit, const Model& model,
              std::vector<Eigen::VectorXd>* errors) {
   const ShootingProblem& problem = fit.problem();
   RolloutOptions options = problem.options().rollout;
-  options.step =
-      (options.step > 0 ? options.step : problem.MedianSamplePeriod()) /
-      kSecantSteps;
+  const double longest = problem.MedianSamplePeriod() / kSecantSteps;
+  options.step = options.step > 0 ? std::min(options.step, longest) : longest;
   const ParameterMap nothing(model, {});
   const auto& segments = fit.segments();
   errors->resize(segments.size());
@@ -137,7 +136,8 @@ bool NeedsSecant(const Model& model, const Candidate& candidate) {
 }
 
 // The secant over the size that changes the errors about as much as there is to
-// explain.
+// explain, beside what the states undo: a model that lacks the effect may have
+// put its errors into spins, and the least of a friction stops those.
 void UseSecant(const LinearizedFit& fit, const Candidate& candidate,
                const Probe& probe, int column,
                const std::vector<Eigen::VectorXd>& off,
@@ -166,7 +166,8 @@ void UseSecant(const LinearizedFit& fit, const Candidate& candidate,
     best_size = size;
     double change = 0.0;
     for (size_t s = 0; s < off.size(); ++s) {
-      change += (errors[s] - off[s]).squaredNorm();
+      change += fit.WithoutStates(*fit.segments()[s], errors[s] - off[s])
+                    .squaredNorm();
     }
     change = std::sqrt(change);
     if (change > 0.7 * wanted) break;

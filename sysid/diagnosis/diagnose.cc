@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 
 #include "models/error.h"
 #include "sysid/estimation/parallel.h"
@@ -37,6 +38,8 @@ constexpr double kExplains = 0.2;
 // The refit of one proposal: one effect or two.
 struct Trial {
   std::vector<int> effects;  // in the screening
+  // Those effects as they are expected: by the screening, or by a better one.
+  std::vector<ScreenedEffect> expected;
   double predicted = 0.0;
   std::optional<Judgement> after;
   std::string refused;  // empty: accepted
@@ -55,6 +58,15 @@ bool AreAsGood(const Judgement& a, const Judgement& b) {
          (ratio < kMost && independent * ratio < kClearly);
 }
 
+// The largest normalised error that may still be noise, with `dof` numbers:
+// three standard deviations above 1.1.
+double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }
+
+bool IsAtNoiseFloor(const Judgement& judgement) {
+  return judgement.train_error() < NoiseFloor(judgement.fit.train.dof) &&
+         judgement.holdout_error() < NoiseFloor(judgement.holdout.dof);
+}
+
 class Search {
  public:
   Search(const DiagnosisProblem& problem,
@@ -69,10 +81,10 @@ class Search {
   Screening Screen(const Judgement& judgement) const;
   std::vector<Trial> Propose(const Screening& screening) const;
   std::vector<Trial> ProposePairs(const Screening& screening) const;
-  void Confirm(const Screening& screening, const Judgement& before,
-               std::vector<Trial>* trials) const;
-  std::string WhyRefused(const Screening& screening, const Judgement& before,
-                         const Trial& trial) const;
+  void Confirm(const Judgement& before, std::vector<Trial>* trials) const;
+  void Refit(const Judgement& before, std::vector<Trial>* trials) const;
+  void AddRivals(const Screening& screening, const Judgement& before, int best,
+                 std::vector<Trial>* trials) const;
   // The best of the accepted, -1 where none is.
   int Choose(const std::vector<Trial>& trials) const;
   bool IsBetter(const Judgement& a, const Judgement& b) const;
@@ -115,20 +127,24 @@ Screening Search::Screen(const Judgement& judgement) const {
   return ScreenEffects(linearized, start.model, candidates_, problem_.known);
 }
 
-// Whether another candidate has some of the effect's parameters, no others, and
-// is as good: that one first, and what the effect adds to it later.
+// Whether all of an effect's parameters are also another's, which has more.
+bool IsPartOf(const Effect& effect, const Effect& other) {
+  const std::vector<std::string> part = effect.ParameterNames();
+  const std::vector<std::string> all = other.ParameterNames();
+  return part.size() < all.size() &&
+         std::all_of(part.begin(), part.end(), [&](const std::string& name) {
+           return std::find(all.begin(), all.end(), name) != all.end();
+         });
+}
+
+// Whether a part of the effect is as good: that one first, and what the effect
+// adds to it later.
 bool IsExtravagant(const Screening& screening, const ScreenedEffect& effect) {
-  const std::vector<std::string> names = effect.effect->ParameterNames();
-  for (const ScreenedEffect& other : screening.effects) {
-    const std::vector<std::string> fewer = other.effect->ParameterNames();
-    if (fewer.size() >= names.size()) continue;
-    const bool part =
-        std::all_of(fewer.begin(), fewer.end(), [&](const std::string& name) {
-          return std::find(names.begin(), names.end(), name) != names.end();
-        });
-    if (part && other.criterion < effect.criterion + kClearly) return true;
-  }
-  return false;
+  return std::any_of(screening.effects.begin(), screening.effects.end(),
+                     [&](const ScreenedEffect& other) {
+                       return IsPartOf(*other.effect, *effect.effect) &&
+                              other.criterion < effect.criterion + kClearly;
+                     });
 }
 
 // Whether a refit is worth its time: the screening is clear, or it promises so
@@ -159,6 +175,7 @@ std::vector<Trial> Search::Propose(const Screening& screening) const {
     if (alike > 1) continue;
     Trial trial;
     trial.effects = {static_cast<int>(i)};
+    trial.expected = {effect};
     trial.predicted = effect.predicted_error;
     trials.push_back(std::move(trial));
   }
@@ -178,6 +195,7 @@ std::vector<Trial> Search::ProposePairs(const Screening& screening) const {
     }
     Trial trial;
     trial.effects = {pair.first, pair.second};
+    trial.expected = {a, b};
     trial.predicted = pair.predicted_error;
     trials.push_back(std::move(trial));
   }
@@ -208,31 +226,21 @@ std::string WhyImplausible(const Judgement& judgement) {
   return "";
 }
 
-// Whether a refit tells of an effect: some parameter is clearly off its null,
-// and all of its own are determined (a spring whose reference is not is a bias
-// in disguise).
+// Whether a refit tells of an effect: some parameter is clearly off its null.
 bool IsTold(const Judgement& judgement, const ScreenedEffect& effect) {
   constexpr double kDeviations = 3.0;
-  const std::vector<EffectParameter>& own = effect.effect->parameters();
-  bool off_null = false;
   for (const ParameterEstimate& p : judgement.fit.parameters) {
     for (const ExpectedParameter& expected : effect.parameters) {
-      if (expected.name != p.name) continue;
-      const bool is_own = std::any_of(
-          own.begin(), own.end(),
-          [&](const EffectParameter& o) { return o.name == p.name; });
-      if (is_own && !p.identifiable) return false;
-      off_null |=
-          !expected.searched &&
-          std::abs(p.value - expected.null_value) > kDeviations * p.std_error;
+      if (expected.name == p.name && !expected.searched && p.identifiable &&
+          std::abs(p.value - expected.null_value) > kDeviations * p.std_error) {
+        return true;
+      }
     }
   }
-  return off_null;
+  return false;
 }
 
-std::string Search::WhyRefused(const Screening& screening,
-                               const Judgement& before,
-                               const Trial& trial) const {
+std::string WhyRefused(const Judgement& before, const Trial& trial) {
   const Judgement& after = *trial.after;
   if (!std::isfinite(after.train_error()) ||
       !std::isfinite(after.holdout_error())) {
@@ -241,10 +249,9 @@ std::string Search::WhyRefused(const Screening& screening,
   if (!(after.train_error() < (1 - kMaterial) * before.train_error())) {
     return "refitted it gains nothing";
   }
-  for (const int e : trial.effects) {
-    if (!IsTold(after, screening.effects[e])) {
-      return "refitted, " + screening.effects[e].name() +
-             " is not told from none";
+  for (const ScreenedEffect& effect : trial.expected) {
+    if (!IsTold(after, effect)) {
+      return "refitted, " + effect.name() + " is not told from none";
     }
   }
   const std::string implausible = WhyImplausible(after);
@@ -259,8 +266,32 @@ std::string Search::WhyRefused(const Screening& screening,
   return "";
 }
 
-void Search::Confirm(const Screening& screening, const Judgement& before,
+void Search::Confirm(const Judgement& before,
                      std::vector<Trial>* trials) const {
+  // An effect of which a part is proposed waits for it: if that reaches the
+  // noise, nothing is left for the rest.
+  const auto waits = [&](const Trial& trial) {
+    return std::any_of(trials->begin(), trials->end(), [&](const Trial& part) {
+      return trial.effects.size() == 1 && part.effects.size() == 1 &&
+             IsPartOf(*part.expected[0].effect, *trial.expected[0].effect);
+    });
+  };
+  std::vector<bool> late;
+  for (const Trial& trial : *trials) late.push_back(waits(trial));
+  std::vector<Trial> first, waiting;
+  for (size_t i = 0; i < trials->size(); ++i) {
+    (late[i] ? waiting : first).push_back(std::move((*trials)[i]));
+  }
+  Refit(before, &first);
+  const int best = Choose(first);
+  if (best < 0 || !IsAtNoiseFloor(*first[best].after)) {
+    Refit(before, &waiting);
+    std::move(waiting.begin(), waiting.end(), std::back_inserter(first));
+  }
+  *trials = std::move(first);
+}
+
+void Search::Refit(const Judgement& before, std::vector<Trial>* trials) const {
   const int count = static_cast<int>(trials->size());
   if (count == 0) return;
   EstimationOptions options = problem_.options;
@@ -273,12 +304,67 @@ void Search::Confirm(const Screening& screening, const Judgement& before,
   ParallelFor(count, threads, [&](int i) {
     Trial& trial = (*trials)[i];
     std::vector<const ScreenedEffect*> effects;
-    for (const int e : trial.effects) effects.push_back(&screening.effects[e]);
+    for (const ScreenedEffect& e : trial.expected) effects.push_back(&e);
     trial.after =
         JudgeWith(problem_, before, effects, Coarse(options, trial.predicted));
-    trial.refused = WhyRefused(screening, before, trial);
+    trial.refused = WhyRefused(before, trial);
     return true;
   });
+}
+
+// What else could stand in the place of the best effect: with that one back at
+// null to first order, seen from the trajectories that it led to, which are
+// much nearer to the truth than those of the model before.
+void Search::AddRivals(const Screening& screening, const Judgement& before,
+                       int best, std::vector<Trial>* trials) const {
+  constexpr size_t kMostRivals = 3;
+  constexpr double kNear = 1.5;  // times the error of the best
+  const Trial& found = (*trials)[best];
+  const Judgement& after = *found.after;
+  if (found.effects.size() != 1 || IsDoubtful(after.fit)) return;
+  std::map<std::string, double> back;
+  for (const ExpectedParameter& p : found.expected[0].parameters) {
+    back[p.name] = p.null_value;
+  }
+  const LinearizedFit without(*after.problem, after.fit.point, back);
+  if (!without.Valid()) return;
+  const Screening seen =
+      ScreenEffects(without, after.fit.model, candidates_, problem_.known);
+  std::vector<Trial> rivals;
+  for (const ScreenedEffect& effect : seen.effects) {
+    if (rivals.size() == kMostRivals) break;
+    if (!(effect.predicted_error < kNear * after.train_error()) ||
+        IsPartOf(*found.expected[0].effect, *effect.effect)) {
+      continue;
+    }
+    const auto at = std::find_if(
+        screening.effects.begin(), screening.effects.end(),
+        [&](const ScreenedEffect& e) { return e.name() == effect.name(); });
+    if (at == screening.effects.end()) continue;
+    const int e = static_cast<int>(at - screening.effects.begin());
+    const bool tried =
+        std::any_of(trials->begin(), trials->end(), [&](const Trial& trial) {
+          return trial.effects == std::vector<int>{e} &&
+                 (trial.refused.empty() && AreAsGood(*trial.after, after));
+        });
+    if (tried) continue;
+    Trial trial;
+    trial.effects = {e};
+    trial.expected = {effect};
+    trial.predicted = at->predicted_error;
+    rivals.push_back(std::move(trial));
+  }
+  Refit(before, &rivals);
+  for (Trial& rival : rivals) {
+    const auto same = std::find_if(
+        trials->begin(), trials->end(),
+        [&](const Trial& trial) { return trial.effects == rival.effects; });
+    if (same == trials->end()) {
+      trials->push_back(std::move(rival));
+    } else if (rival.after->squares() < same->after->squares()) {
+      *same = std::move(rival);
+    }
+  }
 }
 
 int Search::Choose(const std::vector<Trial>& trials) const {
@@ -296,23 +382,25 @@ int Search::Choose(const std::vector<Trial>& trials) const {
   return best;
 }
 
-// Of two that are as good, the one with fewer parameters, then the more common.
+// Of two that are as good, the one with fewer parameters, then the more common
+// kind.
 bool Search::IsBetter(const Judgement& a, const Judgement& b) const {
   if (!AreAsGood(a, b)) return a.squares() < b.squares();
   const size_t parameters_a = a.fit.parameters.size();
   const size_t parameters_b = b.fit.parameters.size();
   if (parameters_a != parameters_b) return parameters_a < parameters_b;
-  return Rarity(a) < Rarity(b);
+  const int rarity_a = Rarity(a), rarity_b = Rarity(b);
+  return rarity_a != rarity_b ? rarity_a < rarity_b : a.squares() < b.squares();
 }
 
-// How far down the catalogue its effects are, which goes from the common to the
-// rare.
+// How far down the catalogue the kinds of its effects are, which goes from the
+// common to the rare.
 int Search::Rarity(const Judgement& judgement) const {
   int rarity = 0;
   for (const auto& effect : judgement.added) {
     const auto at = std::find_if(
         candidates_.begin(), candidates_.end(),
-        [&](const auto& c) { return c->name() == effect->name(); });
+        [&](const auto& c) { return c->kind() == effect->kind(); });
     rarity += static_cast<int>(at - candidates_.begin());
   }
   return rarity;
@@ -416,7 +504,8 @@ void Search::List(const Screening& screening, std::vector<Trial>* trials,
       // Where both were refitted, by that; else to first order.
       const bool same =
           ours != nullptr && theirs != nullptr
-              ? like > kAlike && AreAsGood(*ours, *theirs)
+              ? AreAsGood(*ours, *theirs) &&
+                    (like > kAlike || IsAtNoiseFloor(*ours))
               : like > 0.999 || (like > kAlike &&
                                  std::abs(candidate.screened.criterion -
                                           other.screened.criterion) < kClearly);
@@ -474,7 +563,7 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
         return screening.effects[trial.effects[0]].name() == name;
       });
       if (trials.size() > kMostExchanged) trials.resize(kMostExchanged);
-      Confirm(screening, without, &trials);
+      Confirm(without, &trials);
       const int best = Choose(trials);
       if (best < 0) continue;
       if (!IsBetter(*trials[best].after, *now)) continue;
@@ -493,26 +582,16 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
   return any;
 }
 
-// The largest normalised error that may still be noise, with `dof` numbers:
-// three standard deviations above 1.1.
-double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }
-
 Verdict Search::Decide(const Judgement& judgement, const Trial* best) const {
-  const double train = judgement.train_error();
-  const double holdout = judgement.holdout_error();
   if (best != nullptr) {
+    const double holdout = judgement.holdout_error();
     const double excess = holdout * holdout - 1.0;
     const double left = std::pow(best->after->holdout_error(), 2) - 1.0;
-    const bool at_floor =
-        best->after->holdout_error() < NoiseFloor(judgement.holdout.dof) &&
-        best->after->train_error() < NoiseFloor(judgement.fit.train.dof);
-    if (at_floor || excess - left > kExplains * excess) {
+    if (IsAtNoiseFloor(*best->after) || excess - left > kExplains * excess) {
       return Verdict::kMissingEffect;
     }
   }
-  const bool floor = train < NoiseFloor(judgement.fit.train.dof) &&
-                     holdout < NoiseFloor(judgement.holdout.dof);
-  return floor ? Verdict::kAdequate : Verdict::kUnexplained;
+  return IsAtNoiseFloor(judgement) ? Verdict::kAdequate : Verdict::kUnexplained;
 }
 
 void Search::Doubt(Diagnosis* diagnosis) const {
@@ -610,16 +689,20 @@ Diagnosis Search::Run() {
   for (int step = 0; step < kMostSteps;) {
     const Screening screening = Screen(*now);
     std::vector<Trial> trials = Propose(screening);
-    Confirm(screening, *now, &trials);
+    Confirm(*now, &trials);
     int best = Choose(trials);
     if (best < 0) {
       std::vector<Trial> pairs = ProposePairs(screening);
-      Confirm(screening, *now, &pairs);
+      Confirm(*now, &pairs);
       const int pair = Choose(pairs);
       if (pair >= 0) {
         best = static_cast<int>(trials.size());
         trials.push_back(std::move(pairs[pair]));
       }
+    }
+    if (best >= 0) {
+      AddRivals(screening, *now, best, &trials);
+      best = Choose(trials);
     }
     const Trial* found = best >= 0 ? &trials[best] : nullptr;
     if (diagnosis.candidates.empty() ||

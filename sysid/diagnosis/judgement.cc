@@ -107,12 +107,29 @@ std::unique_ptr<ShootingProblem> MakeProblem(
   return made;
 }
 
-void Judge(const DiagnosisProblem& problem, Judgement* judgement) {
-  if (!problem.holdout.empty()) {
-    judgement->holdout =
+// The held-out runs' states start from those of `before`, where there is one.
+void Judge(const DiagnosisProblem& problem, const Judgement* before,
+           Judgement* judgement) {
+  // Where the fitted runs are predicted so much better the start was bad; near
+  // the noise, where little decides, a little is much.
+  constexpr double kFar = 2.0, kFarDoubt = 1.5, kNearDoubt = 1.1;
+  const auto judge = [&](const ShootingPoint* start) {
+    Holdout holdout =
         JudgeHoldout(judgement->fit.model, problem.holdout, *judgement->problem,
-                     judgement->fit.segment_s)
-            .errors;
+                     judgement->fit.segment_s, start);
+    judgement->holdout = std::move(holdout.errors);
+    judgement->holdout_point = std::move(holdout.point);
+  };
+  if (!problem.holdout.empty()) {
+    const double train = judgement->train_error();
+    const bool warm = before != nullptr &&
+                      before->fit.segment_s == judgement->fit.segment_s &&
+                      !before->holdout_point.runs.empty();
+    if (warm) judge(&before->holdout_point);
+    const double doubt = train > kFar ? kFarDoubt : kNearDoubt;
+    if (!warm || !(judgement->holdout_error() < doubt * std::max(1.0, train))) {
+      judge(nullptr);
+    }
   }
   judgement->independent =
       (judgement->fit.train.dof + judgement->holdout.dof) /
@@ -131,6 +148,22 @@ std::map<std::string, double> HeldValues(const Judgement& judgement) {
 bool HasBound(const Fit& fit) {
   return std::any_of(fit.parameters.begin(), fit.parameters.end(),
                      [](const ParameterEstimate& p) { return p.at_bound; });
+}
+
+// Where a refit starts: part of the way to what is expected, where the
+// screening knows that at all.
+double StartOf(const Effect& effect, const ExpectedParameter& expected,
+               double part) {
+  constexpr double kKnown = 2.0;  // standard errors
+  if (expected.searched) return expected.value;
+  double change = expected.value - expected.null_value;
+  if (std::abs(change) < kKnown * expected.std_error) {
+    for (const EffectParameter& own : effect.parameters()) {
+      if (own.name != expected.name) continue;
+      change = std::clamp(change, -own.typical_scale, own.typical_scale);
+    }
+  }
+  return expected.null_value + part * change;
 }
 
 // Refits from the best of several starts, in the segments of `before`.
@@ -189,7 +222,7 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
       after.fit = std::move(fit);
     }
   }
-  Judge(problem, &after);
+  Judge(problem, &before, &after);
   return after;
 }
 
@@ -216,7 +249,7 @@ Judgement JudgeBase(const DiagnosisProblem& problem) {
     base.fit = RefitIndependentSegments(base.problem.get(), base.fit.point);
     base.fit.history = history;
   }
-  Judge(problem, &base);
+  Judge(problem, nullptr, &base);
   return base;
 }
 
@@ -240,11 +273,7 @@ Judgement JudgeWith(const DiagnosisProblem& problem, const Judgement& before,
     starts.push_back(from);
     for (const ScreenedEffect* effect : effects) {
       for (const ExpectedParameter& expected : effect->parameters) {
-        starts.back()[expected.name] =
-            expected.searched
-                ? expected.value
-                : expected.null_value +
-                      part * (expected.value - expected.null_value);
+        starts.back()[expected.name] = StartOf(*effect->effect, expected, part);
       }
     }
   }
@@ -288,7 +317,7 @@ Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
   Recut(*after.problem, segment_s, &point);
   after.problem->mutable_options()->rollout.step = step;
   after.fit = RefitIndependentSegments(after.problem.get(), point);
-  Judge(problem, &after);
+  Judge(problem, nullptr, &after);
   return after;
 }
 
@@ -297,14 +326,21 @@ Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement) {
   *options = Coarse(problem.options, judgement.train_error());
   judgement.fit =
       RefitIndependentSegments(judgement.problem.get(), judgement.fit.point);
-  Judge(problem, &judgement);
+  Judge(problem, &judgement, &judgement);
   return judgement;
 }
 
 void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
-                   Model* model, std::vector<FreeParameter>* free) {
-  Extended extended =
-      Extend(problem, judgement.added, judgement.idle, ValuesOf(judgement));
+                   const std::set<std::string>& without, Model* model,
+                   std::vector<FreeParameter>* free) {
+  std::vector<std::shared_ptr<const Effect>> effects = judgement.added;
+  std::map<std::string, double> values = ValuesOf(judgement);
+  std::erase_if(effects, [&](const auto& effect) {
+    if (without.count(effect->name()) == 0) return false;
+    for (const std::string& name : effect->corrects()) values.erase(name);
+    return true;
+  });
+  Extended extended = Extend(problem, effects, judgement.idle, values);
   *model = extended.model;
   *free = std::move(extended.free);
 }

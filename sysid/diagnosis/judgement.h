@@ -37,6 +37,7 @@ struct Judgement {
   std::unique_ptr<ShootingProblem> problem;
   Fit fit;
   RunErrors holdout;
+  ShootingPoint holdout_point;  // its states
   // How many of the numbers of both are as good as independent, errors being
   // correlated in time (6.3).
   double independent = 1.0;
@@ -75,9 +76,11 @@ bool IsDoubtful(const Fit& fit);
 Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
                       double segment_s);
 
-// The problem's own model with the effects of a judgement, their parameters
-// free and starting where it ended: for a fit of other runs.
+// The problem's own model with the effects of a judgement but those named in
+// `without`, their parameters free and starting where it ended: for a fit of
+// other runs.
 void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
-                   Model* model, std::vector<FreeParameter>* free);
+                   const std::set<std::string>& without, Model* model,
+                   std::vector<FreeParameter>* free);
 
 }  // namespace sysid

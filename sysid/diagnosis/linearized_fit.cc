@@ -39,8 +39,10 @@ Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& N, int* rank) {
 }  // namespace
 
 LinearizedFit::LinearizedFit(const ShootingProblem& problem,
-                             const ShootingPoint& point)
+                             const ShootingPoint& point,
+                             const std::map<std::string, double>& taken_back)
     : problem_(problem), point_(point) {
+  if (!TakeBack(taken_back)) return;
   for (size_t r = 0; r < point.runs.size(); ++r) {
     for (int k = 0; k < point.runs[r].segments(); ++k) {
       auto segment = std::make_unique<Segment>();
@@ -58,6 +60,26 @@ LinearizedFit::LinearizedFit(const ShootingProblem& problem,
       ParallelFor(static_cast<int>(segments_.size()), problem.options().threads,
                   [&](int i) { return Linearize(segments_[i].get()); });
   if (valid_) ProjectResiduals();
+}
+
+// False where what is taken back leaves no possible body.
+bool LinearizedFit::TakeBack(const std::map<std::string, double>& taken_back) {
+  const int n = problem_.map().size();
+  Eigen::VectorXd values(n), back(n);
+  problem_.map().ValuesOf(point_.theta.data(), values.data());
+  for (int i = 0; i < n; ++i) {
+    const auto at = taken_back.find(problem_.free()[i].parameter.name);
+    if (at == taken_back.end()) {
+      kept_.push_back(i);
+    } else {
+      values[i] = at->second;
+    }
+  }
+  if (!problem_.map().ThetaOf(values, &back)) return false;
+  moved_ = back - point_.theta;
+  // Those of Theta follow the data by themselves.
+  for (const int i : kept_) moved_[i] = 0.0;
+  return true;
 }
 
 bool LinearizedFit::Linearize(Segment* segment) const {
@@ -105,9 +127,12 @@ bool LinearizedFit::Linearize(Segment* segment) const {
   ParameterForces forces = ParameterForces::Zero(rollout, count);
   AddParameterForces(model, problem_.map(), point_.theta, rollout, tangent, 0,
                      &forces);
-  segment->theta = WithoutStates(*segment, Respond(*segment, forces));
+  const Eigen::MatrixXd theta =
+      WithoutStates(*segment, Respond(*segment, forces));
+  segment->theta = theta(Eigen::all, kept_);
   segment->r = WithoutStates(
       *segment, segment->weight.asDiagonal() * Eigen::MatrixXd(tangent.r));
+  segment->r += theta * moved_;
   return true;
 }
 
@@ -151,13 +176,13 @@ Eigen::VectorXd LinearizedFit::StateAgainst(
 }
 
 void LinearizedFit::ProjectResiduals() {
-  const int n = problem_.map().size();
+  const int n = static_cast<int>(kept_.size());
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(n, n);
   for (const auto& segment : segments_) {
     N.noalias() += segment->theta.transpose() * segment->theta;
   }
   for (int i = 0; i < n; ++i) {
-    const auto& prior = problem_.free()[i].prior;
+    const auto& prior = problem_.free()[kept_[i]].prior;
     if (prior) N(i, i) += 1.0 / (prior->std * prior->std);
   }
   theta_inverse_ = PseudoInverse(N, &theta_rank_);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "residuals/parameter_forces.h"
@@ -21,8 +23,10 @@ namespace sysid {
 class LinearizedFit {
  public:
   // The problem and the point must outlive it. Valid() is false where the
-  // dynamics fail.
-  LinearizedFit(const ShootingProblem& problem, const ShootingPoint& point);
+  // dynamics fail. Parameters that are `taken_back`, by name, are no part of
+  // Theta: to first order they are back at the values given.
+  LinearizedFit(const ShootingProblem& problem, const ShootingPoint& point,
+                const std::map<std::string, double>& taken_back = {});
   bool Valid() const { return valid_; }
 
   struct Segment {
@@ -67,6 +71,7 @@ class LinearizedFit {
   double SumOfSquares() const;  // of r
 
  private:
+  bool TakeBack(const std::map<std::string, double>& taken_back);
   bool Linearize(Segment* segment) const;
   void ProjectResiduals();
 
@@ -74,6 +79,8 @@ class LinearizedFit {
   const ShootingPoint& point_;
   bool valid_ = false;
   std::vector<std::unique_ptr<Segment>> segments_;
+  std::vector<int> kept_;          // places in theta that Theta has
+  Eigen::VectorXd moved_;          // of theta, by what is taken back
   Eigen::MatrixXd theta_inverse_;  // pseudo-inverse of Theta' Theta
   int theta_rank_ = 0;
 };

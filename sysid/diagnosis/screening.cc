@@ -48,6 +48,7 @@ class Screener {
   ScreenedEffect Describe(const Candidate& candidate, const Weights& weights,
                           int tests) const;
   void Compare(const std::vector<Weights>& weights, Screening* screening) const;
+  bool IsFree(const std::string& name) const;
   double PredictedError(double score, int dof) const;
   double Criterion(double score, int dof) const;
 
@@ -160,6 +161,8 @@ Weights Screener::Best(const Candidate& candidate) const {
   // A column of which projecting leaves less than this (squared) is what
   // states, free parameters or the columns before it explain already.
   constexpr double kAlias = 1e-7;
+  constexpr double kTold = 9.0;      // of the variance that remains
+  constexpr double kMostSize = 1e4;  // times the typical one
   Weights best;
   best.score = -1.0;
   for (size_t s = 0; s < candidate.sets.size(); ++s) {
@@ -174,12 +177,23 @@ Weights Screener::Best(const Candidate& candidate) const {
       const double own = unprojected_[candidate.first[s] + i];
       left[i] = own > 0 ? C(i, i) / own : 0.0;
       const int probes = static_cast<int>(candidate.sets[s].size());
-      // A nominal value that the data knows worse than by its own size.
-      if (i >= probes &&
-          !(C(i, i) *
-                std::pow(candidate.corrected[i - probes].typical_scale, 2) >
-            1.0)) {
-        left[i] = 0.0;
+      if (i < probes) {
+        // What would not show at any size.
+        const double most =
+            kMostSize *
+            candidate.effect->parameters()[candidate.sets[s][i].along]
+                .typical_scale;
+        if (!(C(i, i) * most * most > 1.0)) left[i] = 0.0;
+      } else {
+        // A nominal value that the data knows worse than by its own size,
+        // unless it asks for many times that (the inertia of what was taken
+        // for a point).
+        const double scale = candidate.corrected[i - probes].typical_scale;
+        const double gain = std::pow(b_[candidate.first[s] + i], 2) / C(i, i);
+        if (!(C(i, i) * scale * scale > 1.0) &&
+            !(gain > kTold * squares_ / dof_)) {
+          left[i] = 0.0;
+        }
       }
     }
     std::vector<int> order(count);
@@ -239,6 +253,13 @@ double Screener::PredictedError(double score, int dof) const {
 double Screener::Criterion(double score, int dof) const {
   const double left = std::max(1e-12, 1.0 - score / squares_);
   return independent_ * std::log(left) + dof * std::log(independent_);
+}
+
+bool Screener::IsFree(const std::string& name) const {
+  const std::vector<FreeParameter>& free = fit_.problem().free();
+  return std::any_of(free.begin(), free.end(), [&](const FreeParameter& f) {
+    return f.parameter.name == name;
+  });
 }
 
 ScreenedEffect Screener::Describe(const Candidate& candidate,
@@ -313,6 +334,7 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
         corrected ? &candidate.corrected[v - own.size()] : nullptr;
     ExpectedParameter expected;
     expected.name = corrected ? wrong->name : own[v].name;
+    if (IsFree(expected.name)) continue;  // of an effect that this one replaces
     expected.unit = corrected ? wrong->unit : own[v].unit;
     if (corrected ? !is_told(static_cast<int>(probes.size() + v - own.size()))
                   : is_idle(v)) {

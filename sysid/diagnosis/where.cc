@@ -136,40 +136,73 @@ ShootingPoint CutAnew(const ShootingProblem& problem,
   return point;
 }
 
-// Whether some parameter ended further from where it started than its own size.
-bool RanAway(const Judgement& judgement) {
-  if (IsDoubtful(judgement.fit)) return true;
+// The furthest that a parameter ended from where it started, over its size.
+double FurthestMove(const Judgement& judgement) {
+  double most = 0.0;
   for (size_t i = 0; i < judgement.fit.parameters.size(); ++i) {
     const FreeParameter& free = judgement.problem->free()[i];
     const double moved = judgement.fit.parameters[i].value - free.initial;
-    if (!(std::abs(moved) <
-          std::max(std::abs(free.initial), free.parameter.typical_scale))) {
-      return true;
-    }
+    const double size =
+        std::max(std::abs(free.initial), free.parameter.typical_scale);
+    const double part = std::abs(moved) / size;
+    most = std::isfinite(part) ? std::max(most, part) : 1e9;
   }
-  return false;
+  return most;
 }
 
-// In segments as short as it takes to explain the errors. Parameters that are
-// not to be trusted may have run away for want of what is missing: from where
-// they started then.
-UnexplainedForce ForceOf(const Judgement& judgement,
-                         const LinearizedFit& fitted) {
-  const ShootingProblem& problem = *judgement.problem;
-  const bool trusted = fitted.Valid() && !RanAway(judgement);
-  const double enough =
-      std::max(kExplained, kUnexplained * std::pow(judgement.train_error(), 2));
-  const Eigen::VectorXd theta =
-      trusted ? judgement.fit.point.theta : problem.InitialTheta();
-  UnexplainedForce best;
-  best.variance = std::numeric_limits<double>::infinity();
-  if (trusted) best = EstimateForce(fitted);
-  double length = judgement.fit.segment_s * (trusted ? 1.0 / kShorter : 1.0);
+// 1 where one joint alone has the force, less the more they share it.
+double Concentration(const UnexplainedForce& force) {
+  double sum = 0.0;
+  for (const JointForce& joint : force.joints) sum += joint.share * joint.share;
+  return sum;
+}
+
+// With the parameters theta, in segments from `length` down to as short as it
+// takes to explain the errors; `best` where none does better.
+UnexplainedForce ForceFrom(const ShootingProblem& problem,
+                           const Eigen::VectorXd& theta, double length,
+                           double enough, UnexplainedForce best) {
   for (; best.variance > enough && length > kShortest; length /= kShorter) {
     const ShootingPoint cut = CutAnew(problem, theta, length);
     UnexplainedForce next = EstimateForce(LinearizedFit(problem, cut));
     if (next.curves.empty()) continue;
     if (next.variance < best.variance) best = std::move(next);
+  }
+  return best;
+}
+
+// Parameters that are not to be trusted may have run away for want of what is
+// missing: from where they started then. Where they went some way only, both
+// are tried, and the force that fewer joints need is the better guess.
+UnexplainedForce ForceOf(const Judgement& judgement,
+                         const LinearizedFit& fitted) {
+  constexpr double kSomeWay = 0.25, kRanAway = 1.0;  // of its size
+  constexpr double kHuge = 20.0;                     // times the noise
+  const ShootingProblem& problem = *judgement.problem;
+  const double moved = FurthestMove(judgement);
+  const bool trusted =
+      fitted.Valid() && !IsDoubtful(judgement.fit) && moved < kRanAway;
+  const bool wavering =
+      !trusted || (moved > kSomeWay && judgement.train_error() > kHuge);
+  const double enough =
+      std::max(kExplained, kUnexplained * std::pow(judgement.train_error(), 2));
+  const double length = judgement.fit.segment_s;
+  UnexplainedForce none;
+  none.variance = std::numeric_limits<double>::infinity();
+  UnexplainedForce best = none;
+  if (trusted) {
+    best = ForceFrom(problem, judgement.fit.point.theta, length / kShorter,
+                     enough, EstimateForce(fitted));
+  }
+  if (wavering) {
+    UnexplainedForce start =
+        ForceFrom(problem, problem.InitialTheta(), length, enough, none);
+    if (best.curves.empty() ||
+        (!start.curves.empty() &&
+         start.variance < std::max(enough, best.variance) &&
+         Concentration(start) > Concentration(best))) {
+      best = std::move(start);
+    }
   }
   return best.curves.empty() ? EstimateForce(fitted) : best;
 }

@@ -289,7 +289,8 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
 }
 
 Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
-                     const ShootingProblem& train, double segment_s) {
+                     const ShootingProblem& train, double segment_s,
+                     const ShootingPoint* start) {
   EstimationOptions same = train.options();
   same.progress = nullptr;
   same.segment = segment_s;
@@ -298,7 +299,8 @@ Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
       model, std::vector<FreeParameter>(), std::move(runs), same);
   ShootingProblem& problem = *holdout.problem;
   problem.UseNoiseOf(train);
-  holdout.point = StatesOnly(problem, segment_s, kInfinity);
+  holdout.point = start != nullptr ? StatesFrom(problem, *start)
+                                   : StatesOnly(problem, segment_s, kInfinity);
   double states = 0.0;
   for (const auto& nodes : holdout.point.runs) states += nodes.segments();
   holdout.errors = EvaluateErrors(problem, holdout.point,
@@ -308,7 +310,8 @@ Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
 
 Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
                        const ShootingProblem& train, double segment_s) {
-  Holdout holdout = JudgeHoldout(model, std::move(runs), train, segment_s);
+  Holdout holdout =
+      JudgeHoldout(model, std::move(runs), train, segment_s, nullptr);
   // For the open prediction one initial state has to serve the whole run.
   const ShootingPoint joined =
       StatesOnly(*holdout.problem, segment_s, kJoinedDefect);

@@ -90,9 +90,11 @@ struct Holdout {
 };
 Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
                        const ShootingProblem& train, double segment_s);
-// The same without the open prediction, which takes as long again.
+// The same without the open prediction, which takes as long again. `start`: the
+// point of a model that is near, cut alike; null: from the data.
 Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
-                     const ShootingProblem& train, double segment_s);
+                     const ShootingProblem& train, double segment_s,
+                     const ShootingPoint* start);
 
 // What each channel would have measured at each sample, given the states there
 // (SampleStates): matrices like Channel::values.

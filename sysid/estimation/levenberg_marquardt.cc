@@ -147,9 +147,20 @@ void StagedFit::Solve(bool joined) {
 void StagedFit::SolveIndependent() {
   // To compare models: a hundredth of what makes a difference between two.
   constexpr double kEnough = 1e-5;
+  constexpr double kNear = 1.3;  // times the noise
   fit_.defect = std::numeric_limits<double>::infinity();
-  const StageSummary last =
+  StageSummary last =
       Stage("independent segments", fit_.defect, kEnough, 1 << 30, kHeldSpin);
+  const auto is_near = [&] {
+    return last.converged &&
+           EvaluateErrors(*problem_, point_, 0.0).total.normalized_rms < kNear;
+  };
+  // A model that is nearly right may say itself how it spins, and the errors of
+  // the step would look like something missing.
+  if (is_near()) {
+    if (choose_step_) RefineStep(problem_, fit_.defect, &point_);
+    last = Stage("independent segments", fit_.defect, kEnough, 1 << 30);
+  }
   fit_.converged = last.converged;
   fit_.termination = last.message;
 }

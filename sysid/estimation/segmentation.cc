@@ -24,24 +24,23 @@ std::vector<RowMatrixXd> AllSampleStates(const ShootingProblem& problem,
 
 // Independent segments, each a problem of its own: together they would share
 // one trust region, and the most crooked of them would hold up all. Each starts
-// from the state of `point` and from that of `other`, and keeps the better.
-void SolveOneByOne(const ShootingProblem& problem,
-                   const ShootingStage::Options& options,
-                   const ShootingPoint& other, ShootingPoint* point) {
+// from the state of every one of `starts`, and keeps the best.
+ShootingPoint SolveOneByOne(const ShootingProblem& problem,
+                            const ShootingStage::Options& options,
+                            const std::vector<ShootingPoint>& starts) {
+  ShootingPoint point = starts.front();
   ShootingPoint single;
-  single.theta = point->theta;
-  single.runs.resize(point->runs.size());
+  single.theta = point.theta;
+  single.runs.resize(point.runs.size());
   for (ShootingPoint::Nodes& nodes : single.runs) nodes.samples = {0};
-  for (size_t r = 0; r < point->runs.size(); ++r) {
-    ShootingPoint::Nodes& all = point->runs[r];
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    ShootingPoint::Nodes& all = point.runs[r];
     ShootingPoint::Nodes& one = single.runs[r];
     for (int k = 0; k < all.segments(); ++k) {
       double least = std::numeric_limits<double>::infinity();
-      const RowMatrixXd starts[] = {all.states.row(k),
-                                    other.runs[r].states.row(k)};
-      for (const RowMatrixXd& start : starts) {
+      for (const ShootingPoint& start : starts) {
         one.samples = {all.samples[k], all.samples[k + 1]};
-        one.states = start;
+        one.states = start.runs[r].states.row(k);
         std::vector<HistoryEntry> history;
         const StageSummary done = ShootingStage(problem, options, &single)
                                       .Solve("states", Now(), &history);
@@ -53,6 +52,7 @@ void SolveOneByOne(const ShootingProblem& problem,
     one.samples = {0};
     one.states.resize(0, all.states.cols());
   }
+  return point;
 }
 
 }  // namespace
@@ -174,8 +174,16 @@ ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
   options.defect = kJoinedDefect;
   ShootingStage(problem, options, &joined).Solve("states", Now(), &history);
   options.defect = defect;
-  SolveOneByOne(problem, options, joined, &longer);
-  return longer;
+  return SolveOneByOne(problem, options, {longer, joined});
+}
+
+ShootingPoint StatesFrom(const ShootingProblem& problem,
+                         const ShootingPoint& start) {
+  CHECK_EQ(problem.map().size(), 0);
+  ShootingStage::Options options;
+  options.defect = std::numeric_limits<double>::infinity();
+  options.function_tolerance = 1e-6;
+  return SolveOneByOne(problem, options, {start});
 }
 
 }  // namespace sysid

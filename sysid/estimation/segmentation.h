@@ -42,5 +42,8 @@ double ChooseSegment(const ShootingProblem& problem,
 // short segments first, then `length`, joined by `defect`.
 ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
                          double defect);
+// The same of independent segments, from those of a model that is near.
+ShootingPoint StatesFrom(const ShootingProblem& problem,
+                         const ShootingPoint& start);
 
 }  // namespace sysid

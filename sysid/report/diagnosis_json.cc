@@ -179,6 +179,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
                      {"train", ToJson(diagnosis.last().fit.train.total)},
                      {"holdout", ToJson(diagnosis.last().holdout.total)},
                      {"effects", final->session.effects},
+                     {"denied", final->denied},
                      {"parameters", Values(final->fit.parameters)},
                      {"converged", final->fit.converged},
                      {"open", ToJson(final->fit.open, false)}};

@@ -17,7 +17,8 @@ namespace sysid {
 struct NextStep {
   std::string add, fix;
 };
-NextStep ChooseNext(const Diagnosis& diagnosis);
+// `final`: null where the diagnosis was not fitted once more.
+NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final);
 
 // The verdict in words.
 std::string DiagnosisSentence(const Diagnosis& diagnosis);

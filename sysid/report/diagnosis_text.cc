@@ -199,20 +199,20 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
                        with->holdout);
 }
 
-NextStep ChooseNext(const Diagnosis& diagnosis) {
-  std::vector<std::string> add = diagnosis.added();
-  std::vector<std::string> fix(diagnosis.last().idle.begin(),
-                               diagnosis.last().idle.end());
-  if (add.empty()) {
-    add = diagnosis.proposed;
-    for (size_t i = 0; i < add.size(); ++i) {
-      const std::vector<std::string>& idle =
-          diagnosis.candidates[i].screened.idle;
-      fix.insert(fix.end(), idle.begin(), idle.end());
-    }
-  }
-  // What was searched among whole numbers stays as it was found.
+NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {
+  const auto is_denied = [&](const std::string& name) {
+    return final != nullptr &&
+           std::find(final->denied.begin(), final->denied.end(), name) !=
+               final->denied.end();
+  };
+  std::vector<std::string> add, fix;
   for (const auto& effect : diagnosis.last().added) {
+    if (is_denied(effect->name())) continue;
+    add.push_back(effect->name());
+    for (const std::string& name : effect->ParameterNames()) {
+      if (diagnosis.last().idle.count(name) > 0) fix.push_back(name);
+    }
+    // What was searched among whole numbers stays as it was found.
     for (const EffectParameter& parameter : effect->parameters()) {
       if (!parameter.whole) continue;
       const Model& model = diagnosis.last().fit.model;
@@ -222,6 +222,14 @@ NextStep ChooseNext(const Diagnosis& diagnosis) {
                         Format("=%g", model.nominal().effects[i]));
         }
       }
+    }
+  }
+  if (diagnosis.steps.empty()) {
+    add = diagnosis.proposed;
+    for (size_t i = 0; i < add.size(); ++i) {
+      const std::vector<std::string>& idle =
+          diagnosis.candidates[i].screened.idle;
+      fix.insert(fix.end(), idle.begin(), idle.end());
     }
   }
   return {Join(add, ","), Join(fix, ",")};
@@ -254,6 +262,10 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
             (diagnosis.final_verdict == Verdict::kAdequate
                  ? ": adequate\n"
                  : ": still misses something\n");
+    if (!final->denied.empty()) {
+      text += "  without " + Join(final->denied) +
+              ": over whole runs not told from none\n";
+    }
     for (const ParameterEstimate& p : final->fit.parameters) {
       text +=
           "  " + p.name + " = " + Value(p.value, p.std_error) +

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "models/error.h"
 #include "sysid/diagnosis/search_runs.h"
@@ -96,6 +97,66 @@ int Thin(DiagnosisProblem* problem) {
   const int n = ThinRuns(kSearchRate, &problem->train);
   ThinRuns(kSearchRate, &problem->holdout);
   return n;
+}
+
+// The model of a judgement but for some effects, fitted as sysid_fit does.
+FinalFit FitWithout(const std::set<std::string>& effects,
+                    const Session& session, const DiagnosisProblem& problem,
+                    const Judgement& judgement) {
+  Model model = session.model;
+  std::vector<FreeParameter> free = session.free;
+  ExtendProblem(problem, judgement, effects, &model, &free);
+  FinalFit final{session, nullptr, Fit(model), std::nullopt, {}};
+  final.session.model = model;
+  final.session.free = free;
+  final.session.effects = model.effects().names();
+  final.problem = std::make_unique<ShootingProblem>(model, free, session.runs,
+                                                    session.options);
+  final.fit = FitLevenbergMarquardt(final.problem.get());
+  return final;
+}
+
+// How many standard errors the clearest parameter of an effect is off its null;
+// infinite where that cannot be said.
+double DeviationsOffNull(const Fit& fit, const Effect& effect) {
+  double most = 0.0;
+  int judged = 0;
+  for (const EffectParameter& own : effect.parameters()) {
+    if (!own.grid.empty()) continue;
+    for (const ParameterEstimate& p : fit.parameters) {
+      if (p.name != own.name || !(p.std_error > 0)) continue;
+      most = std::max(most, std::abs(p.value - own.null_value) / p.std_error);
+      ++judged;
+    }
+  }
+  return judged > 0 ? most : std::numeric_limits<double>::infinity();
+}
+
+// The effect that a fit tells least from none; empty where it tells all.
+std::string LeastTold(const FinalFit& final,
+                      const std::vector<std::shared_ptr<const Effect>>& added) {
+  double least = 3.0;  // standard errors
+  std::string name;
+  if (!final.fit.converged) return name;
+  const std::vector<std::string>& present = final.session.effects;
+  for (const auto& effect : added) {
+    if (std::find(present.begin(), present.end(), effect->name()) ==
+        present.end()) {
+      continue;
+    }
+    const double off = DeviationsOffNull(final.fit, *effect);
+    if (off < least) {
+      least = off;
+      name = effect->name();
+    }
+  }
+  return name;
+}
+
+bool IsAsGood(const Fit& simpler, const Fit& fit) {
+  constexpr double kMaterial = 1.01;
+  return simpler.converged && simpler.train.total.normalized_rms <
+                                  kMaterial * fit.train.total.normalized_rms;
 }
 
 }  // namespace
@@ -216,16 +277,20 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
 
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
                   const Diagnosis& diagnosis) {
-  Model model = session.model;
-  std::vector<FreeParameter> free = session.free;
-  ExtendProblem(problem, diagnosis.last(), &model, &free);
-  FinalFit final{session, nullptr, Fit(model), std::nullopt};
-  final.session.model = model;
-  final.session.free = free;
-  final.session.effects = model.effects().names();
-  final.problem = std::make_unique<ShootingProblem>(model, free, session.runs,
-                                                    session.options);
-  final.fit = FitLevenbergMarquardt(final.problem.get());
+  FinalFit final = FitWithout({}, session, problem, diagnosis.last());
+  // What segments tell of an effect whole trajectories may deny.
+  std::set<std::string> denied;
+  while (true) {
+    const std::string least = LeastTold(final, diagnosis.last().added);
+    if (least.empty()) break;
+    std::set<std::string> without = denied;
+    without.insert(least);
+    FinalFit simpler = FitWithout(without, session, problem, diagnosis.last());
+    if (!IsAsGood(simpler.fit, final.fit)) break;
+    final = std::move(simpler);
+    denied = without;
+  }
+  final.denied = {denied.begin(), denied.end()};
   if (!session.holdout.empty()) {
     final.holdout = PredictHoldout(final.fit.model, session.holdout,
                                    *final.problem, final.fit.segment_s);

@@ -41,12 +41,14 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
                                             Session* session);
 
 // The model that a diagnosis ended with, fitted as sysid_fit does: one
-// trajectory a run, whole runs where parts of them were held out.
+// trajectory a run, whole runs where parts of them were held out; without the
+// effects that so are not told from none.
 struct FinalFit {
   Session session;  // with the effects, what is free, and the starting values
   std::unique_ptr<ShootingProblem> problem;
   Fit fit;
-  std::optional<Holdout> holdout;  // where there were held-out runs
+  std::optional<Holdout> holdout;   // where there were held-out runs
+  std::vector<std::string> denied;  // effects of the diagnosis it does without
 };
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
                   const Diagnosis& diagnosis);

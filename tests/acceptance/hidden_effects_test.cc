@@ -76,8 +76,8 @@ TEST(Engines, MoveEveryMechanismAlikeWithEveryEffect) {
   }
 }
 
-// MuJoCo's frictionloss holds a joint that ours lets creep by up to 0.01 rad/s
-// (0.001 m/s), and saturates at a speed of its own: the motions agree to a few
+// MuJoCo's frictionloss holds a joint that ours lets creep by up to 3 mrad/s
+// (0.3 mm/s), and saturates at a speed of its own: the motions agree to a few
 // parts in a hundred of what friction does.
 TEST(Engines, AgreeRoughlyOnFrictionThatSticks) {
   for (HiddenCase c : Singles()) {

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "glog/logging.h"
+#include "models/effects/coulomb_friction.h"
 #include "mujoco/mujoco.h"
 #include "tests/acceptance/hidden/plant.h"
 #include "tests/support/mujoco_model.h"
@@ -235,7 +236,7 @@ class MujocoPlant : public Plant {
                        double between) {
     const int joint = JointOf(effect);
     const bool slides = mechanism_.joints[joint].type == JointType::kPrismatic;
-    const double smooth = slides ? 1e-3 : 1e-2;
+    const double smooth = FrictionSmoothingSpeed(slides);
     InstallAlongVelocity(joint, [=](double speed) {
       const double level =
           fast + (slow - fast) * std::exp(-std::pow(speed / between, 2));

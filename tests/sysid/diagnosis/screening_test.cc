@@ -142,8 +142,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Planted{"pendulum2_planar", "", "link2.mass", 1.02},
                     Planted{"pendulum2", "viscous_damping@joint2",
                             "joint2.damping", 0.0005, 0.0, 0.35},
+                    // Its refit is at the noise and lets go of the spins, which
+                    // gains a little more.
                     Planted{"pendulum2", "gravity_tilt@base", "gravity_tilt_x",
-                            0.01, 0.0, 0.1},
+                            0.01, 0.0, 0.15},
                     Planted{"cartpole", "effort_gain@slider",
                             "slider.effort_gain", 0.01, 0.3},
                     Planted{"cartpole", "effort_delay@base", "effort_delay",

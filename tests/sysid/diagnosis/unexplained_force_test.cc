@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "models/effects/coulomb_friction.h"
 #include "models/state.h"
 #include "sysid/diagnosis/where.h"
 #include "tests/support/measured_run.h"
@@ -80,6 +81,8 @@ RowMatrixXd TrueStates(const Model& truth, const sysid::Run& run, int seed,
                   {.step = 1e-3});
 }
 
+double Dry(double c, double, double qd);
+
 struct Planted {
   std::string robot;
   std::vector<Value> free;
@@ -142,7 +145,9 @@ TEST_P(Force, IsThatOfThePlantedLaw) {
   const std::vector<ForceRegression> laws = sought.LawsOf(planted.joint);
   ASSERT_GE(laws.size(), 7u);
   EXPECT_EQ(laws[0].regressor, planted.first);
-  EXPECT_GT(laws[0].r2, 0.9);
+  // A force that is linear between its knots rounds the corners of dry
+  // friction.
+  EXPECT_GT(laws[0].r2, planted.law == Dry ? 0.8 : 0.9);
   EXPECT_NEAR(laws[0].coefficients[0], planted.sign * planted.value.value,
               0.1 * planted.value.value);
   EXPECT_EQ(laws[0].label, planted.first == "constant" ? "a constant"
@@ -153,7 +158,7 @@ TEST_P(Force, IsThatOfThePlantedLaw) {
 double Viscous(double d, double, double qd) { return -d * qd; }
 double Quadratic(double b, double, double qd) { return -b * std::abs(qd) * qd; }
 double Dry(double c, double, double qd) {
-  return -c * qd / std::hypot(qd, 1e-2);
+  return -c * qd / std::hypot(qd, FrictionSmoothingSpeed(false));
 }
 double Bias(double b, double, double) { return b; }
 
