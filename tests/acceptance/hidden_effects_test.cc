@@ -77,7 +77,7 @@ TEST(Engines, MoveEveryMechanismAlikeWithEveryEffect) {
 }
 
 // MuJoCo's frictionloss holds a joint that ours lets creep by up to 3 mrad/s
-// (0.3 mm/s), and saturates at a speed of its own: the motions agree to a few
+// (1 mm/s), and saturates at a speed of its own: the motions agree to a few
 // parts in a hundred of what friction does.
 TEST(Engines, AgreeRoughlyOnFrictionThatSticks) {
   for (HiddenCase c : Singles()) {
