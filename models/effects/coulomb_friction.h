@@ -8,11 +8,11 @@
 
 namespace sysid {
 
-// v_s of a joint: 3 mrad/s, or 1 mm/s of a slide. Below it a joint creeps
+// v_s of a joint: 5 mrad/s, or 1 mm/s of a slide. Below it a joint creeps
 // instead of sticking, in the time that a swing sticks by less than most
 // sensors see; a tenth of it would need steps a tenth as long.
 inline double FrictionSmoothingSpeed(bool prismatic) {
-  return prismatic ? 1e-3 : 3e-3;
+  return prismatic ? 1e-3 : 5e-3;
 }
 
 // tau = -c qd / sqrt(|qd|^2 + v_s^2): -c sign(qd) away from rest; for a

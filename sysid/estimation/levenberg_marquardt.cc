@@ -147,19 +147,28 @@ void StagedFit::Solve(bool joined) {
 void StagedFit::SolveIndependent() {
   // To compare models: a hundredth of what makes a difference between two.
   constexpr double kEnough = 1e-5;
-  constexpr double kNear = 1.3;  // times the noise
+  constexpr double kNear = 2.0, kThere = 1.3;  // times the noise
   fit_.defect = std::numeric_limits<double>::infinity();
   StageSummary last =
       Stage("independent segments", fit_.defect, kEnough, 1 << 30, kHeldSpin);
-  const auto is_near = [&] {
-    return last.converged &&
-           EvaluateErrors(*problem_, point_, 0.0).total.normalized_rms < kNear;
+  const auto error = [&] {
+    return EvaluateErrors(*problem_, point_, 0.0).total.normalized_rms;
   };
   // A model that is nearly right may say itself how it spins, and the errors of
-  // the step would look like something missing.
-  if (is_near()) {
+  // the step would look like something missing; one that so comes to the noise
+  // was right.
+  if (last.converged && error() < kNear) {
+    const ShootingPoint held = point_;
+    const double step = problem_->options().rollout.step;
     if (choose_step_) RefineStep(problem_, fit_.defect, &point_);
-    last = Stage("independent segments", fit_.defect, kEnough, 1 << 30);
+    const StageSummary free =
+        Stage("independent segments", fit_.defect, kEnough, 1 << 30);
+    if (error() < kThere) {
+      last = free;
+    } else {
+      point_ = held;
+      problem_->mutable_options()->rollout.step = step;
+    }
   }
   fit_.converged = last.converged;
   fit_.termination = last.message;

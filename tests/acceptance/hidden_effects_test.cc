@@ -76,7 +76,7 @@ TEST(Engines, MoveEveryMechanismAlikeWithEveryEffect) {
   }
 }
 
-// MuJoCo's frictionloss holds a joint that ours lets creep by up to 3 mrad/s
+// MuJoCo's frictionloss holds a joint that ours lets creep by up to 5 mrad/s
 // (1 mm/s), and saturates at a speed of its own: the motions agree to a few
 // parts in a hundred of what friction does.
 TEST(Engines, AgreeRoughlyOnFrictionThatSticks) {
