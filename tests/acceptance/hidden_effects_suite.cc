@@ -1,6 +1,6 @@
 // Runs the suite "data with a hidden effect" of issue 3 and prints its table
-// (docs/diagnosis.md); or writes cases as files for the programs. Not a test:
-// it takes half an hour.
+// (docs/hidden_effects.md); or writes cases as files for the programs. Not a
+// test: it takes an hour.
 
 #include <atomic>
 #include <chrono>
