@@ -30,7 +30,8 @@ bool IsDone(const GaussNewtonStep& step) {
 Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
   const double given = problem->options().segment;
   Descent descent(problem, "adam",
-                  given > 0 ? given : std::numeric_limits<double>::infinity());
+                  given > 0 ? given : std::numeric_limits<double>::infinity(),
+                  options.from_rest);
   Fit* fit = descent.fit();
   Eigen::VectorXd v = Eigen::VectorXd::Zero(problem->map().size());
   fit->termination = descent.hopeless();

@@ -14,7 +14,7 @@
 namespace sysid {
 
 Descent::Descent(ShootingProblem* problem, const std::string& solver,
-                 double segment)
+                 double segment, bool from_rest)
     : problem_(problem),
       choose_step_(problem->options().rollout.step <= 0),
       start_s_(Now()),
@@ -29,6 +29,11 @@ Descent::Descent(ShootingProblem* problem, const std::string& solver,
   }
   const Eigen::VectorXd v = Eigen::VectorXd::Zero(transformation_.size());
   point_ = CutPoint(*problem, transformation_.Theta(v), states, segment);
+  if (from_rest) {
+    for (ShootingPoint::Nodes& nodes : point_.runs) {
+      nodes.states.rightCols(problem->model().nv()).setZero();
+    }
+  }
   ShortenStep(v);
   hopeless_ = WhyHopeless(*problem, point_);
   rollouts_ = std::make_unique<Rollouts>(problem, point_);

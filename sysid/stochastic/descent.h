@@ -21,9 +21,10 @@ struct GaussNewtonStep {
 class Descent {
  public:
   // Cuts runs into rollouts of about `segment` seconds (infinity: whole runs)
-  // with first states from the data, and chooses the step where the options do
-  // not.
-  Descent(ShootingProblem* problem, const std::string& solver, double segment);
+  // with first states from the data (their velocities zero where they start
+  // from rest), and chooses the step where the options do not.
+  Descent(ShootingProblem* problem, const std::string& solver, double segment,
+          bool from_rest);
 
   // Why there is no use in starting, else "".
   const std::string& hopeless() const { return hopeless_; }

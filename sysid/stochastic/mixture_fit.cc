@@ -38,7 +38,8 @@ class MixtureDescent {
   MixtureDescent(ShootingProblem* problem, const MixtureOptions& options)
       : problem_(problem),
         options_(options),
-        descent_(problem, "gmm", RolloutLength(*problem, options)),
+        descent_(problem, "gmm", RolloutLength(*problem, options),
+                 options.from_rest),
         random_(options.seed),
         result_(*descent_.fit()),
         n_(problem->map().size()) {

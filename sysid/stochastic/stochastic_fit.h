@@ -26,6 +26,9 @@ namespace sysid {
 struct AdamFitOptions {
   AdamOptions adam;
   LossOptions loss;
+  // Rollouts start at rest: a velocity that the data only tells roughly is
+  // known to be zero.
+  bool from_rest = false;
 };
 
 // Deterministic: equation 1.
@@ -41,6 +44,7 @@ struct MixtureEpoch {
 struct MixtureOptions {
   AdamOptions adam;
   LossOptions loss;
+  bool from_rest = false;  // as of AdamFitOptions
   int kernels = 3;
   int draws = 8;                   // an epoch
   double temperature = 2.0 / 3.0;  // of the Gumbel-Softmax
