@@ -8,13 +8,13 @@
 #include "sysid/io/csv.h"
 #include "tools/program.h"
 
-DEFINE_double(learning_rate, 0.05, "Adam's, in parts of a parameter's size");
+DEFINE_double(learning_rate, 0.1, "Adam's, in parts of a parameter's size");
 DEFINE_string(schedule, "cosine", "constant, exponential or cosine");
 DEFINE_int32(epochs, 150, "steps of Adam");
 DEFINE_double(huber, 0, "threshold of the Huber loss, rad or m");
 DEFINE_bool(from_rest, false, "every rollout starts at rest");
 DEFINE_int32(kernels, 3, "of the mixture");
-DEFINE_int32(draws, 8, "of the mixture, an epoch");
+DEFINE_int32(draws, 16, "of the mixture, an epoch");
 DEFINE_double(spread, 0.3, "of the mixture at its start, in parts of a size");
 DEFINE_bool(online, false, "rollouts arrive in 10 portions, 15 epochs each");
 DECLARE_uint64(seed);
@@ -65,6 +65,10 @@ MixtureOptions MixtureOptionsFromFlags() {
   options.draws = FLAGS_draws;
   options.spread = FLAGS_spread;
   options.online = FLAGS_online;
+  // A rate that falls would hear little of what arrives last.
+  if (FLAGS_online && !FlagGiven("schedule")) {
+    options.adam.schedule = Schedule::kConstant;
+  }
   options.from_rest = FLAGS_from_rest;
   options.seed = FLAGS_seed;
   if (FLAGS_online && FlagGiven("epochs")) {

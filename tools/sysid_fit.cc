@@ -39,9 +39,9 @@ constexpr char kHelp[] =
   --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
   --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
                              Gaussians (docs/stochastic.md)
-    --learning_rate 0.05  --schedule cosine|exponential|constant  --epochs 150
+    --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
     --huber D (rad, m; default: none, 0.1)  --from_rest    of adam and gmm
-    --kernels 3  --draws 8  --spread 0.3  --online  --sample N    of gmm
+    --kernels 3  --draws 16  --spread 0.3  --online  --sample N    of gmm
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)

@@ -19,7 +19,7 @@ Schedule ParseSchedule(const std::string& name, const std::string& place);
 std::string ToString(Schedule schedule);
 
 struct AdamOptions {
-  double learning_rate = 0.05;  // in units of v: parts of a parameter's size
+  double learning_rate = 0.1;  // in units of v: parts of a parameter's size
   Schedule schedule = Schedule::kCosine;
   int epochs = 150;
   double beta1 = 0.9, beta2 = 0.999, epsilon = 1e-8;

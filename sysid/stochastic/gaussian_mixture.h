@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "models/math/types.h"
+#include "models/scalars.h"
 
 namespace sysid {
 

@@ -46,7 +46,7 @@ struct MixtureOptions {
   LossOptions loss;
   bool from_rest = false;  // as of AdamFitOptions
   int kernels = 3;
-  int draws = 8;                   // an epoch
+  int draws = 16;                  // an epoch
   double temperature = 2.0 / 3.0;  // of the Gumbel-Softmax
   // Deviation of the kernels at the start, and of their means about it, in
   // units of v: parts of a parameter's size.
