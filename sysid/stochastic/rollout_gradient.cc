@@ -29,9 +29,19 @@ using stan::math::vari;
 class Tape {
  public:
   Tape() : lock_(Mutex()) { stan::math::start_nested(); }
-  ~Tape() { stan::math::recover_memory_nested(); }
+  ~Tape() {
+    Use().last_call = ChainableStack::instance_->memalloc_.bytes_allocated();
+    stan::math::recover_memory_nested();
+    Use().nodes_left = ChainableStack::instance_->var_stack_.size() +
+                       ChainableStack::instance_->var_nochain_stack_.size();
+  }
   Tape(const Tape&) = delete;
   Tape& operator=(const Tape&) = delete;
+
+  static TapeUse& Use() {
+    static TapeUse use;
+    return use;
+  }
 
   // d y / d x for all x.
   static void Gradient(const var& y, const std::vector<var>& x,
@@ -243,8 +253,6 @@ bool MixtureLossGradient(const Rollouts& rollouts,
   return std::isfinite(*loss) && gradient->allFinite();
 }
 
-std::size_t TapeBytes() {
-  return ChainableStack::instance_->memalloc_.bytes_allocated();
-}
+TapeUse LastTapeUse() { return Tape::Use(); }
 
 }  // namespace sysid

@@ -53,8 +53,12 @@ bool MixtureLossGradient(const Rollouts& rollouts,
                          const std::vector<MixtureDraw>& draws, double* loss,
                          int* failed, Eigen::VectorXd* gradient);
 
-// What the tape has allocated so far, bytes. It is recovered after every call,
-// so it grows to what one call needs and no further.
-std::size_t TapeBytes();
+// The tape's memory. It is recovered after every call above: nothing is left on
+// it, and what it holds grows to what one call needs and no further.
+struct TapeUse {
+  std::size_t last_call = 0;   // bytes that the last call had on it at its end
+  std::size_t nodes_left = 0;  // after it
+};
+TapeUse LastTapeUse();
 
 }  // namespace sysid
