@@ -84,7 +84,8 @@ Json MixtureHistory(const MixtureFit& mixture) {
   Json history = Json::array();
   for (size_t i = 0; i < mixture.epochs.size(); ++i) {
     const MixtureEpoch& epoch = mixture.epochs[i];
-    const HistoryEntry* entry = i > 0 ? &mixture.fit.history[i - 1] : nullptr;
+    const HistoryEntry* entry =
+        i < mixture.fit.history.size() ? &mixture.fit.history[i] : nullptr;
     Json json = {{"iteration", epoch.epoch},
                  {"cost", entry ? Finite(entry->cost) : Json(nullptr)},
                  {"time_s", entry ? entry->time_s : 0.0},

@@ -199,10 +199,10 @@ void SvgPanel::Ellipse(double x, double y, const double a[2], const double b[2],
 }
 
 void SvgPanel::Note(const std::string& text, const std::string& colour) {
-  constexpr double kLine = 14.0;
+  constexpr double kLine = 18.0;
   ++notes_;
-  marks_ +=
-      Words(box_.x + 6, box_.y + kLine * notes_, text, "start", 10.5, colour);
+  notes_text_ += Words(box_.x + box_.width + 18, box_.y + kLine * notes_, text,
+                       "start", 11.5, colour);
 }
 
 std::string SvgPanel::Axes() const {
@@ -225,7 +225,7 @@ std::string SvgPanel::Axes() const {
   }
   text += Words(box_.x + 0.5 * box_.width, bottom + 31, x_.label, "middle",
                 11.5, kInk);
-  const double middle = box_.y + 0.5 * box_.height, left = box_.x - 46;
+  const double middle = box_.y + 0.5 * box_.height, left = box_.x - 56;
   text +=
       Words(left, middle, y_.label, "middle", 11.5, kInk,
             " transform=\"rotate(-90 " + Px(left) + " " + Px(middle) + ")\"");
@@ -239,7 +239,8 @@ std::string SvgPanel::Text() const {
   return Axes() + "<clipPath id=\"" + id + "\"><rect x=\"" + Px(box_.x) +
          "\" y=\"" + Px(box_.y) + "\" width=\"" + Px(box_.width) +
          "\" height=\"" + Px(box_.height) + "\"/></clipPath>\n" +
-         "<g clip-path=\"url(#" + id + ")\">\n" + marks_ + "</g>\n";
+         "<g clip-path=\"url(#" + id + ")\">\n" + marks_ + "</g>\n" +
+         notes_text_;
 }
 
 std::string SvgFigure(double width, double height, const std::string& title,

@@ -43,7 +43,7 @@ class SvgPanel {
   // x0, y0 and the two half axes as vectors, in the data's coordinates.
   void Ellipse(double x, double y, const double a[2], const double b[2],
                const std::string& colour, const std::string& dashes = "");
-  // A line of words within the panel, from the top.
+  // A line of words beside the panel on its right, from the top.
   void Note(const std::string& text, const std::string& colour);
 
   std::string Text() const;  // with axes
@@ -55,7 +55,7 @@ class SvgPanel {
 
   PlotBox box_;
   PlotAxis x_, y_;
-  std::string title_, marks_;
+  std::string title_, marks_, notes_text_;
   int notes_ = 0;
 };
 

@@ -1,5 +1,6 @@
 #include "sysid/stochastic/comparison.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -56,6 +57,20 @@ class Judge {
 
   double Loss(const Eigen::VectorXd& theta) const {
     return rollouts_->Loss(all_, theta, kInfinity);
+  }
+  // Half the second derivative of the loss by theta, of Gauss and Newton.
+  Eigen::MatrixXd Curvature(const Eigen::VectorXd& theta) const {
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(theta.size(), theta.size());
+    for (const int i : all_) {
+      Eigen::VectorXd r(rollouts_->num_errors(i));
+      RowMatrixXd J;
+      if (!rollouts_->Linearize(i, theta.data(), r.data(), &J)) continue;
+      for (const Rollouts::Group& group : rollouts_->groups(i)) {
+        const auto rows = J.middleRows(group.first, group.size);
+        H += group.weight * group.weight * rows.transpose() * rows;
+      }
+    }
+    return H;
   }
   int samples() const { return rollouts_->Samples(all_); }
   const ShootingProblem& problem() const { return *problem_; }
@@ -218,7 +233,7 @@ void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {
 
 // Over what the solvers visited last, and the reference.
 Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
-  constexpr int kCells = 61;
+  constexpr int kCells = 81;
   Landscape landscape;
   Eigen::Vector2d low = comparison.reference, high = low;
   const auto include = [&](const Eigen::Vector2d& point) {
@@ -264,6 +279,9 @@ Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
   const double chi2 = std::max(1.0, best * judge.samples() / noise2 / dof);
   landscape.deviance =
       (landscape.deviance.array() - best) * (judge.samples() / noise2 / chi2);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
+      Eigen::Matrix2d(judge.Curvature(Found(comparison.runs[0]))));
+  landscape.valley = eigen.eigenvectors().col(0);
   return landscape;
 }
 

@@ -78,6 +78,9 @@ struct Trial {
 struct Landscape {
   Eigen::VectorXd x, y;      // values
   Eigen::MatrixXd deviance;  // y.size() x x.size()
+  // The direction in which the loss is flattest at what Levenberg-Marquardt
+  // found.
+  Eigen::Vector2d valley = Eigen::Vector2d::Zero();
 };
 
 struct Comparison {

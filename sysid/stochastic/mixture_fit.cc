@@ -81,9 +81,9 @@ void MixtureDescent::Record(int epoch, int rollouts, double loss) {
 }
 
 void MixtureDescent::CountBeyondBounds(const std::vector<MixtureDraw>& draws) {
-  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(n_);
-  const Eigen::VectorXd start = descent_.transformation().Theta(zero);
-  const Eigen::VectorXd slope = descent_.transformation().Slope(zero);
+  const Eigen::VectorXd mean = mixture_.Mean();
+  const Eigen::VectorXd theta = descent_.transformation().Theta(mean);
+  const Eigen::VectorXd slope = descent_.transformation().Slope(mean);
   const Eigen::VectorXd packed = mixture_.Pack();
   const int K = mixture_.kernels();
   for (const MixtureDraw& draw : draws) {
@@ -92,7 +92,7 @@ void MixtureDescent::CountBeyondBounds(const std::vector<MixtureDraw>& draws) {
                      packed.data() + K + K * n_, draw, options_.temperature,
                      v.data());
     for (int i = 0; i < n_; ++i) {
-      const double linear = start[i] + slope[i] * v[i];
+      const double linear = theta[i] + slope[i] * (v[i] - mean[i]);
       if (!problem_->map().IsTransformed(i) &&
           (linear < problem_->free()[i].lower ||
            linear > problem_->free()[i].upper)) {
@@ -250,6 +250,13 @@ MixtureFit MixtureDescent::Run() {
   if (fit->termination.empty()) {
     const int total = descent_.rollouts().size();
     const int epochs = options_.epochs();
+    const std::vector<int> all = FirstOnes(total);
+    const Eigen::VectorXd mean = mixture_.Mean();
+    descent_.Note(
+        0, epochs,
+        descent_.rollouts().Loss(all, descent_.transformation().Theta(mean),
+                                 options_.loss.huber),
+        descent_.rollouts().Samples(all), mean);
     for (int epoch = 1; epoch <= epochs; ++epoch) {
       int arrived = total;
       if (options_.online) {

@@ -163,7 +163,11 @@ class LossOnTape {
       for (const var& x : thetas[t]) values[t].push_back(x.val());
     }
     std::vector<Rolled> rolled(thetas.size() * count);
-    ParallelFor(static_cast<int>(rolled.size()), options_.threads, [&](int at) {
+    // Starting threads costs as much as rolling out some hundred samples.
+    constexpr int kWorthThreads = 1000;
+    const int samples = samples_ * static_cast<int>(thetas.size());
+    const int threads = samples < kWorthThreads ? 1 : options_.threads;
+    ParallelFor(static_cast<int>(rolled.size()), threads, [&](int at) {
       const int i = which_[at % count];
       rolled[at].errors.resize(rollouts_.num_errors(i));
       rolled[at].ok =
