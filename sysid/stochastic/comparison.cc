@@ -212,10 +212,9 @@ std::string WhyTheyDiffer(double lm, double mixture, double start_std,
                         : "the mean loss has no term that keeps a deviation "
                           "from shrinking, whatever the noise");
   }
-  return Text(
-      "alike (%.2g), by the number of epochs: the mixture does not "
-      "know the noise",
-      ratio);
+  return Text("alike (%.2g of it), which is chance: ", ratio) +
+         "the number of epochs sets the deviation, the mixture does not know "
+         "the noise";
 }
 
 void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {

@@ -185,10 +185,11 @@ void MixtureDescent::RemarkOnDraws() {
 }
 
 void MixtureDescent::RemarkOnKernels() {
-  constexpr double kLost = 0.01;   // weight
-  constexpr double kSmall = 1e-3;  // deviation, part of a parameter's size
-  constexpr double kEqual = 10.0;  // of log-likelihood ratio, doubled
-  constexpr int kPolish = 3;       // Gauss-Newton steps
+  constexpr double kLost = 0.01;      // weight
+  constexpr double kSmall = 1e-3;     // deviation, part of a parameter's size
+  constexpr double kEqual = 10.0;     // of log-likelihood ratio, doubled
+  constexpr double kTakesPart = 0.1;  // as in AnalyseIdentifiability
+  constexpr int kPolish = 3;          // Gauss-Newton steps
   const Eigen::VectorXd weights = mixture_.Weights();
   const Eigen::MatrixXd deviations = mixture_.Deviations();
   const std::vector<int> all = FirstOnes(descent_.rollouts().size());
@@ -226,9 +227,10 @@ void MixtureDescent::RemarkOnKernels() {
   for (size_t a = 0; a < polished.size(); ++a) {
     for (size_t b = a + 1; b < polished.size(); ++b) {
       if (!(squares[a] - best < equal && squares[b] - best < equal)) continue;
+      const Eigen::VectorXd off = (polished[a] - polished[b]).cwiseAbs();
+      if (off.maxCoeff() <= kUndetermined) continue;
       for (int i = 0; i < n_; ++i) {
-        apart[i] = apart[i] ||
-                   std::abs(polished[a][i] - polished[b][i]) > kUndetermined;
+        apart[i] = apart[i] || off[i] > kTakesPart * off.maxCoeff();
       }
     }
   }
