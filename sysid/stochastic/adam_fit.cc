@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kStepEvery = 10;     // epochs between looks at the step
 constexpr int kMostFailures = 20;  // in a row
+constexpr double kRecovery = 1.2;  // of the learning rate, an epoch
 
 std::string Percent(double part) {
   char text[32];
@@ -50,12 +51,21 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
   for (int epoch = 1; epoch <= epochs + 1; ++epoch) {
     double loss = 0.0;
     ++fit->evaluations;
-    if ((epoch % kStepEvery == 0 || failures > 0) && descent.ShortenStep(v)) {
+    const auto evaluate = [&] {
+      return LossGradient(rollouts, all, descent.transformation(), how, v,
+                          &loss, &gradient);
+    };
+    bool shortened = epoch % kStepEvery == 0 && descent.ShortenStep(v);
+    bool ok = evaluate();
+    if (!ok && descent.ShortenStep(v)) {
+      shortened = true;
+      ok = evaluate();
+    }
+    if (shortened) {
       best_loss = std::numeric_limits<double>::infinity();  // another loss
     }
-    if (!LossGradient(rollouts, all, descent.transformation(), how, v, &loss,
-                      &gradient)) {
-      // Half the way back, and shorter steps from there on.
+    if (!ok) {
+      // Half the way back, and shorter steps for a while.
       if (++failures > kMostFailures) break;
       v = 0.5 * (v + good);
       slower *= 0.5;
@@ -64,6 +74,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
       continue;
     }
     failures = 0;
+    slower = std::min(1.0, kRecovery * slower);
     good = v;
     if (loss < best_loss) {
       best_loss = loss;

@@ -106,6 +106,7 @@ void MixtureDescent::CountBeyondBounds(const std::vector<MixtureDraw>& draws) {
 bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
   constexpr int kStepEvery = 10;
   constexpr int kMostFailures = 20;
+  constexpr double kRecovery = 1.2;  // of the learning rate, an epoch
   Fit* fit = descent_.fit();
   if (epoch % kStepEvery == 0 || failures_ > 0) {
     descent_.ShortenStep(mixture_.Mean());
@@ -133,6 +134,7 @@ bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
     loss = kInfinity;
   } else {
     failures_ = 0;
+    slower_ = std::min(1.0, kRecovery * slower_);
     good_ = mixture_;
     adam_->Step(gradient, slower_ * LearningRate(options_.adam, epoch),
                 &packed);
