@@ -176,10 +176,9 @@ std::string Text(const char* format, double a, double b = 0.0) {
   return text;
 }
 
-// Why the mixture's deviation is not Levenberg-Marquardt's standard error. The
-// mixture minimises a mean of the loss: nothing in that keeps a deviation from
-// shrinking, and nothing shrinks it faster than the learning rate; the noise
-// does not occur.
+// Why the mixture's deviation is not Levenberg-Marquardt's standard error:
+// (9.6). Nothing in a mean of the loss keeps a deviation from shrinking, and
+// nothing shrinks it faster than the learning rate; the noise does not occur.
 std::string WhyTheyDiffer(double lm, double mixture, double start_std,
                           bool from_states, int epochs) {
   constexpr double kAlike = 3.0;

@@ -80,7 +80,7 @@ class RolloutNode final : public vari {
     std::copy(J.data(), J.data() + J.size(), J_);
   }
 
-  // adjoint(theta) += J^T adjoint(r).
+  // (9.7): adjoint(theta) += J^T adjoint(r).
   void chain() override {
     for (Eigen::Index i = 0; i < rows_; ++i) {
       const double adjoint = errors_[i]->adj_;

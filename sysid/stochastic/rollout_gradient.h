@@ -42,7 +42,7 @@ bool LossGradient(const Rollouts& rollouts, const std::vector<int>& which,
                   const LossOptions& options, const Eigen::VectorXd& v,
                   double* loss, Eigen::VectorXd* gradient);
 
-// The mean of L(T(v)) over draws v of the mixture (9.4), and its gradient by
+// (9.5): the mean of L(T(v)) over draws v of the mixture, and its gradient by
 // GaussianMixture::Pack(). A draw whose dynamics fail is left out of the mean
 // and counted; false where all do.
 bool MixtureLossGradient(const Rollouts& rollouts,
