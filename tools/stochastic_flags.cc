@@ -86,8 +86,8 @@ void CheckSolverFlags(const std::string& solver) {
                      "it belongs to " + owners);
   };
   if (solver == "lm") {
-    for (const char* flag : {"learning_rate", "schedule", "epochs", "huber",
-                             "from_rest"}) {
+    for (const char* flag :
+         {"learning_rate", "schedule", "epochs", "huber", "from_rest"}) {
       refuse(flag, "--solver adam and gmm");
     }
   } else {

@@ -180,16 +180,17 @@ std::string Text(const char* format, double a, double b = 0.0) {
 // (9.6). Nothing in a mean of the loss keeps a deviation from shrinking, and
 // nothing shrinks it faster than the learning rate; the noise does not occur.
 std::string WhyTheyDiffer(double lm, double mixture, double start_std,
-                          bool from_states, int epochs) {
+                          int epochs) {
   constexpr double kAlike = 3.0;
   const double narrowed = start_std / mixture;
   if (!std::isfinite(lm)) {
     return narrowed > 2.0
                ? Text(
                      "the data does not determine it; the mixture narrowed "
-                     "%.3g-fold all the same: diagonal kernels cannot follow "
-                     "a direction in which several parameters move together",
-                     narrowed)
+                     "%.3g-fold all the same: ",
+                     narrowed) +
+                     "diagonal kernels cannot lie along a direction in which "
+                     "several parameters move together"
                : Text(
                      "the data does not determine it, and the mixture hardly "
                      "narrowed (%.2g-fold)",
@@ -197,23 +198,22 @@ std::string WhyTheyDiffer(double lm, double mixture, double start_std,
   }
   const double ratio = mixture / lm;
   if (ratio > kAlike) {
-    return Text("%.3g times wider: it narrowed %.3g-fold", ratio, narrowed) +
-           Text(
-               " in %.0f epochs, as fast as the learning rate lets it, and "
-               "would go on",
-               epochs);
+    return Text("%.3g times wider: ", ratio) +
+           (narrowed > 1.0
+                ? Text("%.0f epochs narrowed it %.3g-fold, and more would "
+                       "narrow it further, whatever the noise",
+                       epochs, narrowed)
+                : Text("in %.0f epochs it widened instead of narrowing, "
+                       "%.3g-fold",
+                       epochs, 1.0 / narrowed));
   }
   if (ratio < 1.0 / kAlike) {
     return Text("%.3g times narrower: ", 1.0 / ratio) +
-           (from_states ? "the mean loss has no term that keeps a deviation "
-                          "from shrinking, whatever the noise; and it takes "
-                          "the first states as exact"
-                        : "the mean loss has no term that keeps a deviation "
-                          "from shrinking, whatever the noise");
+           "nothing in a mean loss keeps a deviation from shrinking, whatever "
+           "the noise, and the first states are taken as exact";
   }
-  return Text("alike (%.2g of it), which is chance: ", ratio) +
-         "the number of epochs sets the deviation, the mixture does not know "
-         "the noise";
+  return Text("alike (%.2g of it), by chance: ", ratio) +
+         "the number of epochs sets a deviation, not the noise";
 }
 
 void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {
@@ -223,9 +223,9 @@ void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {
   const Eigen::VectorXd last = mixture.mixture.Std();
   for (size_t i = 0; i < problem.free().size(); ++i) {
     const double lm_std = lm.parameters[i].std_error;
-    out->uncertainty.push_back({out->names[i], out->units[i], lm_std, last[i],
-                                WhyTheyDiffer(lm_std, last[i], first[i], true,
-                                              mixture.fit.iterations)});
+    out->uncertainty.push_back(
+        {out->names[i], out->units[i], lm_std, last[i],
+         WhyTheyDiffer(lm_std, last[i], first[i], mixture.fit.iterations)});
   }
 }
 

@@ -57,6 +57,10 @@ class MixtureDescent {
   // One step; false where all draws have failed too often.
   bool Epoch(int epoch, const std::vector<int>& arrived);
   void Record(int epoch, int rollouts, double loss);
+  // A draw whose rollout all but fails has a gradient that is larger than the
+  // others' by any factor. One such would fill Adam's second moment and stop it
+  // for a thousand epochs: cut to kClip times what is usual.
+  void Clip(Eigen::VectorXd* gradient);
   void CountBeyondBounds(const std::vector<MixtureDraw>& draws);
   void Judge();
   void RemarkOnDraws();
@@ -70,8 +74,9 @@ class MixtureDescent {
   int n_;
   GaussianMixture mixture_, good_;
   std::unique_ptr<Adam> adam_;
-  double slower_ = 1.0;  // after failures
-  int failures_ = 0;     // in a row
+  double usual_norm_ = 0.0;  // of the gradient
+  double slower_ = 1.0;      // after failures
+  int failures_ = 0;         // in a row
 };
 
 void MixtureDescent::Record(int epoch, int rollouts, double loss) {
@@ -101,6 +106,19 @@ void MixtureDescent::CountBeyondBounds(const std::vector<MixtureDraw>& draws) {
       }
     }
   }
+}
+
+void MixtureDescent::Clip(Eigen::VectorXd* gradient) {
+  constexpr double kClip = 10.0;
+  constexpr double kForget = 0.1;
+  const double norm = gradient->norm();
+  if (usual_norm_ == 0.0) usual_norm_ = norm;
+  const double most = kClip * usual_norm_;
+  if (norm > most) {
+    *gradient *= most / norm;
+    ++result_.clipped_epochs;
+  }
+  usual_norm_ += kForget * (std::min(norm, most) - usual_norm_);
 }
 
 bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
@@ -136,6 +154,7 @@ bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
     failures_ = 0;
     slower_ = std::min(1.0, kRecovery * slower_);
     good_ = mixture_;
+    Clip(&gradient);
     adam_->Step(gradient, slower_ * LearningRate(options_.adam, epoch),
                 &packed);
   }
@@ -175,6 +194,11 @@ void MixtureDescent::RemarkOnDraws() {
     result_.remarks.push_back(std::to_string(result_.failed_draws) + " of " +
                               std::to_string(result_.draws) +
                               " draws were left out: their rollouts failed");
+  }
+  if (result_.clipped_epochs > 0) {
+    result_.remarks.push_back(
+        "the gradient of " + std::to_string(result_.clipped_epochs) +
+        " epochs was cut: rollouts of some draws all but failed");
   }
   if (result_.beyond_bounds > 0) {
     result_.remarks.push_back(

@@ -70,6 +70,7 @@ struct MixtureFit {
   GaussianMixture kernels;           // the same over v, to sample from
   std::vector<MixtureEpoch> epochs;  // the start, then after each epoch
   int draws = 0, failed_draws = 0;
+  int clipped_epochs = 0;  // whose gradient was far larger than the others'
   // Draws that would have been outside of their bounds, had the kernels been
   // Gaussian in the parameters themselves.
   int beyond_bounds = 0;

@@ -98,7 +98,8 @@ void Gradient(benchmark::State& state, GradientWay way) {
   plain = std::min(plain, pendulum.PlainTime());
   state.counters["rollout_us"] = 1e6 * plain;
   state.counters["ratio"] = least / plain;
-  state.counters["tape_kB"] = 1e-3 * static_cast<double>(LastTapeUse().last_call);
+  state.counters["tape_kB"] =
+      1e-3 * static_cast<double>(LastTapeUse().last_call);
 }
 void BM_PrecomputedGradient(benchmark::State& state) {
   Gradient(state, GradientWay::kPrecomputed);
@@ -129,7 +130,8 @@ void BM_MixtureEpoch(benchmark::State& state) {
   }
   state.counters["epochs_s"] = benchmark::Counter(
       static_cast<double>(state.iterations()), benchmark::Counter::kIsRate);
-  state.counters["tape_kB"] = 1e-3 * static_cast<double>(LastTapeUse().last_call);
+  state.counters["tape_kB"] =
+      1e-3 * static_cast<double>(LastTapeUse().last_call);
 }
 BENCHMARK(BM_MixtureEpoch)->Arg(10)->Arg(250);
 
