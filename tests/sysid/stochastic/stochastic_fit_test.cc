@@ -248,6 +248,33 @@ TEST(FitGaussianMixture, LeavesFailedDrawsOutAndCountsThem) {
   EXPECT_TRUE(result.mixture.means.allFinite());
 }
 
+// One gradient of 1e30 would be the last that Adam hears of.
+TEST(FitGaussianMixture, IsNotStoppedByDrawsThatAllButFail) {
+  const std::vector<std::string> damped{"viscous_damping@joint1",
+                                        "viscous_damping@joint2"};
+  const Model truth =
+      Shipped("pendulum2", damped,
+              {{"joint1.damping", 0.05}, {"joint2.damping", 0.02}});
+  const Model model = Shipped("pendulum2", damped);
+  EstimationOptions given;
+  given.noise = 1e-3;
+  ShootingProblem problem(model,
+                          FreeFrom(model, {{"link1.length", 0.6},
+                                           {"joint1.damping", 0.01},
+                                           {"joint2.damping", 0.01}}),
+                          ReleasedRuns(truth, 1, 0.4, 1e-3, 1), given);
+  MixtureOptions options = MixtureFromRest();
+  options.spread = 0.5;
+  options.adam.epochs = 100;
+  const MixtureFit result = FitGaussianMixture(&problem, options);
+  EXPECT_GT(result.clipped_epochs, 0);
+  EXPECT_THAT(result.remarks, Contains(HasSubstr("was cut")));
+  const auto length_at = [&](int epoch) {
+    return result.epochs[epoch].kernels.Mean()[0];
+  };
+  EXPECT_GT(std::abs(length_at(80) - length_at(40)), 1e-3);
+}
+
 TEST(FitGaussianMixture, SaysWhereItDiverges) {
   const Model model = Shipped("pendulum2", {"viscous_damping@joint1"});
   EstimationOptions given;
