@@ -78,6 +78,22 @@ MixtureOptions MixtureOptionsFromFlags() {
   return options;
 }
 
+std::vector<std::string> MovedStarts(const Session& session) {
+  const ShootingProblem problem(session.model, session.free, session.runs,
+                                session.options);
+  const Transformation transformation(problem);
+  const Eigen::VectorXd start = transformation.Start();
+  std::vector<std::string> notices;
+  for (const std::string& name : transformation.moved()) {
+    for (int i = 0; i < start.size(); ++i) {
+      if (session.free[i].parameter.name != name) continue;
+      notices.push_back(name + " starts at its bound, where Adam has no " +
+                        "slope: moved to " + ShortestText(start[i]));
+    }
+  }
+  return notices;
+}
+
 void CheckSolverFlags(const std::string& solver) {
   const auto refuse = [&](const char* flag, const std::string& owners) {
     if (!FlagGiven(flag)) return;

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "sysid/session/session.h"
 #include "sysid/stochastic/stochastic_fit.h"
 
 // The flags of the stochastic solvers: how Adam and the mixture descend.
@@ -12,6 +14,9 @@ namespace sysid {
 // InputError for values that make no sense.
 AdamFitOptions AdamOptionsFromFlags();
 MixtureOptions MixtureOptionsFromFlags();
+
+// Notices of starts that Adam and the mixture move away from their bounds.
+std::vector<std::string> MovedStarts(const Session& session);
 
 // That no flag was given that the solver ("lm", "adam", "gmm") does not have.
 void CheckSolverFlags(const std::string& solver);

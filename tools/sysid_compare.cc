@@ -129,6 +129,8 @@ int Main() {
     CheckIsNoInput("--figure", FLAGS_figure, request.traj);
     CheckWritableFile(FLAGS_figure);
   }
+  const std::vector<std::string> moved = MovedStarts(session);
+  session.notices.insert(session.notices.end(), moved.begin(), moved.end());
   for (const std::string& notice : session.notices) {
     std::fprintf(stderr, "note: %s\n", notice.c_str());
   }

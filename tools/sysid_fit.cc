@@ -106,6 +106,10 @@ int Main() {
   const AdamFitOptions adam = AdamOptionsFromFlags();
   const MixtureOptions gmm = MixtureOptionsFromFlags();
   CheckOutputs(request, session);
+  if (session.solver != "lm") {
+    const std::vector<std::string> moved = MovedStarts(session);
+    session.notices.insert(session.notices.end(), moved.begin(), moved.end());
+  }
   for (const std::string& notice : session.notices) {
     std::fprintf(stderr, "note: %s\n", notice.c_str());
   }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <functional>
 
+#include "models/error.h"
 #include "sysid/report/comparison_report.h"
 #include "sysid/report/text.h"
 
@@ -160,14 +161,10 @@ std::string ComparisonText(const Session& session,
   }
   for (const SolverRun& run : comparison.runs) {
     for (const std::vector<std::string>& group : run.fit.not_identifiable) {
-      std::string names;
-      for (const std::string& name : group) {
-        names += (names.empty() ? "" : ", ") + name;
-      }
       text +=
           "  " + run.solver + ": this data " +
           (group.size() == 1 ? "does not determine " : "cannot tell apart ") +
-          names + "\n";
+          Join(group) + "\n";
     }
     if (run.mixture) {
       for (const std::string& remark : run.mixture->remarks) {

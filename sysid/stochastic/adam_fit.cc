@@ -2,9 +2,9 @@
 #include <cmath>
 #include <limits>
 
-#include "models/error.h"
 #include "sysid/stochastic/descent.h"
 #include "sysid/stochastic/stochastic_fit.h"
+#include "sysid/stochastic/words.h"
 
 namespace sysid {
 namespace {
@@ -12,12 +12,6 @@ namespace {
 constexpr int kStepEvery = 10;     // epochs between looks at the step
 constexpr int kMostFailures = 20;  // in a row
 constexpr double kRecovery = 1.2;  // of the learning rate, an epoch
-
-std::string Percent(double part) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.2g %%", 100.0 * part);
-  return text;
-}
 
 // Whether a Gauss-Newton step would gain nothing to speak of: a hundredth of
 // the loss, half a unit of log-likelihood, or a thousandth of every parameter.
@@ -96,7 +90,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
   fit->converged = IsDone(step) && failures == 0;
   if (fit->converged) {
     fit->termination = "settled: a Gauss-Newton step would lower the loss by " +
-                       Percent(step.gain);
+                       Words("%.2g %%", 100.0 * step.gain);
   } else if (failures > 0) {
     fit->termination =
         "diverged: rollouts fail beside the best point; a lower "
@@ -108,9 +102,9 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
         "after " + std::to_string(epochs) +
         " epochs the loss is not at a minimum: a Gauss-Newton step would "
         "take " +
-        Percent(step.gain) + " of it away and move " +
+        Words("%.2g %%", 100.0 * step.gain) + " of it away and move " +
         problem->free()[worst].parameter.name + " by " +
-        Percent(std::abs(step.dv[worst])) +
+        Words("%.2g %%", 100.0 * std::abs(step.dv[worst])) +
         " of its size; more --epochs or another --learning_rate may help";
   }
   return descent.Finish(v);

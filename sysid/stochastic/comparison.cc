@@ -3,13 +3,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <random>
 
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
-#include "sysid/estimation/step_size.h"
+#include "sysid/stochastic/words.h"
 
 namespace sysid {
 namespace {
@@ -170,12 +169,6 @@ Trial Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
   return trial;
 }
 
-std::string Text(const char* format, double a, double b = 0.0) {
-  char text[160];
-  std::snprintf(text, sizeof(text), format, a, b);
-  return text;
-}
-
 // Why the mixture's deviation is not Levenberg-Marquardt's standard error:
 // (9.6). Nothing in a mean of the loss keeps a deviation from shrinking, and
 // nothing shrinks it faster than the learning rate; the noise does not occur.
@@ -185,34 +178,34 @@ std::string WhyTheyDiffer(double lm, double mixture, double start_std,
   const double narrowed = start_std / mixture;
   if (!std::isfinite(lm)) {
     return narrowed > 2.0
-               ? Text(
+               ? Words(
                      "the data does not determine it; the mixture narrowed "
                      "%.3g-fold all the same: ",
                      narrowed) +
                      "diagonal kernels cannot lie along a direction in which "
                      "several parameters move together"
-               : Text(
+               : Words(
                      "the data does not determine it, and the mixture hardly "
                      "narrowed (%.2g-fold)",
                      narrowed);
   }
   const double ratio = mixture / lm;
   if (ratio > kAlike) {
-    return Text("%.3g times wider: ", ratio) +
+    return Words("%.3g times wider: ", ratio) +
            (narrowed > 1.0
-                ? Text("%.0f epochs narrowed it %.3g-fold, and more would "
-                       "narrow it further, whatever the noise",
-                       epochs, narrowed)
-                : Text("in %.0f epochs it widened instead of narrowing, "
-                       "%.3g-fold",
-                       epochs, 1.0 / narrowed));
+                ? Words("%d epochs narrowed it %.3g-fold, and more would "
+                        "narrow it further, whatever the noise",
+                        epochs, narrowed)
+                : Words("in %d epochs it widened instead of narrowing, "
+                        "%.3g-fold",
+                        epochs, 1.0 / narrowed));
   }
   if (ratio < 1.0 / kAlike) {
-    return Text("%.3g times narrower: ", 1.0 / ratio) +
+    return Words("%.3g times narrower: ", 1.0 / ratio) +
            "nothing in a mean loss keeps a deviation from shrinking, whatever "
            "the noise, and the first states are taken as exact";
   }
-  return Text("alike (%.2g of it), by chance: ", ratio) +
+  return Words("alike (%.2g of it), by chance: ", ratio) +
          "the number of epochs sets a deviation, not the noise";
 }
 
@@ -231,7 +224,9 @@ void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {
 
 // Over what the solvers visited last, and the reference.
 Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
-  constexpr int kCells = 81;
+  // As fine as 5 million steps allow.
+  const int cells = std::clamp(
+      static_cast<int>(std::sqrt(5e6 / std::max(1, judge.samples()))), 21, 81);
   Landscape landscape;
   Eigen::Vector2d low = comparison.reference, high = low;
   const auto include = [&](const Eigen::Vector2d& point) {
@@ -258,11 +253,11 @@ Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
     low[i] = std::max(low[i], free.lower);
     high[i] = std::min(high[i], free.upper);
   }
-  landscape.x = Eigen::VectorXd::LinSpaced(kCells, low[0], high[0]);
-  landscape.y = Eigen::VectorXd::LinSpaced(kCells, low[1], high[1]);
-  landscape.deviance.resize(kCells, kCells);
-  for (int row = 0; row < kCells; ++row) {
-    for (int column = 0; column < kCells; ++column) {
+  landscape.x = Eigen::VectorXd::LinSpaced(cells, low[0], high[0]);
+  landscape.y = Eigen::VectorXd::LinSpaced(cells, low[1], high[1]);
+  landscape.deviance.resize(cells, cells);
+  for (int row = 0; row < cells; ++row) {
+    for (int column = 0; column < cells; ++column) {
       landscape.deviance(row, column) =
           judge.Loss(Eigen::Vector2d(landscape.x[column], landscape.y[row]));
     }

@@ -1,5 +1,7 @@
 #include "sysid/stochastic/gaussian_mixture.h"
 
+#include <limits>
+
 #include "glog/logging.h"
 
 namespace sysid {

@@ -8,17 +8,12 @@
 #include "sysid/estimation/identifiability.h"
 #include "sysid/stochastic/descent.h"
 #include "sysid/stochastic/stochastic_fit.h"
+#include "sysid/stochastic/words.h"
 
 namespace sysid {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::string Text(const char* format, double value) {
-  char text[48];
-  std::snprintf(text, sizeof(text), format, value);
-  return text;
-}
 
 // The length of a rollout, s: as given, or, online, such that enough arrive.
 double RolloutLength(const ShootingProblem& problem,
@@ -176,15 +171,20 @@ void MixtureDescent::Judge() {
     return;
   }
   const GaussNewtonStep step = descent_.RemainingStep(mixture_.Mean());
+  if (!std::isfinite(step.gain)) {
+    fit->termination =
+        "diverged: the rollouts of the mean fail; a lower --learning_rate or a "
+        "smaller --spread may help";
+    return;
+  }
   int worst = 0;
   const double move = step.dv.cwiseAbs().maxCoeff(&worst);
-  fit->converged =
-      std::isfinite(step.gain) && (move < kArrived || step.squares < 1.0);
+  fit->converged = move < kArrived || step.squares < 1.0;
   fit->termination =
       std::string(fit->converged ? "settled" : "the mean has not settled") +
       ": a Gauss-Newton step from it would move " +
       problem_->free()[worst].parameter.name + " by " +
-      Text("%.2g %%", 100.0 * move) + " of its size" +
+      Words("%.2g %%", 100.0 * move) + " of its size" +
       (fit->converged ? ""
                       : "; more --epochs or another --learning_rate may help");
 }
@@ -227,7 +227,7 @@ void MixtureDescent::RemarkOnKernels() {
     if (weights[k] < kLost) {
       result_.remarks.push_back("kernel " + std::to_string(k + 1) +
                                 " has lost its weight (" +
-                                Text("%.2g", weights[k]) + ")");
+                                Words("%.2g", weights[k]) + ")");
     } else if (deviations.row(k).maxCoeff() < kSmall) {
       result_.remarks.push_back("kernel " + std::to_string(k + 1) +
                                 " has collapsed to a point: its deviations are "

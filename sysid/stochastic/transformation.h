@@ -27,6 +27,8 @@ class Transformation {
 
   int size() const { return static_cast<int>(bounds_.size()); }
   const std::vector<std::string>& moved() const { return moved_; }
+  // The start, theta_0.
+  Eigen::VectorXd Start() const { return Theta(Eigen::VectorXd::Zero(size())); }
 
   // T is double, a Jet or the tape's scalar.
   template <typename T>

@@ -70,6 +70,15 @@ TEST(Adam, IsChosenByASpecificationToo) {
   EXPECT_EQ(Json::parse(result.out)["solver"], "adam");
 }
 
+TEST(Adam, SaysWhereItMovesAStart) {
+  const ProgramFolder folder;
+  const ProgramResult result = folder.Run(
+      SYSID_FIT, kFigure1 + Arguments{"--solver", "adam", "--epochs", "2",
+                                      "--add", "viscous_damping@joint1"});
+  EXPECT_THAT(result.err, HasSubstr("note: joint1.damping starts at its bound, "
+                                    "where Adam has no slope: moved to 0.01"));
+}
+
 TEST(Adam, SaysWhyItHasNoUsableResult) {
   const ProgramFolder folder;
   const ProgramResult result = folder.Run(
