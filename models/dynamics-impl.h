@@ -501,7 +501,7 @@ void Workspace<T>::BindEffects() {
   const EffectSet& effects = model_->effects();
   for (int i = 0; i < effects.size(); ++i) {
     const Effect& effect = effects.effect(i);
-    Bound bound{&effect.HooksFor(ScalarTag<T>()),
+    Bound bound{&HooksFor(effect, ScalarTag<T>()),
                 parameters_.effects.data() + effects.offset(i), -1,
                 effect.link()};
     if (effect.joint() >= 0) {

@@ -9,6 +9,7 @@
 #include "glog/logging.h"
 #include "models/error.h"
 #include "models/math/types.h"
+#include "models/parameters-impl.h"
 
 namespace sysid {
 namespace {
@@ -16,8 +17,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr const char* kAxes[3] = {"x", "y", "z"};
 constexpr const char* kEntries[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-constexpr int kRow[6] = {0, 1, 2, 1, 2, 2};
-constexpr int kColumn[6] = {0, 1, 2, 0, 0, 1};
+using internal::kColumn;
+using internal::kRow;
 
 void AddLinkParameters(const Model& model, int link,
                        std::vector<Parameter>* all) {
@@ -48,49 +49,6 @@ void AddLinkParameters(const Model& model, int link,
   }
   all->push_back({name + "inertia_scale", "-", ParameterKind::kInertiaScale,
                   link, 0, 1.0, 1e-6, kInfinity, 1.0});
-}
-
-int ApplyOrder(ParameterKind kind) { return static_cast<int>(kind); }
-
-template <typename T>
-void ApplyOne(const Mechanism& mechanism, const Parameter& parameter,
-              const T& value, MechanismParameters<T>* out) {
-  switch (parameter.kind) {
-    case ParameterKind::kLength: {
-      const T scale = value / T(parameter.nominal);
-      for (const int j : mechanism.links[parameter.index].child_joints) {
-        out->joint_p[j] *= scale;
-      }
-      out->links[parameter.index].com *= scale;
-      out->links[parameter.index].inertia *= scale * scale;
-      break;
-    }
-    case ParameterKind::kMass:
-      out->links[parameter.index].mass = value;
-      break;
-    case ParameterKind::kCom:
-      out->links[parameter.index].com[parameter.component] = value;
-      break;
-    case ParameterKind::kInertia: {
-      const int row = kRow[parameter.component];
-      const int column = kColumn[parameter.component];
-      out->links[parameter.index].inertia(row, column) = value;
-      out->links[parameter.index].inertia(column, row) = value;
-      break;
-    }
-    case ParameterKind::kInertiaScale:
-      out->links[parameter.index].inertia *= value;
-      break;
-    case ParameterKind::kJointOrigin:
-      out->joint_p[parameter.index][parameter.component] = value;
-      break;
-    case ParameterKind::kGravity:
-      out->gravity = value;
-      break;
-    case ParameterKind::kEffect:
-      out->effects[parameter.index] = value;
-      break;
-  }
 }
 
 }  // namespace
@@ -150,11 +108,13 @@ void SetParameters(const std::vector<Parameter>& parameters,
   std::vector<int> order(parameters.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = static_cast<int>(i);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return ApplyOrder(parameters[a].kind) < ApplyOrder(parameters[b].kind);
+    return internal::ApplyOrder(parameters[a].kind) <
+           internal::ApplyOrder(parameters[b].kind);
   });
   MechanismParameters<double> nominal = model->nominal();
   for (const int i : order) {
-    ApplyOne<double>(model->mechanism(), parameters[i], values[i], &nominal);
+    internal::ApplyOne<double>(model->mechanism(), parameters[i], values[i],
+                               &nominal);
   }
   model->SetNominal(nominal);
 }
@@ -195,64 +155,6 @@ std::vector<std::string> ParameterMap::names() const {
     names.push_back(parameter.name);
   }
   return names;
-}
-
-template <typename T>
-Matrix3<T> ParameterMap::InertiaOf(const Cholesky& block,
-                                   const T* theta) const {
-  using std::exp;
-  Matrix3<T> L = Matrix3<T>::Zero();
-  for (int k = 0; k < 6; ++k) {
-    if (block.place[k] < 0) continue;
-    const T& entry = theta[block.place[k]];
-    L(kRow[k], kColumn[k]) = (k < 3 ? T(exp(entry)) : entry) * T(block.scale);
-  }
-  const Matrix3<T> S = L * L.transpose();
-  return Matrix3<T>::Identity() * S.trace() - S;
-}
-
-template <typename T>
-void ParameterMap::Apply(const T* theta, MechanismParameters<T>* out) const {
-  const MechanismParameters<double>& nominal = model_->nominal();
-  out->links.resize(nominal.links.size());
-  for (size_t i = 0; i < nominal.links.size(); ++i) {
-    out->links[i].mass = T(nominal.links[i].mass);
-    out->links[i].com = nominal.links[i].com.cast<T>();
-    out->links[i].inertia = nominal.links[i].inertia.cast<T>();
-  }
-  out->joint_p.resize(nominal.joint_p.size());
-  for (size_t i = 0; i < nominal.joint_p.size(); ++i) {
-    out->joint_p[i] = nominal.joint_p[i].cast<T>();
-  }
-  out->gravity = T(nominal.gravity);
-  out->effects.resize(nominal.effects.size());
-  for (size_t i = 0; i < nominal.effects.size(); ++i) {
-    out->effects[i] = T(nominal.effects[i]);
-  }
-  for (int kind = 0; kind <= ApplyOrder(ParameterKind::kEffect); ++kind) {
-    if (kind == ApplyOrder(ParameterKind::kInertia)) {
-      for (const Cholesky& block : cholesky_) {
-        out->links[block.link].inertia = InertiaOf<T>(block, theta);
-      }
-    }
-    for (int i = 0; i < size(); ++i) {
-      if (ApplyOrder(parameters_[i].kind) != kind || transformed_[i]) continue;
-      ApplyOne<T>(model_->mechanism(), parameters_[i], theta[i], out);
-    }
-  }
-}
-
-template <typename T>
-void ParameterMap::ValuesOf(const T* theta, T* values) const {
-  for (int i = 0; i < size(); ++i) values[i] = theta[i];
-  for (const Cholesky& block : cholesky_) {
-    const Matrix3<T> I = InertiaOf<T>(block, theta);
-    for (int k = 0; k < 6; ++k) {
-      if (block.place[k] >= 0) {
-        values[block.place[k]] = I(kRow[k], kColumn[k]);
-      }
-    }
-  }
 }
 
 bool ParameterMap::ThetaOf(const Eigen::VectorXd& values,

@@ -32,7 +32,8 @@ std::vector<std::string> OwnFlags() {
   std::vector<std::string> names{"help"};
   for (const gflags::CommandLineFlagInfo& flag : all) {
     if (flag.filename.find("tools/sysid_") != std::string::npos ||
-        flag.filename.find("tools/fit_flags") != std::string::npos) {
+        flag.filename.find("tools/fit_flags") != std::string::npos ||
+        flag.filename.find("tools/stochastic_flags") != std::string::npos) {
       names.push_back(flag.name);
     }
   }

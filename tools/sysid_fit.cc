@@ -6,12 +6,18 @@
 #include <filesystem>
 #include <optional>
 
+#include "gflags/gflags.h"
 #include "models/error.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/report/mixture_report.h"
 #include "sysid/session/diagnosis_session.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
+#include "tools/stochastic_flags.h"
+
+DECLARE_uint64(seed);
+DEFINE_int32(sample, 0, "URDFs to draw from the mixture, into --out");
 
 namespace sysid {
 namespace {
@@ -31,7 +37,11 @@ constexpr char kHelp[] =
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
   --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
-  --solver lm                Levenberg-Marquardt
+  --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
+                             Gaussians (docs/stochastic.md)
+    --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
+    --huber D (rad, m; default: none, 0.1)  --from_rest    of adam and gmm
+    --kernels 3  --draws 16  --spread 0.3  --online  --sample N    of gmm
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -55,22 +65,67 @@ void WriteOutputs(const Session& session, const ShootingProblem& problem,
                       IdentifiedSpecification(session, fit));
 }
 
+// A draw from the mixture a file: sample_1.urdf, ..., and all in samples.csv.
+void WriteSamples(const Session& session, const ShootingProblem& problem,
+                  const MixtureFit& mixture) {
+  const std::filesystem::path out = FLAGS_out;
+  const SampledModels samples =
+      SampleModels(session, problem, mixture, FLAGS_sample, FLAGS_seed);
+  for (int i = 0; i < FLAGS_sample; ++i) {
+    const std::string name = "sample_" + std::to_string(i + 1) + ".urdf";
+    WriteFileAtomically((out / name).string(), samples.urdfs[i]);
+  }
+  WriteFileAtomically((out / "samples.csv").string(), samples.csv);
+}
+
+void CheckSampling(const std::string& solver) {
+  constexpr int kMost = 100000;
+  if (!FlagGiven("sample")) return;
+  if (FLAGS_sample < 1 || FLAGS_sample > kMost) {
+    throw InputError("--sample", "cannot be " + std::to_string(FLAGS_sample),
+                     "it lies between 1 and " + std::to_string(kMost));
+  }
+  if (solver != "gmm") {
+    throw InputError("--sample", "has no meaning for --solver " + solver,
+                     "only gmm has a mixture to draw from");
+  }
+  if (FLAGS_out.empty()) {
+    throw InputError("--sample", "has nowhere to write to",
+                     "name a folder: --out DIR");
+  }
+}
+
 int Main() {
   const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
-  const FitRequest request = RequestFromFlags();
+  FitRequest request = RequestFromFlags();
+  request.any_solver = true;
   Session session = OpenSession(request, catalogue);
+  CheckSolverFlags(session.solver);
+  CheckSampling(session.solver);
+  const AdamFitOptions adam = AdamOptionsFromFlags();
+  const MixtureOptions gmm = MixtureOptionsFromFlags();
   CheckOutputs(request, session);
+  if (session.solver != "lm") {
+    const std::vector<std::string> moved = MovedStarts(session);
+    session.notices.insert(session.notices.end(), moved.begin(), moved.end());
+  }
   for (const std::string& notice : session.notices) {
     std::fprintf(stderr, "note: %s\n", notice.c_str());
   }
   ProgressLine line;
   session.options.progress = [&](const Progress& p) { line.Show(p); };
+  // The trial is by Levenberg-Marquardt; the others start where they are told.
   const std::optional<AddedEffects> added =
-      TryAddedEffects(catalogue, &session);
+      session.solver == "lm" ? TryAddedEffects(catalogue, &session)
+                             : std::nullopt;
   ShootingProblem problem(session.model, session.free, session.runs,
                           session.options);
-  const Fit fit = FitLevenbergMarquardt(&problem);
+  std::optional<MixtureFit> mixture;
+  if (session.solver == "gmm") mixture = FitGaussianMixture(&problem, gmm);
+  const Fit fit = mixture                    ? mixture->fit
+                  : session.solver == "adam" ? FitAdam(&problem, adam)
+                                             : FitLevenbergMarquardt(&problem);
   std::optional<Holdout> holdout;
   if (!session.holdout.empty()) {
     holdout =
@@ -79,14 +134,17 @@ int Main() {
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
-  const std::string json = FitJson(session, problem, fit, held, tried);
+  const std::string json = FitJson(session, problem, fit, held, tried,
+                                   mixture ? &*mixture : nullptr);
   if (!FLAGS_out.empty()) WriteOutputs(session, problem, fit, held, json);
+  if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
   if (to_stdout) {
     WriteStdout(json);
   } else {
     if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
     const bool colour = isatty(STDOUT_FILENO) == 1;
     std::string text = FitText(session, problem, fit, held, tried, colour);
+    if (mixture) text += MixtureText(*mixture);
     if (!FLAGS_out.empty()) {
       text += "  written to " + FLAGS_out +
               ": fit.json, prediction.csv, identified.urdf, "

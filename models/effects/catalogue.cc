@@ -2,22 +2,7 @@
 
 #include <algorithm>
 
-#include "models/effects/aerodynamic_drag.h"
-#include "models/effects/armature.h"
-#include "models/effects/cogging.h"
-#include "models/effects/com.h"
-#include "models/effects/coulomb_friction.h"
-#include "models/effects/effort_bias.h"
-#include "models/effects/effort_delay.h"
-#include "models/effects/effort_gain.h"
-#include "models/effects/gravity_tilt.h"
-#include "models/effects/inertia.h"
-#include "models/effects/mass.h"
-#include "models/effects/quadratic_drag.h"
-#include "models/effects/sensor_offset.h"
-#include "models/effects/spring.h"
-#include "models/effects/stribeck_friction.h"
-#include "models/effects/viscous_damping.h"
+#include "models/effects/shipped_effects.h"
 #include "models/error.h"
 
 namespace sysid {
@@ -35,25 +20,10 @@ bool Moves(const Mechanism& mechanism, int link) {
 
 }  // namespace
 
-// One line an effect, from the common to the rare: of two that explain the
-// same, a diagnosis takes the first.
 Catalogue::Catalogue() {
-  Add<ViscousDamping>();
-  Add<CoulombFriction>();
-  Add<EffortBias>();
-  Add<EffortGain>();
-  Add<Armature>();
-  Add<GravityTilt>();
-  Add<SensorOffset>();
-  Add<QuadraticDrag>();
-  Add<StribeckFriction>();
-  Add<Spring>();
-  Add<EffortDelay>();
-  Add<AerodynamicDrag>();
-  Add<WrongMass>();
-  Add<WrongCom>();
-  Add<WrongInertia>();
-  Add<Cogging>();
+  [this]<class... Effects>(EffectList<Effects...>) {
+    (Add<Effects>(), ...);
+  }(ShippedEffects());
 }
 
 void EffectSet::Add(std::shared_ptr<const Effect> effect) {

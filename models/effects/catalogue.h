@@ -33,7 +33,7 @@ class EffectSet {
 };
 
 // Every effect that the toolkit can plant, fit and screen. The shipped ones are
-// listed in catalogue.cc, a line each; a program may add its own.
+// listed in shipped_effects.h, a line each; a program may add its own.
 class Catalogue {
  public:
   Catalogue();  // the shipped effects

@@ -18,8 +18,8 @@ namespace sysid {
 //   class CoulombFriction : public EffectOf<CoulombFriction> { ... };
 //
 // with the hooks it needs as member templates over the scalar, and add its line
-// to catalogue.cc. Nothing else: simulation, fit, screening and the page work
-// from this interface. docs/effects.md leads through an example.
+// to shipped_effects.h. Nothing else: simulation, fit, screening and the page
+// work from this interface. docs/effects.md leads through an example.
 
 // What an effect's target may be.
 enum class TargetKind { kJoint, kLink, kBase };
@@ -177,6 +177,14 @@ class Effect {
   std::vector<EffectParameter> parameters_;
   std::vector<std::string> corrects_;
 };
+
+// The same as the dynamics ask for them. A scalar that is not in the closed
+// list comes with an overload of its own, found by argument-dependent lookup
+// (docs/decisions/0008-tape-scalar.md).
+template <typename T>
+const EffectHooks<T>& HooksFor(const Effect& effect, ScalarTag<T> scalar) {
+  return effect.HooksFor(scalar);
+}
 
 // Gives a derived effect its hooks for every scalar from its member templates
 // (the names of EffectHooks, with T as first template argument). What it does

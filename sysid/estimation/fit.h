@@ -15,6 +15,8 @@ struct Fit {
   bool converged = false;
   std::string termination;  // in words; where it failed: why
   int iterations = 0;
+  // Times that all data was rolled out, with or without derivatives.
+  int evaluations = 0;
   double wall_time_s = 0.0;
   double step_s = 0.0;            // longest integration step
   double segment_s = 0.0;         // mean length of the last stage's segments

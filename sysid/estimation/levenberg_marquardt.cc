@@ -86,6 +86,7 @@ StageSummary StagedFit::Stage(const std::string& doing, double defect,
     ShootingStage stage(*problem_, options, &point_);
     done = stage.Solve(doing, start_s_, &fit_.history);
     fit_.iterations += done.iterations;
+    fit_.evaluations += done.evaluations;
     // Again where the solution, or where it was heading, is too stiff; which
     // only effects can make it.
     if (!ShortenStep() || !FreesEffects()) break;

@@ -18,13 +18,14 @@ class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const std::string& doing, double start_time_s, double dof, int most,
           double tolerance, const EstimationOptions& options,
-          std::vector<HistoryEntry>* history)
+          const Eigen::VectorXd& theta, std::vector<HistoryEntry>* history)
       : doing_(doing),
         start_time_s_(start_time_s),
         dof_(dof),
         most_(most),
         tolerance_(tolerance),
         options_(options),
+        theta_(theta),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
 
@@ -38,7 +39,7 @@ class Watcher final : public ceres::IterationCallback {
     }
     if (summary.iteration > 0 || history_->empty()) {
       history_->push_back(
-          {first_ + summary.iteration, cost_, Now() - start_time_s_});
+          {first_ + summary.iteration, cost_, Now() - start_time_s_, theta_});
     }
     if (options_.progress) {
       options_.progress({doing_, first_ + summary.iteration, most_,
@@ -63,6 +64,7 @@ class Watcher final : public ceres::IterationCallback {
   int most_;
   double tolerance_;
   const EstimationOptions& options_;
+  const Eigen::VectorXd& theta_;
   std::vector<HistoryEntry>* history_;
   int first_;
   double cost_ = 0.0;
@@ -348,8 +350,10 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   for (int set = 0; set < kMostSets; ++set) {
     HoldTheta(held);
     Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
-                    options_.function_tolerance, shooting_.options(), history);
+                    options_.function_tolerance, shooting_.options(),
+                    point_->theta, history);
     options.callbacks = {&watcher};
+    options.update_state_every_iteration = true;  // theta, for the history
     options.max_num_iterations = options_.max_iterations - result.iterations;
     ceres::Solver::Summary summary;
     ceres::Solve(options, problem_.get(), &summary);
@@ -358,6 +362,8 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
     result.message = Message(summary, shooting_.options().max_iterations);
     result.iterations += static_cast<int>(summary.iterations.size()) - 1;
     result.cost = summary.final_cost;
+    result.evaluations +=
+        summary.num_residual_evaluations + summary.num_jacobian_evaluations;
     const std::vector<int> pushed = PushedOutward();
     if (pushed == held || result.iterations >= options_.max_iterations) break;
     held = pushed;

@@ -48,13 +48,15 @@ struct StageSummary {
   bool converged = false;
   std::string message;
   int iterations = 0;
+  int evaluations = 0;  // of all segments, with or without derivatives
   double cost = 0.0;
 };
 
 struct HistoryEntry {
   int iteration = 0;
-  double cost = 0.0;    // half the whitened sum of squares
-  double time_s = 0.0;  // since the fit began
+  double cost = 0.0;           // half the whitened sum of squares
+  double time_s = 0.0;         // since the fit began
+  Eigen::VectorXd theta = {};  // where it was
 };
 
 // The least-squares problem of one segmentation: costs of all segments with

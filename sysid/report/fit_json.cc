@@ -62,11 +62,45 @@ Json Correlation(const Fit& fit) {
   return rows;
 }
 
+Json ToJson(const Eigen::VectorXd& row) {
+  Json list = Json::array();
+  for (const double value : row) list.push_back(Finite(value));
+  return list;
+}
+
+Json ToJson(const ParameterMixture& mixture) {
+  Json means = Json::array(), stds = Json::array();
+  for (int k = 0; k < mixture.weights.size(); ++k) {
+    means.push_back(ToJson(Eigen::VectorXd(mixture.means.row(k))));
+    stds.push_back(ToJson(Eigen::VectorXd(mixture.stds.row(k))));
+  }
+  return {
+      {"weights", ToJson(mixture.weights)}, {"means", means}, {"stds", stds}};
+}
+
+// The cost and time of each epoch, and the kernels after it; first those of the
+// start.
+Json MixtureHistory(const MixtureFit& mixture) {
+  Json history = Json::array();
+  for (size_t i = 0; i < mixture.epochs.size(); ++i) {
+    const MixtureEpoch& epoch = mixture.epochs[i];
+    const HistoryEntry* entry =
+        i < mixture.fit.history.size() ? &mixture.fit.history[i] : nullptr;
+    Json json = {{"iteration", epoch.epoch},
+                 {"cost", entry ? Finite(entry->cost) : Json(nullptr)},
+                 {"time_s", entry ? entry->time_s : 0.0},
+                 {"rollouts", epoch.rollouts}};
+    json.update(ToJson(epoch.kernels));
+    history.push_back(json);
+  }
+  return history;
+}
+
 }  // namespace
 
 std::string FitJson(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
-                    const AddedEffects* added) {
+                    const AddedEffects* added, const MixtureFit* mixture) {
   Json error;
   error["train"] = ToJson(fit.train.total);
   error["holdout"] = holdout ? ToJson(holdout->errors.total) : Json(nullptr);
@@ -117,6 +151,11 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   }
   json["noise"] = Finite(fit.noise);
   json["error"] = error;
+  if (mixture != nullptr) {
+    json["mixture"] = ToJson(mixture->mixture);
+    json["remarks"] = mixture->remarks;
+    history = MixtureHistory(*mixture);
+  }
   json["history"] = history;
   json["notices"] = session.notices;
   return Dump(json);

@@ -8,6 +8,7 @@
 #include "sysid/estimation/fit.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/session.h"
+#include "sysid/stochastic/stochastic_fit.h"
 
 namespace sysid {
 
@@ -15,10 +16,13 @@ namespace sysid {
 // text; nothing computes.
 
 // fit.json of contracts.md section 6. Numbers finite or null. `added` (may be
-// null) says what effects that the user added did.
+// null) says what effects that the user added did; `mixture` (null but for
+// --solver gmm) becomes the posterior, and its kernels at every epoch the
+// history.
 std::string FitJson(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
-                    const AddedEffects* added = nullptr);
+                    const AddedEffects* added = nullptr,
+                    const MixtureFit* mixture = nullptr);
 
 // The table on the terminal: parameters, the error beside the noise in one
 // sentence, where it is worst, what the data cannot tell apart. `colour` uses

@@ -87,7 +87,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
       Plural(static_cast<int>(fit.parameters.size()), "parameter") +
       " fitted to " + Plural(static_cast<int>(problem.runs().size()), "run") +
       ", " + Plural(fit.samples, "sample") + ", " +
-      Plural(fit.iterations, "iteration") +
+      Plural(fit.iterations, fit.solver == "lm" ? "iteration" : "epoch") +
       Format(", %.2g s\n", fit.wall_time_s);
   text += Format("  noise %.3g (%s), segments of %.3g s, steps of %.3g s (%s)",
                  fit.noise, problem.options().noise > 0 ? "given" : "estimated",

@@ -26,6 +26,8 @@ struct FitRequest {
   // Whether a specification may leave nothing to fit: a diagnosis of a model
   // whose values are all known.
   bool may_free_nothing = false;
+  // Whether the program has other solvers than lm.
+  bool any_solver = false;
 };
 
 // Everything that a fit starts from. What was assumed on the way, and what of

@@ -7,6 +7,7 @@
 
 #include "models/error.h"
 #include "sysid/io/csv.h"
+#include "sysid/stochastic/rollout_gradient.h"
 
 namespace sysid {
 namespace {
@@ -98,9 +99,13 @@ std::string ChooseSolver(const FitRequest& request,
     throw InputError(place, "unknown solver '" + solver + "'",
                      NameHint(solver, known));
   }
-  if (solver != "lm") {
+  if (solver != "lm" && !request.any_solver) {
+    throw InputError(place, "this program has no solver '" + solver + "'",
+                     "it fits by lm; sysid_fit has all solvers");
+  }
+  if (solver != "lm" && !HaveStanMath()) {
     throw InputError(place, "this build has no solver '" + solver + "'",
-                     "only lm is there yet");
+                     StanMathHint());
   }
   return solver;
 }

@@ -110,8 +110,6 @@ TEST_F(BadSpecificationsTest, ValuesThatCannotBe) {
 }
 
 TEST_F(BadSpecificationsTest, WhatThisBuildDoesNotHave) {
-  ExpectSpec("free: [link1.length]\nsolver: adam\n", "fit.yaml:2:9",
-             "this build has no solver 'adam'", "only lm");
   ExpectSpec("free: [link1.length]\nsolver: adm\n", "fit.yaml:2:9", "'adm'",
              "did you mean 'adam'?");
 }

@@ -10,9 +10,9 @@
 
 #include "tests/support/program_folder.h"
 
-// What the tests of the programs share. SYSID_DIAGNOSE, SYSID_FIT and
-// SYSID_SIMULATE are the programs' files, SYSID_SOURCE the project's folder;
-// all from CMake.
+// What the tests of the programs share. SYSID_COMPARE, SYSID_DIAGNOSE,
+// SYSID_FIT and SYSID_SIMULATE are the programs' files, SYSID_SOURCE the
+// project's folder; all from CMake.
 
 namespace sysid {
 

@@ -22,7 +22,7 @@ TEST(ShippedRobots, AreTheseAndNoOthers) {
   EXPECT_THAT(ShippedModels(),
               ElementsAre("arm7", "cartpole", "double_pendulum_dfki", "emps",
                           "pendulum1", "pendulum2", "pendulum2_planar",
-                          "pendulum3", "pendulum3_planar",
+                          "pendulum3", "pendulum3_planar", "rod_and_bob",
                           "simple_pendulum_dfki", "video_pendulum"));
 }
 

@@ -1,0 +1,125 @@
+#pragma once
+
+#include "models/integrator.h"
+#include "models/math/rotation.h"
+
+// Definition of integrator.h's templates; included only where they are
+// instantiated.
+
+namespace sysid {
+namespace internal {
+
+// The tangent of q along the flow, given that q has moved by Exp(u) since the
+// start of the step: (SO3.3) for spherical joints, qd itself for the others.
+template <typename T>
+void TangentRate(const Model& model, const T* u, const T* qd, T* rate) {
+  for (const Body& body : model.bodies()) {
+    const int v = body.v_index;
+    if (body.type == JointType::kSpherical) {
+      const Vector3<T> out =
+          RightJacobianInverse<T>(Vector3<T>(u[v], u[v + 1], u[v + 2]),
+                                  Vector3<T>(qd[v], qd[v + 1], qd[v + 2]));
+      for (int k = 0; k < 3; ++k) rate[v + k] = out[k];
+    } else {
+      rate[v] = qd[v];
+    }
+  }
+}
+
+// x moved along the flow: (q Exp(u), qd + du), u and du the halves of `move`.
+template <typename T>
+void Advance(const Model& model, const T* x, const T* move, T* out) {
+  for (const Body& body : model.bodies()) {
+    const T* q = x + body.q_index;
+    const T* u = move + body.v_index;
+    T* q_out = out + body.q_index;
+    if (body.type == JointType::kSpherical) {
+      const Quaternion<T> moved =
+          Multiply(Quaternion<T>(q[3], q[0], q[1], q[2]),
+                   Exp<T>(Vector3<T>(u[0], u[1], u[2])));
+      for (int k = 0; k < 4; ++k) q_out[k] = moved.coeffs()[k];
+    } else {
+      q_out[0] = q[0] + u[0];
+    }
+  }
+  for (int i = 0; i < model.nv(); ++i) {
+    out[model.nq() + i] = x[model.nq() + i] + move[model.nv() + i];
+  }
+}
+
+}  // namespace internal
+
+template <typename T>
+Stepper<T>::Stepper(Integrator integrator, Workspace<T>* workspace)
+    : integrator_(integrator), ws_(workspace) {
+  const Model& model = ws_->model();
+  stage_x_.resize(model.state_size());
+  qdd_.resize(model.nv());
+  u_.resize(model.tangent_size());
+  rate_.resize(model.nv());
+  sum_u_.resize(model.nv());
+  sum_v_.resize(model.nv());
+}
+
+template <typename T>
+bool Stepper<T>::Step(double h, const T* tau, T* x) {
+  return integrator_ == Integrator::kRungeKutta4 ? StepRungeKutta4(h, tau, x)
+                                                 : StepEuler(h, tau, x);
+}
+
+template <typename T>
+bool Stepper<T>::StepEuler(double h, const T* tau, T* x) {
+  const Model& model = ws_->model();
+  const int nq = model.nq(), nv = model.nv();
+  if (!ForwardDynamics<T>(ws_, x, x + nq, tau, qdd_.data())) return false;
+  for (int i = 0; i < nv; ++i) {
+    u_[i] = (x[nq + i] + qdd_[i] * h) * h;
+    u_[nv + i] = qdd_[i] * h;
+  }
+  internal::Advance<T>(model, x, u_.data(), x);
+  return true;
+}
+
+// With stage tangents u_s = h a_s k_{s-1}, positions q_s = q Exp(u_s) and
+// k_s = J_r(u_s)^-1 qd_s:  q+ = q Exp(h (k_1 + 2 k_2 + 2 k_3 + k_4) / 6), and
+// the same sum of accelerations for qd.                                (3.3)
+template <typename T>
+bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
+  const Model& model = ws_->model();
+  const int nq = model.nq(), nv = model.nv();
+  static constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
+  static constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+  for (int i = 0; i < nq + nv; ++i) stage_x_[i] = x[i];
+  for (int i = 0; i < nv; ++i) rate_[i] = x[nq + i];  // J_r(0) = 1
+  for (int stage = 0; stage < 4; ++stage) {
+    if (!ForwardDynamics<T>(ws_, stage_x_.data(), stage_x_.data() + nq, tau,
+                            qdd_.data())) {
+      return false;
+    }
+    for (int i = 0; i < nv; ++i) {
+      if (stage == 0) {
+        sum_u_[i] = rate_[i] * kWeight[0];
+        sum_v_[i] = qdd_[i] * kWeight[0];
+      } else {
+        sum_u_[i] += rate_[i] * kWeight[stage];
+        sum_v_[i] += qdd_[i] * kWeight[stage];
+      }
+    }
+    if (stage == 3) break;
+    for (int i = 0; i < nv; ++i) {
+      u_[i] = rate_[i] * (h * kAhead[stage]);
+      u_[nv + i] = qdd_[i] * (h * kAhead[stage]);
+    }
+    internal::Advance<T>(model, x, u_.data(), stage_x_.data());
+    internal::TangentRate<T>(model, u_.data(), stage_x_.data() + nq,
+                             rate_.data());
+  }
+  for (int i = 0; i < nv; ++i) {
+    u_[i] = sum_u_[i] * h;
+    u_[nv + i] = sum_v_[i] * h;
+  }
+  internal::Advance<T>(model, x, u_.data(), x);
+  return true;
+}
+
+}  // namespace sysid

@@ -1,0 +1,183 @@
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "models/error.h"
+#include "sysid/report/comparison_report.h"
+#include "sysid/report/text.h"
+
+namespace sysid {
+namespace {
+
+std::string Cells(const std::string& name,
+                  const std::vector<std::string>& cells) {
+  std::string text = Format("  %-22s", name.c_str());
+  for (const std::string& cell : cells) text += Format(" %18s", cell.c_str());
+  return text + "\n";
+}
+
+std::string Row(const Comparison& comparison, const std::string& name,
+                const std::function<std::string(const SolverRun&)>& cell) {
+  std::vector<std::string> cells;
+  for (const SolverRun& run : comparison.runs) cells.push_back(cell(run));
+  return Cells(name, cells);
+}
+
+std::string SolverTable(const Comparison& comparison) {
+  std::string text =
+      Row(comparison, "", [](const SolverRun& run) { return run.solver; });
+  text += Row(comparison, "iterations, epochs", [](const SolverRun& run) {
+    return std::to_string(run.fit.iterations);
+  });
+  text += Row(comparison, "settled at",
+              [](const SolverRun& run) { return std::to_string(run.settled); });
+  text += Row(comparison, "evaluations", [](const SolverRun& run) {
+    return std::to_string(run.fit.evaluations);
+  });
+  text += Row(comparison, "time, s", [](const SolverRun& run) {
+    return Format("%.2g", run.path.back().time_s);
+  });
+  text += Row(comparison, "loss at the start", [](const SolverRun& run) {
+    return Format("%.3g", run.path.front().loss);
+  });
+  text += Row(comparison, "loss", [](const SolverRun& run) {
+    return Format("%.3g", run.path.back().loss);
+  });
+  text += Row(comparison, "error over noise", [](const SolverRun& run) {
+    return Format("%.3g", run.fit.train.total.normalized_rms);
+  });
+  text += Row(comparison,
+              comparison.reference_is_truth ? "farthest from truth"
+                                            : "farthest from lm",
+              [](const SolverRun& run) {
+                return Format("%.3g %%", 100.0 * run.distance);
+              });
+  text += Row(comparison, "",
+              [](const SolverRun& run) { return "(" + run.farthest + ")"; });
+  text += Row(comparison, "converged", [](const SolverRun& run) {
+    return std::string(run.fit.converged ? "yes" : "no");
+  });
+  return text;
+}
+
+std::string ParameterTable(const Comparison& comparison) {
+  std::string text =
+      Cells("parameter", {"start", "lm +- std", "adam", "gmm +- std",
+                          comparison.reference_is_truth ? "truth" : "unit"});
+  for (size_t i = 0; i < comparison.names.size(); ++i) {
+    const UncertaintyComparison& u = comparison.uncertainty[i];
+    const auto value = [&](int solver) {
+      return comparison.runs[solver].fit.parameters[i].value;
+    };
+    const std::string lm_std =
+        std::isfinite(u.lm_std) ? Format(" +- %.2g", u.lm_std) : " +- -";
+    text += Cells(
+        comparison.names[i],
+        {Format("%.5g", comparison.start[i]), Format("%.5g", value(0)) + lm_std,
+         Format("%.5g", value(1)),
+         Format("%.5g +- %.2g", value(2), u.mixture_std),
+         comparison.reference_is_truth ? Format("%.5g", comparison.reference[i])
+                                       : u.unit});
+  }
+  return text;
+}
+
+double Median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const size_t n = values.size();
+  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
+}
+
+std::string TrialTable(const Comparison& comparison) {
+  const size_t count = comparison.trials.size();
+  std::string text =
+      Format("\n  over %zu starts: median (least to most)\n", count);
+  const auto row = [&](const char* name, const char* format, double factor,
+                       double SolverTrial::*number) {
+    std::vector<std::string> cells;
+    for (size_t s = 0; s < comparison.runs.size(); ++s) {
+      std::vector<double> values;
+      for (const Trial& trial : comparison.trials) {
+        values.push_back(factor * (trial.solvers[s].*number));
+      }
+      const auto [least, most] =
+          std::minmax_element(values.begin(), values.end());
+      cells.push_back(Format(format, Median(values)) + " (" +
+                      Format(format, *least) + " to " + Format(format, *most) +
+                      ")");
+    }
+    text += Format("  %-22s", name);
+    for (const std::string& cell : cells) text += Format(" %28s", cell.c_str());
+    text += "\n";
+  };
+  text += Format("  %-22s", "");
+  for (const SolverRun& run : comparison.runs) {
+    text += Format(" %28s", run.solver.c_str());
+  }
+  text += "\n";
+  std::string settled = Format("  %-22s", "settled at");
+  std::string converged = Format("  %-22s", "converged");
+  for (size_t s = 0; s < comparison.runs.size(); ++s) {
+    std::vector<double> at;
+    int done = 0;
+    for (const Trial& trial : comparison.trials) {
+      at.push_back(trial.solvers[s].settled);
+      done += trial.solvers[s].converged;
+    }
+    const auto [least, most] = std::minmax_element(at.begin(), at.end());
+    settled += Format(
+        " %28s", Format("%g (%g to %g)", Median(at), *least, *most).c_str());
+    converged += Format(" %28s", Format("%d of %zu", done, count).c_str());
+  }
+  text += settled + "\n";
+  row("time, s", "%.2g", 1.0, &SolverTrial::time_s);
+  row("loss", "%.3g", 1.0, &SolverTrial::loss);
+  row("error over noise", "%.3g", 1.0, &SolverTrial::error);
+  row("farthest, %", "%.3g", 100.0, &SolverTrial::distance);
+  return text + converged + "\n";
+}
+
+}  // namespace
+
+std::string SolverTitle(const std::string& solver) {
+  return solver == "lm"     ? "Levenberg-Marquardt"
+         : solver == "adam" ? "Adam"
+                            : "Gaussian mixture";
+}
+
+std::string ComparisonText(const Session& session,
+                           const Comparison& comparison) {
+  std::string text =
+      session.model_name + ": " +
+      Plural(static_cast<int>(comparison.names.size()), "parameter") + ", " +
+      Plural(static_cast<int>(session.runs.size()), "run") + ", " +
+      Plural(comparison.runs[0].fit.samples, "sample") +
+      ", three solvers from the same start\n\n" + SolverTable(comparison) +
+      "\n" + ParameterTable(comparison) + "\n" +
+      "  the mixture's deviation beside Levenberg-Marquardt's standard "
+      "error:\n";
+  for (const UncertaintyComparison& u : comparison.uncertainty) {
+    text += "  " + u.parameter + ": " + u.why + "\n";
+  }
+  for (const SolverRun& run : comparison.runs) {
+    for (const std::vector<std::string>& group : run.fit.not_identifiable) {
+      text +=
+          "  " + run.solver + ": this data " +
+          (group.size() == 1 ? "does not determine " : "cannot tell apart ") +
+          Join(group) + "\n";
+    }
+    if (run.mixture) {
+      for (const std::string& remark : run.mixture->remarks) {
+        text += "  " + run.solver + ": " + remark + "\n";
+      }
+    }
+    if (!run.fit.converged) {
+      text +=
+          "  " + run.solver + ": not converged: " + run.fit.termination + "\n";
+    }
+  }
+  if (comparison.trials.size() > 1) text += TrialTable(comparison);
+  return text;
+}
+
+}  // namespace sysid

@@ -1,0 +1,322 @@
+#include "sysid/stochastic/comparison.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/segmentation.h"
+#include "sysid/stochastic/words.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+std::unique_ptr<ShootingProblem> Copy(const ShootingProblem& problem,
+                                      const Eigen::VectorXd& start) {
+  std::vector<FreeParameter> free = problem.free();
+  for (size_t i = 0; i < free.size(); ++i) free[i].initial = start[i];
+  std::vector<Run> runs;
+  for (const auto& run : problem.runs()) runs.push_back(run->run);
+  return std::make_unique<ShootingProblem>(problem.model(), std::move(free),
+                                           std::move(runs), problem.options());
+}
+
+Eigen::VectorXd Values(const ShootingProblem& problem,
+                       const Eigen::VectorXd& theta) {
+  Eigen::VectorXd values(theta.size());
+  problem.map().ValuesOf<double>(theta.data(), values.data());
+  return values;
+}
+
+// The measure that all are held against: (9.1) with squares, first states from
+// the data, with the finest step that a solver used.
+class Judge {
+ public:
+  Judge(const ShootingProblem& problem, const Eigen::VectorXd& start,
+        double step, bool from_rest)
+      : problem_(Copy(problem, start)) {
+    problem_->mutable_options()->rollout.step = step;
+    std::vector<RowMatrixXd> states;
+    for (size_t r = 0; r < problem_->runs().size(); ++r) {
+      states.push_back(StatesFromData(*problem_, static_cast<int>(r)));
+      if (from_rest) {
+        states.back().rightCols(problem_->model().nv()).setZero();
+      }
+    }
+    const double given = problem_->options().segment;
+    rollouts_ = std::make_unique<Rollouts>(
+        problem_.get(), CutPoint(*problem_, problem_->InitialTheta(), states,
+                                 given > 0 ? given : kInfinity));
+    all_ = FirstOnes(rollouts_->size());
+  }
+
+  double Loss(const Eigen::VectorXd& theta) const {
+    return rollouts_->Loss(all_, theta, kInfinity);
+  }
+  // Half the second derivative of the loss by theta, of Gauss and Newton.
+  Eigen::MatrixXd Curvature(const Eigen::VectorXd& theta) const {
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(theta.size(), theta.size());
+    for (const int i : all_) {
+      Eigen::VectorXd r(rollouts_->num_errors(i));
+      RowMatrixXd J;
+      if (!rollouts_->Linearize(i, theta.data(), r.data(), &J)) continue;
+      for (const Rollouts::Group& group : rollouts_->groups(i)) {
+        const auto rows = J.middleRows(group.first, group.size);
+        H += group.weight * group.weight * rows.transpose() * rows;
+      }
+    }
+    return H;
+  }
+  int samples() const { return rollouts_->Samples(all_); }
+  const ShootingProblem& problem() const { return *problem_; }
+
+ private:
+  std::unique_ptr<ShootingProblem> problem_;
+  std::unique_ptr<Rollouts> rollouts_;
+  std::vector<int> all_;
+};
+
+int SettledAt(const std::vector<PathPoint>& path) {
+  int settled = 0;
+  for (const PathPoint& point : path) {
+    if (!(std::abs(point.loss - path.back().loss) <=
+          kSettled * path.back().loss)) {
+      settled = point.iteration + 1;
+    }
+  }
+  return settled;
+}
+
+void Measure(const Judge& judge, const Eigen::VectorXd& reference,
+             SolverRun* run) {
+  for (const HistoryEntry& entry : run->fit.history) {
+    run->path.push_back({entry.iteration, entry.time_s, judge.Loss(entry.theta),
+                         Values(judge.problem(), entry.theta)});
+  }
+  const Eigen::VectorXd& theta = run->fit.point.theta;
+  const Eigen::VectorXd found = Values(judge.problem(), theta);
+  if (run->path.empty()) {
+    run->path.push_back({0, 0.0, judge.Loss(theta), found});
+  }
+  run->settled = SettledAt(run->path);
+  for (int i = 0; i < found.size(); ++i) {
+    const Parameter& parameter = judge.problem().free()[i].parameter;
+    const double size =
+        reference[i] != 0.0 ? std::abs(reference[i]) : parameter.typical_scale;
+    const double off = std::abs(found[i] - reference[i]) / size;
+    if (off >= run->distance) {
+      run->distance = off;
+      run->farthest = parameter.name;
+    }
+  }
+}
+
+struct Solved {
+  std::vector<SolverRun> runs;
+  double step = kInfinity;
+};
+
+Solved SolveAll(const ShootingProblem& problem, const Eigen::VectorXd& start,
+                const ComparisonOptions& options, std::uint64_t seed) {
+  Solved solved;
+  const auto add = [&](SolverRun run, const std::string& name) {
+    run.solver = name;
+    solved.step = std::min(solved.step, run.fit.step_s);
+    solved.runs.push_back(std::move(run));
+  };
+  {
+    const auto own = Copy(problem, start);
+    own->mutable_options()->progress = options.progress;
+    add(SolverRun(FitLevenbergMarquardt(own.get())), "lm");
+  }
+  {
+    const auto own = Copy(problem, start);
+    own->mutable_options()->progress = options.progress;
+    add(SolverRun(FitAdam(own.get(), options.adam)), "adam");
+  }
+  const auto own = Copy(problem, start);
+  own->mutable_options()->progress = options.progress;
+  MixtureOptions mixture = options.mixture;
+  mixture.seed = seed;
+  MixtureFit fit = FitGaussianMixture(own.get(), mixture);
+  SolverRun run(fit.fit);
+  run.mixture = std::move(fit);
+  add(std::move(run), "gmm");
+  return solved;
+}
+
+Eigen::VectorXd Found(const SolverRun& run) {
+  Eigen::VectorXd values(run.fit.parameters.size());
+  for (int i = 0; i < values.size(); ++i) {
+    values[i] = run.fit.parameters[i].value;
+  }
+  return values;
+}
+
+Trial Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
+              const Eigen::VectorXd& start) {
+  Trial trial{seed, start, {}};
+  for (const SolverRun& run : runs) {
+    trial.solvers.push_back({run.fit.converged, run.fit.iterations, run.settled,
+                             run.fit.evaluations, run.path.back().time_s,
+                             run.path.back().loss,
+                             run.fit.train.total.normalized_rms, run.distance});
+  }
+  return trial;
+}
+
+// Why the mixture's deviation is not Levenberg-Marquardt's standard error:
+// (9.6). Nothing in a mean of the loss keeps a deviation from shrinking, and
+// nothing shrinks it faster than the learning rate; the noise does not occur.
+std::string WhyTheyDiffer(double lm, double mixture, double start_std,
+                          int epochs) {
+  constexpr double kAlike = 3.0;
+  const double narrowed = start_std / mixture;
+  if (!std::isfinite(lm)) {
+    return narrowed > 2.0
+               ? Words(
+                     "the data does not determine it; the mixture narrowed "
+                     "%.3g-fold all the same: ",
+                     narrowed) +
+                     "diagonal kernels cannot lie along a direction in which "
+                     "several parameters move together"
+               : Words(
+                     "the data does not determine it, and the mixture hardly "
+                     "narrowed (%.2g-fold)",
+                     narrowed);
+  }
+  const double ratio = mixture / lm;
+  if (ratio > kAlike) {
+    return Words("%.3g times wider: ", ratio) +
+           (narrowed > 1.0
+                ? Words("%d epochs narrowed it %.3g-fold, and more would "
+                        "narrow it further, whatever the noise",
+                        epochs, narrowed)
+                : Words("in %d epochs it widened instead of narrowing, "
+                        "%.3g-fold",
+                        epochs, 1.0 / narrowed));
+  }
+  if (ratio < 1.0 / kAlike) {
+    return Words("%.3g times narrower: ", 1.0 / ratio) +
+           "nothing in a mean loss keeps a deviation from shrinking, whatever "
+           "the noise, and the first states are taken as exact";
+  }
+  return Words("alike (%.2g of it), by chance: ", ratio) +
+         "the number of epochs sets a deviation, not the noise";
+}
+
+void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {
+  const Fit& lm = out->runs[0].fit;
+  const MixtureFit& mixture = *out->runs[2].mixture;
+  const Eigen::VectorXd first = mixture.epochs.front().kernels.Std();
+  const Eigen::VectorXd last = mixture.mixture.Std();
+  for (size_t i = 0; i < problem.free().size(); ++i) {
+    const double lm_std = lm.parameters[i].std_error;
+    out->uncertainty.push_back(
+        {out->names[i], out->units[i], lm_std, last[i],
+         WhyTheyDiffer(lm_std, last[i], first[i], mixture.fit.iterations)});
+  }
+}
+
+// Over what the solvers visited last, and the reference.
+Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
+  // As fine as 5 million steps allow.
+  const int cells = std::clamp(
+      static_cast<int>(std::sqrt(5e6 / std::max(1, judge.samples()))), 21, 81);
+  Landscape landscape;
+  Eigen::Vector2d low = comparison.reference, high = low;
+  const auto include = [&](const Eigen::Vector2d& point) {
+    low = low.cwiseMin(point);
+    high = high.cwiseMax(point);
+  };
+  include(comparison.start);
+  for (const SolverRun& run : comparison.runs) include(Found(run));
+  const MixtureFit& mixture = *comparison.runs[2].mixture;
+  for (const MixtureEpoch* epoch :
+       {&mixture.epochs.front(), &mixture.epochs.back()}) {
+    for (int k = 0; k < epoch->kernels.weights.size(); ++k) {
+      const Eigen::Vector2d mean = epoch->kernels.means.row(k);
+      const Eigen::Vector2d std = epoch->kernels.stds.row(k);
+      include(mean + std);
+      include(mean - std);
+    }
+  }
+  const Eigen::Vector2d margin = 0.1 * (high - low);
+  low -= margin;
+  high += margin;
+  for (int i = 0; i < 2; ++i) {
+    const FreeParameter& free = judge.problem().free()[i];
+    low[i] = std::max(low[i], free.lower);
+    high[i] = std::min(high[i], free.upper);
+  }
+  landscape.x = Eigen::VectorXd::LinSpaced(cells, low[0], high[0]);
+  landscape.y = Eigen::VectorXd::LinSpaced(cells, low[1], high[1]);
+  landscape.deviance.resize(cells, cells);
+  for (int row = 0; row < cells; ++row) {
+    for (int column = 0; column < cells; ++column) {
+      landscape.deviance(row, column) =
+          judge.Loss(Eigen::Vector2d(landscape.x[column], landscape.y[row]));
+    }
+  }
+  double best = landscape.deviance.minCoeff();
+  for (const SolverRun& run : comparison.runs) {
+    best = std::min(best, run.path.back().loss);
+  }
+  const double noise2 = std::pow(judge.problem().PooledNoise(), 2);
+  const double dof =
+      std::max(1.0, judge.problem().DofPerSample() * judge.samples() - 2.0);
+  const double chi2 = std::max(1.0, best * judge.samples() / noise2 / dof);
+  landscape.deviance =
+      (landscape.deviance.array() - best) * (judge.samples() / noise2 / chi2);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
+      Eigen::Matrix2d(judge.Curvature(Found(comparison.runs[0]))));
+  landscape.valley = eigen.eigenvectors().col(0);
+  return landscape;
+}
+
+}  // namespace
+
+Comparison CompareSolvers(const ShootingProblem& problem,
+                          const ComparisonOptions& options) {
+  Comparison out;
+  const int n = problem.map().size();
+  out.start.resize(n);
+  bool values = true;  // theta is the values themselves
+  for (int i = 0; i < n; ++i) {
+    out.names.push_back(problem.free()[i].parameter.name);
+    out.units.push_back(problem.free()[i].parameter.unit);
+    out.start[i] = problem.free()[i].initial;
+    values = values && !problem.map().IsTransformed(i);
+  }
+  const bool from_rest = options.adam.from_rest;
+  const std::uint64_t seed = options.mixture.seed;
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0.0, options.start_spread);
+  for (int r = 0; r < options.repeat; ++r) {
+    Eigen::VectorXd start = out.start;
+    if (r > 0) {
+      Eigen::VectorXd v(n);
+      for (double& component : v) component = normal(random);
+      start = Values(problem, Transformation(problem).Theta(v));
+    }
+    Solved solved = SolveAll(problem, start, options, seed + r);
+    const Judge judge(problem, start, solved.step, from_rest);
+    const Eigen::VectorXd reference =
+        options.truth ? *options.truth : Found(solved.runs[0]);
+    for (SolverRun& run : solved.runs) Measure(judge, reference, &run);
+    out.trials.push_back(Summary(solved.runs, seed + r, start));
+    if (r > 0) continue;
+    out.reference = reference;
+    out.reference_is_truth = options.truth.has_value();
+    out.runs = std::move(solved.runs);
+    CompareUncertainty(problem, &out);
+    if (n == 2 && values) out.landscape = MakeLandscape(judge, out);
+  }
+  return out;
+}
+
+}  // namespace sysid

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/stochastic/stochastic_fit.h"
+
+namespace sysid {
+
+// Levenberg-Marquardt, Adam and the mixture on the same problem from the same
+// start.
+
+struct ComparisonOptions {
+  AdamFitOptions adam;
+  MixtureOptions mixture;
+  // Values of the free parameters that are known to be right, if so: distances
+  // are to these, else to what Levenberg-Marquardt found.
+  std::optional<Eigen::VectorXd> truth;
+  // Further starts, drawn about the given one with this deviation (parts of a
+  // parameter's size), each with a seed of its own for the mixture.
+  int repeat = 1;
+  double start_spread = 0.2;
+  std::function<void(const Progress&)> progress;  // may be empty
+};
+
+// Where a solver was after an iteration (an epoch).
+struct PathPoint {
+  int iteration = 0;
+  double time_s = 0.0;
+  // (9.1) with squares over whole runs (or segments, where they were given),
+  // from first states that are given: the same measure for all solvers, though
+  // Levenberg-Marquardt minimises another.
+  double loss = 0.0;
+  Eigen::VectorXd values;
+};
+
+// From which iteration on the loss stays within this part of its last value.
+inline constexpr double kSettled = 0.1;
+
+struct SolverRun {
+  std::string solver;  // "lm", "adam", "gmm"
+  Fit fit;
+  std::optional<MixtureFit> mixture;
+  std::vector<PathPoint> path;
+  int settled = 0;        // the iteration that kSettled means
+  double distance = 0.0;  // the largest relative error of a parameter
+  std::string farthest;   // that parameter's name
+
+  explicit SolverRun(const Fit& f) : fit(f) {}
+};
+
+// What solvers say of how well a parameter is known, beside each other.
+struct UncertaintyComparison {
+  std::string parameter, unit;
+  double lm_std = 0.0;       // NaN where the data does not determine it
+  double mixture_std = 0.0;  // of all kernels together
+  std::string why;           // they differ, in words
+};
+
+struct SolverTrial {
+  bool converged = false;
+  int iterations = 0, settled = 0, evaluations = 0;
+  double time_s = 0.0, loss = 0.0, error = 0.0, distance = 0.0;
+};
+
+// One start.
+struct Trial {
+  std::uint64_t seed = 1;
+  Eigen::VectorXd start;
+  std::vector<SolverTrial> solvers;  // in the order of Comparison::runs
+};
+
+// The likelihood of two parameters on a grid, states given:
+// deviance = N (L - L_min) / noise^2 (over the reduced chi-square where that is
+// above 1).
+struct Landscape {
+  Eigen::VectorXd x, y;      // values
+  Eigen::MatrixXd deviance;  // y.size() x x.size()
+  // The direction in which the loss is flattest at what Levenberg-Marquardt
+  // found.
+  Eigen::Vector2d valley = Eigen::Vector2d::Zero();
+};
+
+struct Comparison {
+  std::vector<std::string> names, units;
+  Eigen::VectorXd start, reference;
+  bool reference_is_truth = false;
+  std::vector<SolverRun> runs;  // of the given start
+  std::vector<UncertaintyComparison> uncertainty;
+  std::vector<Trial> trials;           // the given start first
+  std::optional<Landscape> landscape;  // of two parameters
+};
+
+// The problem is not changed: each solver gets its own.
+Comparison CompareSolvers(const ShootingProblem& problem,
+                          const ComparisonOptions& options);
+
+}  // namespace sysid

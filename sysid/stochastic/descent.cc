@@ -1,0 +1,159 @@
+#include "sysid/stochastic/descent.h"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sysid/estimation/elimination.h"
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/preflight.h"
+#include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/step_size.h"
+
+namespace sysid {
+
+Descent::Descent(ShootingProblem* problem, const std::string& solver,
+                 double segment, bool from_rest)
+    : problem_(problem),
+      choose_step_(problem->options().rollout.step <= 0),
+      start_s_(Now()),
+      transformation_(*problem),
+      fit_(problem->model()) {
+  fit_.solver = solver;
+  for (const auto& run : problem->runs()) fit_.samples += run->run.size();
+  fit_.noise = problem->PooledNoise();
+  std::vector<RowMatrixXd> states;
+  for (size_t r = 0; r < problem->runs().size(); ++r) {
+    states.push_back(StatesFromData(*problem, static_cast<int>(r)));
+  }
+  const Eigen::VectorXd v = Eigen::VectorXd::Zero(transformation_.size());
+  point_ = CutPoint(*problem, transformation_.Theta(v), states, segment);
+  if (from_rest) {
+    for (ShootingPoint::Nodes& nodes : point_.runs) {
+      nodes.states.rightCols(problem->model().nv()).setZero();
+    }
+  }
+  ShortenStep(v);
+  hopeless_ = WhyHopeless(*problem, point_);
+  rollouts_ = std::make_unique<Rollouts>(problem, point_);
+}
+
+double Descent::Seconds() const { return Now() - start_s_; }
+
+bool Descent::ShortenStep(const Eigen::VectorXd& v) {
+  if (!choose_step_) return false;
+  point_.theta = transformation_.Theta(v);
+  double& step = problem_->mutable_options()->rollout.step;
+  const double needed = ChooseStepAhead(*problem_, point_);
+  const bool shorter = step <= 0 || needed < 0.75 * step;
+  if (shorter) step = needed;
+  return shorter;
+}
+
+void Descent::Note(int epoch, int epochs, double loss, int samples,
+                   const Eigen::VectorXd& v) {
+  const double squares = loss * samples / (fit_.noise * fit_.noise);
+  fit_.history.push_back(
+      {epoch, 0.5 * squares, Seconds(), transformation_.Theta(v)});
+  if (!problem_->options().progress) return;
+  const double dof = std::max(1.0, problem_->DofPerSample() * samples);
+  problem_->options().progress(
+      {fit_.solver, epoch, epochs, std::sqrt(squares / dof)});
+}
+
+GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
+  constexpr double kRank = 1e-5;  // of the largest singular value
+  constexpr double kHeld = 0.01;  // of the slope at the start
+  const int n = transformation_.size();
+  const Eigen::VectorXd theta = transformation_.Theta(v);
+  const Eigen::VectorXd slope = transformation_.Slope(v);
+  const Eigen::VectorXd first = transformation_.Slope(Eigen::VectorXd::Zero(n));
+  GaussNewtonStep step;
+  step.gain = step.squares = std::numeric_limits<double>::infinity();
+  step.dv = Eigen::VectorXd::Zero(n);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
+  double sum = 0.0;
+  for (int i = 0; i < rollouts_->size(); ++i) {
+    Eigen::VectorXd r(rollouts_->num_errors(i));
+    RowMatrixXd J;
+    if (!rollouts_->Linearize(i, theta.data(), r.data(), &J)) return step;
+    for (const Rollouts::Group& group : rollouts_->groups(i)) {
+      const Eigen::MatrixXd rows = group.weight *
+                                   J.middleRows(group.first, group.size) *
+                                   slope.asDiagonal();
+      const Eigen::VectorXd errors =
+          group.weight * r.segment(group.first, group.size);
+      H += rows.transpose() * rows;
+      g += rows.transpose() * errors;
+      sum += errors.squaredNorm();
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    const auto& prior = problem_->free()[i].prior;
+    if (!prior) continue;
+    const double weight = fit_.noise / prior->std;
+    const double off = weight * (theta[i] - prior->mean);
+    H(i, i) += weight * weight * slope[i] * slope[i];
+    g[i] += weight * slope[i] * off;
+    sum += off * off;
+  }
+  std::vector<int> loose;
+  for (int i = 0; i < n; ++i) {
+    if (std::abs(slope[i]) > kHeld * std::abs(first[i])) loose.push_back(i);
+  }
+  const Eigen::MatrixXd H_loose = H(loose, loose);
+  const Eigen::VectorXd g_loose = g(loose);
+  // H is squared: so is the rank's threshold.
+  Eigen::JacobiSVD<Eigen::MatrixXd> svd(
+      H_loose, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  svd.setThreshold(kRank * kRank);
+  const Eigen::VectorXd dv = -svd.solve(g_loose);
+  step.dv(loose) = dv;
+  const double gained = -g_loose.dot(dv);
+  step.gain = sum > 0 ? gained / sum : 0.0;
+  step.squares = gained / (fit_.noise * fit_.noise);
+  return step;
+}
+
+Fit Descent::Finish(const Eigen::VectorXd& v) {
+  const int n = transformation_.size();
+  point_.theta = transformation_.Theta(v);
+  fit_.defect = std::numeric_limits<double>::infinity();
+  ShootingStage::Options options;
+  options.defect = fit_.defect;
+  const ShootingStage stage(*problem_, options, &point_);
+  RowMatrixXd R = RowMatrixXd::Zero(n, n + 1);
+  std::vector<RunLinearization> runs;
+  RowMatrixXd J_prior;
+  Eigen::VectorXd r_prior;
+  stage.LinearizePriors(&J_prior, &r_prior);
+  if (stage.Linearize(&runs)) {
+    R = EliminateStates(runs, J_prior, r_prior, problem_->options().threads);
+  } else {
+    fit_.converged = false;
+  }
+  fit_.train = EvaluateErrors(*problem_, point_, n);
+  const double chi2 =
+      fit_.train.total.normalized_rms * fit_.train.total.normalized_rms;
+  const double inflation =
+      std::max(1.0, chi2) * AutocorrelationTime(*problem_, point_);
+  Estimates estimates =
+      MakeEstimates(*problem_, point_.theta, R.leftCols(n), inflation);
+  fit_.parameters = std::move(estimates.parameters);
+  fit_.not_identifiable = std::move(estimates.not_identifiable);
+  fit_.covariance = std::move(estimates.covariance);
+  MechanismParameters<double> values;
+  problem_->map().Apply<double>(point_.theta.data(), &values);
+  fit_.model.SetNominal(values);
+  fit_.step_s = problem_->options().rollout.step;
+  fit_.segment_s = MeanSegment(*problem_, point_);
+  fit_.point = point_;
+  fit_.horizon = EvaluateHorizon(*problem_, point_.theta);
+  fit_.open = EvaluateOpen(*problem_, point_);
+  fit_.wall_time_s = Seconds();
+  return fit_;
+}
+
+}  // namespace sysid

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sysid/estimation/fit.h"
+#include "sysid/stochastic/rollouts.h"
+#include "sysid/stochastic/transformation.h"
+
+namespace sysid {
+
+// (9.8): how much further a Gauss-Newton step from v would go.
+struct GaussNewtonStep {
+  double gain = 0.0;     // part of the loss that it would take away
+  double squares = 0.0;  // the same as a whitened sum of squares
+  Eigen::VectorXd dv;    // the step; parameters that a bound holds stay
+};
+
+// What the stochastic fits share: the rollouts that they descend over, and the
+// Fit at the end.
+class Descent {
+ public:
+  // Cuts runs into rollouts of about `segment` seconds (infinity: whole runs)
+  // with first states from the data (their velocities zero where they start
+  // from rest), and chooses the step where the options do not.
+  Descent(ShootingProblem* problem, const std::string& solver, double segment,
+          bool from_rest);
+
+  // Why there is no use in starting, else "".
+  const std::string& hopeless() const { return hopeless_; }
+  const Rollouts& rollouts() const { return *rollouts_; }
+  const Transformation& transformation() const { return transformation_; }
+  Fit* fit() { return &fit_; }
+  double Seconds() const;
+
+  // Shortens the step where it is ours to choose and the parameters have moved
+  // to where they need it (a damping that has become stiff). True where it
+  // changed.
+  bool ShortenStep(const Eigen::VectorXd& v);
+  // Appends to the history and shows progress. `loss` is over `samples`.
+  void Note(int epoch, int epochs, double loss, int samples,
+            const Eigen::VectorXd& v);
+  // Of the loss (9.1) with squares, over all rollouts.
+  GaussNewtonStep RemainingStep(const Eigen::VectorXd& v) const;
+  // Estimates, errors and predictions at v.
+  Fit Finish(const Eigen::VectorXd& v);
+
+ private:
+  ShootingProblem* problem_;
+  const bool choose_step_;
+  const double start_s_;
+  Transformation transformation_;
+  ShootingPoint point_;
+  std::unique_ptr<Rollouts> rollouts_;
+  std::string hopeless_;
+  Fit fit_;
+};
+
+}  // namespace sysid

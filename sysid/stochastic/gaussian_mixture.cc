@@ -1,0 +1,110 @@
+#include "sysid/stochastic/gaussian_mixture.h"
+
+#include <limits>
+
+#include "glog/logging.h"
+
+namespace sysid {
+namespace {
+
+void Append(const Eigen::MatrixXd& rows, Eigen::VectorXd* packed, int* at) {
+  for (int k = 0; k < rows.rows(); ++k) {
+    packed->segment(*at, rows.cols()) = rows.row(k);
+    *at += static_cast<int>(rows.cols());
+  }
+}
+
+void Take(const Eigen::VectorXd& packed, int* at, Eigen::MatrixXd* rows) {
+  for (int k = 0; k < rows->rows(); ++k) {
+    rows->row(k) = packed.segment(*at, rows->cols());
+    *at += static_cast<int>(rows->cols());
+  }
+}
+
+}  // namespace
+
+Eigen::VectorXd GaussianMixture::Weights() const {
+  const Eigen::ArrayXd e = (logits.array() - logits.maxCoeff()).exp();
+  return e / e.sum();
+}
+
+Eigen::MatrixXd GaussianMixture::Deviations() const {
+  return log_deviations.array().exp();
+}
+
+Eigen::VectorXd GaussianMixture::Mean() const {
+  return means.transpose() * Weights();
+}
+
+Eigen::MatrixXd GaussianMixture::Covariance() const {
+  const Eigen::VectorXd weights = Weights(), mean = Mean();
+  const Eigen::MatrixXd deviations = Deviations();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(dimension(), dimension());
+  for (int k = 0; k < kernels(); ++k) {
+    const Eigen::VectorXd off = means.row(k).transpose() - mean;
+    covariance += weights[k] * off * off.transpose();
+    covariance.diagonal() +=
+        weights[k] * deviations.row(k).array().square().matrix();
+  }
+  return covariance;
+}
+
+Eigen::VectorXd GaussianMixture::Pack() const {
+  Eigen::VectorXd packed(logits.size() + means.size() + log_deviations.size());
+  packed.head(kernels()) = logits;
+  int at = kernels();
+  Append(means, &packed, &at);
+  Append(log_deviations, &packed, &at);
+  return packed;
+}
+
+void GaussianMixture::Unpack(const Eigen::VectorXd& packed) {
+  CHECK_EQ(packed.size(), logits.size() + means.size() + log_deviations.size());
+  logits = packed.head(kernels());
+  int at = kernels();
+  Take(packed, &at, &means);
+  Take(packed, &at, &log_deviations);
+}
+
+Eigen::VectorXd GaussianMixture::Sample(std::mt19937_64* random) const {
+  const Eigen::VectorXd weights = Weights();
+  double left = std::uniform_real_distribution<double>(0.0, 1.0)(*random);
+  int k = 0;
+  while (k + 1 < kernels() && left > weights[k]) left -= weights[k++];
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd v = means.row(k);
+  for (int i = 0; i < dimension(); ++i) {
+    v[i] += std::exp(log_deviations(k, i)) * normal(*random);
+  }
+  return v;
+}
+
+GaussianMixture StartingMixture(int kernels, int dimension, double spread,
+                                std::mt19937_64* random) {
+  std::normal_distribution<double> normal(0.0, spread);
+  GaussianMixture mixture;
+  mixture.logits = Eigen::VectorXd::Zero(kernels);
+  mixture.means.resize(kernels, dimension);
+  for (int k = 0; k < kernels; ++k) {
+    for (int i = 0; i < dimension; ++i) mixture.means(k, i) = normal(*random);
+  }
+  mixture.log_deviations =
+      Eigen::MatrixXd::Constant(kernels, dimension, std::log(spread));
+  return mixture;
+}
+
+MixtureDraw DrawNoise(int kernels, int dimension, std::mt19937_64* random) {
+  std::uniform_real_distribution<double> uniform(
+      std::numeric_limits<double>::min(), 1.0);
+  std::normal_distribution<double> normal;
+  MixtureDraw draw;
+  draw.gumbel.resize(kernels);
+  draw.normal.resize(kernels, dimension);
+  for (int k = 0; k < kernels; ++k) {
+    draw.gumbel[k] = -std::log(-std::log(uniform(*random)));
+    for (int i = 0; i < dimension; ++i) draw.normal(k, i) = normal(*random);
+  }
+  return draw;
+}
+
+}  // namespace sysid

@@ -1,0 +1,330 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "models/error.h"
+#include "sysid/estimation/identifiability.h"
+#include "sysid/stochastic/descent.h"
+#include "sysid/stochastic/stochastic_fit.h"
+#include "sysid/stochastic/words.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The length of a rollout, s: as given, or, online, such that enough arrive.
+double RolloutLength(const ShootingProblem& problem,
+                     const MixtureOptions& options) {
+  if (problem.options().segment > 0) return problem.options().segment;
+  const int runs = static_cast<int>(problem.runs().size());
+  if (!options.online || runs >= options.online_samples) return kInfinity;
+  double duration = 0.0;
+  for (const auto& run : problem.runs()) {
+    duration += run->run.t.back() - run->run.t.front();
+  }
+  return duration / options.online_samples;
+}
+
+class MixtureDescent {
+ public:
+  MixtureDescent(ShootingProblem* problem, const MixtureOptions& options)
+      : problem_(problem),
+        options_(options),
+        descent_(problem, "gmm", RolloutLength(*problem, options),
+                 options.from_rest),
+        random_(options.seed),
+        result_(*descent_.fit()),
+        n_(problem->map().size()) {
+    mixture_ = StartingMixture(options.kernels, n_, options.spread, &random_);
+    good_ = mixture_;
+    options_.loss.threads = problem->options().threads;
+    options_.adam.epochs = options.epochs();
+    adam_ = std::make_unique<Adam>(static_cast<int>(mixture_.Pack().size()),
+                                   options_.adam);
+  }
+
+  MixtureFit Run();
+
+ private:
+  // One step; false where all draws have failed too often.
+  bool Epoch(int epoch, const std::vector<int>& arrived);
+  void Record(int epoch, int rollouts, double loss);
+  // A draw whose rollout all but fails has a gradient that is larger than the
+  // others' by any factor. One such would fill Adam's second moment and stop it
+  // for a thousand epochs: cut to kClip times what is usual.
+  void Clip(Eigen::VectorXd* gradient);
+  void CountBeyondBounds(const std::vector<MixtureDraw>& draws);
+  void Judge();
+  void RemarkOnDraws();
+  void RemarkOnKernels();
+
+  ShootingProblem* problem_;
+  MixtureOptions options_;
+  Descent descent_;
+  std::mt19937_64 random_;
+  MixtureFit result_;
+  int n_;
+  GaussianMixture mixture_, good_;
+  std::unique_ptr<Adam> adam_;
+  double usual_norm_ = 0.0;  // of the gradient
+  double slower_ = 1.0;      // after failures
+  int failures_ = 0;         // in a row
+};
+
+void MixtureDescent::Record(int epoch, int rollouts, double loss) {
+  result_.epochs.push_back(
+      {epoch, rollouts, loss,
+       InParameters(*problem_, descent_.transformation(), mixture_)});
+}
+
+void MixtureDescent::CountBeyondBounds(const std::vector<MixtureDraw>& draws) {
+  const Eigen::VectorXd mean = mixture_.Mean();
+  const Eigen::VectorXd theta = descent_.transformation().Theta(mean);
+  const Eigen::VectorXd slope = descent_.transformation().Slope(mean);
+  const Eigen::VectorXd packed = mixture_.Pack();
+  const int K = mixture_.kernels();
+  for (const MixtureDraw& draw : draws) {
+    Eigen::VectorXd v(n_);
+    SoftDraw<double>(K, n_, packed.data(), packed.data() + K,
+                     packed.data() + K + K * n_, draw, options_.temperature,
+                     v.data());
+    for (int i = 0; i < n_; ++i) {
+      const double linear = theta[i] + slope[i] * (v[i] - mean[i]);
+      if (!problem_->map().IsTransformed(i) &&
+          (linear < problem_->free()[i].lower ||
+           linear > problem_->free()[i].upper)) {
+        ++result_.beyond_bounds;
+        break;
+      }
+    }
+  }
+}
+
+void MixtureDescent::Clip(Eigen::VectorXd* gradient) {
+  constexpr double kClip = 10.0;
+  constexpr double kForget = 0.1;
+  const double norm = gradient->norm();
+  if (usual_norm_ == 0.0) usual_norm_ = norm;
+  const double most = kClip * usual_norm_;
+  if (norm > most) {
+    *gradient *= most / norm;
+    ++result_.clipped_epochs;
+  }
+  usual_norm_ += kForget * (std::min(norm, most) - usual_norm_);
+}
+
+bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
+  constexpr int kStepEvery = 10;
+  constexpr int kMostFailures = 20;
+  constexpr double kRecovery = 1.2;  // of the learning rate, an epoch
+  Fit* fit = descent_.fit();
+  if (epoch % kStepEvery == 0 || failures_ > 0) {
+    descent_.ShortenStep(mixture_.Mean());
+  }
+  std::vector<MixtureDraw> draws;
+  for (int d = 0; d < options_.draws; ++d) {
+    draws.push_back(DrawNoise(options_.kernels, n_, &random_));
+  }
+  CountBeyondBounds(draws);
+  double loss = 0.0;
+  int failed = 0;
+  Eigen::VectorXd gradient, packed = mixture_.Pack();
+  const bool ok = MixtureLossGradient(
+      descent_.rollouts(), arrived, descent_.transformation(), options_.loss,
+      mixture_, options_.temperature, draws, &loss, &failed, &gradient);
+  result_.draws += options_.draws;
+  result_.failed_draws += failed;
+  fit->evaluations += options_.draws;
+  fit->iterations = epoch;
+  if (!ok) {
+    // Half the way back, and shorter steps from there on.
+    if (++failures_ > kMostFailures) return false;
+    packed = 0.5 * (packed + good_.Pack());
+    slower_ *= 0.5;
+    loss = kInfinity;
+  } else {
+    failures_ = 0;
+    slower_ = std::min(1.0, kRecovery * slower_);
+    good_ = mixture_;
+    Clip(&gradient);
+    adam_->Step(gradient, slower_ * LearningRate(options_.adam, epoch),
+                &packed);
+  }
+  mixture_.Unpack(packed);
+  descent_.Note(epoch, options_.epochs(), loss,
+                descent_.rollouts().Samples(arrived), mixture_.Mean());
+  Record(epoch, static_cast<int>(arrived.size()), loss);
+  return true;
+}
+
+void MixtureDescent::Judge() {
+  // Parts of a parameter's size within which the mean is taken as arrived.
+  constexpr double kArrived = 0.05;
+  Fit* fit = descent_.fit();
+  if (failures_ > 0) {
+    fit->termination =
+        "diverged: every draw's rollouts fail; a lower --learning_rate, a "
+        "smaller --spread or shorter --segment may help";
+    return;
+  }
+  const GaussNewtonStep step = descent_.RemainingStep(mixture_.Mean());
+  if (!std::isfinite(step.gain)) {
+    fit->termination =
+        "diverged: the rollouts of the mean fail; a lower --learning_rate or a "
+        "smaller --spread may help";
+    return;
+  }
+  int worst = 0;
+  const double move = step.dv.cwiseAbs().maxCoeff(&worst);
+  fit->converged = move < kArrived || step.squares < 1.0;
+  fit->termination =
+      std::string(fit->converged ? "settled" : "the mean has not settled") +
+      ": a Gauss-Newton step from it would move " +
+      problem_->free()[worst].parameter.name + " by " +
+      Words("%.2g %%", 100.0 * move) + " of its size" +
+      (fit->converged ? ""
+                      : "; more --epochs or another --learning_rate may help");
+}
+
+void MixtureDescent::RemarkOnDraws() {
+  if (result_.failed_draws > 0) {
+    result_.remarks.push_back(std::to_string(result_.failed_draws) + " of " +
+                              std::to_string(result_.draws) +
+                              " draws were left out: their rollouts failed");
+  }
+  if (result_.clipped_epochs > 0) {
+    result_.remarks.push_back(
+        "the gradient of " + std::to_string(result_.clipped_epochs) +
+        " epochs was cut: rollouts of some draws all but failed");
+  }
+  if (result_.beyond_bounds > 0) {
+    result_.remarks.push_back(
+        std::to_string(result_.beyond_bounds) + " of " +
+        std::to_string(result_.draws) +
+        " draws would have been beyond their bounds (a negative length), were "
+        "the kernels Gaussian in the parameters; the transformation kept them "
+        "inside");
+  }
+}
+
+void MixtureDescent::RemarkOnKernels() {
+  constexpr double kLost = 0.01;      // weight
+  constexpr double kSmall = 1e-3;     // deviation, part of a parameter's size
+  constexpr double kEqual = 10.0;     // of log-likelihood ratio, doubled
+  constexpr double kTakesPart = 0.1;  // as in AnalyseIdentifiability
+  constexpr int kPolish = 3;          // Gauss-Newton steps
+  const Eigen::VectorXd weights = mixture_.Weights();
+  const Eigen::MatrixXd deviations = mixture_.Deviations();
+  const std::vector<int> all = FirstOnes(descent_.rollouts().size());
+  const double samples = descent_.rollouts().Samples(all);
+  const double noise = descent_.fit()->noise;
+  std::vector<Eigen::VectorXd> polished;
+  std::vector<double> squares;
+  for (int k = 0; k < mixture_.kernels(); ++k) {
+    if (weights[k] < kLost) {
+      result_.remarks.push_back("kernel " + std::to_string(k + 1) +
+                                " has lost its weight (" +
+                                Words("%.2g", weights[k]) + ")");
+    } else if (deviations.row(k).maxCoeff() < kSmall) {
+      result_.remarks.push_back("kernel " + std::to_string(k + 1) +
+                                " has collapsed to a point: its deviations are "
+                                "below 0.1 % of the parameters");
+    }
+    Eigen::VectorXd v = mixture_.means.row(k);
+    for (int i = 0; i < kPolish; ++i) {
+      // No further than a kernel reached: along what is not determined the
+      // step is nothing, so kernels that a valley holds apart stay apart.
+      const GaussNewtonStep step = descent_.RemainingStep(v);
+      const double length = step.dv.cwiseAbs().maxCoeff();
+      v += step.dv * std::min(1.0, 0.5 / std::max(length, 1e-12));
+    }
+    polished.push_back(v);
+    squares.push_back(descent_.rollouts().Loss(
+                          all, descent_.transformation().Theta(v), kInfinity) *
+                      samples / (noise * noise));
+  }
+  const double best = *std::min_element(squares.begin(), squares.end());
+  const double dof = std::max(1.0, problem_->DofPerSample() * samples);
+  const double equal = kEqual * std::max(1.0, best / dof);
+  std::vector<bool> apart(n_, false);
+  for (size_t a = 0; a < polished.size(); ++a) {
+    for (size_t b = a + 1; b < polished.size(); ++b) {
+      if (!(squares[a] - best < equal && squares[b] - best < equal)) continue;
+      const Eigen::VectorXd off = (polished[a] - polished[b]).cwiseAbs();
+      if (off.maxCoeff() <= kUndetermined) continue;
+      for (int i = 0; i < n_; ++i) {
+        apart[i] = apart[i] || off[i] > kTakesPart * off.maxCoeff();
+      }
+    }
+  }
+  std::vector<std::string> names;
+  for (int i = 0; i < n_; ++i) {
+    if (apart[i]) names.push_back(problem_->free()[i].parameter.name);
+  }
+  if (names.empty()) return;
+  result_.remarks.push_back(
+      "the kernels lead to different " + Join(names) +
+      " that fit equally well: this data cannot tell them apart");
+  result_.disagreeing = names;
+}
+
+MixtureFit MixtureDescent::Run() {
+  Fit* fit = descent_.fit();
+  fit->termination = descent_.hopeless();
+  Record(0, 0, kInfinity);
+  if (fit->termination.empty()) {
+    const int total = descent_.rollouts().size();
+    const int epochs = options_.epochs();
+    const std::vector<int> all = FirstOnes(total);
+    const Eigen::VectorXd mean = mixture_.Mean();
+    descent_.Note(
+        0, epochs,
+        descent_.rollouts().Loss(all, descent_.transformation().Theta(mean),
+                                 options_.loss.huber),
+        descent_.rollouts().Samples(all), mean);
+    for (int epoch = 1; epoch <= epochs; ++epoch) {
+      int arrived = total;
+      if (options_.online) {
+        const int portion = (epoch - 1) / options_.online_epochs + 1;
+        arrived = (total * portion + options_.online_samples - 1) /
+                  options_.online_samples;
+      }
+      if (!Epoch(epoch, FirstOnes(arrived))) break;
+    }
+    Judge();
+    RemarkOnDraws();
+    RemarkOnKernels();
+  }
+  result_.fit = descent_.Finish(mixture_.Mean());
+  result_.kernels = mixture_;
+  result_.mixture = result_.epochs.back().kernels;
+  return std::move(result_);
+}
+
+}  // namespace
+
+MixtureFit FitGaussianMixture(ShootingProblem* problem,
+                              const MixtureOptions& options) {
+  return MixtureDescent(problem, options).Run();
+}
+
+Eigen::MatrixXd SampleParameters(const ShootingProblem& problem,
+                                 const GaussianMixture& kernels, int count,
+                                 std::uint64_t seed) {
+  const Transformation transformation(problem);
+  std::mt19937_64 random(seed);
+  const int n = problem.map().size();
+  Eigen::MatrixXd values(count, n);
+  for (int i = 0; i < count; ++i) {
+    const Eigen::VectorXd theta = transformation.Theta(kernels.Sample(&random));
+    Eigen::VectorXd value(n);
+    problem.map().ValuesOf<double>(theta.data(), value.data());
+    values.row(i) = value;
+  }
+  return values;
+}
+
+}  // namespace sysid

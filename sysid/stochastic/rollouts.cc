@@ -1,0 +1,133 @@
+#include "sysid/stochastic/rollouts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace sysid {
+namespace {
+
+template <typename Jet>
+bool LinearizePass(const SegmentRollout& rollout, const double* x0,
+                   const double* theta, int first, int columns, double* errors,
+                   RowMatrixXd* J) {
+  const int size = rollout.model().state_size();
+  std::vector<Jet> x(size), end(size), theta_jet(rollout.parameters().size());
+  for (int i = 0; i < size; ++i) x[i] = Jet(x0[i]);
+  for (size_t i = 0; i < theta_jet.size(); ++i) theta_jet[i] = Jet(theta[i]);
+  for (int c = 0; c < columns; ++c) theta_jet[first + c].v[c] = 1.0;
+  std::vector<Jet> r(rollout.num_residuals());
+  if (!rollout(x.data(), theta_jet.data(), r.data(), end.data())) return false;
+  for (size_t i = 0; i < r.size(); ++i) {
+    if (!std::isfinite(r[i].a)) return false;
+    errors[i] = r[i].a;
+    for (int c = 0; c < columns; ++c) (*J)(i, first + c) = r[i].v[c];
+  }
+  return true;
+}
+
+}  // namespace
+
+Rollouts::Rollouts(const ShootingProblem* problem, const ShootingPoint& point)
+    : problem_(problem) {
+  const double position_noise = problem->PooledNoise();
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const RunData& data = *problem->runs()[r];
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    for (int k = 0; k < nodes.segments(); ++k) {
+      One one;
+      one.measurements = &data.measurements;
+      one.first = nodes.samples[k];
+      one.last = nodes.samples[k + 1];
+      const auto row = nodes.states.row(k);
+      one.x0.assign(row.data(), row.data() + row.size());
+      all_.push_back(std::move(one));
+      const SegmentRollout rollout = functor(size() - 1);
+      One& made = all_.back();
+      made.num_errors = rollout.num_residuals();
+      int before = made.first;
+      for (const SegmentRow& of : rollout.rows()) {
+        if (of.sample == made.first) continue;  // the state that is given
+        if (of.sample != before) ++made.samples;
+        before = of.sample;
+        const bool position =
+            IsPositionLike(data.run.channels[of.channel].kind);
+        made.groups.push_back(
+            {of.first, of.size,
+             position ? 1.0 : position_noise / data.sigma[of.channel]});
+      }
+      if (made.groups.empty()) all_.pop_back();
+    }
+  }
+}
+
+SegmentRollout Rollouts::functor(int i) const {
+  const One& one = all_[i];
+  return SegmentRollout(&problem_->model(), &problem_->map(), one.measurements,
+                        one.first, one.last, problem_->options().rollout);
+}
+
+bool Rollouts::Errors(int i, const double* theta, double* errors) const {
+  std::vector<double> end(problem_->model().state_size());
+  if (!functor(i)(first_state(i), theta, errors, end.data())) return false;
+  return std::all_of(errors, errors + num_errors(i),
+                     [](double e) { return std::isfinite(e); });
+}
+
+bool Rollouts::Linearize(int i, const double* theta, double* errors,
+                         RowMatrixXd* J) const {
+  const int total = num_parameters();
+  const SegmentRollout rollout = functor(i);
+  J->resize(num_errors(i), total);
+  for (int column = 0; column < total;) {
+    const int left = total - column;
+    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
+    const int columns = std::min(left, width);
+    const bool ok =
+        width == 24   ? LinearizePass<Jet24>(rollout, first_state(i), theta,
+                                           column, columns, errors, J)
+        : width == 16 ? LinearizePass<Jet16>(rollout, first_state(i), theta,
+                                             column, columns, errors, J)
+                      : LinearizePass<Jet8>(rollout, first_state(i), theta,
+                                            column, columns, errors, J);
+    if (!ok) return false;
+    column += columns;
+  }
+  return J->allFinite();
+}
+
+double Rollouts::Loss(const std::vector<int>& which,
+                      const Eigen::VectorXd& theta, double huber) const {
+  double sum = Prior(theta.data());
+  std::vector<double> errors;
+  for (const int i : which) {
+    errors.resize(num_errors(i));
+    if (!Errors(i, theta.data(), errors.data())) {
+      return std::numeric_limits<double>::infinity();
+    }
+    for (const Group& group : groups(i)) {
+      double s = 0.0;
+      for (int k = 0; k < group.size; ++k) {
+        const double e = group.weight * errors[group.first + k];
+        s += e * e;
+      }
+      sum += HuberLoss(s, huber);
+    }
+  }
+  return sum / Samples(which);
+}
+
+int Rollouts::Samples(const std::vector<int>& which) const {
+  int count = 0;
+  for (const int i : which) count += samples(i);
+  return count;
+}
+
+std::vector<int> FirstOnes(int count) {
+  std::vector<int> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+}  // namespace sysid

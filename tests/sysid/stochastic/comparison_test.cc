@@ -1,0 +1,107 @@
+#include "sysid/stochastic/comparison.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/sysid/stochastic/stochastic_setup.h"
+
+namespace sysid {
+namespace {
+
+using testing::HasSubstr;
+
+ComparisonOptions Options(int repeat = 1) {
+  ComparisonOptions options;
+  options.adam.from_rest = options.mixture.from_rest = true;
+  options.truth = Eigen::Vector2d(0.4, 0.3);
+  options.repeat = repeat;
+  return options;
+}
+
+TEST(CompareSolvers, MeasuresAllFromTheSameStartByTheSameLoss) {
+  const auto problem = TwoLengths();
+  const Comparison comparison = CompareSolvers(*problem, Options());
+  ASSERT_EQ(comparison.runs.size(), 3u);
+  const std::vector<std::string> names{"lm", "adam", "gmm"};
+  for (int s = 0; s < 3; ++s) {
+    const SolverRun& run = comparison.runs[s];
+    EXPECT_EQ(run.solver, names[s]);
+    EXPECT_TRUE(run.fit.converged) << run.fit.termination;
+    EXPECT_LT(run.distance, 0.02) << run.solver;
+    EXPECT_GE(run.path.size(), 2u);
+    EXPECT_LT(run.path.back().loss, 1e-2 * run.path.front().loss);
+    EXPECT_GT(run.fit.evaluations, 0);
+    EXPECT_LE(run.settled, run.fit.iterations);
+    for (size_t i = 1; i < run.path.size(); ++i) {
+      EXPECT_GE(run.path[i].time_s, run.path[i - 1].time_s);
+    }
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_NEAR(run.path.back().values[i], run.fit.parameters[i].value,
+                  1e-3 * run.fit.parameters[i].value);
+    }
+  }
+  // The mixture starts about the others' start.
+  EXPECT_EQ(comparison.runs[0].path.front().values, Eigen::Vector2d(0.5, 0.5));
+  EXPECT_EQ(comparison.runs[1].path.front().values, Eigen::Vector2d(0.5, 0.5));
+  EXPECT_EQ(comparison.runs[0].path.front().loss,
+            comparison.runs[1].path.front().loss);
+  EXPECT_LT(comparison.runs[0].settled, comparison.runs[1].settled);
+  EXPECT_TRUE(comparison.reference_is_truth);
+  ASSERT_EQ(comparison.uncertainty.size(), 2u);
+  EXPECT_GT(comparison.uncertainty[0].lm_std, 0.0);
+  EXPECT_GT(comparison.uncertainty[0].mixture_std, 0.0);
+  EXPECT_NE(comparison.uncertainty[0].why, "");
+}
+
+TEST(CompareSolvers, PutsTheLikelihoodOfTwoParametersOnAGrid) {
+  const auto problem = TwoLengths();
+  const Comparison comparison = CompareSolvers(*problem, Options());
+  ASSERT_TRUE(comparison.landscape.has_value());
+  const Landscape& landscape = *comparison.landscape;
+  int row = 0, column = 0;
+  EXPECT_GE(landscape.deviance.minCoeff(&row, &column), 0.0);
+  EXPECT_NEAR(landscape.x[column], 0.4, 0.02);
+  EXPECT_NEAR(landscape.y[row], 0.3, 0.02);
+}
+
+TEST(CompareSolvers, RepeatsFromOtherStarts) {
+  const auto problem = TwoLengths();
+  const Comparison comparison = CompareSolvers(*problem, Options(3));
+  ASSERT_EQ(comparison.trials.size(), 3u);
+  EXPECT_EQ(comparison.trials[0].start, Eigen::Vector2d(0.5, 0.5));
+  EXPECT_NE(comparison.trials[1].start, comparison.trials[2].start);
+  for (const Trial& trial : comparison.trials) {
+    for (const SolverTrial& solver : trial.solvers) {
+      EXPECT_TRUE(solver.converged);
+      EXPECT_LT(solver.distance, 0.02);
+    }
+  }
+}
+
+TEST(CompareSolvers, TakesLevenbergMarquardtForTheReferenceWithoutATruth) {
+  const auto problem = TwoLengths();
+  ComparisonOptions options = Options();
+  options.truth.reset();
+  const Comparison comparison = CompareSolvers(*problem, options);
+  EXPECT_FALSE(comparison.reference_is_truth);
+  EXPECT_EQ(comparison.runs[0].distance, 0.0);
+  EXPECT_GT(comparison.runs[1].distance, 0.0);
+}
+
+TEST(CompareSolvers, SaysWhyUncertaintiesOfCoupledParametersDiffer) {
+  const auto problem = RodAndBob();
+  ComparisonOptions options = Options();
+  options.truth = Eigen::Vector2d(0.6, -0.15);
+  const Comparison comparison = CompareSolvers(*problem, options);
+  for (const UncertaintyComparison& u : comparison.uncertainty) {
+    EXPECT_TRUE(std::isnan(u.lm_std));
+    EXPECT_THAT(u.why, HasSubstr("the data does not determine it"));
+  }
+  // One down as the other goes up: rod.length - bob.com_z stays.
+  const Eigen::Vector2d valley = comparison.landscape->valley;
+  EXPECT_NEAR(valley[0], valley[1], 1e-3);
+}
+
+}  // namespace
+}  // namespace sysid

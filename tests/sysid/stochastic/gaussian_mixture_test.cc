@@ -1,0 +1,147 @@
+#include "sysid/stochastic/gaussian_mixture.h"
+
+#include <gmock/gmock.h>
+
+#include "sysid/stochastic/parameter_mixture.h"
+#include "tests/support/fit_setup.h"
+
+namespace sysid {
+namespace {
+
+GaussianMixture TwoKernels() {
+  GaussianMixture mixture;
+  mixture.logits = Eigen::Vector2d(std::log(3.0), 0.0);
+  mixture.means.resize(2, 2);
+  mixture.means << 1.0, -1.0,  //
+      -0.5, 2.0;
+  mixture.log_deviations.resize(2, 2);
+  mixture.log_deviations << std::log(0.1), std::log(0.2),  //
+      std::log(0.3), std::log(0.4);
+  return mixture;
+}
+
+TEST(GaussianMixture, HasTheMomentsOfItsKernels) {
+  const GaussianMixture mixture = TwoKernels();
+  EXPECT_NEAR(mixture.Weights()[0], 0.75, 1e-15);
+  EXPECT_NEAR(mixture.Mean()[0], 0.75 * 1.0 - 0.25 * 0.5, 1e-15);
+  EXPECT_NEAR(mixture.Mean()[1], -0.75 + 0.25 * 2.0, 1e-15);
+  // Within and between: E[x^2] - mean^2, and the covariance of the means.
+  const Eigen::MatrixXd covariance = mixture.Covariance();
+  EXPECT_NEAR(covariance(0, 0),
+              0.75 * (0.01 + 1.0) + 0.25 * (0.09 + 0.25) - 0.625 * 0.625,
+              1e-14);
+  EXPECT_NEAR(covariance(0, 1), 0.75 * 0.25 * 1.5 * -3.0, 1e-14);
+}
+
+TEST(GaussianMixture, PacksAndUnpacks) {
+  GaussianMixture other = TwoKernels();
+  other.means.setZero();
+  other.Unpack(TwoKernels().Pack());
+  EXPECT_EQ(other.Pack(), TwoKernels().Pack());
+  EXPECT_EQ(other.means, TwoKernels().means);
+}
+
+TEST(GaussianMixture, SamplesHaveItsMoments) {
+  const GaussianMixture mixture = TwoKernels();
+  std::mt19937_64 random(1);
+  constexpr int kDraws = 100000;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
+  for (int i = 0; i < kDraws; ++i) {
+    const Eigen::Vector2d v = mixture.Sample(&random);
+    sum += v;
+    squares += v * v.transpose();
+  }
+  const Eigen::Vector2d mean = sum / kDraws;
+  const Eigen::Matrix2d covariance = squares / kDraws - mean * mean.transpose();
+  // Five standard errors of deviations below 1.5.
+  EXPECT_LT((mean - mixture.Mean()).norm(), 5 * 1.5 / std::sqrt(kDraws));
+  EXPECT_LT((covariance - mixture.Covariance()).norm(), 0.05);
+}
+
+// At a low temperature y is nearly one-hot (the Gumbel-max trick): kernels are
+// drawn by their weights, and v has the mixture's moments.
+TEST(SoftDraw, IsADrawOfTheMixtureWhenCold) {
+  const GaussianMixture mixture = TwoKernels();
+  const Eigen::VectorXd packed = mixture.Pack();
+  std::mt19937_64 random(2);
+  constexpr int kDraws = 50000;
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (int i = 0; i < kDraws; ++i) {
+    const MixtureDraw draw = DrawNoise(2, 2, &random);
+    Eigen::Vector2d v;
+    SoftDraw<double>(2, 2, packed.data(), packed.data() + 2, packed.data() + 6,
+                     draw, 1e-3, v.data());
+    sum += v;
+  }
+  EXPECT_LT((sum / kDraws - mixture.Mean()).norm(),
+            5 * 1.5 / std::sqrt(kDraws));
+}
+
+TEST(SoftDraw, IsTheWeightedSumOfTheKernelsDraws) {
+  const GaussianMixture mixture = TwoKernels();
+  const Eigen::VectorXd packed = mixture.Pack();
+  MixtureDraw draw;
+  draw.gumbel = Eigen::Vector2d(0.2, 0.9);
+  draw.normal.resize(2, 2);
+  draw.normal << 0.5, -1.0, 2.0, 0.3;
+  constexpr double kTau = 2.0 / 3.0;
+  Eigen::Vector2d v;
+  SoftDraw<double>(2, 2, packed.data(), packed.data() + 2, packed.data() + 6,
+                   draw, kTau, v.data());
+  const double a = std::exp((std::log(3.0) + 0.2) / kTau);
+  const double b = std::exp(0.9 / kTau);
+  const Eigen::Vector2d first(1.0 + 0.1 * 0.5, -1.0 - 0.2);
+  const Eigen::Vector2d second(-0.5 + 0.3 * 2.0, 2.0 + 0.4 * 0.3);
+  EXPECT_LT((v - (a * first + b * second) / (a + b)).norm(), 1e-14);
+}
+
+TEST(SoftDraw, SurvivesLogitsFarApart) {
+  const double logits[2] = {2000.0, -2000.0}, means[2] = {1.0, 5.0};
+  const double log_deviations[2] = {-1.0, -1.0};
+  MixtureDraw draw;
+  draw.gumbel = Eigen::Vector2d::Zero();
+  draw.normal = Eigen::MatrixXd::Zero(2, 1);
+  double v = 0.0;
+  SoftDraw<double>(2, 1, logits, means, log_deviations, draw, 2.0 / 3.0, &v);
+  EXPECT_EQ(v, 1.0);
+}
+
+TEST(StartingMixture, IsTheSameForASeed) {
+  std::mt19937_64 a(3), b(3), c(4);
+  EXPECT_EQ(StartingMixture(3, 4, 0.3, &a).Pack(),
+            StartingMixture(3, 4, 0.3, &b).Pack());
+  EXPECT_NE(StartingMixture(3, 4, 0.3, &a).Pack(),
+            StartingMixture(3, 4, 0.3, &c).Pack());
+}
+
+// A log-normal length: mean a + b exp(s^2/2), variance known too.
+TEST(ParameterMixture, HasTheMomentsOfTransformedKernels) {
+  const Model model = Shipped("pendulum2");
+  std::vector<FreeParameter> free =
+      FreeFrom(model, {{"link1.length", 1.1}, {"link1.com_x", 0.0}});
+  free[0].lower = 0.1;
+  SimulationOptions simulation;
+  simulation.duration = 0.2;
+  const sysid::Run run =
+      Simulate(model, RandomState(model, 0.5, 1), simulation);
+  EstimationOptions options;
+  options.noise = 1e-3;
+  const ShootingProblem problem(model, free, {run}, options);
+  GaussianMixture mixture = TwoKernels();
+  mixture.log_deviations(0, 0) = std::log(0.4);
+  const ParameterMixture in =
+      InParameters(problem, Transformation(problem), mixture);
+  const double s2 = 0.4 * 0.4;
+  EXPECT_NEAR(in.means(0, 0), 0.1 + std::exp(1.0 + s2 / 2), 1e-9);
+  EXPECT_NEAR(in.stds(0, 0),
+              std::exp(1.0 + s2 / 2) * std::sqrt(std::exp(s2) - 1.0), 1e-9);
+  EXPECT_NEAR(in.means(0, 1), 0.5 * -1.0, 1e-12);  // linear, scale 0.5 m
+  EXPECT_NEAR(in.stds(1, 1), 0.5 * 0.4, 1e-12);
+  const double mean = 0.75 * in.means(0, 1) + 0.25 * in.means(1, 1);
+  EXPECT_NEAR(in.Mean()[1], mean, 1e-12);
+  EXPECT_NEAR(in.Std()[1], 0.5 * std::sqrt(mixture.Covariance()(1, 1)), 1e-9);
+}
+
+}  // namespace
+}  // namespace sysid

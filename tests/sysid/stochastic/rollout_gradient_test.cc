@@ -1,0 +1,347 @@
+#include "sysid/stochastic/rollout_gradient.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <set>
+
+#include "sysid/estimation/segmentation.h"
+#include "tests/support/all_joints.h"
+#include "tests/support/fit_setup.h"
+#include "tests/support/measured_run.h"
+#include "tests/support/random_mechanism.h"
+
+namespace sysid {
+namespace {
+
+using Eigen::VectorXd;
+
+// Every parameter of a model, those of its effects included, but for the whole
+// numbers, free to move from where it is.
+std::vector<FreeParameter> FreeAll(const Model& model) {
+  std::vector<FreeParameter> free;
+  for (const Parameter& parameter : AllParameters(model)) {
+    if (parameter.kind == ParameterKind::kEffect &&
+        model.effects().parameters()[parameter.index].whole) {
+      continue;
+    }
+    // A scale and what it scales are one thing; massless frames have neither.
+    if (parameter.kind == ParameterKind::kInertiaScale) continue;
+    const bool of_link = parameter.kind == ParameterKind::kInertia ||
+                         parameter.kind == ParameterKind::kMass;
+    if (of_link && model.nominal().links[parameter.index].mass == 0) continue;
+    FreeParameter f;
+    f.parameter = parameter;
+    f.initial = parameter.nominal;
+    f.lower = parameter.lower;
+    f.upper = parameter.upper;
+    free.push_back(f);
+  }
+  return free;
+}
+
+// A problem about a random motion of a model, first states given, cut in two.
+struct Motion {
+  std::unique_ptr<ShootingProblem> problem;
+  std::unique_ptr<Rollouts> rollouts;
+  std::unique_ptr<Transformation> transformation;
+  std::vector<int> all;
+
+  Motion(const Model& model, std::vector<FreeParameter> free, int seed,
+         Integrator integrator = Integrator::kRungeKutta4) {
+    constexpr int kSamples = 7;
+    Random random(seed);
+    const struct RandomState at(model.mechanism(), &random);
+    VectorXd x0(model.state_size());
+    x0 << at.q, at.qd;
+    const sysid::Run run =
+        MeasureEverything(model, x0, kSamples, 0.004, 0.05, &random);
+    EstimationOptions options;
+    options.rollout = {integrator, 0.002};
+    options.noise = 0.05;
+    problem = std::make_unique<ShootingProblem>(
+        model, std::move(free), std::vector<sysid::Run>{run}, options);
+    ShootingPoint point;
+    point.theta = problem->InitialTheta();
+    const RowMatrixXd states = StatesOf(model, run, x0, options.rollout);
+    ShootingPoint::Nodes nodes;
+    nodes.samples = {0, 3, kSamples - 1};
+    nodes.states.resize(2, states.cols());
+    nodes.states << states.row(0), states.row(3);
+    point.runs.push_back(nodes);
+    rollouts = std::make_unique<Rollouts>(problem.get(), point);
+    transformation = std::make_unique<Transformation>(*problem);
+    all = FirstOnes(rollouts->size());
+  }
+
+  VectorXd Gradient(GradientWay way, double huber, const VectorXd& v,
+                    double* loss) const {
+    LossOptions options;
+    options.way = way;
+    options.huber = huber;
+    VectorXd gradient;
+    EXPECT_TRUE(LossGradient(*rollouts, all, *transformation, options, v, loss,
+                             &gradient));
+    return gradient;
+  }
+
+  // (9.1) with squares differentiated by Jets alone.
+  VectorXd GradientByJets(const VectorXd& v) const {
+    const VectorXd theta = transformation->Theta(v);
+    VectorXd gradient = VectorXd::Zero(v.size());
+    for (int i = 0; i < rollouts->size(); ++i) {
+      VectorXd r(rollouts->num_errors(i));
+      RowMatrixXd J;
+      EXPECT_TRUE(rollouts->Linearize(i, theta.data(), r.data(), &J));
+      for (const Rollouts::Group& group : rollouts->groups(i)) {
+        gradient += 2.0 * group.weight * group.weight *
+                    J.middleRows(group.first, group.size).transpose() *
+                    r.segment(group.first, group.size);
+      }
+    }
+    return gradient.cwiseProduct(transformation->Slope(v)) /
+           rollouts->Samples(all);
+  }
+};
+
+VectorXd SmallStep(int n, int seed) {
+  Random random(seed);
+  return 0.01 * random.NormalVector(n);
+}
+
+void ExpectStanAgreesWithJets(const Model& model, int seed) {
+  for (const Integrator integrator :
+       {Integrator::kRungeKutta4, Integrator::kSemiImplicitEuler}) {
+    const Motion motion(model, FreeAll(model), seed, integrator);
+    const VectorXd v = SmallStep(motion.transformation->size(), seed);
+    double loss = 0.0, loss_tape = 0.0;
+    const VectorXd jets = motion.GradientByJets(v);
+    const double infinity = std::numeric_limits<double>::infinity();
+    const VectorXd node =
+        motion.Gradient(GradientWay::kPrecomputed, infinity, v, &loss);
+    const VectorXd tape =
+        motion.Gradient(GradientWay::kTape, infinity, v, &loss_tape);
+    ASSERT_GT(jets.norm(), 0.0);
+    EXPECT_LT((node - jets).norm(), 1e-9 * jets.norm()) << "seed " << seed;
+    EXPECT_LT((tape - jets).norm(), 1e-9 * jets.norm()) << "seed " << seed;
+    for (int i = 0; i < v.size(); ++i) {
+      EXPECT_NEAR(tape[i], jets[i],
+                  1e-9 * std::max(std::abs(jets[i]), 1e-3 * jets.norm()))
+          << motion.problem->free()[i].parameter.name;
+    }
+    EXPECT_NEAR(loss, loss_tape, 1e-12 * loss);
+    EXPECT_NEAR(loss,
+                motion.rollouts->Loss(
+                    motion.all, motion.transformation->Theta(v), infinity),
+                1e-12 * loss);
+  }
+}
+
+Model WithEveryEffect(const Mechanism& mechanism, int seed) {
+  Model model(mechanism);
+  Random random(seed);
+  AddEveryEffect(Catalogue(), &random, &model);
+  return model;
+}
+
+TEST(RolloutGradient, EqualsJetsWithEveryEffectOfTheCatalogue) {
+  const Model model = WithEveryEffect(AllJoints(), 1);
+  std::set<std::string> there;
+  for (int i = 0; i < model.effects().size(); ++i) {
+    there.insert(model.effects().effect(i).kind());
+  }
+  // Coulomb friction lives in Stribeck friction, which takes its place.
+  for (const std::string& kind : Catalogue().kinds()) {
+    if (kind == "coulomb_friction") continue;
+    EXPECT_EQ(there.count(kind), 1u) << kind;
+  }
+  ExpectStanAgreesWithJets(model, 1);
+}
+
+TEST(RolloutGradient, EqualsJetsWithCoulombFriction) {
+  Model model(AllJoints());
+  const Catalogue catalogue;
+  for (const char* joint : {"slide", "ball", "hinge", "wheel"}) {
+    const std::string name = joint;
+    model.AddEffect(
+        catalogue.Make("coulomb_friction@" + name, model.mechanism(), "test"));
+    model.SetEffectParameter(name + ".friction", 0.1);
+  }
+  ExpectStanAgreesWithJets(model, 2);
+}
+
+TEST(RolloutGradient, EqualsJetsOnRandomTreesWithEveryEffect) {
+  for (int number = 1; number <= 5; ++number) {
+    Random random(number);
+    const Mechanism tree = RandomTree(number, &random);
+    ExpectStanAgreesWithJets(WithEveryEffect(tree, number), number);
+  }
+}
+
+TEST(RolloutGradient, OfTheHuberLossIsTheSameBothWays) {
+  const Model model = WithEveryEffect(AllJoints(), 3);
+  const Motion motion(model, FreeAll(model), 3);
+  const VectorXd v = SmallStep(motion.transformation->size(), 3);
+  // About half of the measurements are beyond the threshold.
+  constexpr double kHuber = 0.06;
+  double loss = 0.0, other = 0.0;
+  const VectorXd node =
+      motion.Gradient(GradientWay::kPrecomputed, kHuber, v, &loss);
+  const VectorXd tape = motion.Gradient(GradientWay::kTape, kHuber, v, &other);
+  EXPECT_LT((node - tape).norm(), 1e-9 * tape.norm());
+  EXPECT_NEAR(loss, other, 1e-12 * loss);
+  const VectorXd theta = motion.transformation->Theta(v);
+  EXPECT_NEAR(loss, motion.rollouts->Loss(motion.all, theta, kHuber),
+              1e-12 * loss);
+  EXPECT_LT(loss, 0.95 * motion.rollouts->Loss(
+                             motion.all, theta,
+                             std::numeric_limits<double>::infinity()));
+}
+
+// Two lengths, of which one has a prior.
+struct Pendulum : Motion {
+  static std::vector<FreeParameter> Free(const Model& model) {
+    std::vector<FreeParameter> free =
+        FreeFrom(model, {{"link1.length", 0.6}, {"link2.length", 0.4}});
+    free[1].prior = FreeParameter::Prior{0.45, 0.1};
+    return free;
+  }
+  Pendulum() : Motion(Shipped("pendulum2"), Free(Shipped("pendulum2")), 1) {}
+};
+
+TEST(RolloutGradient, IsTheSlopeOfTheLossWithAPrior) {
+  const Pendulum pendulum;
+  const VectorXd v = SmallStep(2, 1);
+  double loss = 0.0;
+  const VectorXd gradient =
+      pendulum.Gradient(GradientWay::kPrecomputed, 0.02, v, &loss);
+  for (int i = 0; i < 2; ++i) {
+    constexpr double kStep = 1e-6;
+    VectorXd more = v, less = v;
+    more[i] += kStep;
+    less[i] -= kStep;
+    double up = 0.0, down = 0.0;
+    pendulum.Gradient(GradientWay::kPrecomputed, 0.02, more, &up);
+    pendulum.Gradient(GradientWay::kPrecomputed, 0.02, less, &down);
+    EXPECT_NEAR(gradient[i], (up - down) / (2 * kStep), 1e-6 * gradient.norm());
+  }
+  // By the definition: noise^2 (theta - mean)^2 / std^2, over N samples.
+  const Eigen::VectorXd theta = pendulum.transformation->Theta(v);
+  double errors_only = 0.0;
+  Motion without(Shipped("pendulum2"),
+                 FreeFrom(Shipped("pendulum2"),
+                          {{"link1.length", 0.6}, {"link2.length", 0.4}}),
+                 1);
+  without.Gradient(GradientWay::kPrecomputed, 0.02, v, &errors_only);
+  EXPECT_NEAR(loss - errors_only,
+              std::pow(0.05 * (theta[1] - 0.45) / 0.1, 2) /
+                  pendulum.rollouts->Samples(pendulum.all),
+              1e-12);
+}
+
+TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
+  const Pendulum pendulum;
+  std::mt19937_64 random(5);
+  GaussianMixture mixture = StartingMixture(3, 2, 0.2, &random);
+  mixture.logits << 0.3, -0.2, 0.1;
+  std::vector<MixtureDraw> draws;
+  for (int d = 0; d < 4; ++d) draws.push_back(DrawNoise(3, 2, &random));
+  const VectorXd at = mixture.Pack();
+  const auto evaluate = [&](const VectorXd& packed, GradientWay way,
+                            VectorXd* gradient) {
+    GaussianMixture moved = mixture;
+    moved.Unpack(packed);
+    LossOptions options;
+    options.way = way;
+    options.huber = 0.05;
+    double loss = 0.0;
+    int failed = -1;
+    EXPECT_TRUE(MixtureLossGradient(
+        *pendulum.rollouts, pendulum.all, *pendulum.transformation, options,
+        moved, 2.0 / 3.0, draws, &loss, &failed, gradient));
+    EXPECT_EQ(failed, 0);
+    return loss;
+  };
+  VectorXd gradient, tape, unused;
+  evaluate(at, GradientWay::kPrecomputed, &gradient);
+  evaluate(at, GradientWay::kTape, &tape);
+  ASSERT_EQ(gradient.size(), 3 + 6 + 6);
+  EXPECT_LT((gradient - tape).norm(), 1e-9 * tape.norm());
+  for (int i = 0; i < at.size(); ++i) {
+    constexpr double kStep = 1e-5;
+    VectorXd more = at, less = at;
+    more[i] += kStep;
+    less[i] -= kStep;
+    const double slope = (evaluate(more, GradientWay::kPrecomputed, &unused) -
+                          evaluate(less, GradientWay::kPrecomputed, &unused)) /
+                         (2 * kStep);
+    EXPECT_NEAR(gradient[i], slope, 1e-6 * gradient.norm()) << i;
+  }
+}
+
+TEST(RolloutGradient, ByThreadsIsTheSameToTheLastBit) {
+  const Pendulum pendulum;
+  const VectorXd v = SmallStep(2, 2);
+  VectorXd one, two;
+  double loss = 0.0;
+  LossOptions options;
+  for (VectorXd* gradient : {&one, &two}) {
+    options.threads = gradient == &one ? 1 : 2;
+    ASSERT_TRUE(LossGradient(*pendulum.rollouts, pendulum.all,
+                             *pendulum.transformation, options, v, &loss,
+                             gradient));
+  }
+  EXPECT_EQ(one, two);
+}
+
+TEST(RolloutGradient, SaysWhereTheDynamicsFail) {
+  Model model = Shipped("pendulum2", {"viscous_damping@joint1"});
+  const Motion motion(model, FreeFrom(model, {{"joint1.damping", 0.01}}), 1);
+  // Far too stiff for the step: the rollout overflows.
+  const VectorXd v = VectorXd::Constant(1, 60.0);
+  VectorXd gradient;
+  double loss = 0.0;
+  for (const GradientWay way :
+       {GradientWay::kPrecomputed, GradientWay::kTape}) {
+    LossOptions options;
+    options.way = way;
+    EXPECT_FALSE(LossGradient(*motion.rollouts, motion.all,
+                              *motion.transformation, options, v, &loss,
+                              &gradient));
+  }
+}
+
+// However many epochs follow, each has what the first had, and leaves nothing.
+TEST(RolloutGradient, LeavesNothingOnTheTape) {
+  const Pendulum pendulum;
+  std::mt19937_64 random(1);
+  const GaussianMixture mixture = StartingMixture(3, 2, 0.1, &random);
+  const VectorXd v = VectorXd::Zero(2);
+  const auto epoch = [&] {
+    std::vector<std::size_t> used;
+    double loss = 0.0;
+    for (const GradientWay way :
+         {GradientWay::kTape, GradientWay::kPrecomputed}) {
+      pendulum.Gradient(way, 0.1, v, &loss);
+      EXPECT_EQ(LastTapeUse().nodes_left, 0u);
+      used.push_back(LastTapeUse().last_call);
+    }
+    VectorXd gradient;
+    int failed = 0;
+    const std::vector<MixtureDraw> draws(8, DrawNoise(3, 2, &random));
+    MixtureLossGradient(*pendulum.rollouts, pendulum.all,
+                        *pendulum.transformation, {}, mixture, 2.0 / 3.0, draws,
+                        &loss, &failed, &gradient);
+    EXPECT_EQ(LastTapeUse().nodes_left, 0u);
+    used.push_back(LastTapeUse().last_call);
+    return used;
+  };
+  const std::vector<std::size_t> first = epoch();
+  EXPECT_GT(first[0], 0u);
+  for (int i = 0; i < 1000; ++i) ASSERT_EQ(epoch(), first);
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,118 @@
+#include "tools/stochastic_flags.h"
+
+#include <cmath>
+#include <limits>
+
+#include "gflags/gflags.h"
+#include "models/error.h"
+#include "sysid/io/csv.h"
+#include "tools/program.h"
+
+DEFINE_double(learning_rate, 0.1, "Adam's, in parts of a parameter's size");
+DEFINE_string(schedule, "cosine", "constant, exponential or cosine");
+DEFINE_int32(epochs, 150, "steps of Adam");
+DEFINE_double(huber, 0, "threshold of the Huber loss, rad or m");
+DEFINE_bool(from_rest, false, "every rollout starts at rest");
+DEFINE_int32(kernels, 3, "of the mixture");
+DEFINE_int32(draws, 16, "of the mixture, an epoch");
+DEFINE_double(spread, 0.3, "of the mixture at its start, in parts of a size");
+DEFINE_bool(online, false, "rollouts arrive in 10 portions, 15 epochs each");
+DECLARE_uint64(seed);
+
+namespace sysid {
+namespace {
+
+void CheckPositive(const std::string& flag, double value, double most) {
+  if (value > 0 && value <= most) return;
+  throw InputError("--" + flag, "cannot be " + ShortestText(value),
+                   "it lies above 0 and not above " + ShortestText(most));
+}
+
+AdamOptions ReadAdam() {
+  AdamOptions adam;
+  CheckPositive("learning_rate", FLAGS_learning_rate, 10.0);
+  CheckPositive("epochs", FLAGS_epochs, 1e6);
+  adam.learning_rate = FLAGS_learning_rate;
+  adam.schedule = ParseSchedule(FLAGS_schedule, "--schedule");
+  adam.epochs = FLAGS_epochs;
+  return adam;
+}
+
+void ReadHuber(double* huber) {
+  if (!FlagGiven("huber")) return;
+  CheckPositive("huber", FLAGS_huber, std::numeric_limits<double>::infinity());
+  *huber = FLAGS_huber;
+}
+
+}  // namespace
+
+AdamFitOptions AdamOptionsFromFlags() {
+  AdamFitOptions options;
+  options.adam = ReadAdam();
+  ReadHuber(&options.loss.huber);
+  options.from_rest = FLAGS_from_rest;
+  return options;
+}
+
+MixtureOptions MixtureOptionsFromFlags() {
+  MixtureOptions options;
+  options.adam = ReadAdam();
+  ReadHuber(&options.loss.huber);
+  CheckPositive("kernels", FLAGS_kernels, 100);
+  CheckPositive("draws", FLAGS_draws, 10000);
+  CheckPositive("spread", FLAGS_spread, 3.0);
+  options.kernels = FLAGS_kernels;
+  options.draws = FLAGS_draws;
+  options.spread = FLAGS_spread;
+  options.online = FLAGS_online;
+  // A rate that falls would hear little of what arrives last.
+  if (FLAGS_online && !FlagGiven("schedule")) {
+    options.adam.schedule = Schedule::kConstant;
+  }
+  options.from_rest = FLAGS_from_rest;
+  options.seed = FLAGS_seed;
+  if (FLAGS_online && FlagGiven("epochs")) {
+    throw InputError("--epochs", "has no meaning with --online",
+                     "online are 10 portions of 15 epochs");
+  }
+  return options;
+}
+
+std::vector<std::string> MovedStarts(const Session& session) {
+  const ShootingProblem problem(session.model, session.free, session.runs,
+                                session.options);
+  const Transformation transformation(problem);
+  const Eigen::VectorXd start = transformation.Start();
+  std::vector<std::string> notices;
+  for (const std::string& name : transformation.moved()) {
+    for (int i = 0; i < start.size(); ++i) {
+      if (session.free[i].parameter.name != name) continue;
+      notices.push_back(name + " starts at its bound, where Adam has no " +
+                        "slope: moved to " + ShortestText(start[i]));
+    }
+  }
+  return notices;
+}
+
+void CheckSolverFlags(const std::string& solver) {
+  const auto refuse = [&](const char* flag, const std::string& owners) {
+    if (!FlagGiven(flag)) return;
+    throw InputError(std::string("--") + flag,
+                     "has no meaning for --solver " + solver,
+                     "it belongs to " + owners);
+  };
+  if (solver == "lm") {
+    for (const char* flag :
+         {"learning_rate", "schedule", "epochs", "huber", "from_rest"}) {
+      refuse(flag, "--solver adam and gmm");
+    }
+  } else {
+    refuse("loss", "--solver lm; adam and gmm have --huber");
+  }
+  if (solver == "gmm") return;
+  for (const char* flag : {"kernels", "draws", "spread", "online"}) {
+    refuse(flag, "--solver gmm");
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,171 @@
+// Fits by Levenberg-Marquardt, Adam and a mixture of Gaussians, and compares
+// how they get there (contracts.md section 1).
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "gflags/gflags.h"
+#include "models/error.h"
+#include "sysid/io/csv.h"
+#include "sysid/io/write_file.h"
+#include "sysid/report/comparison_report.h"
+#include "sysid/session/named_values.h"
+#include "tools/fit_flags.h"
+#include "tools/program.h"
+#include "tools/stochastic_flags.h"
+
+DEFINE_string(truth, "", "values known to be right, name=value");
+DEFINE_string(figure, "", "figure to write, SVG");
+DEFINE_int32(repeat, 1, "starts to compare from");
+DEFINE_double(start_spread, 0.2, "of further starts, in parts of a size");
+DECLARE_string(solver);
+
+namespace sysid {
+namespace {
+
+constexpr char kHelp[] =
+    R"(sysid_compare: Levenberg-Marquardt, Adam and a Gaussian mixture compared
+
+  sysid_compare --model pendulum2 --traj data/runs/figure1.csv \
+    --truth link1.length=0.81,link2.length=0.304 --figure figure.svg
+
+  --model NAME|FILE.urdf  --traj A.csv,B.csv  --spec FILE.yaml
+  --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=col[*f],...
+  --integrator rk4|semi_implicit_euler  --step S  --segment S  --noise S
+  --residual heading|rotation  --threads N         as of sysid_fit
+  --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
+  --huber D  --from_rest  --kernels 3  --draws 16  --spread 0.3  --online
+                             of Adam and the mixture, as of sysid_fit
+  --truth a=1,b=2            true values, if known: distances are to these
+                             (default: to what Levenberg-Marquardt finds)
+  --repeat N                 N starts and seeds: the given start, then others
+  --start_spread 0.2         drawn about it, in parts of a parameter's size
+  --seed N                   every random draw derives from it
+  --figure FILE.svg          loss against iteration and time, paths, deviations;
+                             of two parameters the likelihood on a grid
+  --json FILE|-              machine-readable result
+  --out DIR                  comparison.json, comparison.svg
+Exit code: 0 done, 1 a solver has no usable result, 2 bad input.
+)";
+
+// --truth for every free parameter.
+std::optional<Eigen::VectorXd> ReadTruth(const Session& session) {
+  if (FLAGS_truth.empty()) return std::nullopt;
+  Eigen::VectorXd truth =
+      Eigen::VectorXd::Constant(session.free.size(), std::nan(""));
+  std::vector<std::string> names;
+  for (const FreeParameter& free : session.free) {
+    names.push_back(free.parameter.name);
+  }
+  for (const NamedValue& named : SplitAssignments(FLAGS_truth, "--truth")) {
+    const auto at = std::find(names.begin(), names.end(), named.name);
+    if (at == names.end()) {
+      throw InputError("--truth", "'" + named.name + "' is not free",
+                       NameHint(named.name, names));
+    }
+    if (!named.value) {
+      throw InputError("--truth", "'" + named.name + "' has no value",
+                       "write " + named.name + "=value");
+    }
+    CheckValue(session.model, session.free[at - names.begin()].parameter,
+               *named.value, "--truth");
+    truth[at - names.begin()] = *named.value;
+  }
+  for (int i = 0; i < truth.size(); ++i) {
+    if (!std::isnan(truth[i])) continue;
+    throw InputError("--truth", "says nothing of '" + names[i] + "'",
+                     "give all of " + Join(names) + ", or none");
+  }
+  return truth;
+}
+
+ComparisonOptions OptionsFromFlags(const Session& session) {
+  constexpr int kMostStarts = 10000;
+  ComparisonOptions options;
+  options.adam = AdamOptionsFromFlags();
+  options.mixture = MixtureOptionsFromFlags();
+  options.truth = ReadTruth(session);
+  if (FLAGS_repeat < 1 || FLAGS_repeat > kMostStarts) {
+    throw InputError("--repeat", "cannot be " + std::to_string(FLAGS_repeat),
+                     "it lies between 1 and " + std::to_string(kMostStarts));
+  }
+  if (!(FLAGS_start_spread > 0 && FLAGS_start_spread <= 3)) {
+    throw InputError("--start_spread",
+                     "cannot be " + ShortestText(FLAGS_start_spread),
+                     "it lies above 0 and not above 3");
+  }
+  options.repeat = FLAGS_repeat;
+  options.start_spread = FLAGS_start_spread;
+  return options;
+}
+
+int Main() {
+  if (FlagGiven("solver")) {
+    throw InputError("--solver", "has no meaning here",
+                     "all three solvers are compared");
+  }
+  if (FlagGiven("holdout")) {
+    throw InputError("--holdout", "has no meaning here",
+                     "sysid_fit predicts held-out runs");
+  }
+  if (FlagGiven("loss")) {
+    throw InputError("--loss", "has no meaning here",
+                     "all three minimise squares; --huber bends those of Adam "
+                     "and the mixture");
+  }
+  if (!HaveStanMath()) {
+    throw InputError("sysid_compare", "this build has no Adam and no mixture",
+                     StanMathHint());
+  }
+  const bool to_stdout = IsStdout(FLAGS_json);
+  const Catalogue catalogue;
+  FitRequest request = RequestFromFlags();
+  request.solver = "lm";  // whatever a specification says
+  Session session = OpenSession(request, catalogue);
+  ComparisonOptions options = OptionsFromFlags(session);
+  CheckOutputs(request, session);
+  if (!FLAGS_figure.empty()) {
+    CheckIsNoInput("--figure", FLAGS_figure, request.traj);
+    CheckWritableFile(FLAGS_figure);
+  }
+  const std::vector<std::string> moved = MovedStarts(session);
+  session.notices.insert(session.notices.end(), moved.begin(), moved.end());
+  for (const std::string& notice : session.notices) {
+    std::fprintf(stderr, "note: %s\n", notice.c_str());
+  }
+  ProgressLine line;
+  options.progress = [&](const Progress& p) { line.Show(p); };
+  const ShootingProblem problem(session.model, session.free, session.runs,
+                                session.options);
+  const Comparison comparison = CompareSolvers(problem, options);
+  line.Clear();
+  const std::string json = ComparisonJson(session, comparison);
+  const std::string figure = ComparisonFigure(session, comparison);
+  if (!FLAGS_out.empty()) {
+    const std::filesystem::path out = FLAGS_out;
+    WriteFileAtomically((out / "comparison.json").string(), json);
+    WriteFileAtomically((out / "comparison.svg").string(), figure);
+  }
+  if (!FLAGS_figure.empty()) WriteFileAtomically(FLAGS_figure, figure);
+  if (to_stdout) {
+    WriteStdout(json);
+  } else {
+    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    WriteStdout(ComparisonText(session, comparison));
+  }
+  for (const SolverRun& run : comparison.runs) {
+    if (run.fit.converged) continue;
+    std::fprintf(stderr, "error: no usable result of %s: %s\n",
+                 run.solver.c_str(), run.fit.termination.c_str());
+    return kExitNoResult;
+  }
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+}
