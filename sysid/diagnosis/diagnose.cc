@@ -227,17 +227,22 @@ std::string WhyImplausible(const Judgement& judgement) {
 }
 
 // Whether a refit tells of an effect: some parameter is clearly off its null.
-bool IsTold(const Judgement& judgement, const ScreenedEffect& effect) {
+bool IsTold(const Judgement& before, const Judgement& judgement,
+            const ScreenedEffect& effect) {
   constexpr double kDeviations = 3.0;
+  bool hidden = false;
   for (const ParameterEstimate& p : judgement.fit.parameters) {
     for (const ExpectedParameter& expected : effect.parameters) {
-      if (expected.name == p.name && !expected.searched && p.identifiable &&
+      if (expected.name != p.name || expected.searched) continue;
+      // What other parameters hide in part: only its effect on the errors says.
+      if (!p.identifiable) hidden = true;
+      if (p.identifiable &&
           std::abs(p.value - expected.null_value) > kDeviations * p.std_error) {
         return true;
       }
     }
   }
-  return false;
+  return hidden && !AreAsGood(before, judgement);
 }
 
 std::string WhyRefused(const Judgement& before, const Trial& trial) {
@@ -250,8 +255,9 @@ std::string WhyRefused(const Judgement& before, const Trial& trial) {
     return "refitted it gains nothing";
   }
   for (const ScreenedEffect& effect : trial.expected) {
-    if (!IsTold(after, effect)) {
-      return "refitted, " + effect.name() + " is not told from none";
+    if (!IsTold(before, after, effect)) {
+      return "refitted, " + effect.name() +
+             " is within three standard errors of none";
     }
   }
   const std::string implausible = WhyImplausible(after);
@@ -747,6 +753,11 @@ Diagnosis Search::Run() {
       LookBack({}, now, &diagnosis.steps);
     }
     if (++step == kMostSteps) diagnosis.final_verdict = Decide(*now, nullptr);
+  }
+  // What the first step could not see the later ones did.
+  if (!diagnosis.steps.empty() &&
+      diagnosis.final_verdict == Verdict::kAdequate) {
+    diagnosis.verdict = Verdict::kMissingEffect;
   }
   Report("where it fails", 0, 0, diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);

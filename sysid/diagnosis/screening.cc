@@ -150,6 +150,13 @@ bool Screener::Feasible(const Candidate& candidate,
   for (size_t i = 0; i < own.size(); ++i) {
     if (values[i] < own[i].lower || values[i] > own[i].upper) return false;
   }
+  for (size_t i = 0; i < candidate.corrected.size(); ++i) {
+    const double value = values[own.size() + i];
+    if (value < candidate.corrected[i].lower ||
+        value > candidate.corrected[i].upper) {
+      return false;
+    }
+  }
   return candidate.effect
       ->Implausible({values.begin(), values.begin() + own.size()})
       .empty();

@@ -10,6 +10,7 @@ namespace {
 
 constexpr size_t kMostShown = 8;  // candidates
 constexpr size_t kFewestShown = 3;
+constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
 
 std::string Probability(double p) {
   return p < 1e-12 ? "<1e-12" : Format("%.2g", p);
@@ -168,6 +169,16 @@ std::string StepsText(const Diagnosis& diagnosis) {
   return text;
 }
 
+// Where the search ended, if it went further than the first candidate.
+std::string AfterSteps(const Diagnosis& diagnosis) {
+  const std::vector<std::string> added = diagnosis.added();
+  if (added.empty() || added == diagnosis.proposed) return "";
+  return " With " + Join(added) +
+         Format(" it ends at %.3g (held out %.3g).",
+                diagnosis.last().train_error(),
+                diagnosis.last().holdout_error());
+}
+
 }  // namespace
 
 std::string DiagnosisSentence(const Diagnosis& diagnosis) {
@@ -176,7 +187,16 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   std::string text = Format("The error is %.3g times the noise (held out %.3g)",
                             base.train_error(), base.holdout_error());
   if (diagnosis.verdict == Verdict::kAdequate) {
-    return text + ": nothing is missing that this data can show.";
+    text += ": nothing is missing that matters to it";
+    for (const CandidateEffect& candidate : diagnosis.candidates) {
+      if (!(candidate.screened.p_value < kSignificant)) continue;
+      text +=
+          Format("; %s may be there (p %.2g), and would lower it to %.3g",
+                 candidate.screened.name().c_str(), candidate.screened.p_value,
+                 candidate.screened.predicted_error);
+      break;
+    }
+    return text + ".";
   }
   const std::string proposed = Join(diagnosis.proposed, " and ");
   const Confirmation* with = nullptr;
@@ -189,14 +209,16 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
       text += "; " + proposed +
               Format(", the best of them, leaves %.3g", with->holdout);
     }
-    return text + ": the unexplained forces show what is left.";
+    return text + ": the unexplained forces show what is left." +
+           AfterSteps(diagnosis);
   }
   text += ": " + proposed +
           (diagnosis.proposed.size() > 1 ? " are missing, which only together "
                                            "explain it; with them"
                                          : " is missing; with it");
-  return text + Format(" the error is %.3g (held out %.3g).", with->train,
-                       with->holdout);
+  text +=
+      Format(" the error is %.3g (held out %.3g).", with->train, with->holdout);
+  return text + AfterSteps(diagnosis);
 }
 
 NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {

@@ -22,27 +22,26 @@ constexpr double kSearchRate = 100.0;
 // The motion must exceed the noise by this to show a law.
 constexpr double kLeastMotion = 10.0;
 
-// The largest range of a channel over its noise.
-double MotionOverNoise(const ShootingProblem& problem) {
+// The largest range of a channel of a run over its noise.
+double MotionOverNoise(const Run& run, const std::vector<double>& sigma) {
   double most = 0.0;
-  for (const auto& data : problem.runs()) {
-    for (size_t c = 0; c < data->run.channels.size(); ++c) {
-      const RowMatrixXd& values = data->run.channels[c].values;
-      for (int k = 0; k < values.cols(); ++k) {
-        double low = std::numeric_limits<double>::infinity(), high = -low;
-        for (int i = 0; i < values.rows(); ++i) {
-          if (std::isnan(values(i, k))) continue;
-          low = std::min(low, values(i, k));
-          high = std::max(high, values(i, k));
-        }
-        if (high > low) most = std::max(most, (high - low) / data->sigma[c]);
+  for (size_t c = 0; c < run.channels.size() && c < sigma.size(); ++c) {
+    const RowMatrixXd& values = run.channels[c].values;
+    for (int k = 0; k < values.cols(); ++k) {
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (int i = 0; i < values.rows(); ++i) {
+        if (std::isnan(values(i, k))) continue;
+        low = std::min(low, values(i, k));
+        high = std::max(high, values(i, k));
       }
+      if (high > low) most = std::max(most, (high - low) / sigma[c]);
     }
   }
   return most;
 }
 
-void CheckDecidable(const DiagnosisProblem& problem) {
+void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
+                    std::vector<std::string>* notices) {
   int longest = 0;
   for (const Run& run : problem.train) longest = std::max(longest, run.size());
   if (longest < kFewestSamples) {
@@ -55,7 +54,13 @@ void CheckDecidable(const DiagnosisProblem& problem) {
   }
   const ShootingProblem noise(problem.model, problem.free, problem.train,
                               problem.options);
-  const double motion = MotionOverNoise(noise);
+  double motion = 0.0;
+  for (const auto& data : noise.runs()) {
+    const double moved = MotionOverNoise(data->run, data->sigma);
+    motion = std::max(motion, moved);
+    if (moved > kLeastMotion) continue;
+    notices->push_back(data->run.name + " hardly moves: it decides nothing");
+  }
   if (!(motion > kLeastMotion)) {
     throw InputError("--traj",
                      "too still to decide anything: the widest motion is " +
@@ -63,6 +68,26 @@ void CheckDecidable(const DiagnosisProblem& problem) {
                          " times the noise, and " + ShortestText(kLeastMotion) +
                          " times is the least",
                      "record motion that is wide beside the noise");
+  }
+  if (!judged_by_others) return;
+  for (const Run& run : problem.holdout) {
+    if (run.size() < kFewestSamples) {
+      throw InputError("--holdout",
+                       run.name + " is too short to judge by: it has " +
+                           std::to_string(run.size()) + " samples, and " +
+                           std::to_string(kFewestSamples) + " are the fewest",
+                       "hold out some seconds of motion, or nothing: then the "
+                       "last quarter of every run is");
+    }
+    if (!(MotionOverNoise(run, noise.runs().front()->sigma) > kLeastMotion)) {
+      throw InputError("--holdout",
+                       run.name +
+                           " is too still to judge by: its widest "
+                           "motion is less than " +
+                           ShortestText(kLeastMotion) + " times the noise",
+                       "hold out motion, or nothing: then the last quarter of "
+                       "every run is");
+    }
   }
 }
 
@@ -170,12 +195,13 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
   problem.holdout = session.holdout;
   problem.options = session.options;
   problem.known = {session.fixed.begin(), session.fixed.end()};
-  if (problem.holdout.empty()) {
+  const bool judged_by_others = !problem.holdout.empty();
+  if (!judged_by_others) {
     problem.holdout = HoldOutLastQuarter(&problem.train);
     notices->push_back(
         "no --holdout: the last quarter of every run is held out to judge by");
   }
-  CheckDecidable(problem);
+  CheckDecidable(problem, judged_by_others, notices);
   const int n = Thin(&problem);
   if (n > 1) {
     notices->push_back("the search takes every " + std::to_string(n) +
@@ -192,6 +218,10 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
   const std::vector<std::string> kinds = catalogue.kinds();
   for (const std::string& name : names) {
     if (std::find(kinds.begin(), kinds.end(), name) == kinds.end()) {
+      if (name.find('@') == std::string::npos) {
+        throw InputError(place, "the catalogue has no effect '" + name + "'",
+                         NameHint(name, kinds));
+      }
       catalogue.Make(name, mechanism, place);  // or throws
       chosen.push_back(name);
       continue;
