@@ -219,7 +219,7 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
   for (const std::string& name : names) {
     if (std::find(kinds.begin(), kinds.end(), name) == kinds.end()) {
       if (name.find('@') == std::string::npos) {
-        throw InputError(place, "the catalogue has no effect '" + name + "'",
+        throw InputError(place, "unknown effect '" + name + "'",
                          NameHint(name, kinds));
       }
       catalogue.Make(name, mechanism, place);  // or throws

@@ -346,6 +346,9 @@ TEST_F(DiagnoseTest, RefusesCandidatesThatAreNone) {
   ExpectDiagnosisRefused(
       Damped() + Arguments{"--candidates", "viscous_damping@base"},
       "--candidates", "unknown target 'base'", "joint1");
+  ExpectDiagnosisRefused({"--model", "pendulum2_planar", "--traj", "1.csv",
+                          "--candidates", "viscous"},
+                         "--candidates", "unknown effect 'viscous'", "");
 }
 
 TEST_F(DiagnoseTest, RefusesRunsThatDoNotFit) {
@@ -385,6 +388,15 @@ TEST_F(DiagnoseTest, RefusesRunsThatDecideNothing) {
                          "--traj",
                          "too still to decide anything: the widest motion is ",
                          "record motion that is wide beside the noise");
+  const Arguments fitted = {"--model", "pendulum2_planar", "--traj", "1.csv"};
+  ExpectDiagnosisRefused(fitted + Arguments{"--holdout", "short.csv"},
+                         "--holdout",
+                         "short.csv is too short to judge by: it has 51 "
+                         "samples, and 60 are the fewest",
+                         "then the last quarter of every run is");
+  ExpectDiagnosisRefused(fitted + Arguments{"--holdout", "still.csv"},
+                         "--holdout", "still.csv is too still to judge by",
+                         "hold out motion");
 }
 
 }  // namespace

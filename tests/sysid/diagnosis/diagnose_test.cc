@@ -306,6 +306,26 @@ Run Knocked(const Model& truth, std::uint64_t seed) {
   return run;
 }
 
+// Both masses free: a passive swing then shows neither them nor a damping, only
+// their ratios; that a damping is missing it shows all the same.
+TEST(Diagnose, FindsWhatOtherParametersHideInPart) {
+  const Hidden hidden = {"pendulum2_planar",
+                         {"viscous_damping@joint1"},
+                         {{"joint1.damping", 0.05}}};
+  const Diagnosis diagnosis = Diagnosed(MakeProblem(Shipped(hidden.robot),
+                                                    {{"link1.length", 0.5},
+                                                     {"link2.length", 0.5},
+                                                     {"link1.mass", 1.0},
+                                                     {"link2.mass", 1.0}},
+                                                    RecordAll(hidden, 3)));
+  SCOPED_TRACE(Print(diagnosis));
+  EXPECT_EQ(diagnosis.verdict, Verdict::kMissingEffect);
+  EXPECT_THAT(diagnosis.doubts, Not(IsEmpty()));
+  ASSERT_FALSE(diagnosis.proposed.empty());
+  EXPECT_EQ(diagnosis.proposed.front(), "viscous_damping@joint1");
+  EXPECT_EQ(diagnosis.final_verdict, Verdict::kAdequate);
+}
+
 // Where the catalogue has no answer the honest one is none.
 TEST(Diagnose, ClaimsNothingWhereNoEffectExplainsTheError) {
   const Model truth = Shipped("pendulum2_planar");
