@@ -226,11 +226,14 @@ std::string WhyImplausible(const Judgement& judgement) {
   return "";
 }
 
-// Whether a refit tells of an effect: some parameter is clearly off its null.
+// Whether a refit tells of an effect: some parameter is clearly off its null,
+// or the errors are clearly lower where standard errors cannot say.
 bool IsTold(const Judgement& before, const Judgement& judgement,
             const ScreenedEffect& effect) {
   constexpr double kDeviations = 3.0;
-  bool hidden = false;
+  constexpr double kMuch = 0.5;
+  // Where the rest of the model is still wrong its standard errors say little.
+  bool hidden = judgement.train_error() < kMuch * before.train_error();
   for (const ParameterEstimate& p : judgement.fit.parameters) {
     for (const ExpectedParameter& expected : effect.parameters) {
       if (expected.name != p.name || expected.searched) continue;

@@ -34,20 +34,27 @@ namespace {
 // larger, until it shows, or is as large as it may be.
 Scored RunCase(HiddenCase info) {
   constexpr int kAttempts = 4;
-  for (int attempt = 1;; ++attempt) {
-    const HiddenData data = MakeHiddenData(info);
-    Scored scored{info, data.magnitudes, {}};
+  Scored scored{info, {}, {}};
+  for (int attempt = 1; attempt <= kAttempts; ++attempt) {
+    Scored next{info, {}, {}};
+    bool at_most = false;
     try {
-      scored.outcome = FLAGS_oracle ? AskOracle(data) : DiagnoseCase(data);
+      const HiddenData data = MakeHiddenData(info);
+      at_most = data.at_most;
+      next.magnitudes = data.magnitudes;
+      next.outcome = FLAGS_oracle ? AskOracle(data) : DiagnoseCase(data);
     } catch (const std::exception& error) {
-      scored.outcome.fault = error.what();
+      if (attempt > 1) return scored;  // too strong to be recorded
+      next.outcome.fault = error.what();
     }
-    if (scored.complete() || scored.Shows() || data.at_most ||
-        attempt == kAttempts || !scored.outcome.fault.empty()) {
-      return scored;
+    scored = std::move(next);
+    if (scored.complete() || scored.Shows() || at_most ||
+        !scored.outcome.fault.empty()) {
+      break;
     }
     info.strength *= 2.0;
   }
+  return scored;
 }
 
 std::vector<HiddenCase> Chosen() {
@@ -97,24 +104,25 @@ int Main() {
     ExportAll(cases);
     return 0;
   }
-  std::vector<Scored> scored(cases.size());
+  std::vector<Scored> scored;
   std::mutex mutex;
-  int done = 0;
   InParallel(static_cast<int>(cases.size()), [&](int k) {
-    scored[k] = RunCase(cases[k]);
+    const Scored one = RunCase(cases[k]);
+    const Outcome& o = one.outcome;
     const std::lock_guard<std::mutex> lock(mutex);
-    const Outcome& o = scored[k].outcome;
-    std::fprintf(stderr, "%d/%zu %s: %s %.2f -> %.2f%s, first %s, %.1f s %s\n",
-                 ++done, cases.size(), cases[k].name.c_str(), o.verdict.c_str(),
-                 o.train_before, o.train_after,
-                 scored[k].complete() || scored[k].Hit() ? "" : " MISSED",
+    scored.push_back(one);
+    std::fprintf(stderr, "%zu/%zu %s: %s %.2f -> %.2f%s, first %s, %.1f s %s\n",
+                 scored.size(), cases.size(), cases[k].name.c_str(),
+                 o.verdict.c_str(), o.train_before, o.train_after,
+                 one.complete() || one.Hit() ? "" : " MISSED",
                  o.ranked.empty() ? "none" : o.ranked.front().name.c_str(),
                  o.seconds, o.fault.c_str());
+    // What is done is kept, whatever comes after.
+    if (!FLAGS_csv.empty()) WriteFileAtomically(FLAGS_csv, SuiteCsv(scored));
+    if (!FLAGS_out.empty()) WriteFileAtomically(FLAGS_out, SuiteTable(scored));
   });
   const std::string table = SuiteTable(scored);
   std::printf("%s", table.c_str());
-  if (!FLAGS_out.empty()) WriteFileAtomically(FLAGS_out, table);
-  if (!FLAGS_csv.empty()) WriteFileAtomically(FLAGS_csv, SuiteCsv(scored));
   return 0;
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <stdexcept>
 
 #include "glog/logging.h"
 #include "models/dynamics.h"
@@ -186,7 +187,7 @@ sysid::Run Record(const TestMechanism& mechanism, const Model& truth,
         return MakeMujocoPlant(truth, planted, {step, info.friction_time});
       },
       1e-3, 4, tolerance, x0, controller, &run);
-  CHECK_GT(states.size(), 0) << info.name << ": the motion is lost";
+  if (states.size() == 0) throw std::runtime_error("the motion is lost");
   AddOffsets(truth, planted, &states);
   Measure(truth, states, info.noise, seed + 1, &run);
   return run;
