@@ -137,7 +137,13 @@ void ShootingProblem::UseNoiseOf(const ShootingProblem& other) {
 Eigen::VectorXd ShootingProblem::InitialTheta() const {
   Eigen::VectorXd values(free_.size()), theta;
   for (size_t i = 0; i < free_.size(); ++i) values[i] = free_[i].initial;
-  CHECK(map_->ThetaOf(values, &theta)) << "the start is no possible body";
+  if (map_->ThetaOf(values, &theta)) return theta;
+  // What a screening expects may be no possible body: the model's own, then. (A
+  // start that a user gives is checked where it is read.)
+  for (size_t i = 0; i < free_.size(); ++i) {
+    values[i] = free_[i].parameter.nominal;
+  }
+  CHECK(map_->ThetaOf(values, &theta)) << "the model is no possible body";
   return theta;
 }
 
