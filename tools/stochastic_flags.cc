@@ -12,7 +12,7 @@ DEFINE_double(learning_rate, 0.1, "Adam's, in parts of a parameter's size");
 DEFINE_string(schedule, "cosine", "constant, exponential or cosine");
 DEFINE_int32(epochs, 150, "steps of Adam");
 DEFINE_double(huber, 0, "threshold of the Huber loss, rad or m");
-DEFINE_bool(from_rest, false, "every rollout starts at rest");
+DEFINE_bool(from_rest, false, "every run starts at rest");
 DEFINE_int32(kernels, 3, "of the mixture");
 DEFINE_int32(draws, 16, "of the mixture, an epoch");
 DEFINE_double(spread, 0.3, "of the mixture at its start, in parts of a size");

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "sysid/estimation/elimination.h"
 #include "sysid/estimation/fit.h"
+#include "sysid/estimation/fit_summary.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/preflight.h"
 #include "sysid/estimation/segmentation.h"
@@ -176,41 +176,13 @@ void StagedFit::SolveIndependent() {
 }
 
 void StagedFit::Finish() {
-  const int n = problem_->map().size();
-  RowMatrixXd R = RowMatrixXd::Zero(n, n + 1);
-  ShootingStage::Options options;
-  options.defect = fit_.defect;
-  const ShootingStage stage(*problem_, options, &point_);
-  std::vector<RunLinearization> runs;
-  RowMatrixXd J_prior;
-  Eigen::VectorXd r_prior;
-  stage.LinearizePriors(&J_prior, &r_prior);
-  if (stage.Linearize(&runs)) {
-    R = EliminateStates(runs, J_prior, r_prior, problem_->options().threads);
-  } else {
-    fit_.converged = false;
-  }
   double states = 0.0;  // that were estimated
   for (const ShootingPoint::Nodes& nodes : point_.runs) {
     states += std::isinf(fit_.defect) ? nodes.segments() : 1;
   }
-  const double fitted = n + ObservedStateDof(*problem_) * states;
-  fit_.train = EvaluateErrors(*problem_, point_, fitted);
-  const double chi2 =
-      fit_.train.total.normalized_rms * fit_.train.total.normalized_rms;
-  const double inflation =
-      std::max(1.0, chi2) * AutocorrelationTime(*problem_, point_);
-  Estimates estimates =
-      MakeEstimates(*problem_, point_.theta, R.leftCols(n), inflation);
-  fit_.parameters = std::move(estimates.parameters);
-  fit_.not_identifiable = std::move(estimates.not_identifiable);
-  fit_.covariance = std::move(estimates.covariance);
-  MechanismParameters<double> values;
-  problem_->map().Apply<double>(point_.theta.data(), &values);
-  fit_.model.SetNominal(values);
-  fit_.step_s = problem_->options().rollout.step;
-  fit_.segment_s = MeanSegment(*problem_, point_);
-  fit_.point = point_;
+  SummarizeFit(*problem_, point_,
+               problem_->map().size() + ObservedStateDof(*problem_) * states,
+               &fit_);
   fit_.wall_time_s = Now() - start_s_;
 }
 

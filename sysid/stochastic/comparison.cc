@@ -43,14 +43,12 @@ class Judge {
     std::vector<RowMatrixXd> states;
     for (size_t r = 0; r < problem_->runs().size(); ++r) {
       states.push_back(StatesFromData(*problem_, static_cast<int>(r)));
-      if (from_rest) {
-        states.back().rightCols(problem_->model().nv()).setZero();
-      }
     }
     const double given = problem_->options().segment;
-    rollouts_ = std::make_unique<Rollouts>(
-        problem_.get(), CutPoint(*problem_, problem_->InitialTheta(), states,
-                                 given > 0 ? given : kInfinity));
+    ShootingPoint point = CutPoint(*problem_, problem_->InitialTheta(), states,
+                                   given > 0 ? given : kInfinity);
+    if (from_rest) StartAtRest(problem_->model(), &point);
+    rollouts_ = std::make_unique<Rollouts>(problem_.get(), point);
     all_ = FirstOnes(rollouts_->size());
   }
 

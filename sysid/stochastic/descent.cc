@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sysid/estimation/elimination.h"
+#include "sysid/estimation/fit_summary.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/preflight.h"
 #include "sysid/estimation/segmentation.h"
@@ -29,11 +29,7 @@ Descent::Descent(ShootingProblem* problem, const std::string& solver,
   }
   const Eigen::VectorXd v = Eigen::VectorXd::Zero(transformation_.size());
   point_ = CutPoint(*problem, transformation_.Theta(v), states, segment);
-  if (from_rest) {
-    for (ShootingPoint::Nodes& nodes : point_.runs) {
-      nodes.states.rightCols(problem->model().nv()).setZero();
-    }
-  }
+  if (from_rest) StartAtRest(problem->model(), &point_);
   ShortenStep(v);
   hopeless_ = WhyHopeless(*problem, point_);
   rollouts_ = std::make_unique<Rollouts>(problem, point_);
@@ -118,38 +114,10 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
 }
 
 Fit Descent::Finish(const Eigen::VectorXd& v) {
-  const int n = transformation_.size();
   point_.theta = transformation_.Theta(v);
   fit_.defect = std::numeric_limits<double>::infinity();
-  ShootingStage::Options options;
-  options.defect = fit_.defect;
-  const ShootingStage stage(*problem_, options, &point_);
-  RowMatrixXd R = RowMatrixXd::Zero(n, n + 1);
-  std::vector<RunLinearization> runs;
-  RowMatrixXd J_prior;
-  Eigen::VectorXd r_prior;
-  stage.LinearizePriors(&J_prior, &r_prior);
-  if (stage.Linearize(&runs)) {
-    R = EliminateStates(runs, J_prior, r_prior, problem_->options().threads);
-  } else {
-    fit_.converged = false;
-  }
-  fit_.train = EvaluateErrors(*problem_, point_, n);
-  const double chi2 =
-      fit_.train.total.normalized_rms * fit_.train.total.normalized_rms;
-  const double inflation =
-      std::max(1.0, chi2) * AutocorrelationTime(*problem_, point_);
-  Estimates estimates =
-      MakeEstimates(*problem_, point_.theta, R.leftCols(n), inflation);
-  fit_.parameters = std::move(estimates.parameters);
-  fit_.not_identifiable = std::move(estimates.not_identifiable);
-  fit_.covariance = std::move(estimates.covariance);
-  MechanismParameters<double> values;
-  problem_->map().Apply<double>(point_.theta.data(), &values);
-  fit_.model.SetNominal(values);
-  fit_.step_s = problem_->options().rollout.step;
-  fit_.segment_s = MeanSegment(*problem_, point_);
-  fit_.point = point_;
+  // The states were given.
+  SummarizeFit(*problem_, point_, transformation_.size(), &fit_);
   fit_.horizon = EvaluateHorizon(*problem_, point_.theta);
   fit_.open = EvaluateOpen(*problem_, point_);
   fit_.wall_time_s = Seconds();

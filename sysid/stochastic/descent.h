@@ -21,8 +21,8 @@ struct GaussNewtonStep {
 class Descent {
  public:
   // Cuts runs into rollouts of about `segment` seconds (infinity: whole runs)
-  // with first states from the data (their velocities zero where they start
-  // from rest), and chooses the step where the options do not.
+  // with first states from the data (those of runs that start from rest have
+  // no velocity), and chooses the step where the options do not.
   Descent(ShootingProblem* problem, const std::string& solver, double segment,
           bool from_rest);
 

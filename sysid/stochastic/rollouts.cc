@@ -124,6 +124,12 @@ int Rollouts::Samples(const std::vector<int>& which) const {
   return count;
 }
 
+void StartAtRest(const Model& model, ShootingPoint* point) {
+  for (ShootingPoint::Nodes& nodes : point->runs) {
+    nodes.states.row(0).tail(model.nv()).setZero();
+  }
+}
+
 std::vector<int> FirstOnes(int count) {
   std::vector<int> all(count);
   std::iota(all.begin(), all.end(), 0);

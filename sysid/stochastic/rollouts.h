@@ -83,6 +83,10 @@ T Rollouts::Prior(const T* theta) const {
   return sum;
 }
 
+// The first state of every run has no velocity; a rollout that starts in the
+// middle of a run keeps its own.
+void StartAtRest(const Model& model, ShootingPoint* point);
+
 // 0 .. count - 1.
 std::vector<int> FirstOnes(int count);
 

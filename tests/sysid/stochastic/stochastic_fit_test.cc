@@ -57,6 +57,21 @@ TEST(FitAdam, IsTheSameEveryTimeAndBothWays) {
   EXPECT_LT((first - FitAdam(c.get(), options).point.theta).norm(), 1e-9);
 }
 
+// Only where a run begins is it known to rest, not where a rollout is cut out
+// of its middle. Those first velocities are the data's: rough, but no zeros.
+TEST(FitAdam, LetsARolloutOutOfTheMiddleMoveFromTheStart) {
+  const auto problem = TwoLengths(1e-5, 2);
+  problem->mutable_options()->segment = 0.3;
+  const Fit fit = FitAdam(problem.get(), FromRest());
+  for (const ShootingPoint::Nodes& nodes : fit.point.runs) {
+    ASSERT_EQ(nodes.segments(), 2);
+    EXPECT_EQ(nodes.states.row(0).tail(6).norm(), 0.0);
+    EXPECT_GT(nodes.states.row(1).tail(6).norm(), 0.1);
+  }
+  EXPECT_NEAR(EstimateOf(fit, "link1.length").value, 0.4, 0.05 * 0.4);
+  EXPECT_NEAR(EstimateOf(fit, "link2.length").value, 0.3, 0.05 * 0.3);
+}
+
 TEST(FitAdam, StopsAtItsBounds) {
   const auto whole = TwoLengths();
   std::vector<FreeParameter> free = whole->free();
