@@ -127,6 +127,10 @@ int Main() {
   CheckOutputs(request, session);
   if (!FLAGS_figure.empty()) {
     CheckIsNoInput("--figure", FLAGS_figure, request.traj);
+    if (!FLAGS_figure.ends_with(".svg")) {
+      throw InputError("--figure", "'" + FLAGS_figure + "' is no .svg",
+                       "the figure is written as SVG: name it figure.svg");
+    }
     CheckWritableFile(FLAGS_figure);
   }
   const std::vector<std::string> moved = MovedStarts(session);

@@ -230,6 +230,8 @@ TEST(Compare, RefusesWhatItCannotUse) {
   expect({"--repeat", "0"}, "--repeat", "cannot be 0", "between 1");
   expect({"--start_spread", "-1"}, "--start_spread", "cannot be -1", "above 0");
   expect({"--figure", "nowhere/figure.svg"}, "nowhere/figure.svg", "", "");
+  expect({"--figure", "figure.png"}, "--figure", "is no .svg",
+         "name it figure.svg");
 }
 
 TEST(Compare, HelpIsTrue) {
