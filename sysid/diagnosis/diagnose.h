@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/diagnosis/candidate_list.h"
 #include "sysid/diagnosis/judgement.h"
 #include "sysid/diagnosis/where.h"
 
@@ -12,24 +13,6 @@ namespace sysid {
 // Where a fitted model fails and which effect is missing (docs/theory.md
 // section 7): screen every candidate to first order, refit the best, let the
 // held-out runs decide, add, and look again.
-
-// A candidate that was refitted.
-struct Confirmation {
-  double train = 0.0, holdout = 0.0;  // normalised errors
-  std::string together_with;          // another effect, where only both help
-  std::vector<ParameterEstimate> parameters;  // the effect's
-  bool accepted = false;
-  std::string refused;  // why, where it was not accepted
-};
-
-struct CandidateEffect {
-  ScreenedEffect screened;
-  std::optional<Confirmation> confirmed;
-  // Others that explain this data as well, and what motion would tell them
-  // from it.
-  std::vector<std::string> indistinguishable_from;
-  std::string told_apart_by;
-};
 
 // One change of the model on the way to one that explains the data.
 struct DiagnosisStep {
@@ -40,6 +23,8 @@ struct DiagnosisStep {
   double train_before = 0.0, train_after = 0.0;
   double holdout_before = 0.0, holdout_after = 0.0;
   std::vector<ParameterEstimate> parameters;  // of the effects, after
+  // For each of the effects: others that explain the data as well in its place.
+  std::vector<std::vector<std::string>> indistinguishable_from;
 };
 
 enum class Verdict { kAdequate, kMissingEffect, kUnexplained };

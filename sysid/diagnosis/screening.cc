@@ -473,6 +473,13 @@ Screening Screener::Run() {
 
 }  // namespace
 
+int Screening::IndexOf(const std::string& effect) const {
+  const auto at = std::find_if(
+      effects.begin(), effects.end(),
+      [&](const ScreenedEffect& e) { return e.name() == effect; });
+  return at == effects.end() ? -1 : static_cast<int>(at - effects.begin());
+}
+
 Screening ScreenEffects(
     const LinearizedFit& fit, const Model& fitted,
     const std::vector<std::shared_ptr<const Effect>>& candidates,

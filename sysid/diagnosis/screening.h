@@ -60,6 +60,8 @@ struct Screening {
   // likeness(i, j): the part (0 to 1) of what effect i would explain that
   // effect j would explain as well.
   Eigen::MatrixXd likeness;
+
+  int IndexOf(const std::string& effect) const;  // -1: not screened
 };
 
 // `fitted` is the problem's model with the fit's values as nominal ones;

@@ -166,10 +166,12 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
     entry.update(Before(step));
     entry["parameters"] = Values(step.parameters);
     json["steps"].push_back(entry);
-    for (const std::string& name : step.effects) {
+    for (size_t k = 0; k < step.effects.size(); ++k) {
+      const std::string& name = step.effects[k];
       if (std::find(kept.begin(), kept.end(), name) == kept.end()) continue;
       Json added = NameAndTarget(name);
       added.update(Before(step));
+      added["indistinguishable_from"] = step.indistinguishable_from[k];
       json["added"].push_back(added);
     }
   }

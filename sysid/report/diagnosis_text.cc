@@ -165,6 +165,10 @@ std::string StepsText(const Diagnosis& diagnosis) {
               (p.unit == "-" ? "" : " " + p.unit);
     }
     text += "\n";
+    for (const std::vector<std::string>& others : step.indistinguishable_from) {
+      if (others.empty()) continue;
+      text += Format("  %58s as good: ", "") + Join(others) + "\n";
+    }
   }
   return text;
 }

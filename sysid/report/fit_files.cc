@@ -184,7 +184,7 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
 }
 
 std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
-  std::vector<std::string> comments{"identified by sysid_fit from " +
+  std::vector<std::string> comments{"identified by sysid from " +
                                     session.model_name};
   for (const ParameterEstimate& p : fit.parameters) {
     std::string line = p.name + " = " + ShortestText(p.value) + " " + p.unit;
@@ -200,7 +200,7 @@ std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
 
 std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
   std::string text =
-      "# Written by sysid_fit beside identified.urdf: goes on from the fit "
+      "# Written by sysid beside identified.urdf: goes on from the fit "
       "of " +
       session.model_name + ".\nmodel: identified.urdf\nfree:\n";
   const auto bound = [](const char* key, double value) {

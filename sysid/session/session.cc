@@ -293,6 +293,30 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
   return runs;
 }
 
+// A joint that one run drives and another does not: that may be so, or its
+// efforts were not recorded.
+void NoteUndriven(const std::vector<Run>& runs, const std::vector<Run>& holdout,
+                  const Mechanism& mechanism,
+                  std::vector<std::string>* notices) {
+  std::vector<const Run*> all;
+  for (const Run& run : runs) all.push_back(&run);
+  for (const Run& run : holdout) all.push_back(&run);
+  for (const Joint& joint : mechanism.joints) {
+    const auto driven = [&](const Run* run) {
+      return !run->effort.middleCols(joint.v_index, VelocitySize(joint.type))
+                  .isZero(0.0);
+    };
+    if (std::none_of(all.begin(), all.end(), driven)) continue;
+    for (const Run* run : all) {
+      if (driven(run)) continue;
+      notices->push_back(run->name + ": no effort acts on joint '" +
+                         joint.name +
+                         "', as it does in other runs: right only if it was "
+                         "not driven there");
+    }
+  }
+}
+
 }  // namespace
 
 void CheckValue(const Model& model, const Parameter& parameter, double value,
@@ -451,6 +475,8 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   CheckTimes(session.runs, session.columns);
   CheckMotion(session.runs);
   CheckTimes(session.holdout, session.columns);
+  NoteUndriven(session.runs, session.holdout, model.mechanism(),
+               &session.notices);
   FillLengths(request, spec, session.runs, &session.options, &session.notices);
   return session;
 }

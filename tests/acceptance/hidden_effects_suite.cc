@@ -2,6 +2,7 @@
 // (docs/hidden_effects.md); or writes cases as files for the programs. Not a
 // test: it takes an hour.
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -34,17 +35,31 @@ namespace {
 // larger, until it shows, or is as large as it may be.
 Scored RunCase(HiddenCase info) {
   constexpr int kAttempts = 4;
-  Scored scored{info, {}, {}};
+  Scored scored{info, {}, {}, {}};
   for (int attempt = 1; attempt <= kAttempts; ++attempt) {
-    Scored next{info, {}, {}};
+    Scored next{info, {}, {}, {}};
     bool at_most = false;
     try {
       const HiddenData data = MakeHiddenData(info);
       at_most = data.at_most;
       next.magnitudes = data.magnitudes;
+      if (data.planted.size() == 2) {
+        for (const int other : {1, 0}) {
+          next.without.push_back(ErrorWith(data, {data.planted[other]}));
+        }
+      }
+      const bool weak = std::any_of(next.without.begin(), next.without.end(),
+                                    [](double error) { return error < 1.5; });
+      if (weak && !at_most && attempt < kAttempts) {
+        info.strength *= 2.0;
+        continue;
+      }
       next.outcome = FLAGS_oracle ? AskOracle(data) : DiagnoseCase(data);
     } catch (const std::exception& error) {
-      if (attempt > 1) return scored;  // too strong to be recorded
+      if (attempt > 1 && scored.outcome.fault.empty() &&
+          !scored.outcome.verdict.empty()) {
+        return scored;  // too strong to be recorded
+      }
       next.outcome.fault = error.what();
     }
     scored = std::move(next);

@@ -27,7 +27,35 @@ Fit FitCase(const HiddenData& data, const Model& model,
   return FitIndependentSegments(&problem);
 }
 
+// The plain model with these of the planted effects, fitted from the truth.
+Fit FitWith(const HiddenData& data, const std::vector<PlantedEffect>& effects) {
+  // What is wrong of bodies stays at the truth; parameters of effects are
+  // free, but for those that no solver moves.
+  const Model model = WithEffects(data.truth, effects);
+  std::vector<FreeParameter> free = data.mechanism.free;
+  for (FreeParameter& f : free) {
+    f.parameter = FindParameters(model, {f.parameter.name}, "test").front();
+    f.initial = f.parameter.nominal;
+  }
+  for (const EffectParameter& p : model.effects().parameters()) {
+    if (p.whole) continue;
+    FreeParameter f;
+    f.parameter = FindParameters(model, {p.name}, "test").front();
+    f.initial = f.parameter.nominal;
+    f.lower = f.parameter.lower;
+    f.upper = f.parameter.upper;
+    free.push_back(f);
+  }
+  return FitCase(data, model, free);
+}
+
 }  // namespace
+
+double ErrorWith(const HiddenData& data,
+                 const std::vector<PlantedEffect>& effects) {
+  const Fit fit = FitWith(data, effects);
+  return fit.train.total.normalized_rms * Scale(data, fit.noise);
+}
 
 Outcome DiagnoseCase(const HiddenData& data) {
   const auto start = std::chrono::steady_clock::now();
@@ -55,14 +83,12 @@ Outcome DiagnoseCase(const HiddenData& data) {
   }
   const std::vector<std::string> kept = diagnosis.added();
   for (const DiagnosisStep& step : diagnosis.steps) {
-    for (const std::string& name : step.effects) {
+    for (size_t k = 0; k < step.effects.size(); ++k) {
+      const std::string& name = step.effects[k];
       // Those that were not taken out again.
       if (std::find(kept.begin(), kept.end(), name) == kept.end()) continue;
       Outcome::Step added;
-      added.added.name = name;
-      for (const Outcome::Candidate& candidate : outcome.ranked) {
-        if (candidate.name == name) added.added = candidate;
-      }
+      added.added = {name, step.indistinguishable_from[k]};
       added.train_before = scale * step.train_before;
       added.train_after = scale * step.train_after;
       added.holdout_before = scale * step.holdout_before;
@@ -91,24 +117,7 @@ Outcome AskOracle(const HiddenData& data) {
   outcome.verdict = data.planted.empty() ? "adequate" : "missing_effect";
   outcome.train_after = outcome.train_before;
   if (!data.planted.empty()) {
-    // What is wrong of bodies stays at the truth; parameters of effects are
-    // free, but for those that no solver moves.
-    const Model model = WithEffects(data.truth, data.planted);
-    std::vector<FreeParameter> free = data.mechanism.free;
-    for (FreeParameter& f : free) {
-      f.parameter = FindParameters(model, {f.parameter.name}, "test").front();
-      f.initial = f.parameter.nominal;
-    }
-    for (const EffectParameter& p : model.effects().parameters()) {
-      if (p.whole) continue;
-      FreeParameter f;
-      f.parameter = FindParameters(model, {p.name}, "test").front();
-      f.initial = f.parameter.nominal;
-      f.lower = f.parameter.lower;
-      f.upper = f.parameter.upper;
-      free.push_back(f);
-    }
-    const Fit after = FitCase(data, model, free);
+    const Fit after = FitWith(data, data.planted);
     outcome.train_after =
         after.train.total.normalized_rms * Scale(data, after.noise);
     if (!after.converged) outcome.fault += " full: " + after.termination;

@@ -32,6 +32,11 @@ struct Outcome {
 // Fits the plain model, says what is missing, adds it, until nothing is.
 Outcome DiagnoseCase(const HiddenData& data);
 
+// The error of the training runs, over the planted noise, of the plain model
+// with only these of the planted effects, fitted from the truth.
+double ErrorWith(const HiddenData& data,
+                 const std::vector<PlantedEffect>& effects);
+
 // The best that can be had: the plain model with what was planted, fitted from
 // the truth. Its `ranked` and `added` are the truth.
 Outcome AskOracle(const HiddenData& data);

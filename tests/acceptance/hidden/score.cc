@@ -114,7 +114,12 @@ void AddTable(
 
 }  // namespace
 
-bool Scored::Shows() const { return outcome.train_before > 1.5; }
+bool Scored::Shows() const {
+  constexpr double kShows = 1.5;
+  return outcome.train_before > kShows &&
+         std::all_of(without.begin(), without.end(),
+                     [](double error) { return error > kShows; });
+}
 
 bool Scored::Hit() const {
   return !outcome.ranked.empty() &&

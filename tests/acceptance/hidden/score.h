@@ -12,10 +12,13 @@ struct Scored {
   HiddenCase info;
   std::vector<double> magnitudes;
   Outcome outcome;
+  // Of a pair: the error with only the other effect in the model, for each.
+  std::vector<double> without;
 
   bool complete() const { return info.planted.empty(); }
   // Whether the effects move the error of the plain model enough to be asked
-  // for (issue 3: above 1.5 times the noise).
+  // for (issue 3: above 1.5 times the noise); of a pair also each by itself,
+  // when the other is known.
   bool Shows() const;
   // A planted effect, or one that the data cannot tell from it, is first.
   bool Hit() const;

@@ -1,0 +1,144 @@
+#include "sysid/diagnosis/candidate_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace sysid {
+namespace {
+
+// A candidate that would explain this part of what another does may stand for
+// it.
+constexpr double kAlike = 0.9;
+
+bool StandsOut(const CandidateEffect& candidate) {
+  return candidate.screened.criterion < -kClearly ||
+         (candidate.confirmed && candidate.confirmed->accepted);
+}
+
+// The refit of one effect alone; nullptr where there was none.
+const Trial* TrialOf(const std::vector<Trial>& trials, int effect) {
+  const auto at = std::find_if(
+      trials.begin(), trials.end(),
+      [&](const Trial& t) { return t.effects == std::vector<int>{effect}; });
+  return at == trials.end() ? nullptr : &*at;
+}
+
+Confirmation ConfirmationOf(const Screening& screening, const Trial& trial,
+                            size_t which) {
+  const ScreenedEffect& effect = screening.effects[trial.effects[which]];
+  Confirmation confirmed;
+  confirmed.train = trial.after->train_error();
+  confirmed.holdout = trial.after->holdout_error();
+  confirmed.parameters = EstimatesOf(*trial.after, {effect.effect.get()});
+  confirmed.accepted = trial.accepted();
+  confirmed.refused = trial.refused;
+  if (trial.effects.size() == 2) {
+    confirmed.together_with =
+        screening.effects[trial.effects[1 - which]].name();
+  }
+  return confirmed;
+}
+
+// The chosen, then the accepted, then the refused, by their errors.
+std::vector<int> RankTrials(const std::vector<Trial>& trials, int best) {
+  std::vector<int> order(trials.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto rank = [&](int i) {
+    return i == best ? 0 : trials[i].accepted() ? 1 : 2;
+  };
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    if (rank(a) != rank(b)) return rank(a) < rank(b);
+    return trials[a].after->squares() < trials[b].after->squares();
+  });
+  return order;
+}
+
+std::string ToldApartBy(const Screening& screening, int a, int b) {
+  const ScreenedEffect& one = screening.effects[a];
+  const ScreenedEffect& other = screening.effects[b];
+  const std::string shows = one.name() + " shows in " + one.effect->ShowsIn();
+  constexpr double kSame = 1 - 1e-6;
+  if (screening.likeness(a, b) > kSame && screening.likeness(b, a) > kSame) {
+    return "in this mechanism, as it stands, both do the same in every motion "
+           "like these; " +
+           shows;
+  }
+  return shows + "; " + other.name() + " in " + other.effect->ShowsIn();
+}
+
+}  // namespace
+
+std::vector<ParameterEstimate> EstimatesOf(
+    const Judgement& judgement, const std::vector<const Effect*>& effects) {
+  std::vector<ParameterEstimate> estimates;
+  for (const Effect* effect : effects) {
+    for (const std::string& name : effect->ParameterNames()) {
+      for (const ParameterEstimate& p : judgement.fit.parameters) {
+        if (p.name == name) estimates.push_back(p);
+      }
+    }
+  }
+  return estimates;
+}
+
+bool StandFor(const Screening& screening, int a, int b, const Judgement& with_a,
+              const Judgement& with_b) {
+  return AreAsGood(with_a, with_b) &&
+         (screening.likeness(a, b) > kAlike || IsAtNoiseFloor(with_a));
+}
+
+std::vector<CandidateEffect> ListCandidates(const Screening& screening,
+                                            const std::vector<Trial>& trials,
+                                            int best) {
+  std::vector<CandidateEffect> candidates;
+  std::vector<int> source;  // of the candidates, in the screening
+  std::vector<bool> listed(screening.effects.size(), false);
+  const auto list = [&](int effect, std::optional<Confirmation> confirmed) {
+    if (listed[effect]) return;
+    listed[effect] = true;
+    source.push_back(effect);
+    candidates.push_back(
+        {screening.effects[effect], std::move(confirmed), {}, ""});
+  };
+  for (const int t : RankTrials(trials, best)) {
+    for (size_t k = 0; k < trials[t].effects.size(); ++k) {
+      list(trials[t].effects[k], ConfirmationOf(screening, trials[t], k));
+    }
+  }
+  for (size_t i = 0; i < screening.effects.size(); ++i) {
+    list(static_cast<int>(i), std::nullopt);
+  }
+  // Which of them the data cannot tell apart: by the refits where both were
+  // refitted, else to first order.
+  const auto same = [&](int a, int b) {
+    const Trial* one = TrialOf(trials, a);
+    const Trial* other = TrialOf(trials, b);
+    if ((one && !one->accepted()) != (other && !other->accepted())) {
+      return false;
+    }
+    if (one && one->accepted() && other) {
+      return StandFor(screening, a, b, *one->after, *other->after);
+    }
+    const double like = screening.likeness(a, b);
+    return like > 0.999 ||
+           (like > kAlike && std::abs(screening.effects[a].criterion -
+                                      screening.effects[b].criterion) <
+                                 kClearly);
+  };
+  for (size_t a = 0; a < source.size(); ++a) {
+    CandidateEffect& candidate = candidates[a];
+    if (!StandsOut(candidate)) continue;
+    for (size_t b = 0; b < source.size(); ++b) {
+      const CandidateEffect& other = candidates[b];
+      if (a == b || !StandsOut(other) || !same(source[a], source[b])) continue;
+      candidate.indistinguishable_from.push_back(other.screened.name());
+      if (candidate.told_apart_by.empty()) {
+        candidate.told_apart_by = ToldApartBy(screening, source[a], source[b]);
+      }
+    }
+  }
+  return candidates;
+}
+
+}  // namespace sysid

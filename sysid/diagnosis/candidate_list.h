@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/trials.h"
+
+namespace sysid {
+
+// The candidates of a round as a reader wants them: ranked, with what the
+// refits said, and with what the data cannot tell from each.
+
+// A candidate that was refitted.
+struct Confirmation {
+  double train = 0.0, holdout = 0.0;  // normalised errors
+  std::string together_with;          // another effect, where only both help
+  std::vector<ParameterEstimate> parameters;  // the effect's
+  bool accepted = false;
+  std::string refused;  // why, where it was not accepted
+};
+
+struct CandidateEffect {
+  ScreenedEffect screened;
+  std::optional<Confirmation> confirmed;
+  // Others that explain this data as well, and what motion would tell them
+  // from it.
+  std::vector<std::string> indistinguishable_from;
+  std::string told_apart_by;
+};
+
+// The chosen first (`best` of the trials, -1: none), then the accepted, the
+// refused, and the rest as screened.
+std::vector<CandidateEffect> ListCandidates(const Screening& screening,
+                                            const std::vector<Trial>& trials,
+                                            int best);
+
+// Whether two effects of a screening that were both refitted explain the data
+// equally well, and the same part of it or all.
+bool StandFor(const Screening& screening, int a, int b, const Judgement& with_a,
+              const Judgement& with_b);
+
+// The estimates that a judgement has of the effects' parameters.
+std::vector<ParameterEstimate> EstimatesOf(
+    const Judgement& judgement, const std::vector<const Effect*>& effects);
+
+}  // namespace sysid

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/judgement.h"
+
+namespace sysid {
+
+// What the screening proposes is tried: refitted from the fitted point, and
+// judged by the held-out runs (docs/theory.md section 7).
+
+// An effect must lower the training error by this part of it: less is of no use
+// even where it is certain.
+inline constexpr double kMaterial = 0.01;
+// Of the screening's criterion: twice a log-likelihood.
+inline constexpr double kClearly = 10.0;
+// Iterations of a refit that is to be judged, not kept.
+inline constexpr int kTrialIterations = 25;
+
+// The refit of one proposal: one effect or two.
+struct Trial {
+  std::vector<int> effects;  // in the screening
+  // Those effects as they are expected: by the screening, or by a better one.
+  std::vector<ScreenedEffect> expected;
+  double predicted = 0.0;
+  std::optional<Judgement> after;
+  std::string refused;  // empty: accepted
+
+  bool accepted() const { return after && refused.empty(); }
+};
+
+// The best by the screening; of those that explain the same, two.
+std::vector<Trial> ProposeEffects(const Screening& screening);
+// Two that together explain what neither does alone.
+std::vector<Trial> ProposePairs(const Screening& screening);
+
+// Whether neither of two models is clearly the better: by their likelihoods, of
+// as many samples as are independent under the better one (of a model that
+// misses much those are few, so only up to a limit), or by too little to
+// matter.
+bool AreAsGood(const Judgement& a, const Judgement& b);
+
+// Whether the errors may be noise alone, on both kinds of runs.
+bool IsAtNoiseFloor(const Judgement& judgement);
+
+// Why some effect that was added is not what it means; empty where all are.
+std::string WhyImplausible(const Judgement& judgement);
+
+// Refits proposals, and chooses among them. What it is made from must outlive
+// it.
+class Refitter {
+ public:
+  Refitter(const DiagnosisProblem& problem,
+           const std::vector<std::shared_ptr<const Effect>>& candidates)
+      : problem_(problem), candidates_(candidates) {}
+
+  // Refits, in parallel, and says which are refused.
+  void Confirm(const Judgement& before, std::vector<Trial>* trials) const;
+  // Adds and refits what else could stand in the place of the best effect.
+  void AddRivals(const Screening& screening, const Judgement& before, int best,
+                 std::vector<Trial>* trials) const;
+  // The best of the accepted, -1 where none is.
+  int Choose(const std::vector<Trial>& trials) const;
+  bool IsBetter(const Judgement& a, const Judgement& b) const;
+
+ private:
+  void Refit(const Judgement& before, std::vector<Trial>* trials) const;
+  int Rarity(const Judgement& judgement) const;
+
+  const DiagnosisProblem& problem_;
+  const std::vector<std::shared_ptr<const Effect>>& candidates_;
+};
+
+}  // namespace sysid

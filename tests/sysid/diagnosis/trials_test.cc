@@ -1,0 +1,77 @@
+#include "sysid/diagnosis/trials.h"
+
+#include <gtest/gtest.h>
+
+#include "sysid/diagnosis/candidate_list.h"
+#include "tests/sysid/diagnosis/diagnosis_setup.h"
+
+namespace sysid {
+namespace {
+
+// A double pendulum with dry friction, and refits of laws that may explain it.
+class TrialsTest : public ::testing::Test {
+ protected:
+  static constexpr const char* kRobot = "pendulum2_planar";
+
+  void SetUp() override {
+    const Model truth = Shipped(kRobot, {"coulomb_friction@joint1"},
+                                {{"joint1.friction", 0.05}});
+    std::vector<sysid::Run> runs;
+    for (int seed = 1; seed <= 3; ++seed) {
+      runs.push_back(Record(truth, seed, {.duration = 4.0}));
+    }
+    problem_ = std::make_unique<DiagnosisProblem>(MakeProblem(
+        Shipped(kRobot), {{"link1.length", 0.5}, {"link2.length", 0.5}}, runs));
+    candidates_ = AllCandidates(problem_->model);
+    base_ = std::make_unique<Judgement>(JudgeBase(*problem_));
+  }
+
+  Judgement With(const std::string& name, const std::vector<Value>& start) {
+    for (const auto& effect : candidates_) {
+      if (effect->name() != name) continue;
+      ScreenedEffect expected;
+      expected.effect = effect;
+      for (const Value& value : start) {
+        ExpectedParameter p;
+        p.name = value.name;
+        p.value = value.value;
+        expected.parameters.push_back(p);
+      }
+      return JudgeWith(*problem_, *base_, {&expected}, problem_->options);
+    }
+    ADD_FAILURE() << name;
+    return std::move(*base_);
+  }
+
+  std::unique_ptr<DiagnosisProblem> problem_;
+  std::vector<std::shared_ptr<const Effect>> candidates_;
+  std::unique_ptr<Judgement> base_;
+};
+
+// The peak of Stribeck's law fits what is left of any friction that sticks a
+// little otherwise than ours; at the noise that is no reason to believe it.
+TEST_F(TrialsTest, AtTheNoiseThePartIsBetterThanTheWhole) {
+  const Judgement part =
+      With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
+  Judgement whole =
+      With("stribeck_friction@joint1", {{"joint1.friction", 0.05},
+                                        {"joint1.breakaway_friction", 0.06},
+                                        {"joint1.stribeck_velocity", 0.1}});
+  ASSERT_TRUE(IsAtNoiseFloor(part)) << part.train_error();
+  ASSERT_TRUE(IsAtNoiseFloor(whole)) << whole.train_error();
+  whole.fit.train.squares *= 0.9;  // as it would be
+  ASSERT_FALSE(AreAsGood(part, whole));
+  const Refitter refitter(*problem_, candidates_);
+  EXPECT_TRUE(refitter.IsBetter(part, whole));
+  EXPECT_FALSE(refitter.IsBetter(whole, part));
+  // But not where the part leaves something.
+  Judgement poor =
+      With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
+  poor.fit.train.total.normalized_rms = 2.0;
+  poor.fit.train.squares *= 4.0;
+  EXPECT_FALSE(refitter.IsBetter(poor, whole));
+  EXPECT_TRUE(refitter.IsBetter(whole, poor));
+}
+
+}  // namespace
+}  // namespace sysid
