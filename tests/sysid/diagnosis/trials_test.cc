@@ -55,7 +55,7 @@ TEST_F(TrialsTest, AtTheNoiseThePartIsBetterThanTheWhole) {
       With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
   Judgement whole =
       With("stribeck_friction@joint1", {{"joint1.friction", 0.05},
-                                        {"joint1.breakaway_friction", 0.06},
+                                        {"joint1.static_friction", 0.06},
                                         {"joint1.stribeck_velocity", 0.1}});
   ASSERT_TRUE(IsAtNoiseFloor(part)) << part.train_error();
   ASSERT_TRUE(IsAtNoiseFloor(whole)) << whole.train_error();
