@@ -37,6 +37,7 @@ class Search {
   Verdict Decide(const Judgement& judgement, const Trial* best) const;
   void Doubt(Diagnosis* diagnosis) const;
   void Shorten(Diagnosis* diagnosis) const;
+  std::optional<Judgement> FromWholeRuns(const Judgement& now) const;
   std::optional<Judgement> Lengthen(const Judgement& now) const;
 
   const DiagnosisProblem& problem_;
@@ -53,8 +54,7 @@ void Search::Report(const std::string& doing, int step, int of,
 }
 
 Screening Search::Screen(const Judgement& judgement) const {
-  Report("screening " + std::to_string(candidates_.size()) + " effects", 0, 0,
-         judgement.train_error());
+  Report("screening effects", 0, 0, judgement.train_error());
   if (!IsDoubtful(judgement.fit)) {
     const LinearizedFit linearized(*judgement.problem, judgement.fit.point);
     if (!linearized.Valid()) return {};
@@ -225,6 +225,21 @@ void Search::Shorten(Diagnosis* diagnosis) const {
   diagnosis->base = std::move(again);
 }
 
+// The model from whole trajectories, where its states may be caught in wrong
+// ones; nothing where that does not help.
+std::optional<Judgement> Search::FromWholeRuns(const Judgement& now) const {
+  constexpr double kMuch = 0.8;  // of the error
+  if (IsAtNoiseFloor(now) || !HasBlindStates(now)) return std::nullopt;
+  Report("joined segments", 0, 0, now.train_error());
+  Judgement joined = JudgeJoined(problem_, now);
+  if (!joined.fit.converged ||
+      !(joined.train_error() < kMuch * now.train_error()) ||
+      !(joined.holdout_error() < now.holdout_error())) {
+    return std::nullopt;
+  }
+  return joined;
+}
+
 // The model in segments four times as long, where the motion is regular over
 // that time; nothing where it is not, or where a segment is a whole run
 // already.
@@ -264,16 +279,18 @@ Diagnosis Search::Run() {
   }
   Judgement* now = &diagnosis.base;
   std::optional<Judgement> longer;  // the base in longer segments
+  bool joined = false;              // whether `now` was
   for (int step = 0; step < kMostSteps;) {
     const Screening screening = Screen(*now);
     std::vector<Trial> trials = ProposeEffects(screening);
     refits_.Confirm(*now, &trials);
     int best = refits_.Choose(trials);
-    if (best < 0) {
+    if (best < 0 || Decide(*now, &trials[best]) != Verdict::kMissingEffect) {
       std::vector<Trial> pairs = ProposePairs(screening);
       refits_.Confirm(*now, &pairs);
       const int pair = refits_.Choose(pairs);
-      if (pair >= 0) {
+      if (pair >= 0 && (best < 0 || Decide(*now, &pairs[pair]) ==
+                                        Verdict::kMissingEffect)) {
         best = static_cast<int>(trials.size());
         trials.push_back(std::move(pairs[pair]));
       }
@@ -299,6 +316,18 @@ Diagnosis Search::Run() {
     }
     diagnosis.final_verdict = Decide(*now, found);
     if (found == nullptr) {
+      if (!joined) {
+        joined = true;  // once for each model
+        if (std::optional<Judgement> next = FromWholeRuns(*now)) {
+          *now = std::move(*next);
+          if (!diagnosis.steps.empty()) {
+            diagnosis.steps.back().train_after = now->train_error();
+            diagnosis.steps.back().holdout_after = now->holdout_error();
+          }
+          diagnosis.final_verdict = Decide(*now, nullptr);
+          continue;
+        }
+      }
       // What is too small for a segment adds up over a longer one.
       std::optional<Judgement> next = Lengthen(*now);
       if (!next) break;
@@ -309,6 +338,7 @@ Diagnosis Search::Run() {
       continue;
     }
     if (!options_.add) break;
+    joined = false;
     Trial& chosen = trials[best];
     DiagnosisStep added;
     std::vector<const Effect*> effects;

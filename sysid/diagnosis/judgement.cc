@@ -321,6 +321,34 @@ Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
   return after;
 }
 
+bool HasBlindStates(const Judgement& judgement) {
+  const ShootingProblem& problem = *judgement.problem;
+  return ObservedStateDof(problem) < 2.0 * problem.model().nv();
+}
+
+Judgement JudgeJoined(const DiagnosisProblem& problem,
+                      const Judgement& before) {
+  const Extended extended =
+      Extend(problem, before.added, before.idle, ValuesOf(before));
+  Judgement after(extended.model);
+  after.added = before.added;
+  after.idle = before.idle;
+  after.problem = MakeProblem(problem, extended.model, extended.free,
+                              Coarse(problem.options, before.train_error()));
+  ShootingPoint point = FitLevenbergMarquardt(after.problem.get()).point;
+  Recut(*after.problem, before.fit.segment_s, &point);
+  after.fit = RefitIndependentSegments(after.problem.get(), point);
+  Judge(problem, &before, &after);
+  Holdout holdout =
+      PredictHoldout(after.fit.model, problem.holdout, *after.problem,
+                     after.fit.segment_s);
+  if (holdout.errors.squares < after.holdout.squares) {
+    after.holdout = std::move(holdout.errors);
+    after.holdout_point = std::move(holdout.point);
+  }
+  return after;
+}
+
 Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement) {
   EstimationOptions* options = judgement.problem->mutable_options();
   *options = Coarse(problem.options, judgement.train_error());

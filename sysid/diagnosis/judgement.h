@@ -76,6 +76,14 @@ bool IsDoubtful(const Fit& fit);
 Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
                       double segment_s);
 
+// The same model from one trajectory a run, joined over all segments. Where no
+// sensor sees a spin, the states of single segments may each be caught in a
+// wrong one, and no effect helps; over a whole run the motion itself tells.
+Judgement JudgeJoined(const DiagnosisProblem& problem, const Judgement& before);
+
+// Whether there are states of a joint that the data does not show.
+bool HasBlindStates(const Judgement& judgement);
+
 // The problem's own model with the effects of a judgement but those named in
 // `without`, their parameters free and starting where it ended: for a fit of
 // other runs.

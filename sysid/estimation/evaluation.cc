@@ -23,6 +23,14 @@ struct Sums {
   double dof = 0.0;
 };
 
+// What the states of all segments take up of the noise.
+double StateDof(const ShootingProblem& problem,
+                const ShootingPoint& point) {
+  double states = 0.0;
+  for (const auto& nodes : point.runs) states += nodes.segments();
+  return states * ObservedStateDof(problem);
+}
+
 }  // namespace
 
 double ObservedStateDof(const ShootingProblem& problem) {
@@ -301,10 +309,8 @@ Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
   problem.UseNoiseOf(train);
   holdout.point = start != nullptr ? StatesFrom(problem, *start)
                                    : StatesOnly(problem, segment_s, kInfinity);
-  double states = 0.0;
-  for (const auto& nodes : holdout.point.runs) states += nodes.segments();
   holdout.errors = EvaluateErrors(problem, holdout.point,
-                                  states * ObservedStateDof(problem));
+                                  StateDof(problem, holdout.point));
   return holdout;
 }
 
@@ -316,6 +322,15 @@ Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
   const ShootingPoint joined =
       StatesOnly(*holdout.problem, segment_s, kJoinedDefect);
   holdout.open = EvaluateOpen(*holdout.problem, joined);
+  // Whose spins, where no sensor sees them, may be the better start.
+  const ShootingPoint again = StatesFrom(*holdout.problem, joined);
+  const RunErrors errors =
+      EvaluateErrors(*holdout.problem, again,
+                     StateDof(*holdout.problem, again));
+  if (errors.squares < holdout.errors.squares) {
+    holdout.errors = errors;
+    holdout.point = again;
+  }
   return holdout;
 }
 
