@@ -53,6 +53,34 @@ Eigen::VectorXd Transformation::Theta(const Eigen::VectorXd& v) const {
   return theta;
 }
 
+Eigen::VectorXd Transformation::Start() const {
+  Eigen::VectorXd start(size());
+  for (int i = 0; i < size(); ++i) start[i] = bounds_[i].start;
+  return start;
+}
+
+Eigen::VectorXd Transformation::Inverse(const Eigen::VectorXd& theta) const {
+  constexpr double kFar = 1e3;
+  Eigen::VectorXd v(size());
+  for (int i = 0; i < size(); ++i) {
+    const Bound& b = bounds_[i];
+    const double low = std::max(0.0, theta[i] - b.lower);
+    const double high = std::max(0.0, b.upper - theta[i]);
+    if (b.has_lower && b.has_upper) {
+      v[i] = (std::log(low / high) - b.offset) / b.s;
+    } else if (b.has_lower) {
+      v[i] = std::log(low / (b.start - b.lower)) / b.s;
+    } else if (b.has_upper) {
+      v[i] = -std::log(high / (b.upper - b.start)) / b.s;
+    } else {
+      v[i] = (theta[i] - b.start) / b.scale;
+      continue;
+    }
+    v[i] = std::clamp(v[i], -kFar / b.s, kFar / b.s);
+  }
+  return v;
+}
+
 Eigen::VectorXd Transformation::Slope(const Eigen::VectorXd& v) const {
   const Eigen::VectorXd theta = Theta(v);
   Eigen::VectorXd slope(v.size());

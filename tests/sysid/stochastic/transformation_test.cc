@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "tests/support/fit_setup.h"
+#include "tests/sysid/stochastic/stochastic_setup.h"
 
 namespace sysid {
 namespace {
@@ -22,14 +22,7 @@ Transformation Of(const Bounds& bounds, std::string name = "link1.length") {
   std::vector<FreeParameter> free = FreeFrom(model, {{name, bounds.initial}});
   free[0].lower = bounds.lower;
   free[0].upper = bounds.upper;
-  SimulationOptions simulation;
-  simulation.duration = 0.2;
-  const sysid::Run run =
-      Simulate(model, RandomState(model, 0.5, 1), simulation);
-  EstimationOptions options;
-  options.noise = 1e-3;
-  const ShootingProblem problem(model, free, {run}, options);
-  return Transformation(problem);
+  return Transformation(*AnyRunOf(model, free));
 }
 
 double ThetaAt(const Transformation& transformation, double v) {
@@ -78,6 +71,26 @@ TEST(Transformation, SlopeIsItsDerivative) {
                            (2 * kStep);
       EXPECT_NEAR(transformation.Slope(Eigen::VectorXd::Constant(1, v))[0],
                   slope, 1e-8);
+    }
+  }
+}
+
+TEST(Transformation, InverseUndoesIt) {
+  for (const Bounds& bounds :
+       {Bounds{1.0, 0.05, 10.0}, Bounds{1.0, 0.05, kInfinity},
+        Bounds{1.0, -kInfinity, 1.5}, Bounds{1.0, -kInfinity, kInfinity}}) {
+    const Transformation transformation = Of(bounds);
+    for (const double v : {-1.0, 0.0, 0.7}) {
+      const Eigen::VectorXd theta =
+          transformation.Theta(Eigen::VectorXd::Constant(1, v));
+      EXPECT_NEAR(transformation.Inverse(theta)[0], v, 1e-12);
+    }
+    for (const double bound : {bounds.lower, bounds.upper}) {
+      if (!std::isfinite(bound)) continue;
+      const Eigen::VectorXd v =
+          transformation.Inverse(Eigen::VectorXd::Constant(1, bound));
+      EXPECT_TRUE(v.allFinite());
+      EXPECT_EQ(transformation.Theta(v)[0], bound);
     }
   }
 }
