@@ -34,7 +34,7 @@ std::string Plural(int count, const std::string& word) {
 }
 
 std::string SegmentLengths(const Fit& fit) {
-  constexpr double kAlike = 1.2;  // a sample more or less is no difference
+  constexpr double kAlike = 1.05;  // a sample more or less is no difference
   double least = fit.segment_s, most = fit.segment_s;
   for (const SegmentError& segment : fit.train.segments) {
     least = std::min(least, segment.t_end - segment.t_start);

@@ -294,7 +294,7 @@ Comparison CompareSolvers(const ShootingProblem& problem,
   Comparison out;
   const int n = problem.map().size();
   const Transformation transformation(problem);
-  out.start = Values(problem, transformation.Start());
+  out.start = transformation.start();
   bool values = true;  // theta is the values themselves
   for (int i = 0; i < n; ++i) {
     out.names.push_back(problem.free()[i].parameter.name);

@@ -119,10 +119,8 @@ Fit Descent::Finish(const Eigen::VectorXd& v) {
   // The states were given.
   SummarizeFit(*problem_, point_, transformation_.size(), &fit_);
   // A start at a bound was moved.
-  Eigen::VectorXd start = transformation_.Start();
-  problem_->map().ValuesOf<double>(start.data(), start.data());
-  for (int i = 0; i < start.size(); ++i) {
-    fit_.parameters[i].initial = start[i];
+  for (int i = 0; i < transformation_.size(); ++i) {
+    fit_.parameters[i].initial = transformation_.start()[i];
   }
   fit_.horizon = EvaluateHorizon(*problem_, point_.theta);
   fit_.open = EvaluateOpen(*problem_, point_);

@@ -27,8 +27,8 @@ class Transformation {
 
   int size() const { return static_cast<int>(bounds_.size()); }
   const std::vector<std::string>& moved() const { return moved_; }
-  // The start, theta_0.
-  Eigen::VectorXd Start() const;
+  // The parameters' values at v = 0.
+  const Eigen::VectorXd& start() const { return start_; }
 
   // T is double, a Jet or the tape's scalar.
   template <typename T>
@@ -51,6 +51,7 @@ class Transformation {
   };
 
   std::vector<Bound> bounds_;
+  Eigen::VectorXd start_;
   std::vector<std::string> moved_;
 };
 
