@@ -15,6 +15,11 @@ struct Bounds {
   double initial, lower, upper;
 };
 
+constexpr Bounds kOfEachKind[] = {{1.0, 0.05, 10.0},
+                                  {1.0, 0.05, kInfinity},
+                                  {1.0, -kInfinity, 1.5},
+                                  {1.0, -kInfinity, kInfinity}};
+
 // The transformation of one parameter with these bounds; its typical size is
 // 0.5 m.
 Transformation Of(const Bounds& bounds, std::string name = "link1.length") {
@@ -60,9 +65,7 @@ TEST(Transformation, MovesByItsOwnSizePerUnitAtTheStart) {
 }
 
 TEST(Transformation, SlopeIsItsDerivative) {
-  for (const Bounds& bounds :
-       {Bounds{1.0, 0.05, 10.0}, Bounds{1.0, 0.05, kInfinity},
-        Bounds{1.0, -kInfinity, 1.5}, Bounds{1.0, -kInfinity, kInfinity}}) {
+  for (const Bounds& bounds : kOfEachKind) {
     const Transformation transformation = Of(bounds);
     for (const double v : {-1.0, 0.0, 0.7}) {
       constexpr double kStep = 1e-6;
@@ -76,9 +79,7 @@ TEST(Transformation, SlopeIsItsDerivative) {
 }
 
 TEST(Transformation, InverseUndoesIt) {
-  for (const Bounds& bounds :
-       {Bounds{1.0, 0.05, 10.0}, Bounds{1.0, 0.05, kInfinity},
-        Bounds{1.0, -kInfinity, 1.5}, Bounds{1.0, -kInfinity, kInfinity}}) {
+  for (const Bounds& bounds : kOfEachKind) {
     const Transformation transformation = Of(bounds);
     for (const double v : {-1.0, 0.0, 0.7}) {
       const Eigen::VectorXd theta =
