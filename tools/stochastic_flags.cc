@@ -82,7 +82,7 @@ std::vector<std::string> MovedStarts(const Session& session) {
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
   const Transformation transformation(problem);
-  const Eigen::VectorXd start = transformation.Start();
+  const Eigen::VectorXd& start = transformation.start();
   std::vector<std::string> notices;
   for (const std::string& name : transformation.moved()) {
     for (int i = 0; i < start.size(); ++i) {

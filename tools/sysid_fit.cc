@@ -78,6 +78,13 @@ void WriteSamples(const Session& session, const ShootingProblem& problem,
   WriteFileAtomically((out / "samples.csv").string(), samples.csv);
 }
 
+std::string SampleFiles() {
+  if (FLAGS_sample == 0) return "";
+  const std::string last = std::to_string(FLAGS_sample);
+  return ", samples.csv, sample_1.urdf" +
+         (FLAGS_sample > 1 ? " to sample_" + last + ".urdf" : "");
+}
+
 void CheckSampling(const std::string& solver) {
   constexpr int kMost = 100000;
   if (!FlagGiven("sample")) return;
@@ -148,7 +155,11 @@ int Main() {
     if (!FLAGS_out.empty()) {
       text += "  written to " + FLAGS_out +
               ": fit.json, prediction.csv, identified.urdf, "
-              "identified.sysid.yaml\n";
+              "identified.sysid.yaml" +
+              SampleFiles() + "\n";
+    }
+    if (FLAGS_sample > 0 && !fit.converged) {
+      text += "  the samples are drawn from a mixture that has not converged\n";
     }
     WriteStdout(text);
   }

@@ -56,7 +56,10 @@ SvgPanel LossPanel(const Comparison& comparison, int index, bool over_time) {
 }
 
 SvgPanel PathPanel(const Comparison& comparison, int parameter, int index) {
-  std::vector<double> xs{0.0}, ys{comparison.reference[parameter]};
+  std::vector<double> xs{0.0}, ys{comparison.start[parameter]};
+  if (comparison.reference_is_truth) {
+    ys.push_back(comparison.reference[parameter]);
+  }
   std::vector<double> epochs, lower, upper;
   for (const SolverRun& run : comparison.runs) {
     for (const PathPoint& point : run.path) {

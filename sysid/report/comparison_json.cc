@@ -45,6 +45,7 @@ Json OfSolver(const SolverRun& run) {
                {"termination", run.fit.termination},
                {"iterations", run.fit.iterations},
                {"settled_at", run.settled},
+               {"segment_s", Finite(run.fit.segment_s)},
                {"evaluations", run.fit.evaluations},
                {"time_s", run.path.back().time_s},
                {"loss_start", Finite(run.path.front().loss)},

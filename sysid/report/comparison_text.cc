@@ -23,6 +23,21 @@ std::string Row(const Comparison& comparison, const std::string& name,
   return Cells(name, cells);
 }
 
+// Which parameters have no reference, and why.
+std::string NoReference(const Comparison& comparison) {
+  std::vector<std::string> names;
+  for (size_t i = 0; i < comparison.names.size(); ++i) {
+    if (std::isnan(comparison.reference[i])) {
+      names.push_back(comparison.names[i]);
+    }
+  }
+  if (names.empty()) return "";
+  return "  no distance from lm in " + Join(names) + ": lm " +
+         (comparison.runs[0].fit.converged ? "does not determine "
+                                           : "has not converged in ") +
+         (names.size() == 1 ? "it\n" : "them\n");
+}
+
 std::string SolverTable(const Comparison& comparison) {
   std::string text =
       Row(comparison, "", [](const SolverRun& run) { return run.solver; });
@@ -37,6 +52,8 @@ std::string SolverTable(const Comparison& comparison) {
   text += Row(comparison, "time, s", [](const SolverRun& run) {
     return Format("%.2g", run.path.back().time_s);
   });
+  text += Row(comparison, "segments of",
+              [](const SolverRun& run) { return SegmentLengths(run.fit); });
   text += Row(comparison, "loss at the start", [](const SolverRun& run) {
     return Format("%.3g", run.path.front().loss);
   });
@@ -50,14 +67,17 @@ std::string SolverTable(const Comparison& comparison) {
               comparison.reference_is_truth ? "farthest from truth"
                                             : "farthest from lm",
               [](const SolverRun& run) {
-                return Format("%.3g %%", 100.0 * run.distance);
+                return run.farthest.empty()
+                           ? std::string("-")
+                           : Format("%.3g %%", 100.0 * run.distance);
               });
-  text += Row(comparison, "",
-              [](const SolverRun& run) { return "(" + run.farthest + ")"; });
+  text += Row(comparison, "", [](const SolverRun& run) {
+    return run.farthest.empty() ? "" : "(" + run.farthest + ")";
+  });
   text += Row(comparison, "converged", [](const SolverRun& run) {
     return std::string(run.fit.converged ? "yes" : "no");
   });
-  return text;
+  return text + NoReference(comparison);
 }
 
 std::string ParameterTable(const Comparison& comparison) {
@@ -98,13 +118,20 @@ std::string TrialTable(const Comparison& comparison) {
     for (size_t s = 0; s < comparison.runs.size(); ++s) {
       std::vector<double> values;
       for (const Trial& trial : comparison.trials) {
-        values.push_back(factor * (trial.solvers[s].*number));
+        const double value = factor * (trial.solvers[s].*number);
+        if (!std::isnan(value)) values.push_back(value);  // no reference
+      }
+      if (values.empty()) {
+        cells.push_back("-");
+        continue;
       }
       const auto [least, most] =
           std::minmax_element(values.begin(), values.end());
       cells.push_back(Format(format, Median(values)) + " (" +
                       Format(format, *least) + " to " + Format(format, *most) +
-                      ")");
+                      (values.size() < count
+                           ? Format("; of %zu starts)", values.size())
+                           : ")"));
     }
     text += Format("  %-22s", name);
     for (const std::string& cell : cells) text += Format(" %28s", cell.c_str());

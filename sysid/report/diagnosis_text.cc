@@ -276,8 +276,9 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
     text += "  " + paint(kRed, "not to be trusted: " + doubt) + "\n";
   }
   text += "  " + DiagnosisSentence(diagnosis) + "\n";
-  text += Format("  noise %.3g, segments of %.3g s, each from its own state\n",
-                 diagnosis.base.fit.noise, diagnosis.base.fit.segment_s);
+  text += Format("  noise %.3g, segments of %s, each from its own state\n",
+                 diagnosis.base.fit.noise,
+                 SegmentLengths(diagnosis.base.fit).c_str());
   text += WhereText(diagnosis.where) + WhichText(diagnosis);
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
   if (!diagnosis.steps.empty()) text += StepsText(diagnosis);

@@ -36,15 +36,38 @@ std::string ParameterTable(const Fit& fit) {
   return text;
 }
 
-// The largest error that may still be noise: 1.1, and three standard deviations
-// of what chance makes of the residuals and of the noise's own estimate (about
-// three times as uncertain as its number of samples says, for its differences
-// overlap).
-double NoiseFloor(const ShootingProblem& problem, const Fit& fit) {
+// Whether the error is no more than noise: up to 1.1, and three standard
+// deviations of what chance makes of the residuals. An estimated noise is
+// itself uncertain, about three times as much as its number of measurements
+// says (its differences overlap): an error within that may be noise, too.
+enum class Floor { kReached, kPerhaps, kMissed };
+
+Floor ReachesNoise(const ShootingProblem& problem, const Fit& fit) {
   const double dof = std::max(1.0, problem.DofPerSample() * fit.samples);
-  const double estimated =
-      problem.options().noise > 0 ? 0.0 : 3.0 / fit.samples;
-  return 1.1 + 3.0 * std::sqrt(0.5 / dof + estimated);
+  const double chance = 0.5 / dof;
+  const double estimate = problem.options().noise > 0 ? 0.0 : 9.0 * chance;
+  const double error = fit.train.total.normalized_rms;
+  return error < 1.1 + 3.0 * std::sqrt(chance)              ? Floor::kReached
+         : error < 1.1 + 3.0 * std::sqrt(chance + estimate) ? Floor::kPerhaps
+                                                            : Floor::kMissed;
+}
+
+// What the error says of the model.
+std::string ErrorVerdict(const Fit& fit, Floor floor) {
+  if (!fit.converged) return "but the fit did not converge";
+  switch (floor) {
+    case Floor::kReached:
+      return "at the noise floor";
+    case Floor::kPerhaps:
+      return "at the noise floor, as far as " + Plural(fit.samples, "sample") +
+             " tell the noise";
+    case Floor::kMissed:
+      break;
+  }
+  return fit.solver == "lm"
+             ? "the model misses something"
+             : "the model misses something, or the first states, which are "
+               "given by the data here, are off (--solver lm estimates them)";
 }
 
 // Whether one number is the noise of all channels, as nearly as it is printed.
@@ -89,9 +112,9 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
       ", " + Plural(fit.samples, "sample") + ", " +
       Plural(fit.iterations, fit.solver == "lm" ? "iteration" : "epoch") +
       Format(", %.2g s\n", fit.wall_time_s);
-  text += Format("  noise %.3g (%s), segments of %.3g s, steps of %.3g s (%s)",
+  text += Format("  noise %.3g (%s), segments of %s, steps of %.3g s (%s)",
                  fit.noise, problem.options().noise > 0 ? "given" : "estimated",
-                 fit.segment_s, fit.step_s,
+                 SegmentLengths(fit).c_str(), fit.step_s,
                  ToString(problem.options().rollout.integrator).c_str());
   if (!session.effects.empty()) {
     text += ", effects: " + Join(session.effects);
@@ -105,7 +128,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   }
   text += "\n\n" + ParameterTable(fit) + "\n";
   const double error = fit.train.total.normalized_rms;
-  const double most = NoiseFloor(problem, fit);
+  const Floor floor = ReachesNoise(problem, fit);
   std::string verdict = Format("error %.3g times the noise", error);
   if (OneNoise(fit)) {
     verdict += Format(" (rms %.3g beside a noise of %.3g)", fit.train.total.rms,
@@ -119,11 +142,9 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     }
     verdict.pop_back();
   }
-  verdict += !fit.converged ? ": but the fit did not converge"
-             : error < most ? ": at the noise floor"
-                            : ": the model misses something";
-  text += "  " + paint(fit.converged && error < most ? kGreen : kRed, verdict) +
-          "\n";
+  verdict += ": " + ErrorVerdict(fit, floor);
+  const bool good = fit.converged && floor != Floor::kMissed;
+  text += "  " + paint(good ? kGreen : kRed, verdict) + "\n";
   if (added != nullptr) {
     text += "  adding " + Join(added->effects) +
             Format(": error %.3g -> %.3g times the noise", added->train_before,

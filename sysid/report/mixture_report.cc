@@ -56,6 +56,9 @@ SampledModels SampleModels(const Session& session,
         "draw " + number + " of " + std::to_string(count) +
         " from the mixture that sysid_fit --solver gmm identified for " +
         session.model_name};
+    if (!mixture.fit.converged) {
+      comments.push_back("not converged: " + mixture.fit.termination);
+    }
     out.csv += number;
     std::vector<double> row;
     for (size_t p = 0; p < parameters.size(); ++p) {

@@ -33,6 +33,17 @@ std::string Plural(int count, const std::string& word) {
   return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
+std::string SegmentLengths(const Fit& fit) {
+  constexpr double kAlike = 1.05;  // a sample more or less is no difference
+  double least = fit.segment_s, most = fit.segment_s;
+  for (const SegmentError& segment : fit.train.segments) {
+    least = std::min(least, segment.t_end - segment.t_start);
+    most = std::max(most, segment.t_end - segment.t_start);
+  }
+  if (most <= kAlike * least) return Format("%.3g s", fit.segment_s);
+  return Format("%.3g to %.3g s", least, most);
+}
+
 std::string OpenLines(const std::vector<OpenError>& open,
                       const std::string& label) {
   std::string text;

@@ -5,6 +5,7 @@
 
 #include "sysid/estimation/estimates.h"
 #include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/fit.h"
 
 namespace sysid {
 
@@ -21,6 +22,9 @@ std::string Plural(int count, const std::string& word);
 
 // As many digits as the standard error makes meaningful, and two more.
 std::string Value(double value, double std_error);
+
+// How long a fit's segments are: "0.5 s", or "0.5 to 1.2 s" where they differ.
+std::string SegmentLengths(const Fit& fit);
 
 // A line of the open predictions of each run.
 std::string OpenLines(const std::vector<OpenError>& open,

@@ -101,12 +101,13 @@ void Measure(const Judge& judge, const Eigen::VectorXd& reference,
     run->path.push_back({0, 0.0, judge.Loss(theta), found});
   }
   run->settled = SettledAt(run->path);
+  run->distance = std::nan("");
   for (int i = 0; i < found.size(); ++i) {
     const Parameter& parameter = judge.problem().free()[i].parameter;
     const double size =
         reference[i] != 0.0 ? std::abs(reference[i]) : parameter.typical_scale;
     const double off = std::abs(found[i] - reference[i]) / size;
-    if (off >= run->distance) {
+    if (std::isfinite(off) && !(off < run->distance)) {
       run->distance = off;
       run->farthest = parameter.name;
     }
@@ -155,6 +156,17 @@ Eigen::VectorXd Found(const SolverRun& run) {
   return values;
 }
 
+// What Levenberg-Marquardt found, NaN where that is no reference.
+Eigen::VectorXd Determined(const SolverRun& lm) {
+  Eigen::VectorXd values = Found(lm);
+  for (int i = 0; i < values.size(); ++i) {
+    if (!lm.fit.converged || !lm.fit.parameters[i].identifiable) {
+      values[i] = std::nan("");
+    }
+  }
+  return values;
+}
+
 Trial Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
               const Eigen::VectorXd& start) {
   Trial trial{seed, start, {}};
@@ -170,33 +182,32 @@ Trial Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
 // Why the mixture's deviation is not Levenberg-Marquardt's standard error:
 // (9.6). Nothing in a mean of the loss keeps a deviation from shrinking, and
 // nothing shrinks it faster than the learning rate; the noise does not occur.
-std::string WhyTheyDiffer(double lm, double mixture, double start_std,
-                          int epochs) {
+std::string WhyTheyDiffer(const ParameterEstimate& lm, double mixture,
+                          double start_std, int epochs) {
   constexpr double kAlike = 3.0;
   const double narrowed = start_std / mixture;
-  if (!std::isfinite(lm)) {
-    return narrowed > 2.0
-               ? Words(
-                     "the data does not determine it; the mixture narrowed "
-                     "%.3g-fold all the same: ",
-                     narrowed) +
-                     "diagonal kernels cannot lie along a direction in which "
-                     "several parameters move together"
-               : Words(
-                     "the data does not determine it, and the mixture hardly "
-                     "narrowed (%.2g-fold)",
-                     narrowed);
+  const std::string course = narrowed > 1.0
+                                 ? Words("narrowed %.3g-fold", narrowed)
+                                 : Words("widened %.3g-fold", 1.0 / narrowed);
+  if (!lm.identifiable) {
+    return "the data does not determine it; the mixture " + course +
+           (narrowed > 2.0
+                ? " all the same: diagonal kernels cannot lie along a "
+                  "direction in which several parameters move together"
+                : "");
   }
-  const double ratio = mixture / lm;
+  if (!std::isfinite(lm.std_error)) {
+    return "at its bound, without a standard error; the mixture " + course;
+  }
+  const double ratio = mixture / lm.std_error;
   if (ratio > kAlike) {
     return Words("%.3g times wider: ", ratio) +
            (narrowed > 1.0
                 ? Words("%d epochs narrowed it %.3g-fold, and more would "
                         "narrow it further, whatever the noise",
                         epochs, narrowed)
-                : Words("in %d epochs it widened instead of narrowing, "
-                        "%.3g-fold",
-                        epochs, 1.0 / narrowed));
+                : Words("in %d epochs it ", epochs) + course +
+                      " instead of narrowing");
   }
   if (ratio < 1.0 / kAlike) {
     return Words("%.3g times narrower: ", 1.0 / ratio) +
@@ -213,10 +224,10 @@ void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {
   const Eigen::VectorXd first = mixture.epochs.front().kernels.Std();
   const Eigen::VectorXd last = mixture.mixture.Std();
   for (size_t i = 0; i < problem.free().size(); ++i) {
-    const double lm_std = lm.parameters[i].std_error;
+    const ParameterEstimate& of_lm = lm.parameters[i];
     out->uncertainty.push_back(
-        {out->names[i], out->units[i], lm_std, last[i],
-         WhyTheyDiffer(lm_std, last[i], first[i], mixture.fit.iterations)});
+        {out->names[i], out->units[i], of_lm.std_error, last[i],
+         WhyTheyDiffer(of_lm, last[i], first[i], mixture.fit.iterations)});
   }
 }
 
@@ -226,12 +237,12 @@ Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
   const int cells = std::clamp(
       static_cast<int>(std::sqrt(5e6 / std::max(1, judge.samples()))), 21, 81);
   Landscape landscape;
-  Eigen::Vector2d low = comparison.reference, high = low;
+  Eigen::Vector2d low = comparison.start, high = low;
   const auto include = [&](const Eigen::Vector2d& point) {
     low = low.cwiseMin(point);
     high = high.cwiseMax(point);
   };
-  include(comparison.start);
+  if (comparison.reference_is_truth) include(comparison.reference);
   for (const SolverRun& run : comparison.runs) include(Found(run));
   const MixtureFit& mixture = *comparison.runs[2].mixture;
   for (const MixtureEpoch* epoch :
@@ -282,12 +293,12 @@ Comparison CompareSolvers(const ShootingProblem& problem,
                           const ComparisonOptions& options) {
   Comparison out;
   const int n = problem.map().size();
-  out.start.resize(n);
+  const Transformation transformation(problem);
+  out.start = transformation.start();
   bool values = true;  // theta is the values themselves
   for (int i = 0; i < n; ++i) {
     out.names.push_back(problem.free()[i].parameter.name);
     out.units.push_back(problem.free()[i].parameter.unit);
-    out.start[i] = problem.free()[i].initial;
     values = values && !problem.map().IsTransformed(i);
   }
   const bool from_rest = options.adam.from_rest;
@@ -299,12 +310,12 @@ Comparison CompareSolvers(const ShootingProblem& problem,
     if (r > 0) {
       Eigen::VectorXd v(n);
       for (double& component : v) component = normal(random);
-      start = Values(problem, Transformation(problem).Theta(v));
+      start = Values(problem, transformation.Theta(v));
     }
     Solved solved = SolveAll(problem, start, options, seed + r);
     const Judge judge(problem, start, solved.step, from_rest);
     const Eigen::VectorXd reference =
-        options.truth ? *options.truth : Found(solved.runs[0]);
+        options.truth ? *options.truth : Determined(solved.runs[0]);
     for (SolverRun& run : solved.runs) Measure(judge, reference, &run);
     out.trials.push_back(Summary(solved.runs, seed + r, start));
     if (r > 0) continue;

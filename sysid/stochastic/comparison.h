@@ -16,7 +16,7 @@ struct ComparisonOptions {
   AdamFitOptions adam;
   MixtureOptions mixture;
   // Values of the free parameters that are known to be right, if so: distances
-  // are to these, else to what Levenberg-Marquardt found.
+  // are to these, else to what Levenberg-Marquardt determines.
   std::optional<Eigen::VectorXd> truth;
   // Further starts, drawn about the given one with this deviation (parts of a
   // parameter's size), each with a seed of its own for the mixture.
@@ -44,9 +44,11 @@ struct SolverRun {
   Fit fit;
   std::optional<MixtureFit> mixture;
   std::vector<PathPoint> path;
-  int settled = 0;        // the iteration that kSettled means
-  double distance = 0.0;  // the largest relative error of a parameter
-  std::string farthest;   // that parameter's name
+  int settled = 0;  // the iteration that kSettled means
+  // The largest relative distance of a parameter from the reference, and that
+  // parameter's name; NaN and "" without a reference.
+  double distance = 0.0;
+  std::string farthest;
 
   explicit SolverRun(const Fit& f) : fit(f) {}
 };
@@ -85,7 +87,10 @@ struct Landscape {
 
 struct Comparison {
   std::vector<std::string> names, units;
-  Eigen::VectorXd start, reference;
+  Eigen::VectorXd start;  // of all three: off the bounds
+  // The truth, else what Levenberg-Marquardt found: NaN where the data does not
+  // determine it, or where it did not converge.
+  Eigen::VectorXd reference;
   bool reference_is_truth = false;
   std::vector<SolverRun> runs;  // of the given start
   std::vector<UncertaintyComparison> uncertainty;

@@ -118,6 +118,10 @@ Fit Descent::Finish(const Eigen::VectorXd& v) {
   fit_.defect = std::numeric_limits<double>::infinity();
   // The states were given.
   SummarizeFit(*problem_, point_, transformation_.size(), &fit_);
+  // A start at a bound was moved.
+  for (int i = 0; i < transformation_.size(); ++i) {
+    fit_.parameters[i].initial = transformation_.start()[i];
+  }
   fit_.horizon = EvaluateHorizon(*problem_, point_.theta);
   fit_.open = EvaluateOpen(*problem_, point_);
   fit_.wall_time_s = Seconds();

@@ -51,6 +51,8 @@ class MixtureDescent {
  private:
   // One step; false where all draws have failed too often.
   bool Epoch(int epoch, const std::vector<int>& arrived);
+  // v of ParameterMixture::Mean() as it was recorded last.
+  Eigen::VectorXd Estimate() const;
   void Record(int epoch, int rollouts, double loss);
   // A draw whose rollout all but fails has a gradient that is larger than the
   // others' by any factor. One such would fill Adam's second moment and stop it
@@ -58,8 +60,11 @@ class MixtureDescent {
   void Clip(Eigen::VectorXd* gradient);
   void CountBeyondBounds(const std::vector<MixtureDraw>& draws);
   void Judge();
+  void RemarkOnCuts();
   void RemarkOnDraws();
   void RemarkOnKernels();
+  // What the kernels leave open joins what the Jacobian does.
+  void MarkDisagreeing();
 
   ShootingProblem* problem_;
   MixtureOptions options_;
@@ -78,6 +83,14 @@ void MixtureDescent::Record(int epoch, int rollouts, double loss) {
   result_.epochs.push_back(
       {epoch, rollouts, loss,
        InParameters(*problem_, descent_.transformation(), mixture_)});
+}
+
+Eigen::VectorXd MixtureDescent::Estimate() const {
+  Eigen::VectorXd theta;
+  // A weighted sum of possible bodies is one, unless an inertia has overflown.
+  const bool possible =
+      problem_->map().ThetaOf(result_.epochs.back().kernels.Mean(), &theta);
+  return possible ? descent_.transformation().Inverse(theta) : mixture_.Mean();
 }
 
 void MixtureDescent::CountBeyondBounds(const std::vector<MixtureDraw>& draws) {
@@ -154,9 +167,9 @@ bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
                 &packed);
   }
   mixture_.Unpack(packed);
-  descent_.Note(epoch, options_.epochs(), loss,
-                descent_.rollouts().Samples(arrived), mixture_.Mean());
   Record(epoch, static_cast<int>(arrived.size()), loss);
+  descent_.Note(epoch, options_.epochs(), loss,
+                descent_.rollouts().Samples(arrived), Estimate());
   return true;
 }
 
@@ -170,7 +183,7 @@ void MixtureDescent::Judge() {
         "smaller --spread or shorter --segment may help";
     return;
   }
-  const GaussNewtonStep step = descent_.RemainingStep(mixture_.Mean());
+  const GaussNewtonStep step = descent_.RemainingStep(Estimate());
   if (!std::isfinite(step.gain)) {
     fit->termination =
         "diverged: the rollouts of the mean fail; a lower --learning_rate or a "
@@ -187,6 +200,16 @@ void MixtureDescent::Judge() {
       Words("%.2g %%", 100.0 * move) + " of its size" +
       (fit->converged ? ""
                       : "; more --epochs or another --learning_rate may help");
+}
+
+// Online, too few runs are cut, which the other solvers do not do.
+void MixtureDescent::RemarkOnCuts() {
+  const double length = RolloutLength(*problem_, options_);
+  if (problem_->options().segment > 0 || length == kInfinity) return;
+  result_.remarks.push_back("--online cut the runs into " +
+                            std::to_string(descent_.rollouts().size()) +
+                            Words(" rollouts of about %.2g s, ", length) +
+                            "with first states from the data");
 }
 
 void MixtureDescent::RemarkOnDraws() {
@@ -265,10 +288,26 @@ void MixtureDescent::RemarkOnKernels() {
     if (apart[i]) names.push_back(problem_->free()[i].parameter.name);
   }
   if (names.empty()) return;
-  result_.remarks.push_back(
-      "the kernels lead to different " + Join(names) +
-      " that fit equally well: this data cannot tell them apart");
+  result_.remarks.push_back("the kernels lead to different " + Join(names) +
+                            " that fit equally well");
   result_.disagreeing = names;
+}
+
+void MixtureDescent::MarkDisagreeing() {
+  Fit* fit = &result_.fit;
+  std::vector<std::string> open;  // said of no parameter yet
+  for (ParameterEstimate& p : fit->parameters) {
+    const auto& names = result_.disagreeing;
+    if (!p.identifiable ||
+        std::find(names.begin(), names.end(), p.name) == names.end()) {
+      continue;
+    }
+    open.push_back(p.name);
+    p.identifiable = false;
+    p.std_error = p.ci95[0] = p.ci95[1] =
+        std::numeric_limits<double>::quiet_NaN();
+  }
+  if (!open.empty()) fit->not_identifiable.push_back(open);
 }
 
 MixtureFit MixtureDescent::Run() {
@@ -276,10 +315,11 @@ MixtureFit MixtureDescent::Run() {
   fit->termination = descent_.hopeless();
   Record(0, 0, kInfinity);
   if (fit->termination.empty()) {
+    RemarkOnCuts();
     const int total = descent_.rollouts().size();
     const int epochs = options_.epochs();
     const std::vector<int> all = FirstOnes(total);
-    const Eigen::VectorXd mean = mixture_.Mean();
+    const Eigen::VectorXd mean = Estimate();
     descent_.Note(
         0, epochs,
         descent_.rollouts().Loss(all, descent_.transformation().Theta(mean),
@@ -298,7 +338,8 @@ MixtureFit MixtureDescent::Run() {
     RemarkOnDraws();
     RemarkOnKernels();
   }
-  result_.fit = descent_.Finish(mixture_.Mean());
+  result_.fit = descent_.Finish(Estimate());
+  MarkDisagreeing();
   result_.kernels = mixture_;
   result_.mixture = result_.epochs.back().kernels;
   return std::move(result_);

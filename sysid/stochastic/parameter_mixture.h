@@ -11,6 +11,7 @@ struct ParameterMixture {
   Eigen::VectorXd weights;
   Eigen::MatrixXd means, stds;
 
+  // The weighted sum of the kernels' means: what the mixture estimates.
   Eigen::VectorXd Mean() const;
   // Standard deviations of all kernels together.
   Eigen::VectorXd Std() const;

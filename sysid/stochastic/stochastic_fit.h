@@ -20,7 +20,8 @@ namespace sysid {
 //
 // The Fit that they return is Levenberg-Marquardt's: its intervals and what it
 // calls unidentifiable come from the Jacobian at the estimate with the states
-// eliminated, (6.2), not from the path that led there. `cost` of its history is
+// eliminated, (6.2), not from the path that led there; what the mixture's
+// kernels disagree in is unidentifiable too. `cost` of its history is
 // N L / (2 noise^2).
 
 struct AdamFitOptions {
@@ -65,7 +66,7 @@ struct MixtureOptions {
 };
 
 struct MixtureFit {
-  Fit fit;  // at the mixture's mean
+  Fit fit;  // at mixture.Mean()
   ParameterMixture mixture;
   GaussianMixture kernels;           // the same over v, to sample from
   std::vector<MixtureEpoch> epochs;  // the start, then after each epoch
@@ -74,10 +75,11 @@ struct MixtureFit {
   // Draws that would have been outside of their bounds, had the kernels been
   // Gaussian in the parameters themselves.
   int beyond_bounds = 0;
-  // What befell the kernels, in sentences: collapse, failed draws, kernels that
+  // In sentences: runs that were cut, failed draws, collapse, kernels that
   // disagree.
   std::vector<std::string> remarks;
-  // Parameters in which the kernels ended apart though they fit equally well.
+  // Parameters in which the kernels ended apart though they fit equally well:
+  // fit.not_identifiable names them, too.
   std::vector<std::string> disagreeing;
 
   explicit MixtureFit(const Fit& f) : fit(f) {}

@@ -27,13 +27,16 @@ class Transformation {
 
   int size() const { return static_cast<int>(bounds_.size()); }
   const std::vector<std::string>& moved() const { return moved_; }
-  // The start, theta_0.
-  Eigen::VectorXd Start() const { return Theta(Eigen::VectorXd::Zero(size())); }
+  // The parameters' values at v = 0.
+  const Eigen::VectorXd& start() const { return start_; }
 
   // T is double, a Jet or the tape's scalar.
   template <typename T>
   void Theta(const T* v, T* theta) const;
   Eigen::VectorXd Theta(const Eigen::VectorXd& v) const;
+  // v for theta within its bounds; one at a bound, where v is infinite, a large
+  // v that gives it.
+  Eigen::VectorXd Inverse(const Eigen::VectorXd& theta) const;
   // d theta / dv, the diagonal.
   Eigen::VectorXd Slope(const Eigen::VectorXd& v) const;
 
@@ -48,6 +51,7 @@ class Transformation {
   };
 
   std::vector<Bound> bounds_;
+  Eigen::VectorXd start_;
   std::vector<std::string> moved_;
 };
 

@@ -9,7 +9,9 @@ namespace sysid {
 namespace {
 
 using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
+using testing::Not;
 using Json = nlohmann::json;
 
 const std::string kDamped =
@@ -19,6 +21,11 @@ const Arguments kFigure1{
     "--model",     "pendulum2", "--traj",
     kRun,          "--free",    "link1.length=1,link2.length=1",
     "--from_rest", "--noise",   "1e-3"};
+
+const Arguments kRodAndBob{
+    "--model", "rod_and_bob",
+    "--traj",  std::string(SYSID_SOURCE) + "/data/runs/rod_and_bob.csv",
+    "--noise", "1e-3"};
 
 double Value(const Json& json, const std::string& name) {
   for (const Json& p : json.at("parameters")) {
@@ -73,10 +80,44 @@ TEST(Adam, IsChosenByASpecificationToo) {
 TEST(Adam, SaysWhereItMovesAStart) {
   const ProgramFolder folder;
   const ProgramResult result = folder.Run(
-      SYSID_FIT, kFigure1 + Arguments{"--solver", "adam", "--epochs", "2",
-                                      "--add", "viscous_damping@joint1"});
+      SYSID_FIT,
+      kFigure1 + Arguments{"--solver", "adam", "--epochs", "2", "--add",
+                           "viscous_damping@joint1", "--json", "fit.json"});
   EXPECT_THAT(result.err, HasSubstr("note: joint1.damping starts at its bound, "
                                     "where Adam has no slope: moved to 0.01"));
+  EXPECT_THAT(result.out, ContainsRegex("joint1.damping +0\\.01 "));
+  EXPECT_EQ(Json::parse(folder.Read("fit.json"))["parameters"][2]["initial"],
+            0.01);
+}
+
+// The model is complete: what is left is due to first velocities that the data
+// only tells roughly.
+TEST(Adam, DoesNotBlameTheModelForTheFirstStates) {
+  const ProgramFolder folder;
+  const Arguments arguments{"--model",  "pendulum2",
+                            "--traj",   kRun,
+                            "--free",   "link1.length=1,link2.length=1",
+                            "--solver", "adam"};
+  EXPECT_THAT(
+      folder.Run(SYSID_FIT, arguments + Arguments{"--noise", "1e-3"}).out,
+      HasSubstr(
+          "the model misses something, or the first states, which are "
+          "given by the data here, are off (--solver lm estimates them)"));
+  // Beside a noise that 11 samples told, it may as well be nothing.
+  EXPECT_THAT(folder.Run(SYSID_FIT, arguments).out,
+              HasSubstr("at the noise floor, as far as 11 samples tell the "
+                        "noise"));
+}
+
+TEST(Adam, SaysHowLongItsRolloutsAre) {
+  const ProgramFolder folder;
+  SimulateInto(folder, "long.csv",
+               {"--model", "pendulum2", "--duration", "0.8", "--rate", "25"});
+  const ProgramResult result = folder.Run(
+      SYSID_FIT, {"--model", "pendulum2", "--traj", kRun + ",long.csv",
+                  "--free", "link1.length=1", "--solver", "adam", "--epochs",
+                  "2", "--noise", "1e-3"});
+  EXPECT_THAT(result.out, HasSubstr("segments of 0.4 to 0.8 s,"));
 }
 
 TEST(Adam, SaysWhyItHasNoUsableResult) {
@@ -102,6 +143,13 @@ TEST(Mixture, IsWrittenAsAPosteriorWithItsHistory) {
   ASSERT_EQ(mixture.at("means").size(), 3u);
   EXPECT_EQ(mixture["means"][0].size(), 2u);
   EXPECT_EQ(mixture.at("stds").size(), 3u);
+  // The value is the weighted sum of the kernels.
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k) {
+    sum += mixture["weights"][k].get<double>() *
+           mixture["means"][k][0].get<double>();
+  }
+  EXPECT_NEAR(Value(json, "link1.length"), sum, 1e-12);
   ASSERT_EQ(json["history"].size(), 151u);
   for (const Json& epoch : json["history"]) {
     EXPECT_EQ(epoch.at("weights").size(), 3u);
@@ -121,7 +169,10 @@ TEST(Mixture, SamplesIdentifiedModels) {
       SYSID_FIT, kFigure1 + Arguments{"--solver", "gmm", "--epochs", "100",
                                       "--sample", "3", "--out", "result"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, AllOf(HasSubstr("kernel"), HasSubstr("weight")));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("kernel"), HasSubstr("weight"),
+                                HasSubstr("identified.sysid.yaml, samples.csv, "
+                                          "sample_1.urdf to sample_3.urdf\n"),
+                                Not(HasSubstr("not converged"))));
   EXPECT_THAT(folder.Read("result/samples.csv"),
               testing::StartsWith("sample,link1.length,link2.length\n1,0."));
   std::string before;
@@ -135,6 +186,39 @@ TEST(Mixture, SamplesIdentifiedModels) {
         SYSID_SIMULATE,
         {"--model", file, "--duration", "0.1", "--out_csv", "run.csv"});
     EXPECT_EQ(simulated.exit_code, 0) << simulated.err;
+  }
+}
+
+TEST(Mixture, SaysThatItsSamplesAreOfNoUsableResult) {
+  const ProgramFolder folder;
+  const ProgramResult result = folder.Run(
+      SYSID_FIT, kFigure1 + Arguments{"--solver", "gmm", "--epochs", "3",
+                                      "--sample", "1", "--out", "result"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("samples.csv, sample_1.urdf\n"),
+                    HasSubstr("samples are drawn from a mixture that has not "
+                              "converged")));
+  EXPECT_THAT(folder.Read("result/sample_1.urdf"),
+              HasSubstr("not converged: the mean has not settled"));
+}
+
+TEST(Mixture, SaysTheSameOfWhatIsNotIdentifiableInWordsAndInJson) {
+  const ProgramFolder folder;
+  const ProgramResult result = folder.Run(
+      SYSID_FIT, kRodAndBob + Arguments{"--solver", "gmm", "--from_rest",
+                                        "--json", "fit.json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("cannot tell apart rod.length, bob.com_z"),
+                    HasSubstr("kernels lead to different rod.length, bob.com_z "
+                              "that fit equally well")));
+  const Json json = Json::parse(folder.Read("fit.json"));
+  EXPECT_EQ(json["not_identifiable"],
+            Json::parse(R"([["rod.length", "bob.com_z"]])"));
+  for (const Json& p : json["parameters"]) {
+    EXPECT_TRUE(p["std_error"].is_null());
+    EXPECT_EQ(p["identifiable"], false);
   }
 }
 
@@ -207,6 +291,34 @@ TEST(Compare, WritesATableJsonAndAFigure) {
   EXPECT_EQ(figure.find("inf"), std::string::npos);
   EXPECT_NE(folder.Read("result/comparison.svg"), "");
   EXPECT_NE(folder.Read("result/comparison.json"), "");
+}
+
+TEST(Compare, GivesNoDistanceFromWhatIsNotDetermined) {
+  const ProgramFolder folder;
+  const ProgramResult result = folder.Run(
+      SYSID_COMPARE, kRodAndBob + Arguments{"--repeat", "2", "--epochs", "20",
+                                            "--json", "comparison.json"});
+  EXPECT_THAT(result.out,
+              AllOf(ContainsRegex("farthest from lm +- +- +-\n"),
+                    HasSubstr("no distance from lm in rod.length, bob.com_z: "
+                              "lm does not determine them\n"),
+                    ContainsRegex("farthest, % +- +- +-\n")));
+  const Json json = Json::parse(folder.Read("comparison.json"));
+  ExpectFiniteOrNull(json);
+  EXPECT_TRUE(json["reference"][0].is_null());
+  for (const Json& solver : json["solvers"]) {
+    EXPECT_TRUE(solver["distance"].is_null());
+  }
+}
+
+TEST(Compare, SaysWhereOnlineCutsTheRuns) {
+  const ProgramFolder folder;
+  const ProgramResult result =
+      folder.Run(SYSID_COMPARE, kRodAndBob + Arguments{"--online"});
+  EXPECT_THAT(result.out,
+              AllOf(ContainsRegex("segments of +2 s +2 s +0.2 s"),
+                    HasSubstr("gmm: --online cut the runs into 10 rollouts of "
+                              "about 0.2 s, with first states from the data")));
 }
 
 TEST(Compare, RefusesWhatItCannotUse) {

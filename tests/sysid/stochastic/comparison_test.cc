@@ -9,7 +9,9 @@
 namespace sysid {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 ComparisonOptions Options(int repeat = 1) {
   ComparisonOptions options;
@@ -87,6 +89,46 @@ TEST(CompareSolvers, TakesLevenbergMarquardtForTheReferenceWithoutATruth) {
   EXPECT_FALSE(comparison.reference_is_truth);
   EXPECT_EQ(comparison.runs[0].distance, 0.0);
   EXPECT_GT(comparison.runs[1].distance, 0.0);
+}
+
+TEST(CompareSolvers, TakesNoReferenceFromWhatLevenbergMarquardtLeavesOpen) {
+  const auto problem = RodAndBob();
+  ComparisonOptions options = Options();
+  options.truth.reset();
+  const Comparison comparison = CompareSolvers(*problem, options);
+  EXPECT_TRUE(comparison.reference.array().isNaN().all());
+  for (const SolverRun& run : comparison.runs) {
+    EXPECT_TRUE(std::isnan(run.distance));
+    EXPECT_EQ(run.farthest, "");
+  }
+  EXPECT_TRUE(comparison.landscape->deviance.allFinite());
+}
+
+// Adam has no slope at a damping of null, so none starts there.
+TEST(CompareSolvers, StartsAllOffTheBounds) {
+  const auto problem = TwoDampings({{"joint1.damping", 0.0}}, 0.4);
+  ComparisonOptions options = Options();
+  options.truth.reset();
+  options.adam.adam.epochs = options.mixture.adam.epochs = 5;
+  const Comparison comparison = CompareSolvers(*problem, options);
+  EXPECT_GT(comparison.start[0], 0.0);
+  for (const SolverRun& run : comparison.runs) {
+    EXPECT_EQ(run.fit.parameters[0].initial, comparison.start[0]) << run.solver;
+  }
+}
+
+// With a wide start and few epochs a mixture may end wider than it began.
+TEST(CompareSolvers, SaysWhereTheMixtureWidened) {
+  const auto problem = TwoDampings({{"joint1.damping", 0.0}}, 0.4);
+  ComparisonOptions options = Options();
+  options.truth.reset();
+  options.mixture.adam.epochs = 10;
+  const Comparison comparison = CompareSolvers(*problem, options);
+  const ParameterMixture& first =
+      comparison.runs[2].mixture->epochs.front().kernels;
+  ASSERT_GT(comparison.uncertainty[0].mixture_std, first.Std()[0]);
+  EXPECT_THAT(comparison.uncertainty[0].why,
+              AllOf(HasSubstr("widened"), Not(HasSubstr("narrowed"))));
 }
 
 TEST(CompareSolvers, SaysWhyUncertaintiesOfCoupledParametersDiffer) {

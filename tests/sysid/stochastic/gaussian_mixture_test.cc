@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "sysid/stochastic/parameter_mixture.h"
-#include "tests/support/fit_setup.h"
+#include "tests/sysid/stochastic/stochastic_setup.h"
 
 namespace sysid {
 namespace {
@@ -121,17 +121,11 @@ TEST(ParameterMixture, HasTheMomentsOfTransformedKernels) {
   std::vector<FreeParameter> free =
       FreeFrom(model, {{"link1.length", 1.1}, {"link1.com_x", 0.0}});
   free[0].lower = 0.1;
-  SimulationOptions simulation;
-  simulation.duration = 0.2;
-  const sysid::Run run =
-      Simulate(model, RandomState(model, 0.5, 1), simulation);
-  EstimationOptions options;
-  options.noise = 1e-3;
-  const ShootingProblem problem(model, free, {run}, options);
+  const auto problem = AnyRunOf(model, free);
   GaussianMixture mixture = TwoKernels();
   mixture.log_deviations(0, 0) = std::log(0.4);
   const ParameterMixture in =
-      InParameters(problem, Transformation(problem), mixture);
+      InParameters(*problem, Transformation(*problem), mixture);
   const double s2 = 0.4 * 0.4;
   EXPECT_NEAR(in.means(0, 0), 0.1 + std::exp(1.0 + s2 / 2), 1e-9);
   EXPECT_NEAR(in.stds(0, 0),

@@ -77,9 +77,8 @@ TEST(FitAdam, StopsAtItsBounds) {
   std::vector<FreeParameter> free = whole->free();
   free[0].lower = 0.45;  // the truth is 0.4
   free[0].upper = 0.6;
-  ShootingProblem problem(whole->model(), free, {whole->runs()[0]->run},
-                          whole->options());
-  const Fit fit = FitAdam(&problem, FromRest());
+  const auto problem = Freeing(*whole, free);
+  const Fit fit = FitAdam(problem.get(), FromRest());
   EXPECT_GE(EstimateOf(fit, "link1.length").value, 0.45);
   EXPECT_LT(EstimateOf(fit, "link1.length").value, 0.46);
   for (const HistoryEntry& entry : fit.history) {
@@ -89,22 +88,16 @@ TEST(FitAdam, StopsAtItsBounds) {
 }
 
 TEST(FitAdam, FollowsAStiffDampingWithShorterSteps) {
-  const std::vector<std::string> damped{"viscous_damping@joint1",
-                                        "viscous_damping@joint2"};
-  const Model truth =
-      Shipped("pendulum2", damped,
-              {{"joint1.damping", 0.05}, {"joint2.damping", 0.02}});
-  const Model model = Shipped("pendulum2", damped);
-  EstimationOptions options;
-  options.noise = 1e-3;
-  ShootingProblem problem(
-      model,
-      FreeFrom(model, {{"joint1.damping", 0.0}, {"joint2.damping", 0.0}}),
-      ReleasedRuns(truth, 1, 1.0, 1e-3, 1), options);
+  const auto problem =
+      TwoDampings({{"joint1.damping", 0.0}, {"joint2.damping", 0.0}}, 1.0);
   AdamFitOptions adam = FromRest();
   adam.adam.epochs = 300;
-  const Fit fit = FitAdam(&problem, adam);
+  const Fit fit = FitAdam(problem.get(), adam);
   EXPECT_TRUE(fit.converged) << fit.termination;
+  // Null is its bound: that start was not used.
+  EXPECT_GT(EstimateOf(fit, "joint1.damping").initial, 0.0);
+  EXPECT_EQ(EstimateOf(fit, "joint1.damping").initial,
+            fit.history.front().theta[0]);
   EXPECT_NEAR(EstimateOf(fit, "joint1.damping").value, 0.05, 0.01);
   EXPECT_NEAR(EstimateOf(fit, "joint2.damping").value, 0.02, 0.004);
   EXPECT_LT(fit.step_s, 0.005);
@@ -121,16 +114,9 @@ TEST(FitAdam, SaysWhatIsMissingWhereItHasNotSettled) {
                     HasSubstr("more --epochs")));
 }
 
-// A damping that no such step can follow, at the start already.
 TEST(FitAdam, SaysWhereTheRolloutsFail) {
-  const Model model = Shipped("pendulum2", {"viscous_damping@joint1"});
-  EstimationOptions options;
-  options.noise = 1e-3;
-  options.rollout = {Integrator::kRungeKutta4, 0.04};
-  ShootingProblem problem(model, FreeFrom(model, {{"joint1.damping", 1e30}}),
-                          ReleasedRuns(Shipped("pendulum2"), 1, 2.0, 1e-3, 1),
-                          options);
-  const Fit fit = FitAdam(&problem, FromRest());
+  const auto problem = StiffDamping(1e30, 0.04, 2.0);
+  const Fit fit = FitAdam(problem.get(), FromRest());
   EXPECT_FALSE(fit.converged);
   EXPECT_THAT(fit.termination, HasSubstr("the rollouts fail"));
 }
@@ -139,9 +125,8 @@ TEST(FitAdam, IsPulledByAPrior) {
   const auto whole = TwoLengths();
   std::vector<FreeParameter> free = whole->free();
   free[1].prior = FreeParameter::Prior{0.45, 1e-5};
-  ShootingProblem problem(whole->model(), free, {whole->runs()[0]->run},
-                          whole->options());
-  const Fit fit = FitAdam(&problem, FromRest());
+  const auto problem = Freeing(*whole, free);
+  const Fit fit = FitAdam(problem.get(), FromRest());
   EXPECT_NEAR(EstimateOf(fit, "link2.length").value, 0.45, 1e-3);
 }
 
@@ -168,6 +153,22 @@ TEST(FitGaussianMixture, FindsLengthsAndRecordsEveryEpoch) {
   EXPECT_LT(result.mixture.Std()[0], first[0] / 5);
   EXPECT_LT(result.mixture.Std()[1], first[1] / 5);
   EXPECT_THAT(result.disagreeing, IsEmpty());
+  EXPECT_THAT(result.remarks, IsEmpty());
+}
+
+// As long as the kernels are wide, T makes more of their upper halves.
+TEST(FitGaussianMixture, EstimatesTheWeightedSumOfItsKernels) {
+  const auto problem = TwoLengths();
+  MixtureOptions options = MixtureFromRest();
+  options.adam.epochs = 5;
+  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const ParameterMixture& last = result.mixture;
+  EXPECT_GT(last.Std().minCoeff(), 0.05);
+  const Eigen::VectorXd sum = last.means.transpose() * last.weights;
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_NEAR(result.fit.parameters[i].value, sum[i], 1e-12);
+    EXPECT_NEAR(result.fit.history.back().theta[i], sum[i], 1e-12);
+  }
 }
 
 TEST(FitGaussianMixture, IsTheSameForASeedAndOneThreadOrTwo) {
@@ -219,6 +220,9 @@ TEST(FitGaussianMixture, OnlineCutsOneLongRunIntoTen) {
   const MixtureFit result = FitGaussianMixture(&problem, options);
   EXPECT_EQ(result.epochs.back().rollouts, 10);
   EXPECT_NEAR(result.fit.segment_s, 1.0, 0.05);
+  EXPECT_THAT(result.remarks,
+              Contains(HasSubstr(
+                  "--online cut the runs into 10 rollouts of about 1 s")));
 }
 
 TEST(FitGaussianMixture, SaysWhereKernelsCollapse) {
@@ -247,16 +251,11 @@ TEST(FitGaussianMixture, KeepsLengthsPositiveAndSaysSo) {
 
 // A wide belief about a damping holds values that the step cannot follow.
 TEST(FitGaussianMixture, LeavesFailedDrawsOutAndCountsThem) {
-  const Model model = Shipped("pendulum2", {"viscous_damping@joint1"});
-  EstimationOptions given;
-  given.noise = 1e-3;
-  given.rollout = {Integrator::kRungeKutta4, 0.002};
-  ShootingProblem problem(model, FreeFrom(model, {{"joint1.damping", 0.05}}),
-                          ReleasedRuns(model, 1, 1.0, 1e-3, 1), given);
+  const auto problem = StiffDamping(0.05, 0.002, 1.0);
   MixtureOptions options = MixtureFromRest();
   options.spread = 2.0;
   options.adam.epochs = 30;
-  const MixtureFit result = FitGaussianMixture(&problem, options);
+  const MixtureFit result = FitGaussianMixture(problem.get(), options);
   EXPECT_GT(result.failed_draws, 0);
   EXPECT_LT(result.failed_draws, result.draws);
   EXPECT_THAT(result.remarks, Contains(HasSubstr("their rollouts failed")));
@@ -265,23 +264,14 @@ TEST(FitGaussianMixture, LeavesFailedDrawsOutAndCountsThem) {
 
 // One gradient of 1e30 would be the last that Adam hears of.
 TEST(FitGaussianMixture, IsNotStoppedByDrawsThatAllButFail) {
-  const std::vector<std::string> damped{"viscous_damping@joint1",
-                                        "viscous_damping@joint2"};
-  const Model truth =
-      Shipped("pendulum2", damped,
-              {{"joint1.damping", 0.05}, {"joint2.damping", 0.02}});
-  const Model model = Shipped("pendulum2", damped);
-  EstimationOptions given;
-  given.noise = 1e-3;
-  ShootingProblem problem(model,
-                          FreeFrom(model, {{"link1.length", 0.6},
-                                           {"joint1.damping", 0.01},
-                                           {"joint2.damping", 0.01}}),
-                          ReleasedRuns(truth, 1, 0.4, 1e-3, 1), given);
+  const auto problem = TwoDampings({{"link1.length", 0.6},
+                                    {"joint1.damping", 0.01},
+                                    {"joint2.damping", 0.01}},
+                                   0.4);
   MixtureOptions options = MixtureFromRest();
   options.spread = 0.5;
   options.adam.epochs = 100;
-  const MixtureFit result = FitGaussianMixture(&problem, options);
+  const MixtureFit result = FitGaussianMixture(problem.get(), options);
   EXPECT_GT(result.clipped_epochs, 0);
   EXPECT_THAT(result.remarks, Contains(HasSubstr("was cut")));
   const auto length_at = [&](int epoch) {
@@ -291,14 +281,9 @@ TEST(FitGaussianMixture, IsNotStoppedByDrawsThatAllButFail) {
 }
 
 TEST(FitGaussianMixture, SaysWhereItDiverges) {
-  const Model model = Shipped("pendulum2", {"viscous_damping@joint1"});
-  EstimationOptions given;
-  given.noise = 1e-3;
-  given.rollout = {Integrator::kRungeKutta4, 0.04};
-  ShootingProblem problem(model, FreeFrom(model, {{"joint1.damping", 1e30}}),
-                          ReleasedRuns(Shipped("pendulum2"), 1, 2.0, 1e-3, 1),
-                          given);
-  const MixtureFit result = FitGaussianMixture(&problem, MixtureFromRest());
+  const auto problem = StiffDamping(1e30, 0.04, 2.0);
+  const MixtureFit result =
+      FitGaussianMixture(problem.get(), MixtureFromRest());
   EXPECT_FALSE(result.fit.converged);
   EXPECT_THAT(result.fit.termination, HasSubstr("fail"));
 }
@@ -320,6 +305,22 @@ TEST(SampleParameters, AreDrawsOfTheMixtureWithinTheBounds) {
                 5 * result.mixture.Std()[i] / std::sqrt(kDraws));
     EXPECT_NEAR(std, result.mixture.Std()[i], 0.1 * result.mixture.Std()[i]);
   }
+}
+
+// The Jacobian at either does not know of the other.
+TEST(FitGaussianMixture, CallsUnidentifiableWhatItsKernelsDisagreeIn) {
+  const auto lm = TwoCentresOfMass(), gmm = TwoCentresOfMass();
+  EXPECT_THAT(FitLevenbergMarquardt(lm.get()).not_identifiable, IsEmpty());
+  MixtureOptions options = MixtureFromRest();
+  options.adam.epochs = 5;  // before one of the two has all the kernels
+  options.seed = 5;
+  const MixtureFit result = FitGaussianMixture(gmm.get(), options);
+  EXPECT_THAT(result.disagreeing, ElementsAre("bob.com_z"));
+  EXPECT_THAT(result.fit.not_identifiable,
+              ElementsAre(ElementsAre("bob.com_z")));
+  const ParameterEstimate& estimate = EstimateOf(result.fit, "bob.com_z");
+  EXPECT_FALSE(estimate.identifiable);
+  EXPECT_TRUE(std::isnan(estimate.std_error));
 }
 
 // Item 4 of what this has to show: neither is fooled.

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "tests/support/fit_setup.h"
+#include "tests/sysid/stochastic/stochastic_setup.h"
 
 namespace sysid {
 namespace {
@@ -15,6 +15,11 @@ struct Bounds {
   double initial, lower, upper;
 };
 
+constexpr Bounds kOfEachKind[] = {{1.0, 0.05, 10.0},
+                                  {1.0, 0.05, kInfinity},
+                                  {1.0, -kInfinity, 1.5},
+                                  {1.0, -kInfinity, kInfinity}};
+
 // The transformation of one parameter with these bounds; its typical size is
 // 0.5 m.
 Transformation Of(const Bounds& bounds, std::string name = "link1.length") {
@@ -22,14 +27,7 @@ Transformation Of(const Bounds& bounds, std::string name = "link1.length") {
   std::vector<FreeParameter> free = FreeFrom(model, {{name, bounds.initial}});
   free[0].lower = bounds.lower;
   free[0].upper = bounds.upper;
-  SimulationOptions simulation;
-  simulation.duration = 0.2;
-  const sysid::Run run =
-      Simulate(model, RandomState(model, 0.5, 1), simulation);
-  EstimationOptions options;
-  options.noise = 1e-3;
-  const ShootingProblem problem(model, free, {run}, options);
-  return Transformation(problem);
+  return Transformation(*AnyRunOf(model, free));
 }
 
 double ThetaAt(const Transformation& transformation, double v) {
@@ -67,9 +65,7 @@ TEST(Transformation, MovesByItsOwnSizePerUnitAtTheStart) {
 }
 
 TEST(Transformation, SlopeIsItsDerivative) {
-  for (const Bounds& bounds :
-       {Bounds{1.0, 0.05, 10.0}, Bounds{1.0, 0.05, kInfinity},
-        Bounds{1.0, -kInfinity, 1.5}, Bounds{1.0, -kInfinity, kInfinity}}) {
+  for (const Bounds& bounds : kOfEachKind) {
     const Transformation transformation = Of(bounds);
     for (const double v : {-1.0, 0.0, 0.7}) {
       constexpr double kStep = 1e-6;
@@ -82,10 +78,29 @@ TEST(Transformation, SlopeIsItsDerivative) {
   }
 }
 
+TEST(Transformation, InverseUndoesIt) {
+  for (const Bounds& bounds : kOfEachKind) {
+    const Transformation transformation = Of(bounds);
+    for (const double v : {-1.0, 0.0, 0.7}) {
+      const Eigen::VectorXd theta =
+          transformation.Theta(Eigen::VectorXd::Constant(1, v));
+      EXPECT_NEAR(transformation.Inverse(theta)[0], v, 1e-12);
+    }
+    for (const double bound : {bounds.lower, bounds.upper}) {
+      if (!std::isfinite(bound)) continue;
+      const Eigen::VectorXd v =
+          transformation.Inverse(Eigen::VectorXd::Constant(1, bound));
+      EXPECT_TRUE(v.allFinite());
+      EXPECT_EQ(transformation.Theta(v)[0], bound);
+    }
+  }
+}
+
 TEST(Transformation, MovesAStartAtItsBoundInsideAndSaysSo) {
   const Transformation low = Of({0.05, 0.05, 10.0});
   EXPECT_THAT(low.moved(), testing::ElementsAre("link1.length"));
   EXPECT_NEAR(ThetaAt(low, 0.0), 0.55, 1e-12);
+  EXPECT_EQ(low.start()[0], 0.55);
   const Transformation high = Of({10.0, 0.05, 10.0});
   EXPECT_THAT(high.moved(), testing::ElementsAre("link1.length"));
   EXPECT_NEAR(ThetaAt(high, 0.0), 9.5, 1e-12);
