@@ -122,9 +122,9 @@ std::vector<CandidateEffect> ListCandidates(const Screening& screening,
     }
     const double like = screening.likeness(a, b);
     return like > 0.999 ||
-           (like > kAlike && std::abs(screening.effects[a].criterion -
-                                      screening.effects[b].criterion) <
-                                 kClearly);
+           (like > kAlike &&
+            std::abs(screening.effects[a].criterion -
+                     screening.effects[b].criterion) < kClearly);
   };
   for (size_t a = 0; a < source.size(); ++a) {
     CandidateEffect& candidate = candidates[a];

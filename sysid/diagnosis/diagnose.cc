@@ -121,9 +121,8 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
       const Screening screening = Screen(without);
       std::vector<Trial> trials = ProposeEffects(screening);
       const int own = screening.IndexOf(name);
-      std::erase_if(trials, [&](const Trial& trial) {
-        return trial.effects[0] == own;
-      });
+      std::erase_if(
+          trials, [&](const Trial& trial) { return trial.effects[0] == own; });
       if (trials.size() > kMostExchanged) trials.resize(kMostExchanged);
       refits_.Confirm(without, &trials);
       std::vector<std::string> alternatives;
@@ -147,8 +146,7 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
       step.effects = {effect.name()};
       step.indistinguishable_from = {alternatives};
       step.predicted = trials[best].predicted;
-      step.parameters =
-          EstimatesOf(*trials[best].after, {effect.effect.get()});
+      step.parameters = EstimatesOf(*trials[best].after, {effect.effect.get()});
       *now = std::move(*trials[best].after);
     }
     if (!now->fit.converged) *now = Rejudge(problem_, std::move(*now));
@@ -289,8 +287,8 @@ Diagnosis Search::Run() {
       std::vector<Trial> pairs = ProposePairs(screening);
       refits_.Confirm(*now, &pairs);
       const int pair = refits_.Choose(pairs);
-      if (pair >= 0 && (best < 0 || Decide(*now, &pairs[pair]) ==
-                                        Verdict::kMissingEffect)) {
+      if (pair >= 0 &&
+          (best < 0 || Decide(*now, &pairs[pair]) == Verdict::kMissingEffect)) {
         best = static_cast<int>(trials.size());
         trials.push_back(std::move(pairs[pair]));
       }

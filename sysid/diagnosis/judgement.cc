@@ -107,6 +107,12 @@ std::unique_ptr<ShootingProblem> MakeProblem(
   return made;
 }
 
+void SetIndependent(Judgement* judgement) {
+  judgement->independent =
+      (judgement->fit.train.dof + judgement->holdout.dof) /
+      AutocorrelationTime(*judgement->problem, judgement->fit.point);
+}
+
 // The held-out runs' states start from those of `before`, where there is one.
 void Judge(const DiagnosisProblem& problem, const Judgement* before,
            Judgement* judgement) {
@@ -131,9 +137,7 @@ void Judge(const DiagnosisProblem& problem, const Judgement* before,
       judge(nullptr);
     }
   }
-  judgement->independent =
-      (judgement->fit.train.dof + judgement->holdout.dof) /
-      AutocorrelationTime(*judgement->problem, judgement->fit.point);
+  SetIndependent(judgement);
 }
 
 // The values of parameters of effects that the fit did not move.
@@ -333,19 +337,19 @@ Judgement JudgeJoined(const DiagnosisProblem& problem,
   Judgement after(extended.model);
   after.added = before.added;
   after.idle = before.idle;
-  after.problem = MakeProblem(problem, extended.model, extended.free,
-                              Coarse(problem.options, before.train_error()));
+  EstimationOptions options = Coarse(problem.options, before.train_error());
+  options.progress = nullptr;
+  after.problem = MakeProblem(problem, extended.model, extended.free, options);
   ShootingPoint point = FitLevenbergMarquardt(after.problem.get()).point;
   Recut(*after.problem, before.fit.segment_s, &point);
   after.fit = RefitIndependentSegments(after.problem.get(), point);
-  Judge(problem, &before, &after);
-  Holdout holdout =
-      PredictHoldout(after.fit.model, problem.holdout, *after.problem,
-                     after.fit.segment_s);
-  if (holdout.errors.squares < after.holdout.squares) {
+  if (!problem.holdout.empty()) {
+    Holdout holdout = JudgeJoinedHoldout(after.fit.model, problem.holdout,
+                                         *after.problem, after.fit.segment_s);
     after.holdout = std::move(holdout.errors);
     after.holdout_point = std::move(holdout.point);
   }
+  SetIndependent(&after);
   return after;
 }
 

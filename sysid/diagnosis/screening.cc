@@ -474,9 +474,9 @@ Screening Screener::Run() {
 }  // namespace
 
 int Screening::IndexOf(const std::string& effect) const {
-  const auto at = std::find_if(
-      effects.begin(), effects.end(),
-      [&](const ScreenedEffect& e) { return e.name() == effect; });
+  const auto at =
+      std::find_if(effects.begin(), effects.end(),
+                   [&](const ScreenedEffect& e) { return e.name() == effect; });
   return at == effects.end() ? -1 : static_cast<int>(at - effects.begin());
 }
 

@@ -200,7 +200,7 @@ std::vector<Trial> ProposePairs(const Screening& screening) {
 }
 
 void Refitter::Confirm(const Judgement& before,
-                     std::vector<Trial>* trials) const {
+                       std::vector<Trial>* trials) const {
   // An effect of which a part is proposed waits for it: if that reaches the
   // noise, nothing is left for the rest.
   const auto waits = [&](const Trial& trial) {
@@ -224,7 +224,8 @@ void Refitter::Confirm(const Judgement& before,
   *trials = std::move(first);
 }
 
-void Refitter::Refit(const Judgement& before, std::vector<Trial>* trials) const {
+void Refitter::Refit(const Judgement& before,
+                     std::vector<Trial>* trials) const {
   const int count = static_cast<int>(trials->size());
   if (count == 0) return;
   EstimationOptions options = problem_.options;
@@ -233,9 +234,9 @@ void Refitter::Refit(const Judgement& before, std::vector<Trial>* trials) const 
   options.threads = std::max(1, problem_.options.threads / threads);
   options.max_iterations = kTrialIterations;
   if (problem_.options.progress) {
-    problem_.options.progress({"refitting " + std::to_string(count) +
-                                   " candidates",
-                               0, count, before.train_error()});
+    problem_.options.progress(
+        {"refitting " + std::to_string(count) + " candidates", 0, count,
+         before.train_error()});
   }
   ParallelFor(count, threads, [&](int i) {
     Trial& trial = (*trials)[i];
@@ -252,7 +253,7 @@ void Refitter::Refit(const Judgement& before, std::vector<Trial>* trials) const 
 // null to first order, seen from the trajectories that it led to, which are
 // much nearer to the truth than those of the model before.
 void Refitter::AddRivals(const Screening& screening, const Judgement& before,
-                       int best, std::vector<Trial>* trials) const {
+                         int best, std::vector<Trial>* trials) const {
   constexpr size_t kMostRivals = 3;
   constexpr double kNear = 1.5;  // times the error of the best
   const Trial& found = (*trials)[best];

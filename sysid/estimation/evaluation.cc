@@ -23,14 +23,6 @@ struct Sums {
   double dof = 0.0;
 };
 
-// What the states of all segments take up of the noise.
-double StateDof(const ShootingProblem& problem,
-                const ShootingPoint& point) {
-  double states = 0.0;
-  for (const auto& nodes : point.runs) states += nodes.segments();
-  return states * ObservedStateDof(problem);
-}
-
 }  // namespace
 
 double ObservedStateDof(const ShootingProblem& problem) {
@@ -296,41 +288,60 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
   return result;
 }
 
-Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
-                     const ShootingProblem& train, double segment_s,
-                     const ShootingPoint* start) {
+namespace {
+
+// Held-out runs under a model, with nothing free and no states yet.
+Holdout OpenHoldout(const Model& model, std::vector<Run> runs,
+                    const ShootingProblem& train, double segment_s) {
   EstimationOptions same = train.options();
   same.progress = nullptr;
   same.segment = segment_s;
   Holdout holdout;
   holdout.problem = std::make_unique<ShootingProblem>(
       model, std::vector<FreeParameter>(), std::move(runs), same);
-  ShootingProblem& problem = *holdout.problem;
-  problem.UseNoiseOf(train);
-  holdout.point = start != nullptr ? StatesFrom(problem, *start)
-                                   : StatesOnly(problem, segment_s, kInfinity);
-  holdout.errors = EvaluateErrors(problem, holdout.point,
-                                  StateDof(problem, holdout.point));
+  holdout.problem->UseNoiseOf(train);
+  return holdout;
+}
+
+void JudgeFrom(const ShootingPoint& point, Holdout* holdout) {
+  holdout->point = point;
+  double states = 0.0;
+  for (const auto& nodes : point.runs) states += nodes.segments();
+  holdout->errors = EvaluateErrors(
+      *holdout->problem, point, states * ObservedStateDof(*holdout->problem));
+}
+
+}  // namespace
+
+Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
+                     const ShootingProblem& train, double segment_s,
+                     const ShootingPoint* start) {
+  Holdout holdout = OpenHoldout(model, std::move(runs), train, segment_s);
+  const ShootingProblem& problem = *holdout.problem;
+  JudgeFrom(start != nullptr ? StatesFrom(problem, *start)
+                             : StatesOnly(problem, segment_s, kInfinity),
+            &holdout);
+  return holdout;
+}
+
+Holdout JudgeJoinedHoldout(const Model& model, std::vector<Run> runs,
+                           const ShootingProblem& train, double segment_s) {
+  Holdout holdout = OpenHoldout(model, std::move(runs), train, segment_s);
+  const ShootingProblem& problem = *holdout.problem;
+  const ShootingPoint joined = StatesOnly(problem, segment_s, kJoinedDefect);
+  holdout.open = EvaluateOpen(problem, joined);
+  JudgeFrom(StatesFrom(problem, joined), &holdout);
   return holdout;
 }
 
 Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
                        const ShootingProblem& train, double segment_s) {
-  Holdout holdout =
-      JudgeHoldout(model, std::move(runs), train, segment_s, nullptr);
-  // For the open prediction one initial state has to serve the whole run.
-  const ShootingPoint joined =
-      StatesOnly(*holdout.problem, segment_s, kJoinedDefect);
-  holdout.open = EvaluateOpen(*holdout.problem, joined);
-  // Whose spins, where no sensor sees them, may be the better start.
-  const ShootingPoint again = StatesFrom(*holdout.problem, joined);
-  const RunErrors errors =
-      EvaluateErrors(*holdout.problem, again,
-                     StateDof(*holdout.problem, again));
-  if (errors.squares < holdout.errors.squares) {
-    holdout.errors = errors;
-    holdout.point = again;
-  }
+  Holdout holdout = JudgeHoldout(model, runs, train, segment_s, nullptr);
+  // For the open prediction one initial state has to serve the whole run; its
+  // spins, where no sensor sees them, may be the better start of segments too.
+  Holdout joined = JudgeJoinedHoldout(model, std::move(runs), train, segment_s);
+  if (joined.errors.squares < holdout.errors.squares) return joined;
+  holdout.open = std::move(joined.open);
   return holdout;
 }
 

@@ -95,6 +95,10 @@ Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
 Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
                      const ShootingProblem& train, double segment_s,
                      const ShootingPoint* start);
+// The same from one trajectory a run, with its open prediction: for models of
+// whose states the data does not show all.
+Holdout JudgeJoinedHoldout(const Model& model, std::vector<Run> runs,
+                           const ShootingProblem& train, double segment_s);
 
 // What each channel would have measured at each sample, given the states there
 // (SampleStates): matrices like Channel::values.

@@ -122,9 +122,10 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   constexpr double kLonger = 1.5;
   if (problem.options().segment > 0 &&
       fit.segment_s > kLonger * problem.options().segment) {
-    text += Format("\n  (--segment %g s is too short to say anything: these are "
-                   "the shortest that do)",
-                   problem.options().segment);
+    text += Format(
+        "\n  (--segment %g s is too short to say anything: these are "
+        "the shortest that do)",
+        problem.options().segment);
   }
   text += "\n\n" + ParameterTable(fit) + "\n";
   const double error = fit.train.total.normalized_rms;

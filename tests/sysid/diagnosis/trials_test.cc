@@ -65,12 +65,38 @@ TEST_F(TrialsTest, AtTheNoiseThePartIsBetterThanTheWhole) {
   EXPECT_TRUE(refitter.IsBetter(part, whole));
   EXPECT_FALSE(refitter.IsBetter(whole, part));
   // But not where the part leaves something.
-  Judgement poor =
-      With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
+  Judgement poor = With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
   poor.fit.train.total.normalized_rms = 2.0;
   poor.fit.train.squares *= 4.0;
   EXPECT_FALSE(refitter.IsBetter(poor, whole));
   EXPECT_TRUE(refitter.IsBetter(whole, poor));
+}
+
+// Segments whose spins went astray stay there; whole runs tell.
+TEST(JudgeJoined, FindsTheSpinsThatSegmentsMiss) {
+  const Model model = Shipped("pendulum2");
+  std::vector<sysid::Run> runs;
+  for (int seed = 1; seed <= 2; ++seed) {
+    runs.push_back(Record(model, seed, {.duration = 4.0}));
+  }
+  DiagnosisProblem problem =
+      MakeProblem(model, {{"link1.length", 0.5}, {"link2.length", 0.5}}, runs);
+  Judgement base = JudgeBase(problem);
+  ASSERT_TRUE(HasBlindStates(base));
+  // Spins by 20 rad/s about each link, which no heading shows.
+  for (ShootingPoint::Nodes* nodes :
+       {&base.fit.point.runs[0], &base.holdout_point.runs[0]}) {
+    for (int k = 0; k < nodes->segments(); ++k) {
+      for (const Body& body : model.bodies()) {
+        nodes->states(k, model.nq() + body.v_index + 2) += 20.0;
+      }
+    }
+  }
+  const Judgement astray = Rejudge(problem, std::move(base));
+  const Judgement joined = JudgeJoined(problem, astray);
+  EXPECT_GT(astray.train_error(), 1.5);
+  EXPECT_LT(joined.train_error(), 1.1);
+  EXPECT_LT(joined.holdout_error(), 1.1);
 }
 
 }  // namespace
