@@ -4,9 +4,14 @@
 #include <cmath>
 
 #include "glog/logging.h"
+#include "models/dynamics_tangent.h"
 #include "residuals/segment-impl.h"
 
 namespace sysid {
+
+std::string ToString(LinearizationPath path) {
+  return path == LinearizationPath::kStructured ? "structured" : "jets";
+}
 
 SegmentRollout::SegmentRollout(const Model* model,
                                const ParameterMap* parameters,
@@ -17,7 +22,10 @@ SegmentRollout::SegmentRollout(const Model* model,
       measurements_(measurements),
       first_(first),
       last_(last),
-      options_(options) {
+      options_(options),
+      linearization_(DynamicsTangent::Covers(*model)
+                         ? options.linearization
+                         : LinearizationPath::kJets) {
   const Run& run = *measurements->run;
   CHECK_LT(first, last);
   CHECK_LT(last, run.size());
@@ -89,6 +97,17 @@ bool SegmentRollout::Linearize(const double* x0, const double* theta,
       model_->tangent_size() + (with_theta ? parameters_->size() : 0);
   J->resize(num_residuals_, total);
   J_end->resize(model_->tangent_size(), total);
+  const bool ok = linearization_ == LinearizationPath::kStructured
+                      ? LinearizeStructured(x0, theta, errors, x_end, J, J_end)
+                      : LinearizeByJets(x0, theta, errors, x_end, J, J_end);
+  // A step too long for the model may leave finite values and not derivatives.
+  return ok && J->allFinite() && J_end->allFinite();
+}
+
+bool SegmentRollout::LinearizeByJets(const double* x0, const double* theta,
+                                     double* errors, double* x_end,
+                                     RowMatrixXd* J, RowMatrixXd* J_end) const {
+  const int total = static_cast<int>(J->cols());
   for (int column = 0; column < total;) {
     const int left = total - column;
     const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
@@ -103,8 +122,7 @@ bool SegmentRollout::Linearize(const double* x0, const double* theta,
     if (!ok) return false;
     column += columns;
   }
-  // A step too long for the model may leave finite values and not derivatives.
-  return J->allFinite() && J_end->allFinite();
+  return true;
 }
 
 #define SYSID_INSTANTIATE(T)                                              \
