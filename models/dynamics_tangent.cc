@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "models/math/rotation.h"
+
 // Equation numbers: docs/theory.md.
 
 namespace sysid {
@@ -14,18 +16,17 @@ constexpr unsigned kCoveredHooks = kEffortHook | kJointInertiaHook |
                                    kGravityHook | kLinkForceHook | kInputHook |
                                    kMeasurementHook | kInputDelayHook;
 
-// (2.20): the derivative of w x (w x x) by w.
-Matrix3d CentripetalByVelocity(const Vector3d& w, const Vector3d& x) {
-  Matrix3d V = w * x.transpose() - 2.0 * x * w.transpose();
-  V.diagonal().array() += w.dot(x);
-  return V;
-}
-
-// The derivative of w x I w by w.
+// The derivative of w x I w by w: [w] I - [I w].
 Matrix3d GyroscopicByVelocity(const Matrix3d& I, const Vector3d& w,
                               const Vector3d& Iw) {
-  Matrix3d V = -Skew<double>(Iw);
-  for (int j = 0; j < 3; ++j) V.col(j) += w.cross(I.col(j));
+  Matrix3d V;
+  for (int j = 0; j < 3; ++j) V.col(j) = w.cross(I.col(j));
+  V(0, 1) += Iw[2];
+  V(0, 2) -= Iw[1];
+  V(1, 0) -= Iw[2];
+  V(1, 2) += Iw[0];
+  V(2, 0) += Iw[1];
+  V(2, 1) -= Iw[0];
   return V;
 }
 
@@ -165,14 +166,12 @@ void DynamicsTangent::SetBody(int i, const double* qd, const double* qdd) {
   const bool rooted = body.parent < 0;
   const bool ball = body.type == JointType::kSpherical;
   const bool slide = body.type == JointType::kPrismatic;
-  // Inertia and force of the body itself: (2.7), (2.8), (2.15).
-  p.I = b.R_WB * b.I_B * b.R_WB.transpose();
-  p.h = b.R_WB * b.h_B;
-  const Vector3d Iw = p.I * b.w;
-  p.V_I = GyroscopicByVelocity(p.I, b.w, Iw);
-  p.V_h = CentripetalByVelocity(b.w, p.h);
-  p.n = p.I * b.alpha + p.h.cross(b.a) + b.w.cross(Iw);
-  p.f = b.mass * b.a + b.alpha.cross(p.h) + b.w.cross(b.w.cross(p.h));
+  // The body's own force: (2.8), (2.15).
+  const Vector3d Iw = b.I_W * b.w;
+  p.V_I = GyroscopicByVelocity(b.I_W, b.w, Iw);
+  p.V_h = CentripetalByVelocity(b.w, b.h_W);
+  p.n = b.I_W * b.alpha + b.h_W.cross(b.a) + b.w.cross(Iw);
+  p.f = b.mass * b.a + b.alpha.cross(b.h_W) + b.w.cross(b.w.cross(b.h_W));
   if (p.has_effort) {
     p.tau_q.setZero();
     p.tau_qd.setZero();
@@ -191,18 +190,15 @@ void DynamicsTangent::SetBody(int i, const double* qd, const double* qdd) {
   if (rooted) return;
   const BodyData<double>& parent = ws_->bodies[body.parent];
   p.V_r = CentripetalByVelocity(parent.w, b.r);
-  p.E_P = parent.w * parent.w.transpose() + Skew<double>(parent.alpha);
-  p.E_P.diagonal().array() -= parent.w.squaredNorm();
   if (ball) {
     p.spin = b.w - parent.w;
-    p.DH = b.D3_inverse * b.H;
     if (b.has_armature) p.DI = b.D3_inverse * b.I;
     return;
   }
   p.spin = b.axis * qd[body.v_index];
   p.w_q = parent.w.cross(b.axis);
   if (slide) {
-    p.a_q = p.E_P * b.axis;
+    p.a_q = parent.alpha.cross(b.axis) + parent.w.cross(p.w_q);
     p.a_qd = 2.0 * p.w_q;
   } else {
     p.alpha_q = parent.alpha.cross(b.axis) + p.w_q.cross(p.spin);
@@ -347,7 +343,8 @@ void DynamicsTangent::MoveColumns(const ParameterColumns& theta,
     const BodyLanes& P = lanes_[body.parent];
     Lanes3 a = P.a + Cross(P.alpha, b.r) + p.V_r * P.w;
     if (theta.bodies[i].origin) {
-      a += p.E_P * (parent.R_WB * theta.bodies[i].p_PB);
+      const Lanes3 r = parent.R_WB * theta.bodies[i].p_PB;
+      a += Cross(parent.alpha, r) + Cross(parent.w, Cross(parent.w, r));
     }
     if (body.type == JointType::kSpherical) {
       const Lanes3 w_P = P.w + Cross(parent.w, d.psi);
@@ -373,11 +370,11 @@ void DynamicsTangent::ForceColumns(const ParameterColumns& theta) {
     const BodyData<double>& b = ws_->bodies[i];
     const BodyPoint& p = points_[i];
     BodyLanes& d = lanes_[i];
-    d.n = Cross(p.h, d.a) + p.V_I * d.w;
+    d.n = Cross(b.h_W, d.a) + p.V_I * d.w;
     d.f = d.a * b.mass + p.V_h * d.w;
     if (model_->bodies()[i].parent >= 0) {  // else alpha is still
-      d.n += p.I * d.alpha;
-      d.f += Cross(d.alpha, p.h);
+      d.n += b.I_W * d.alpha;
+      d.f += Cross(d.alpha, b.h_W);
     }
     const ParameterColumns::OfBody& by = theta.bodies[i];
     if (!by.inertial) continue;
@@ -521,7 +518,7 @@ void DynamicsTangent::AccelerateColumns(Lanes* dqdd) {
     if (body.type == JointType::kSpherical) {
       Lanes3 wd = d.x;
       if (!rooted) {
-        wd -= p.DH * d.a + (b.has_armature ? p.DI * d.alpha : d.alpha);
+        wd -= b.DH * d.a + (b.has_armature ? p.DI * d.alpha : d.alpha);
       }
       d.alpha += wd;
       Store3(TransposedTimes(b.R_WB, wd), dqdd + body.v_index);

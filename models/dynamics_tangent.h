@@ -64,15 +64,13 @@ class DynamicsTangent {
   struct BodyPoint {
     Eigen::Vector3d spin;  // of a slide: its velocity
     Eigen::Matrix3d V_r;   // (2.20) of w_P and r
-    Eigen::Matrix3d E_P;   // [alpha_P] + [w_P]^2
     // Of one degree of freedom: what multiplies dq and dqd.
     Eigen::Vector3d w_q, alpha_q, a_q, a_qd, n_q, f_q;
     Eigen::Vector3d DU_n, DU_f;
-    Eigen::Matrix3d I, V_I, V_h;
-    Eigen::Vector3d h;
+    Eigen::Matrix3d V_I, V_h;  // what multiplies d'w in (2.21)
     Eigen::Vector3d n, f;    // what the joint transmits
     Eigen::Vector3d qdd_W;   // world axes; of one degree of freedom qdd_W[0]
-    Eigen::Matrix3d DI, DH;  // D^-1 U^T of a spherical joint
+    Eigen::Matrix3d DI;      // D^-1 I of a spherical joint with armature
     // Derivatives of the effects' efforts; of a spherical joint in world axes,
     // else the first number.
     bool has_effort = false;

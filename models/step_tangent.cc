@@ -12,25 +12,14 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// J_r(u) = 1 - b [u] + c [u]^2, b = (1 - cos|u|) / |u|^2, c = (|u| - sin|u|) /
-// |u|^3 (Sola et al. 2018, eq. 143): Exp(u + du) = Exp(u) Exp(J_r(u) du).
-Matrix3d RightJacobian(const Vector3d& u) {
-  const double angle2 = u.squaredNorm();
-  double b, c;
-  if (angle2 < 1e-2) {
-    // Next terms: |u|^8 / 4e6 and / 4e7, below rounding for |u| < 0.1.
-    b = 1.0 / 2 - angle2 * (1.0 / 24 - angle2 * (1.0 / 720 - angle2 / 40320));
-    c = 1.0 / 6 -
-        angle2 * (1.0 / 120 - angle2 * (1.0 / 5040 - angle2 / 362880));
-  } else {
-    const double angle = std::sqrt(angle2);
-    b = (1.0 - std::cos(angle)) / angle2;
-    c = (angle - std::sin(angle)) / (angle2 * angle);
-  }
-  // [u]^2 = u u^T - |u|^2 1.
-  Matrix3d J = c * u * u.transpose() - Skew<double>(b * u);
-  J.diagonal().array() += 1.0 - c * angle2;
-  return J;
+// a 1 + b [u] + c u u^T.
+Matrix3d OfAxis(double a, double b, double c, const Vector3d& u) {
+  const Vector3d cu = c * u, bu = b * u;
+  Matrix3d m;
+  m << a + cu[0] * u[0], cu[0] * u[1] - bu[2], cu[0] * u[2] + bu[1],  //
+      cu[1] * u[0] + bu[2], a + cu[1] * u[1], cu[1] * u[2] - bu[0],   //
+      cu[2] * u[0] - bu[1], cu[2] * u[1] + bu[0], a + cu[2] * u[2];
+  return m;
 }
 
 }  // namespace
@@ -72,13 +61,29 @@ bool StepTangent::Accelerate(const double* tau, const double* x) {
   return true;
 }
 
+// (3.4), with [u]^2 = u u^T - |u|^2 1; Exp(u) = 1 + sin|u|/|u| [u] + b [u]^2.
 void StepTangent::SetMoves(const double* u) {
   const std::vector<Body>& bodies = ws_->model().bodies();
   for (size_t i = 0; i < bodies.size(); ++i) {
     if (bodies[i].type != JointType::kSpherical) continue;
     const Vector3d u_i = Eigen::Map<const Vector3d>(u + bodies[i].v_index);
-    moves_[i].turn = ToMatrix(Exp<double>(u_i)).transpose();
-    moves_[i].J = RightJacobian(u_i);
+    const double x = u_i.squaredNorm();
+    double b, c;  // (1 - cos|u|) / |u|^2, (|u| - sin|u|) / |u|^3
+    if (x < 1e-2) {
+      // Next terms: |u|^10 / 4e9 and / 4e10, below rounding for |u| < 0.1.
+      b = 1.0 / 2 -
+          x * (1.0 / 24 -
+               x * (1.0 / 720 - x * (1.0 / 40320 - x * (1.0 / 3628800))));
+      c = 1.0 / 6 -
+          x * (1.0 / 120 -
+               x * (1.0 / 5040 - x * (1.0 / 362880 - x * (1.0 / 39916800))));
+    } else {
+      const double angle = std::sqrt(x);
+      b = (1.0 - std::cos(angle)) / x;
+      c = (angle - std::sin(angle)) / (x * angle);
+    }
+    moves_[i].turn = OfAxis(1.0 - b * x, c * x - 1.0, b, u_i);
+    moves_[i].J = OfAxis(1.0 - c * x, -b, c, u_i);
   }
 }
 
@@ -89,11 +94,10 @@ void StepTangent::SetRates(const double* u, const double* qd) {
     if (bodies[i].type != JointType::kSpherical) continue;
     const Vector3d u_i = Eigen::Map<const Vector3d>(u + bodies[i].v_index);
     const Vector3d w = Eigen::Map<const Vector3d>(qd + bodies[i].v_index);
-    const Matrix3d K = Skew<double>(u_i);
-    moves_[i].k_qd = Matrix3d::Identity() + 0.5 * K + (1.0 / 12.0) * K * K;
+    moves_[i].k_qd =
+        OfAxis(1.0 - u_i.squaredNorm() / 12.0, 0.5, 1.0 / 12.0, u_i);
     moves_[i].k_u =
-        -0.5 * Skew<double>(w) -
-        (1.0 / 12.0) * (Skew<double>(u_i.cross(w)) + K * Skew<double>(w));
+        CentripetalByVelocity(u_i, w) * (1.0 / 12.0) - 0.5 * Skew<double>(w);
   }
 }
 
