@@ -48,7 +48,7 @@ StepTangent::StepTangent(Integrator integrator, Workspace<double>* workspace)
 }
 
 bool StepTangent::Step(double h, const double* tau, double* x,
-                       std::vector<StateColumns>* columns) {
+                       const std::vector<StateColumns*>& columns) {
   return integrator_ == Integrator::kRungeKutta4
              ? StepRungeKutta4(h, tau, x, columns)
              : StepEuler(h, tau, x, columns);
@@ -118,7 +118,7 @@ void StepTangent::Advance(const std::vector<Lanes>& dq,
 }
 
 bool StepTangent::StepEuler(double h, const double* tau, double* x,
-                            std::vector<StateColumns>* columns) {
+                            const std::vector<StateColumns*>& columns) {
   const Model& model = ws_->model();
   const int nq = model.nq(), nv = model.nv();
   if (!Accelerate(tau, x)) return false;
@@ -127,7 +127,8 @@ bool StepTangent::StepEuler(double h, const double* tau, double* x,
     u_[nv + i] = qdd_[i] * h;
   }
   SetMoves(u_.data());
-  for (StateColumns& c : *columns) {
+  for (StateColumns* eight : columns) {
+    StateColumns& c = *eight;
     dynamics_.Columns(c.theta, c.dq.data(), c.dqd.data(),
                       c.tau_moves ? c.dtau.data() : nullptr, c.qdd.data());
     for (int i = 0; i < nv; ++i) {
@@ -142,7 +143,7 @@ bool StepTangent::StepEuler(double h, const double* tau, double* x,
 
 // (3.3), line by line, and of each line its columns.
 bool StepTangent::StepRungeKutta4(double h, const double* tau, double* x,
-                                  std::vector<StateColumns>* columns) {
+                                  const std::vector<StateColumns*>& columns) {
   const Model& model = ws_->model();
   const int nq = model.nq(), nv = model.nv();
   static constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
@@ -175,8 +176,8 @@ bool StepTangent::StepRungeKutta4(double h, const double* tau, double* x,
       internal::Advance<double>(model, x, u_.data(), x);
     }
     SetMoves(u_.data());
-    for (StateColumns& c : *columns) {
-      StageColumns(stage, ahead, h * kWeight[stage], &c);
+    for (StateColumns* eight : columns) {
+      StageColumns(stage, ahead, h * kWeight[stage], eight);
     }
   }
   return true;

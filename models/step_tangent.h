@@ -32,7 +32,7 @@ class StepTangent {
   // x (nq + nv numbers) and its columns after h seconds under the efforts tau.
   // False where the dynamics fail.
   [[nodiscard]] bool Step(double h, const double* tau, double* x,
-                          std::vector<StateColumns>* columns);
+                          const std::vector<StateColumns*>& columns);
 
  private:
   // Of the move of a spherical joint by Exp(u) since the start of the step, and
@@ -45,9 +45,9 @@ class StepTangent {
   };
 
   bool StepEuler(double h, const double* tau, double* x,
-                 std::vector<StateColumns>* columns);
+                 const std::vector<StateColumns*>& columns);
   bool StepRungeKutta4(double h, const double* tau, double* x,
-                       std::vector<StateColumns>* columns);
+                       const std::vector<StateColumns*>& columns);
   void StageColumns(int stage, double ahead, double weight,
                     StateColumns* columns);
   // The dynamics at a stage; their tangent is then that of this point.

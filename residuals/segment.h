@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,23 @@ struct SegmentRow {
   int size;
 };
 
+// What linearising a segment leaves for the next one on the structured path, by
+// the same thread: memory, and what depends on theta alone (computed again when
+// theta is another). For segments of one model and map, which must outlive it
+// and stay as they are.
+class SegmentScratch {
+ public:
+  SegmentScratch();
+  ~SegmentScratch();
+  SegmentScratch(SegmentScratch&&);
+  SegmentScratch& operator=(SegmentScratch&&);
+
+ private:
+  friend class SegmentRollout;
+  struct Kept;
+  std::unique_ptr<Kept> kept_;
+};
+
 // The functor of multiple shooting: rolls the model out from the state x0 at
 // sample `first` to sample `last`, and says by how much it misses what was
 // measured at the samples [first, last) (at `last` too where it ends the run).
@@ -69,7 +87,11 @@ class SegmentRollout {
   // (where with_theta): rows of errors in J, rows of x_end's tangent in J_end.
   bool Linearize(const double* x0, const double* theta, bool with_theta,
                  double* errors, double* x_end, RowMatrixXd* J,
-                 RowMatrixXd* J_end) const;
+                 RowMatrixXd* J_end, SegmentScratch* scratch = nullptr) const;
+  // The same by theta alone.
+  bool LinearizeByTheta(const double* x0, const double* theta, double* errors,
+                        double* x_end, RowMatrixXd* J, RowMatrixXd* J_end,
+                        SegmentScratch* scratch = nullptr) const;
 
   LinearizationPath linearization() const { return linearization_; }
 
@@ -86,16 +108,23 @@ class SegmentRollout {
   const std::vector<SegmentRow>& rows() const { return rows_; }
 
  private:
-  // In passes of 24, 16 or 8 columns, padded.
-  bool LinearizeByJets(const double* x0, const double* theta, double* errors,
-                       double* x_end, RowMatrixXd* J, RowMatrixXd* J_end) const;
-  bool LinearizeStructured(const double* x0, const double* theta,
-                           double* errors, double* x_end, RowMatrixXd* J,
-                           RowMatrixXd* J_end) const;
+  bool LinearizeBy(bool by_state, bool by_theta, const double* x0,
+                   const double* theta, double* errors, double* x_end,
+                   RowMatrixXd* J, RowMatrixXd* J_end,
+                   SegmentScratch* scratch) const;
+  bool LinearizeStructured(const double* x0, const double* theta, bool by_state,
+                           bool by_theta, double* errors, double* x_end,
+                           RowMatrixXd* J, RowMatrixXd* J_end,
+                           SegmentScratch* scratch) const;
+  // In passes of 24, 16 or 8 columns, padded. Columns from `first_column` on,
+  // of those of the state and then theta, go to J from its first.
+  bool LinearizeByJets(const double* x0, const double* theta, int first_column,
+                       double* errors, double* x_end, RowMatrixXd* J,
+                       RowMatrixXd* J_end) const;
   template <typename T>
   bool LinearizePass(const double* x0, const double* theta, int first_column,
-                     int columns, double* errors, double* x_end, RowMatrixXd* J,
-                     RowMatrixXd* J_end) const;
+                     int columns, int place, double* errors, double* x_end,
+                     RowMatrixXd* J, RowMatrixXd* J_end) const;
 
   const Model* model_;
   const ParameterMap* parameters_;

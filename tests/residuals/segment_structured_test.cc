@@ -77,9 +77,12 @@ class Segment {
     return out;
   }
 
-  SegmentRollout Rollout(const RolloutOptions& options) const {
-    return SegmentRollout(&model_, &map_, &measurements_, 0, 5, options);
+  SegmentRollout Rollout(const RolloutOptions& options, int last = 5) const {
+    return SegmentRollout(&model_, &map_, &measurements_, 0, last, options);
   }
+  const ParameterMap& map() const { return map_; }
+  const VectorXd& x0() const { return x0_; }
+  const VectorXd& theta() const { return theta_; }
 
  private:
   Model model_;
@@ -158,6 +161,67 @@ TEST(SegmentStructured, EqualsJetsAtRest) {
   const Segment segment(model, AllParameters(model), &random, true);
   ExpectEqual(segment, Integrator::kRungeKutta4, 0.003, true, &worst);
   EXPECT_LT(worst, 1e-10);
+}
+
+TEST(SegmentStructured, GivesTheColumnsOfThetaAlone) {
+  Random random(2);
+  const Model model = WithEveryEffect(AllJoints(), &random);
+  const Segment segment(model, AllParameters(model), &random);
+  for (const LinearizationPath path :
+       {LinearizationPath::kStructured, LinearizationPath::kJets}) {
+    SCOPED_TRACE(ToString(path));
+    const Linearization all =
+        segment.By(path, Integrator::kRungeKutta4, 0.003, true);
+    const SegmentRollout rollout =
+        segment.Rollout({Integrator::kRungeKutta4, 0.003, path});
+    VectorXd errors(rollout.num_residuals()), x_end(model.state_size());
+    RowMatrixXd J, J_end;
+    ASSERT_TRUE(rollout.LinearizeByTheta(segment.x0().data(),
+                                         segment.theta().data(), errors.data(),
+                                         x_end.data(), &J, &J_end));
+    const int count = segment.map().size();
+    ASSERT_EQ(J.cols(), count);
+    ASSERT_EQ(J_end.cols(), count);
+    EXPECT_LT((errors - all.errors).norm(), 1e-12 * errors.norm());
+    EXPECT_LT((x_end - all.x_end).norm(), 1e-12 * x_end.norm());
+    EXPECT_LT(WorstColumn(J, all.J.rightCols(count)), 1e-10);
+    EXPECT_LT(WorstColumn(J_end, all.J_end.rightCols(count)), 1e-10);
+  }
+}
+
+// Other parameters, columns, steps, lengths: with the scratch of what came
+// before as without it.
+TEST(SegmentStructured, KeepsNothingInItsScratchThatMatters) {
+  Random random(3);
+  const Model model = WithEveryEffect(AllJoints(), &random);
+  const Segment segment(model, AllParameters(model), &random);
+  const double* x0 = segment.x0().data();
+  SegmentScratch scratch;
+  for (int round = 0; round < 12; ++round) {
+    SCOPED_TRACE(round);
+    const SegmentRollout rollout = segment.Rollout(
+        {round < 6 ? Integrator::kRungeKutta4 : Integrator::kSemiImplicitEuler,
+         round % 2 == 0 ? 0.0 : 0.002},
+        2 + round % 4);
+    const VectorXd theta = segment.theta() * (1.0 + 1e-3 * (round / 2));
+    Linearization kept, fresh;
+    for (Linearization* out : {&kept, &fresh}) {
+      SegmentScratch* used = out == &kept ? &scratch : nullptr;
+      out->errors.resize(rollout.num_residuals());
+      out->x_end.resize(model.state_size());
+      EXPECT_TRUE(round % 3 == 2
+                      ? rollout.LinearizeByTheta(
+                            x0, theta.data(), out->errors.data(),
+                            out->x_end.data(), &out->J, &out->J_end, used)
+                      : rollout.Linearize(x0, theta.data(), round % 3 == 0,
+                                          out->errors.data(), out->x_end.data(),
+                                          &out->J, &out->J_end, used));
+    }
+    EXPECT_EQ(kept.errors, fresh.errors);
+    EXPECT_EQ(kept.x_end, fresh.x_end);
+    EXPECT_EQ(kept.J, fresh.J);
+    EXPECT_EQ(kept.J_end, fresh.J_end);
+  }
 }
 
 // An effect that acts where the tangent does not look.
