@@ -42,20 +42,34 @@ bool Moves(const Eigen::MatrixBase<Derived>& x) {
   return false;
 }
 
-// d(q Exp(dq)) by dq at 0: (w 1 + [v]) / 2 over -v^T / 2, q = (v, w).
-void SeedRotation(const double* q, int first, Jet8* out) {
-  const double x = 0.5 * q[0], y = 0.5 * q[1], z = 0.5 * q[2], w = 0.5 * q[3];
-  const double by[4][3] = {{w, -z, y}, {z, w, -x}, {-y, x, w}, {-x, -y, -z}};
-  for (int k = 0; k < 4; ++k) {
-    for (int c = 0; c < 3; ++c) {
-      if (first + c >= 0 && first + c < kLanes) out[k].v[first + c] = by[k][c];
-    }
-  }
+// Of eight columns the one at `place` is 1; none where it is not among them.
+const Lanes& UnitLanes(int place) {
+  static const Lanes kUnits[kLanes + 1] = {
+      {1.0},
+      {0.0, 1.0},
+      {0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
+      {}};
+  return kUnits[place >= 0 && place < kLanes ? place : kLanes];
 }
 
-// The c-th of the derivatives that begin at `first`.
-void Seed(int place, Jet8* x) {
-  if (place >= 0 && place < kLanes) x->v[place] = 1.0;
+Jet8 Seeded(double value, int place) { return JetOf(value, UnitLanes(place)); }
+
+// A quaternion q = (v, w) with d(q Exp(dq)) by dq at 0, dq at `place` and the
+// next two: (w 1 + [v]) / 2 over -v^T / 2.
+void SeedRotation(const double* q, int place, Jet8* out) {
+  const Vector3d v = 0.5 * Eigen::Map<const Vector3d>(q);
+  const Lanes3 dq = {UnitLanes(place), UnitLanes(place + 1),
+                     UnitLanes(place + 2)};
+  const Lanes3 dv = dq * (0.5 * q[3]) + Cross(v, dq);
+  out[0] = JetOf(q[0], dv.x);
+  out[1] = JetOf(q[1], dv.y);
+  out[2] = JetOf(q[2], dv.z);
+  out[3] = JetOf(q[3], -Dot(v, dq));
 }
 
 Vector3d ColumnOf(const Jet8* x, int size, int place) {
@@ -211,25 +225,23 @@ void DynamicsTangent::DifferentiateEffort(const double* q, const double* qd,
   BodyPoint& point = points_[law->body];
   const Matrix3d& R = ws_->bodies[law->body].R_WB;
   const bool ball = body.type == JointType::kSpherical;
-  const int nv = VelocitySize(body.type), nq = ConfigurationSize(body.type);
+  const int nv = VelocitySize(body.type);
   const int count = static_cast<int>(law->p.size());
   Jet8 q_jet[4], qd_jet[3], tau[3];
   // The law's arguments: dq, dqd, its parameters; eight derivatives at a time.
   for (int begin = 0; begin < 2 * nv + count; begin += kLanes) {
-    for (int k = 0; k < nq; ++k) q_jet[k] = Jet8(q[body.q_index + k]);
     if (ball) {
       SeedRotation(q + body.q_index, -begin, q_jet);
     } else {
-      Seed(-begin, q_jet);
+      q_jet[0] = Seeded(q[body.q_index], -begin);
     }
     for (int k = 0; k < nv; ++k) {
-      qd_jet[k] = Jet8(qd[body.v_index + k]);
-      Seed(nv + k - begin, &qd_jet[k]);
+      qd_jet[k] = Seeded(qd[body.v_index + k], nv + k - begin);
       tau[k] = Jet8(0.0);
     }
     for (int k = 0; k < count; ++k) {
-      law->p[k] = Jet8(ws_->parameters().effects[law->first + k]);
-      Seed(2 * nv + k - begin, &law->p[k]);
+      law->p[k] =
+          Seeded(ws_->parameters().effects[law->first + k], 2 * nv + k - begin);
     }
     law->hooks->AddEffort({body.type, nv, q_jet, qd_jet}, law->p.data(), tau);
     const int end = std::min(begin + kLanes, 2 * nv + count);
@@ -259,22 +271,22 @@ void DynamicsTangent::DifferentiateLinkForce(Law* law) {
   LinkState<Jet8> link;
   // The law's arguments: v_com, w, a turn of the link, its parameters.
   for (int begin = 0; begin < 9 + count; begin += kLanes) {
-    link.v_com = v_com.cast<Jet8>();
-    link.w = b.w.cast<Jet8>();
-    link.R_WL = R_WL.cast<Jet8>();
     for (int k = 0; k < 3; ++k) {
-      Seed(k - begin, &link.v_com[k]);
-      Seed(3 + k - begin, &link.w[k]);
-      const int turn = 6 + k - begin;
-      if (turn < 0 || turn >= kLanes) continue;
-      for (int j = 0; j < 3; ++j) {
-        const Vector3d turned = Vector3d::Unit(k).cross(R_WL.col(j));
-        for (int i = 0; i < 3; ++i) link.R_WL(i, j).v[turn] = turned[i];
-      }
+      link.v_com[k] = Seeded(v_com[k], k - begin);
+      link.w[k] = Seeded(b.w[k], 3 + k - begin);
+    }
+    const Lanes3 turn = {UnitLanes(6 - begin), UnitLanes(7 - begin),
+                         UnitLanes(8 - begin)};
+    for (int j = 0; j < 3; ++j) {
+      const Vector3d axis = R_WL.col(j);
+      const Lanes3 turned = Cross(turn, axis);
+      link.R_WL(0, j) = JetOf(axis[0], turned.x);
+      link.R_WL(1, j) = JetOf(axis[1], turned.y);
+      link.R_WL(2, j) = JetOf(axis[2], turned.z);
     }
     for (int k = 0; k < count; ++k) {
-      law->p[k] = Jet8(ws_->parameters().effects[law->first + k]);
-      Seed(9 + k - begin, &law->p[k]);
+      law->p[k] =
+          Seeded(ws_->parameters().effects[law->first + k], 9 + k - begin);
     }
     Vector3<Jet8> force = Vector3<Jet8>::Zero();
     law->hooks->AddLinkForce(link, law->p.data(), &force);

@@ -68,9 +68,9 @@ class DynamicsTangent {
     Eigen::Vector3d w_q, alpha_q, a_q, a_qd, n_q, f_q;
     Eigen::Vector3d DU_n, DU_f;
     Eigen::Matrix3d V_I, V_h;  // what multiplies d'w in (2.21)
-    Eigen::Vector3d n, f;    // what the joint transmits
-    Eigen::Vector3d qdd_W;   // world axes; of one degree of freedom qdd_W[0]
-    Eigen::Matrix3d DI;      // D^-1 I of a spherical joint with armature
+    Eigen::Vector3d n, f;      // what the joint transmits
+    Eigen::Vector3d qdd_W;     // world axes; of one degree of freedom qdd_W[0]
+    Eigen::Matrix3d DI;        // D^-1 I of a spherical joint with armature
     // Derivatives of the effects' efforts; of a spherical joint in world axes,
     // else the first number.
     bool has_effort = false;
