@@ -42,21 +42,6 @@ bool Moves(const Eigen::MatrixBase<Derived>& x) {
   return false;
 }
 
-// Of eight columns the one at `place` is 1; none where it is not among them.
-const Lanes& UnitLanes(int place) {
-  static const Lanes kUnits[kLanes + 1] = {
-      {1.0},
-      {0.0, 1.0},
-      {0.0, 0.0, 1.0},
-      {0.0, 0.0, 0.0, 1.0},
-      {0.0, 0.0, 0.0, 0.0, 1.0},
-      {0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
-      {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
-      {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
-      {}};
-  return kUnits[place >= 0 && place < kLanes ? place : kLanes];
-}
-
 Jet8 Seeded(double value, int place) { return JetOf(value, UnitLanes(place)); }
 
 // A quaternion q = (v, w) with d(q Exp(dq)) by dq at 0, dq at `place` and the

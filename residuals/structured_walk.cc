@@ -39,17 +39,11 @@ ColumnBlock::ColumnBlock(const Model& model, const ParameterMap& map,
       x_(model.state_size()),
       tau_(model.nv()) {}
 
-int ColumnBlock::LaneOf(int column) const {
-  const int lane = column - first_;
-  return lane >= 0 && lane < count_ ? lane : -1;
-}
-
 void ColumnBlock::SetTheta(const double* theta) {
   const int begin = layout_.state ? model_.tangent_size() : 0;
   for (int i = 0; i < map_.size(); ++i) {
-    theta_[i] = Jet8(theta[i]);
-    const int lane = layout_.theta ? LaneOf(begin + i) : -1;
-    if (lane >= 0) theta_[i].v[lane] = 1.0;
+    theta_[i] = layout_.theta ? JetOf(theta[i], UnitLanes(begin + i - first_))
+                              : Jet8(theta[i]);
   }
   MechanismParameters<Jet8> values;
   map_.Apply<Jet8>(theta_.data(), &values);
@@ -65,19 +59,14 @@ void ColumnBlock::Start(const SegmentRollout& rollout) {
 
 void ColumnBlock::SeedState(const double* x) {
   const int nq = model_.nq(), nv = model_.nv();
+  const int efforts = CountColumns(model_, map_, layout_) - nv;
   for (int i = 0; i < nv; ++i) {
     columns_.dq[i] = columns_.dqd[i] = columns_.dtau[i] = ZeroLanes();
     if (layout_.state) {
-      if (const int lane = LaneOf(i); lane >= 0) columns_.dq[i][lane] = 1.0;
-      if (const int lane = LaneOf(nv + i); lane >= 0) {
-        columns_.dqd[i][lane] = 1.0;
-      }
+      columns_.dq[i] = UnitLanes(i - first_);
+      columns_.dqd[i] = UnitLanes(nv + i - first_);
     }
-    if (layout_.efforts) {
-      const int begin = CountColumns(model_, map_, layout_) - nv;
-      const int lane = LaneOf(begin + i);
-      if (lane >= 0) columns_.dtau[i][lane] = 1.0;
-    }
+    if (layout_.efforts) columns_.dtau[i] = UnitLanes(efforts + i - first_);
   }
   for (const Body& body : model_.bodies()) {
     if (body.type != JointType::kSpherical) continue;
@@ -137,9 +126,12 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
       Store3(Load3(dqd) - Cross(w, Load3(&columns_.dq[v])), dqd);
     }
     for (int i = 0; i < size; ++i) {
+      double by_q[kLanes], by_qd[kLanes];
+      StoreLanes(columns_.dq[v + i], by_q);
+      StoreLanes(dqd[i], by_qd);
       for (int c = 0; c < count_; ++c) {
-        (*J)(v + i, first_ + c) = columns_.dq[v + i][c];
-        (*J)(nv + v + i, first_ + c) = dqd[i][c];
+        (*J)(v + i, first_ + c) = by_q[c];
+        (*J)(nv + v + i, first_ + c) = by_qd[c];
       }
     }
   }

@@ -40,8 +40,6 @@ class ColumnBlock {
   StateColumns& columns() { return columns_; }
 
  private:
-  int LaneOf(int column) const;  // -1: another block's
-
   const Model& model_;
   const ParameterMap& map_;
   ColumnLayout layout_;

@@ -5,33 +5,105 @@
 #include "models/math/types.h"
 #include "models/scalars.h"
 
-// g++ says of every function that takes lanes by value that a compiler for
-// other vector registers passes them otherwise. All of them are inline here.
+// g++ says of every function that takes registers by value that a compiler for
+// others passes them otherwise. All of them are inline here.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
 
 namespace sysid {
 
+// Doubles in one register.
+#if defined(__AVX512F__)
+inline constexpr int kRegisterLanes = 8;
+#elif defined(__AVX__)
+inline constexpr int kRegisterLanes = 4;
+#else
+inline constexpr int kRegisterLanes = 2;
+#endif
+
+// So many numbers side by side: in a register, or in two halves. (Left to the
+// compiler, a vector of two registers goes through memory; with AVX2 that took
+// 15 times as long.)
+template <int n>
+struct Pack {
+  Pack<n / 2> low, high;
+};
+template <>
+struct Pack<kRegisterLanes> {
+  double __attribute__((vector_size(kRegisterLanes * sizeof(double)))) of;
+};
+
 // Eight columns of a Jacobian side by side: the derivatives of one number by
-// eight others. They lie in one register of AVX-512, two of AVX2, four of SSE2;
-// sums, and products with numbers, are the compiler's own. What is computed
-// from the numbers alone is computed once for all columns.
+// eight others. What is computed from numbers alone is computed once for all
+// columns.
 inline constexpr int kLanes = 8;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
+using Lanes = Pack<kLanes>;
+
+template <int n>
+inline Pack<n> operator+(const Pack<n>& a, const Pack<n>& b) {
+  if constexpr (n == kRegisterLanes) {
+    return {a.of + b.of};
+  } else {
+    return {a.low + b.low, a.high + b.high};
+  }
+}
+template <int n>
+inline Pack<n> operator-(const Pack<n>& a, const Pack<n>& b) {
+  if constexpr (n == kRegisterLanes) {
+    return {a.of - b.of};
+  } else {
+    return {a.low - b.low, a.high - b.high};
+  }
+}
+template <int n>
+inline Pack<n> operator*(const Pack<n>& a, double b) {
+  if constexpr (n == kRegisterLanes) {
+    return {a.of * b};
+  } else {
+    return {a.low * b, a.high * b};
+  }
+}
+template <int n>
+inline Pack<n> operator*(double a, const Pack<n>& b) {
+  return b * a;
+}
+template <int n>
+inline Pack<n> operator-(const Pack<n>& a) {
+  return a * -1.0;
+}
+template <int n>
+inline Pack<n>& operator+=(Pack<n>& a, const Pack<n>& b) {
+  return a = a + b;
+}
+template <int n>
+inline Pack<n>& operator-=(Pack<n>& a, const Pack<n>& b) {
+  return a = a - b;
+}
 
 inline Lanes ZeroLanes() { return Lanes{}; }
-
-// The derivatives of a Jet, and back.
-inline Lanes LanesOf(const Jet8& x) {
+inline Lanes LoadLanes(const double* from) {
   Lanes out;
-  std::memcpy(&out, x.v.data(), sizeof(out));
+  std::memcpy(&out, from, sizeof(out));
   return out;
 }
+inline void StoreLanes(const Lanes& lanes, double* to) {
+  std::memcpy(to, &lanes, sizeof(lanes));
+}
+// Of the eight the one at `place` is 1; none where it is not among them.
+inline Lanes UnitLanes(int place) {
+  static constexpr double kUnits[2 * kLanes - 1] = {0, 0, 0, 0, 0, 0, 0, 1};
+  static constexpr double kNone[kLanes] = {};
+  const bool among = place >= 0 && place < kLanes;
+  return LoadLanes(among ? kUnits + (kLanes - 1 - place) : kNone);
+}
+
+// The derivatives of a Jet, and back.
+inline Lanes LanesOf(const Jet8& x) { return LoadLanes(x.v.data()); }
 inline Jet8 JetOf(double value, const Lanes& lanes) {
   Jet8 out;
   out.a = value;
-  std::memcpy(out.v.data(), &lanes, sizeof(lanes));
+  StoreLanes(lanes, out.v.data());
   return out;
 }
 
