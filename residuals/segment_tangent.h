@@ -23,7 +23,7 @@ struct SegmentTangent {
   Eigen::VectorXd r;  // errors, SI
 };
 
-// False where the dynamics fail. Jets over x_k and f_k, in passes.
+// False where the dynamics fail. By rollout.linearization(), over x_k and f_k.
 bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
                     const double* theta, SegmentTangent* tangent);
 

@@ -15,7 +15,7 @@ namespace sysid {
 
 // How the rollout, errors r(theta), comes onto the tape.
 enum class GradientWay {
-  // As one node whose partial derivatives dr/dtheta come from Jets.
+  // As one node whose partial derivatives dr/dtheta are Linearize's.
   kPrecomputed,
   // Operation by operation, the physics on the tape's own scalar. Slow and
   // large; the reference that the other way is compared with. Knows the shipped
