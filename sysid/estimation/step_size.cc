@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "models/state.h"
 #include "sysid/estimation/elimination.h"
@@ -106,35 +107,28 @@ void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
   if (Order(rollout.integrator) < 4) return;
   ShootingStage::Options options;
   options.defect = defect;
-  const ShootingStage stage(*problem, options, point);
+  // Linearised where it starts; finer rollouts only say by how much the
+  // residuals are off.
+  const ShootingStage start(*problem, options, point);
   RowMatrixXd J_prior;
   Eigen::VectorXd r_prior;
-  stage.LinearizePriors(&J_prior, &r_prior);
+  start.LinearizePriors(&J_prior, &r_prior);
+  r_prior.setZero();
   const double missed =
       std::max(1.0, EvaluateErrors(*problem, *point, 0.0).total.normalized_rms);
-  const auto linearize = [&](std::vector<RunLinearization>* runs) {
-    return ShootingStage(*problem, options, point).Linearize(runs);
-  };
-  std::vector<RunLinearization> coarse, fine;
-  if (!linearize(&coarse)) return;
+  auto coarse = std::make_unique<ShootingStage>(*problem, options, point);
   for (int halving = 0; halving < kMostHalvings; ++halving) {
     const double step = rollout.step;
     rollout.step = 0.5 * step;
-    if (!linearize(&fine)) {
-      rollout.step = step;
-      break;
+    auto fine = std::make_unique<ShootingStage>(*problem, options, point);
+    std::vector<RunLinearization> change;
+    bool enough = !start.LinearizeChange(*coarse, *fine, &change);
+    if (!enough) {
+      const RowMatrixXd R =
+          EliminateStates(change, J_prior, r_prior, problem->options().threads);
+      enough = R.rightCols(1).norm() < kStepBias * missed;
     }
-    std::vector<RunLinearization> change = fine;
-    for (size_t r = 0; r < change.size(); ++r) {
-      change[r].r_prior.setZero();
-      for (size_t k = 0; k < change[r].segments.size(); ++k) {
-        change[r].segments[k].r -= coarse[r].segments[k].r;
-      }
-    }
-    const RowMatrixXd R =
-        EliminateStates(change, J_prior, Eigen::VectorXd::Zero(r_prior.size()),
-                        problem->options().threads);
-    if (R.rightCols(1).norm() < kStepBias * missed) {
+    if (enough) {
       rollout.step = step;
       break;
     }

@@ -1,0 +1,240 @@
+#include "sysid/estimation/shooting_segment.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sysid {
+namespace {
+
+using Map = Eigen::Map<RowMatrixXd>;
+
+Whitening WhiteningOf(const ShootingProblem& problem, const RunData& data,
+                      const SegmentRollout& rollout) {
+  std::vector<double> sigma;
+  std::vector<Whitening::Group> groups;
+  for (const SegmentRow& row : rollout.rows()) {
+    sigma.insert(sigma.end(), row.size, data.sigma[row.channel]);
+    groups.push_back({row.first, row.size});
+  }
+  const EstimationOptions& options = problem.options();
+  if (options.loss == RobustLoss::kNone) groups.clear();
+  return Whitening(std::move(sigma), options.loss, options.loss_scale,
+                   std::move(groups));
+}
+
+}  // namespace
+
+ShootingSegment::ShootingSegment(const ShootingProblem& problem, int run,
+                                 int first, int last)
+    : rollout_(&problem.model(), &problem.map(),
+               &problem.runs()[run]->measurements, first, last,
+               problem.options().rollout),
+      whitening_(WhiteningOf(problem, *problem.runs()[run], rollout_)) {}
+
+int ShootingSegment::columns() const {
+  return rollout_.model().tangent_size() + rollout_.parameters().size();
+}
+
+bool ShootingSegment::Knows(Known what, const double* x,
+                            const double* theta) const {
+  const int size = rollout_.model().state_size();
+  return known_ >= what && std::equal(x, x + size, place_.begin()) &&
+         std::equal(place_.begin() + size, place_.end(), theta);
+}
+
+void ShootingSegment::Remember(Known what, const double* x,
+                               const double* theta) {
+  place_.assign(x, x + rollout_.model().state_size());
+  place_.insert(place_.end(), theta, theta + rollout_.parameters().size());
+  known_ = what;
+}
+
+bool ShootingSegment::Possible(const double* theta) const {
+  return rollout_.parameters().size() == 0 ||
+         rollout_.parameters().FirstImpossibleLink(theta).empty();
+}
+
+bool ShootingSegment::RollRows(const double* x, const double* theta,
+                               Eigen::VectorXd* r,
+                               Eigen::VectorXd* x_end) const {
+  r->resize(rollout_.num_residuals());
+  x_end->resize(rollout_.model().state_size());
+  if (!Possible(theta) || !rollout_(x, theta, r->data(), x_end->data())) {
+    return false;
+  }
+  whitening_.Apply(r->data(), {});
+  return true;
+}
+
+bool ShootingSegment::LinearizeRows(const double* x, const double* theta,
+                                    bool with_theta, Eigen::VectorXd* r,
+                                    Eigen::VectorXd* x_end, RowMatrixXd* J,
+                                    RowMatrixXd* J_end) const {
+  r->resize(rollout_.num_residuals());
+  x_end->resize(rollout_.model().state_size());
+  if (!Possible(theta) || !rollout_.Linearize(x, theta, with_theta, r->data(),
+                                              x_end->data(), J, J_end)) {
+    return false;
+  }
+  whitening_.Apply(r->data(), {Map(J->data(), J->rows(), J->cols())});
+  return true;
+}
+
+bool ShootingSegment::Roll(const double* x, const double* theta) {
+  if (Knows(Known::kValues, x, theta)) return true;
+  known_ = Known::kNothing;
+  Eigen::VectorXd r;
+  if (!RollRows(x, theta, &r, &x_end_)) return false;
+  squares_ = r.squaredNorm();
+  Remember(Known::kValues, x, theta);
+  return true;
+}
+
+bool ShootingSegment::Linearize(const double* x, const double* theta,
+                                bool with_theta) {
+  const Known what = with_theta || rollout_.parameters().size() == 0
+                         ? Known::kAllColumns
+                         : Known::kStateColumns;
+  if (Knows(what, x, theta)) return true;
+  known_ = Known::kNothing;
+  Eigen::VectorXd r;
+  RowMatrixXd J;
+  if (!LinearizeRows(x, theta, with_theta, &r, &x_end_, &J, &J_end_)) {
+    return false;
+  }
+  Compress(J, r);
+  Remember(what, x, theta);
+  return true;
+}
+
+// J^T J = S^-1 P^T L D L^T P S^-1 with columns scaled to 1 (S) and pivots in
+// falling order (P): R = D^1/2 L^T P S^-1. A pivot that is rounding is none.
+void ShootingSegment::Compress(const RowMatrixXd& J, const Eigen::VectorXd& r) {
+  const int n = static_cast<int>(J.cols());
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(n, n);
+  products.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+  const Eigen::VectorXd norms = products.diagonal().cwiseSqrt();
+  const Eigen::VectorXd scale =
+      (norms.array() > 0).select(norms.cwiseInverse(), 0.0);
+  products = scale.asDiagonal() * products * scale.asDiagonal();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(products);
+  const double rounding = n * std::numeric_limits<double>::epsilon();
+  const Eigen::VectorXd D = factor.vectorD();
+  const Eigen::VectorXd root =
+      (D.array() > rounding).select(D.cwiseMax(0.0).cwiseSqrt(), 0.0);
+  const Eigen::MatrixXd columns =
+      factor.transpositionsP() * Eigen::MatrixXd(norms.asDiagonal());
+  R_ = root.asDiagonal() * (factor.matrixU() * columns);
+  z_ =
+      factor.transpositionsP() * (scale.cwiseProduct(J.transpose() * r)).eval();
+  factor.matrixL().solveInPlace(z_);
+  z_ = (root.array() > 0).select(z_.cwiseQuotient(root), 0.0);
+  squares_ = r.squaredNorm();
+}
+
+ShootingSegments::ShootingSegments(const ShootingProblem& problem,
+                                   const ShootingPoint& point)
+    : options_(problem.options().rollout) {
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const std::vector<int>& samples = point.runs[r].samples;
+    samples_.push_back(samples);
+    runs_.emplace_back();
+    for (size_t k = 0; k + 1 < samples.size(); ++k) {
+      runs_.back().push_back(std::make_unique<ShootingSegment>(
+          problem, static_cast<int>(r), samples[k], samples[k + 1]));
+    }
+  }
+}
+
+bool ShootingSegments::Fit(const ShootingProblem& problem,
+                           const ShootingPoint& point) const {
+  const RolloutOptions& options = problem.options().rollout;
+  if (options.step != options_.step ||
+      options.integrator != options_.integrator ||
+      point.runs.size() != samples_.size()) {
+    return false;
+  }
+  for (size_t r = 0; r < samples_.size(); ++r) {
+    if (point.runs[r].samples != samples_[r]) return false;
+  }
+  return true;
+}
+
+ShootingSegmentCost::ShootingSegmentCost(
+    ShootingSegment* segment, const std::vector<double>& defect_sigma)
+    : segment_(segment),
+      defect_(defect_sigma),
+      measured_(segment->rollout().num_residuals() > 0 ? segment->columns() + 1
+                                                       : 0) {
+  const int size = segment->rollout().model().state_size();
+  const int n_theta = segment->rollout().parameters().size();
+  mutable_parameter_block_sizes()->push_back(size);
+  if (n_theta > 0) mutable_parameter_block_sizes()->push_back(n_theta);
+  if (!defect_sigma.empty()) mutable_parameter_block_sizes()->push_back(size);
+  set_num_residuals(measured_ + defect_.rows());
+}
+
+bool ShootingSegmentCost::Evaluate(double const* const* parameters,
+                                   double* residuals,
+                                   double** jacobians) const {
+  const Model& model = segment_->rollout().model();
+  const int size = model.state_size(), tangent = model.tangent_size();
+  const int n_theta = segment_->rollout().parameters().size();
+  const int n_defect = defect_.rows();
+  const int next = n_theta > 0 ? 2 : 1;
+  const double* x = parameters[0];
+  const double* theta = n_theta > 0 ? parameters[1] : nullptr;
+  Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
+  double* defect = residuals + measured_;
+  if (jacobians == nullptr) {
+    if (!segment_->Roll(x, theta)) return false;
+    r.head(measured_).setZero();
+    if (measured_ > 0) r[measured_ - 1] = std::sqrt(segment_->squares());
+    if (n_defect == 0) return true;
+    StateDefect(model, segment_->x_end().data(), parameters[next], defect,
+                nullptr, nullptr);
+    defect_.Apply(defect, {});
+    return true;
+  }
+  const bool with_theta = n_theta > 0 && jacobians[1] != nullptr;
+  if (!segment_->Linearize(x, theta, with_theta)) return false;
+  const int columns = tangent + (with_theta ? n_theta : 0);
+  // By tangents; all zero where nothing is set.
+  RowMatrixXd J = RowMatrixXd::Zero(num_residuals(), columns);
+  RowMatrixXd J_next = RowMatrixXd::Zero(n_defect, tangent);
+  r.setZero();
+  if (measured_ > 0) {
+    const RowMatrixXd& R = segment_->R();
+    const Eigen::VectorXd& z = segment_->z();
+    J.topRows(R.rows()) = R.leftCols(columns);
+    r.head(z.size()) = z;
+    r[measured_ - 1] =
+        std::sqrt(std::max(0.0, segment_->squares() - z.squaredNorm()));
+  }
+  if (n_defect > 0) {
+    RowMatrixXd D_end;
+    StateDefect(model, segment_->x_end().data(), parameters[next], defect,
+                &D_end, &J_next);
+    RowMatrixXd J_defect = D_end * segment_->J_end().leftCols(columns);
+    defect_.Apply(defect, {Map(J_defect.data(), n_defect, columns),
+                           Map(J_next.data(), n_defect, tangent)});
+    J.bottomRows(n_defect) = J_defect;
+  }
+  if (jacobians[0] != nullptr) {
+    Map out(jacobians[0], num_residuals(), size);
+    LiftToAmbient(model, x, J.leftCols(tangent), out);
+  }
+  if (with_theta) {
+    Map(jacobians[1], num_residuals(), n_theta) = J.rightCols(n_theta);
+  }
+  if (n_defect > 0 && jacobians[next] != nullptr) {
+    Map out(jacobians[next], num_residuals(), size);
+    out.topRows(measured_).setZero();
+    LiftToAmbient(model, parameters[next], J_next, out.bottomRows(n_defect));
+  }
+  return true;
+}
+
+}  // namespace sysid
