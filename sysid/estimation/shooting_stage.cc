@@ -18,14 +18,15 @@ namespace {
 class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const std::string& doing, double start_time_s, double dof, int most,
-          double tolerance, const EstimationOptions& options,
+          double tolerance,
+          const std::function<void(const Progress&)>& progress,
           const Eigen::VectorXd& theta, std::vector<HistoryEntry>* history)
       : doing_(doing),
         start_time_s_(start_time_s),
         dof_(dof),
         most_(most),
         tolerance_(tolerance),
-        options_(options),
+        progress_(progress),
         theta_(theta),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
@@ -42,9 +43,9 @@ class Watcher final : public ceres::IterationCallback {
       history_->push_back(
           {first_ + summary.iteration, cost_, Now() - start_time_s_, theta_});
     }
-    if (options_.progress) {
-      options_.progress({doing_, first_ + summary.iteration, most_,
-                         std::sqrt(2.0 * cost_ / dof_)});
+    if (progress_) {
+      progress_({doing_, first_ + summary.iteration, most_,
+                 std::sqrt(2.0 * cost_ / dof_)});
     }
     // Only steps that were taken count (Ceres also stops where a refused one
     // happens to cost the same). The cost is a negative log-likelihood: less
@@ -64,7 +65,7 @@ class Watcher final : public ceres::IterationCallback {
   double start_time_s_, dof_;
   int most_;
   double tolerance_;
-  const EstimationOptions& options_;
+  const std::function<void(const Progress&)> progress_;
   const Eigen::VectorXd& theta_;
   std::vector<HistoryEntry>* history_;
   int first_;
@@ -186,6 +187,10 @@ ShootingStage::ShootingStage(const ShootingProblem& problem,
 
 ShootingStage::~ShootingStage() = default;
 
+int ShootingStage::Threads() const {
+  return options_.threads > 0 ? options_.threads : shooting_.options().threads;
+}
+
 double* ShootingStage::State(int run, int segment) const {
   RowMatrixXd& states = point_->runs[run].states;
   return states.data() + segment * states.cols();
@@ -288,7 +293,7 @@ void ShootingStage::AddPriors() {
 ceres::Solver::Options ShootingStage::SolverOptions() const {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.num_threads = shooting_.options().threads;
+  options.num_threads = Threads();
   options.function_tolerance = 0.0;  // the Watcher's
   options.parameter_tolerance = 1e-12;
   options.gradient_tolerance = 1e-12;
@@ -341,7 +346,7 @@ std::vector<int> ShootingStage::PushedOutward() {
   double* theta = point_->theta.data();
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = {theta};
-  options.num_threads = shooting_.options().threads;
+  options.num_threads = Threads();
   std::vector<double> gradient;
   if (!problem_->Evaluate(options, nullptr, nullptr, &gradient, nullptr)) {
     return at;
@@ -387,7 +392,8 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   for (int set = 0; set < kMostSets; ++set) {
     HoldTheta(held);
     Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
-                    options_.function_tolerance, shooting_.options(),
+                    options_.function_tolerance,
+                    options_.quiet ? nullptr : shooting_.options().progress,
                     point_->theta, history);
     options.callbacks = {&watcher};
     options.update_state_every_iteration = true;  // theta, for the history
@@ -475,17 +481,14 @@ bool ShootingStage::LinearizeAll(
     const std::function<bool(int, int, SegmentLinearization*)>& linearize,
     std::vector<RunLinearization>* runs) const {
   runs->assign(point_->runs.size(), {});
-  std::vector<std::pair<int, int>> all;  // run, segment
   for (size_t r = 0; r < runs->size(); ++r) {
-    const int segments = point_->runs[r].segments();
-    (*runs)[r].segments.resize(segments);
-    for (int k = 0; k < segments; ++k) all.push_back({r, k});
+    (*runs)[r].segments.resize(point_->runs[r].segments());
   }
-  if (!ParallelFor(static_cast<int>(all.size()), shooting_.options().threads,
-                   [&](int i) {
-                     const auto [r, k] = all[i];
-                     return linearize(r, k, &(*runs)[r].segments[k]);
-                   })) {
+  const std::vector<SegmentPlace> all = AllSegments(*point_);
+  if (!ParallelFor(static_cast<int>(all.size()), Threads(), [&](int i) {
+        const auto [r, k] = all[i];
+        return linearize(r, k, &(*runs)[r].segments[k]);
+      })) {
     return false;
   }
   for (size_t r = 0; r < runs->size(); ++r) {

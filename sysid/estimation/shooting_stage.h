@@ -77,6 +77,8 @@ class ShootingStage {
     double twist_hold = 1.0;
     int max_iterations = 100;
     double function_tolerance = 1e-10;
+    int threads = 0;     // 0: as many as the problem has
+    bool quiet = false;  // reports no progress
   };
   // `segments` of an earlier stage spare the work that both do, where they are
   // those of the same cut; null: its own.
@@ -107,6 +109,7 @@ class ShootingStage {
  private:
   void AddSegments();
   void AddPriors();
+  int Threads() const;
   double* State(int run, int segment) const;
   bool HasDefect(int run, int segment) const;
   bool HasOwnPrior(int run, int segment) const;

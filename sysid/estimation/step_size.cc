@@ -8,14 +8,11 @@
 #include "models/state.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/parallel.h"
 #include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-}  // namespace
+namespace {}  // namespace
 
 double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
                   double step_error) {
@@ -46,41 +43,47 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
     }
     return true;
   };
-  int parts = 1;
-  for (; parts < kMost; parts *= 2) {
-    double worst = 0.0;
-    for (size_t r = 0; r < point.runs.size() && worst <= step_error; ++r) {
-      const RunData& data = *problem.runs()[r];
-      const ShootingPoint::Nodes& nodes = point.runs[r];
-      const int count = std::min(nodes.segments(), kSegments);
-      for (int i = 0; i < count && worst <= step_error; ++i) {
-        const int k = nodes.segments() * i / count;
-        std::vector<double> coarse, fine, coarse_end, fine_end;
-        if (!roll(data, nodes, k, period / parts, &coarse, &coarse_end) ||
-            !roll(data, nodes, k, period / (2 * parts), &fine, &fine_end)) {
-          worst = kInfinity;
-          break;
-        }
-        double squares = 0.0;
-        for (size_t j = 0; j < coarse.size(); ++j) {
-          squares += (coarse[j] - fine[j]) * (coarse[j] - fine[j]);
-        }
-        if (coarse.empty()) continue;
-        double rms = std::sqrt(squares / coarse.size());
-        // What no sensor sees goes on in the next segment: a spin that the step
-        // does not follow.
-        std::vector<double> end(state_sigma.size());
-        BoxMinus<double>(problem.model(), coarse_end.data(), fine_end.data(),
-                         end.data());
-        squares = 0.0;
-        for (size_t j = 0; j < end.size(); ++j) {
-          squares += std::pow(end[j] / state_sigma[j], 2);
-        }
-        rms = std::max(rms, std::sqrt(squares / end.size()));
-        worst = std::isfinite(rms) ? std::max(worst, rms) : kInfinity;
-      }
+  std::vector<SegmentPlace> some;
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const int segments = point.runs[r].segments();
+    const int count = std::min(segments, kSegments);
+    for (int i = 0; i < count; ++i) {
+      some.push_back({static_cast<int>(r), segments * i / count});
     }
-    if (worst <= step_error) break;
+  }
+  int parts = 1;
+  // Whether half the step changes a segment by no more than is allowed.
+  const auto fine_enough = [&](int i) {
+    const auto [r, k] = some[i];
+    const RunData& data = *problem.runs()[r];
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    std::vector<double> coarse, fine, coarse_end, fine_end;
+    if (!roll(data, nodes, k, period / parts, &coarse, &coarse_end) ||
+        !roll(data, nodes, k, period / (2 * parts), &fine, &fine_end)) {
+      return false;
+    }
+    double squares = 0.0;
+    for (size_t j = 0; j < coarse.size(); ++j) {
+      squares += (coarse[j] - fine[j]) * (coarse[j] - fine[j]);
+    }
+    if (coarse.empty()) return true;
+    const double errors = std::sqrt(squares / coarse.size());
+    // What no sensor sees goes on in the next segment: a spin that the step
+    // does not follow.
+    std::vector<double> end(state_sigma.size());
+    BoxMinus<double>(problem.model(), coarse_end.data(), fine_end.data(),
+                     end.data());
+    squares = 0.0;
+    for (size_t j = 0; j < end.size(); ++j) {
+      squares += std::pow(end[j] / state_sigma[j], 2);
+    }
+    const double ends = std::sqrt(squares / end.size());
+    return errors <= step_error && ends <= step_error;
+  };
+  while (parts < kMost &&
+         !ParallelFor(static_cast<int>(some.size()), problem.options().threads,
+                      fine_enough)) {
+    parts *= 2;
   }
   return period / parts;
 }
