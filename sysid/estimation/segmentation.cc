@@ -80,36 +80,54 @@ double ChooseSegment(const ShootingProblem& problem,
   const Model& model = problem.model();
   const int nv = model.nv();
   const double longest = std::min(problem.LongestDuration(), kLongestLength);
-  double best = kFirstLength;
-  std::vector<SegmentPlace> starts;
+  // How far each of some segments has been followed, and how the state there
+  // moves with that at the start; lengths double, so each goes on from there.
+  struct Walk {
+    SegmentPlace start;
+    int sample;
+    Eigen::VectorXd x;
+    RowMatrixXd phi;
+  };
+  std::vector<Walk> walks;
   for (size_t r = 0; r < point.runs.size(); ++r) {
-    const int segments = point.runs[r].segments();
-    const int count = std::min(segments, kStarts);
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    const int count = std::min(nodes.segments(), kStarts);
     for (int i = 0; i < count; ++i) {
-      starts.push_back({static_cast<int>(r), segments * i / count});
+      const int k = nodes.segments() * i / count;
+      walks.push_back({{static_cast<int>(r), k},
+                       nodes.samples[k],
+                       nodes.states.row(k).transpose(),
+                       RowMatrixXd::Identity(2 * nv, 2 * nv)});
     }
   }
+  double best = kFirstLength;
   while (best < longest) {
     const double length = 2.0 * best;
     const auto regular = [&](int i) {
-      const auto [r, k] = starts[i];
-      const RunData& data = *problem.runs()[r];
+      Walk& walk = walks[i];
+      const int run = walk.start.run;
+      const RunData& data = *problem.runs()[run];
       const std::vector<double>& t = data.run.t;
-      const int first = point.runs[r].samples[k];
-      const auto end = std::upper_bound(t.begin(), t.end(), t[first] + length);
+      const double t0 = t[point.runs[run].samples[walk.start.segment]];
+      const auto end = std::upper_bound(t.begin(), t.end(), t0 + length);
       const int last = static_cast<int>(end - t.begin()) - 1;
-      if (last <= first) return true;
+      if (last <= walk.sample) return true;
       const SegmentRollout rollout(&model, &problem.map(), &data.measurements,
-                                   first, last, problem.options().rollout);
-      std::vector<double> errors(rollout.num_residuals());
-      std::vector<double> x_end(model.state_size());
+                                   walk.sample, last,
+                                   problem.options().rollout);
+      Eigen::VectorXd errors(rollout.num_residuals());
+      Eigen::VectorXd x_end(model.state_size());
       RowMatrixXd J, J_end;
-      return rollout.Linearize(point.runs[r].states.row(k).data(),
-                               point.theta.data(), false, errors.data(),
-                               x_end.data(), &J, &J_end) &&
-             J_end.topLeftCorner(nv, nv).operatorNorm() < kGrowth;
+      if (!rollout.Linearize(walk.x.data(), point.theta.data(), false,
+                             errors.data(), x_end.data(), &J, &J_end)) {
+        return false;
+      }
+      walk.sample = last;
+      walk.x = x_end;
+      walk.phi = J_end * walk.phi;
+      return walk.phi.topLeftCorner(nv, nv).operatorNorm() < kGrowth;
     };
-    if (!ParallelFor(static_cast<int>(starts.size()), problem.options().threads,
+    if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
                      regular)) {
       return best;
     }

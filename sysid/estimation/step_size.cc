@@ -90,17 +90,21 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
 
 double ChooseStepAhead(const ShootingProblem& problem,
                        const ShootingPoint& point) {
+  const double needed =
+      ChooseStep(problem, point, problem.options().step_error);
   ShootingPoint ahead = point;
+  bool grows = false;
   for (size_t i = 0; i < problem.free().size(); ++i) {
     const FreeParameter& free = problem.free()[i];
     if (free.parameter.kind != ParameterKind::kEffect) continue;
+    grows = true;
     double& value = ahead.theta[i];
     const double size =
         std::max(2.0 * std::abs(value), free.parameter.typical_scale);
     value = std::clamp(value < 0 ? -size : size, free.lower, free.upper);
   }
-  return std::min(ChooseStep(problem, point, problem.options().step_error),
-                  ChooseStep(problem, ahead, kStableError));
+  if (!grows) return needed;
+  return std::min(needed, ChooseStep(problem, ahead, kStableError));
 }
 
 void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
