@@ -39,7 +39,8 @@ bool AllHaveInfluence(const ShootingProblem& problem,
   if (!ParallelFor(all.size(), problem.options().threads, [&](int i) {
         const auto [run, k] = all[i];
         return segments->at(run, k)->Linearize(
-            point.runs[run].states.row(k).data(), point.theta.data(), true);
+            point.runs[run].states.row(k).data(), point.theta.data(),
+            ShootingSegment::Columns::kBoth);
       })) {
     return false;
   }

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "models/scalars.h"
+#include "models/state.h"
+
 namespace sysid {
 namespace {
 
@@ -24,6 +27,52 @@ Whitening WhiteningOf(const ShootingProblem& problem, const RunData& data,
                    std::move(groups));
 }
 
+// Columns `first` to `first + count` of theta's derivatives.
+template <typename T>
+bool ThetaPass(const SegmentRollout& rollout, const double* x,
+               const double* theta, int first, int count, double* errors,
+               double* x_end, RowMatrixXd* J, RowMatrixXd* J_end) {
+  const Model& model = rollout.model();
+  std::vector<T> start(x, x + model.state_size());
+  std::vector<T> by(theta, theta + rollout.parameters().size());
+  for (int c = 0; c < count; ++c) by[first + c].v[c] = 1.0;
+  std::vector<T> r(rollout.num_residuals()), end(start.size());
+  if (!rollout(start.data(), by.data(), r.data(), end.data())) return false;
+  std::vector<T> center(end.size()), tangent(model.tangent_size());
+  for (size_t i = 0; i < end.size(); ++i) {
+    x_end[i] = end[i].a;
+    center[i] = T(end[i].a);
+  }
+  BoxMinus<T>(model, end.data(), center.data(), tangent.data());
+  for (int c = 0; c < count; ++c) {
+    for (size_t i = 0; i < r.size(); ++i) (*J)(i, first + c) = r[i].v[c];
+    for (size_t i = 0; i < tangent.size(); ++i) {
+      (*J_end)(i, first + c) = tangent[i].v[c];
+    }
+  }
+  for (size_t i = 0; i < r.size(); ++i) errors[i] = r[i].a;
+  return true;
+}
+
+bool LinearizeByTheta(const SegmentRollout& rollout, const double* x,
+                      const double* theta, double* errors, double* x_end,
+                      RowMatrixXd* J, RowMatrixXd* J_end) {
+  const int total = rollout.parameters().size();
+  J->resize(rollout.num_residuals(), total);
+  J_end->resize(rollout.model().tangent_size(), total);
+  for (int first = 0; first < total;) {
+    const int left = total - first;
+    const int count = std::min(left, left > 8 ? 24 : 8);
+    const bool ok = left > 8 ? ThetaPass<Jet24>(rollout, x, theta, first, count,
+                                                errors, x_end, J, J_end)
+                             : ThetaPass<Jet8>(rollout, x, theta, first, count,
+                                               errors, x_end, J, J_end);
+    if (!ok) return false;
+    first += count;
+  }
+  return J->allFinite() && J_end->allFinite();
+}
+
 }  // namespace
 
 ShootingSegment::ShootingSegment(const ShootingProblem& problem, int run,
@@ -33,14 +82,22 @@ ShootingSegment::ShootingSegment(const ShootingProblem& problem, int run,
                problem.options().rollout),
       whitening_(WhiteningOf(problem, *problem.runs()[run], rollout_)) {}
 
-int ShootingSegment::columns() const {
-  return rollout_.model().tangent_size() + rollout_.parameters().size();
+int ShootingSegment::CountColumns(Columns columns) const {
+  const int tangent = rollout_.model().tangent_size();
+  const int n_theta = rollout_.parameters().size();
+  return columns == Columns::kState   ? tangent
+         : columns == Columns::kTheta ? n_theta
+                                      : tangent + n_theta;
 }
 
-bool ShootingSegment::Knows(Known what, const double* x,
-                            const double* theta) const {
+RowMatrixXd ShootingSegment::Take(const RowMatrixXd& J, Columns columns) const {
+  return columns == Columns::kTheta ? J.rightCols(CountColumns(columns))
+                                    : J.leftCols(CountColumns(columns));
+}
+
+bool ShootingSegment::IsAt(const double* x, const double* theta) const {
   const int size = rollout_.model().state_size();
-  return known_ >= what && std::equal(x, x + size, place_.begin()) &&
+  return known_ != Known::kNothing && std::equal(x, x + size, place_.begin()) &&
          std::equal(place_.begin() + size, place_.end(), theta);
 }
 
@@ -69,13 +126,17 @@ bool ShootingSegment::RollRows(const double* x, const double* theta,
 }
 
 bool ShootingSegment::LinearizeRows(const double* x, const double* theta,
-                                    bool with_theta, Eigen::VectorXd* r,
+                                    Columns columns, Eigen::VectorXd* r,
                                     Eigen::VectorXd* x_end, RowMatrixXd* J,
                                     RowMatrixXd* J_end) const {
   r->resize(rollout_.num_residuals());
   x_end->resize(rollout_.model().state_size());
-  if (!Possible(theta) || !rollout_.Linearize(x, theta, with_theta, r->data(),
-                                              x_end->data(), J, J_end)) {
+  if (!Possible(theta)) return false;
+  if (columns == Columns::kTheta
+          ? !LinearizeByTheta(rollout_, x, theta, r->data(), x_end->data(), J,
+                              J_end)
+          : !rollout_.Linearize(x, theta, columns == Columns::kBoth, r->data(),
+                                x_end->data(), J, J_end)) {
     return false;
   }
   whitening_.Apply(r->data(), {Map(J->data(), J->rows(), J->cols())});
@@ -83,7 +144,7 @@ bool ShootingSegment::LinearizeRows(const double* x, const double* theta,
 }
 
 bool ShootingSegment::Roll(const double* x, const double* theta) {
-  if (Knows(Known::kValues, x, theta)) return true;
+  if (IsAt(x, theta)) return true;
   known_ = Known::kNothing;
   Eigen::VectorXd r;
   if (!RollRows(x, theta, &r, &x_end_)) return false;
@@ -93,19 +154,20 @@ bool ShootingSegment::Roll(const double* x, const double* theta) {
 }
 
 bool ShootingSegment::Linearize(const double* x, const double* theta,
-                                bool with_theta) {
-  const Known what = with_theta || rollout_.parameters().size() == 0
-                         ? Known::kAllColumns
-                         : Known::kStateColumns;
-  if (Knows(what, x, theta)) return true;
+                                Columns columns) {
+  if (known_ == Known::kColumns && IsAt(x, theta) &&
+      (columns_ == columns || columns_ == Columns::kBoth)) {
+    return true;
+  }
   known_ = Known::kNothing;
   Eigen::VectorXd r;
   RowMatrixXd J;
-  if (!LinearizeRows(x, theta, with_theta, &r, &x_end_, &J, &J_end_)) {
+  if (!LinearizeRows(x, theta, columns, &r, &x_end_, &J, &J_end_)) {
     return false;
   }
   Compress(J, r);
-  Remember(what, x, theta);
+  columns_ = columns;
+  Remember(Known::kColumns, x, theta);
   return true;
 }
 
@@ -166,8 +228,9 @@ ShootingSegmentCost::ShootingSegmentCost(
     ShootingSegment* segment, const std::vector<double>& defect_sigma)
     : segment_(segment),
       defect_(defect_sigma),
-      measured_(segment->rollout().num_residuals() > 0 ? segment->columns() + 1
-                                                       : 0) {
+      measured_(segment->rollout().num_residuals() > 0
+                    ? segment->CountColumns(ShootingSegment::Columns::kBoth) + 1
+                    : 0) {
   const int size = segment->rollout().model().state_size();
   const int n_theta = segment->rollout().parameters().size();
   mutable_parameter_block_sizes()->push_back(size);
@@ -198,17 +261,21 @@ bool ShootingSegmentCost::Evaluate(double const* const* parameters,
     defect_.Apply(defect, {});
     return true;
   }
+  using Columns = ShootingSegment::Columns;
   const bool with_theta = n_theta > 0 && jacobians[1] != nullptr;
-  if (!segment_->Linearize(x, theta, with_theta)) return false;
-  const int columns = tangent + (with_theta ? n_theta : 0);
+  const Columns columns = !with_theta               ? Columns::kState
+                          : jacobians[0] == nullptr ? Columns::kTheta
+                                                    : Columns::kBoth;
+  if (!segment_->Linearize(x, theta, columns)) return false;
+  const int width = segment_->CountColumns(columns);
   // By tangents; all zero where nothing is set.
-  RowMatrixXd J = RowMatrixXd::Zero(num_residuals(), columns);
+  RowMatrixXd J = RowMatrixXd::Zero(num_residuals(), width);
   RowMatrixXd J_next = RowMatrixXd::Zero(n_defect, tangent);
   r.setZero();
   if (measured_ > 0) {
-    const RowMatrixXd& R = segment_->R();
+    const RowMatrixXd R = segment_->Take(segment_->R(), columns);
     const Eigen::VectorXd& z = segment_->z();
-    J.topRows(R.rows()) = R.leftCols(columns);
+    J.topRows(R.rows()) = R;
     r.head(z.size()) = z;
     r[measured_ - 1] =
         std::sqrt(std::max(0.0, segment_->squares() - z.squaredNorm()));
@@ -217,8 +284,8 @@ bool ShootingSegmentCost::Evaluate(double const* const* parameters,
     RowMatrixXd D_end;
     StateDefect(model, segment_->x_end().data(), parameters[next], defect,
                 &D_end, &J_next);
-    RowMatrixXd J_defect = D_end * segment_->J_end().leftCols(columns);
-    defect_.Apply(defect, {Map(J_defect.data(), n_defect, columns),
+    RowMatrixXd J_defect = D_end * segment_->Take(segment_->J_end(), columns);
+    defect_.Apply(defect, {Map(J_defect.data(), n_defect, width),
                            Map(J_next.data(), n_defect, tangent)});
     J.bottomRows(n_defect) = J_defect;
   }

@@ -29,37 +29,41 @@ class ShootingSegment {
   ShootingSegment(const ShootingProblem& problem, int run, int first, int last);
 
   const SegmentRollout& rollout() const { return rollout_; }
-  // Columns of R: the tangent of x_k, then theta.
-  int columns() const;
+  // Derivatives by the tangent of x_k, by theta, or by both in this order: what
+  // is fixed needs none.
+  enum class Columns { kState, kTheta, kBoth };
+  int CountColumns(Columns columns) const;
 
-  // Both false where the dynamics fail. Linearize may leave theta's columns out
-  // (nothing reads them where theta is fixed).
+  // Both false where the dynamics fail.
   bool Roll(const double* x, const double* theta);
-  bool Linearize(const double* x, const double* theta, bool with_theta);
+  bool Linearize(const double* x, const double* theta, Columns columns);
   // Of the last place; those in the second line where it was linearised.
   double squares() const { return squares_; }  // |r|^2
   const Eigen::VectorXd& x_end() const { return x_end_; }
   const RowMatrixXd& R() const { return R_; }
   const Eigen::VectorXd& z() const { return z_; }
   const RowMatrixXd& J_end() const { return J_end_; }  // x_end's tangent
+  // Of what was linearised by both, or by these: their columns.
+  RowMatrixXd Take(const RowMatrixXd& J, Columns columns) const;
 
   // The rows themselves; they are not kept.
   bool RollRows(const double* x, const double* theta, Eigen::VectorXd* r,
                 Eigen::VectorXd* x_end) const;
-  bool LinearizeRows(const double* x, const double* theta, bool with_theta,
+  bool LinearizeRows(const double* x, const double* theta, Columns columns,
                      Eigen::VectorXd* r, Eigen::VectorXd* x_end, RowMatrixXd* J,
                      RowMatrixXd* J_end) const;
 
  private:
-  enum class Known { kNothing, kValues, kStateColumns, kAllColumns };
+  enum class Known { kNothing, kValues, kColumns };
   bool Possible(const double* theta) const;
-  bool Knows(Known what, const double* x, const double* theta) const;
+  bool IsAt(const double* x, const double* theta) const;
   void Remember(Known what, const double* x, const double* theta);
   void Compress(const RowMatrixXd& J, const Eigen::VectorXd& r);
 
   SegmentRollout rollout_;
   Whitening whitening_;
   Known known_ = Known::kNothing;
+  Columns columns_ = Columns::kBoth;  // where they are known
   std::vector<double> place_;
   double squares_ = 0.0;
   Eigen::VectorXd x_end_, z_;

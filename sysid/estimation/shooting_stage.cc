@@ -183,6 +183,10 @@ ShootingStage::ShootingStage(const ShootingProblem& problem,
   problem_ = std::make_unique<ceres::Problem>(problem_options);
   AddSegments();
   AddPriors();
+  if (!options.fix_states) return;
+  for (const auto& [run, k] : AllSegments(*point)) {
+    problem_->SetParameterBlockConstant(State(run, k));
+  }
 }
 
 ShootingStage::~ShootingStage() = default;
@@ -447,8 +451,8 @@ bool ShootingStage::LinearizeSegment(int run, int k,
   Eigen::VectorXd x_end;
   RowMatrixXd J, J_end;
   if (!segments_->at(run, k)->LinearizeRows(State(run, k), point_->theta.data(),
-                                            n_theta > 0, &out->r, &x_end, &J,
-                                            &J_end)) {
+                                            ShootingSegment::Columns::kBoth,
+                                            &out->r, &x_end, &J, &J_end)) {
     return false;
   }
   if (HasDefect(run, k)) {

@@ -71,6 +71,7 @@ class ShootingStage {
   struct Options {
     double defect = kJoinedDefect;  // infinity: the segments are independent
     bool fix_theta = false;         // only the states move
+    bool fix_states = false;        // known: only theta moves
     bool far = false;  // the start may be far off: first steps are short
     // Divides the widths of the beliefs about what headings do not see (twist).
     // While the parameters are far off the misfit is worth any spin.

@@ -14,6 +14,7 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using Columns = ShootingSegment::Columns;
 
 // Ten samples of a spherical double pendulum, from a state a little off, with a
 // parameter that the data says nothing of.
@@ -116,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(Losses, SegmentTest,
 TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
   const At at;
   ShootingSegment segment(*at.problem, 0, 0, 10);
-  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), true));
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
   const RowMatrixXd R = segment.R();
   const double squares = segment.squares();
   VectorXd x = at.x, theta = at.theta;
@@ -127,8 +128,8 @@ TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
     ShootingSegment fresh(*at.problem, 0, 0, 10);
     ASSERT_TRUE(fresh.Roll(x.data(), theta.data()));
     EXPECT_EQ(moved, fresh.squares());
-    ASSERT_TRUE(segment.Linearize(x.data(), theta.data(), true));
-    ASSERT_TRUE(fresh.Linearize(x.data(), theta.data(), true));
+    ASSERT_TRUE(segment.Linearize(x.data(), theta.data(), Columns::kBoth));
+    ASSERT_TRUE(fresh.Linearize(x.data(), theta.data(), Columns::kBoth));
     EXPECT_EQ(segment.R(), fresh.R());
   };
   x[at.problem->model().nq()] += 1e-6;
@@ -136,19 +137,35 @@ TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
   x = at.x;
   theta[0] += 1e-6;
   expect_new();
-  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), true));
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
   EXPECT_EQ(segment.R(), R);
 }
 
 TEST(ShootingSegment, LinearisesAgainForColumnsThatItDidNotHave) {
   const At at;
   ShootingSegment segment(*at.problem, 0, 0, 10);
-  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), false));
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kState));
   EXPECT_EQ(segment.R().cols(), 12);
-  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), true));
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
   EXPECT_EQ(segment.R().cols(), 14);
-  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), false));
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kState));
   EXPECT_EQ(segment.R().cols(), 14);
+}
+
+TEST(ShootingSegment, LinearisesByThetaAlone) {
+  const At at;
+  ShootingSegment some(*at.problem, 0, 0, 10), all(*at.problem, 0, 0, 10);
+  ASSERT_TRUE(some.Linearize(at.x.data(), at.theta.data(), Columns::kTheta));
+  ASSERT_TRUE(all.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
+  EXPECT_EQ(some.R().cols(), 2);
+  const MatrixXd R = all.Take(all.R(), Columns::kTheta);
+  const MatrixXd H = R.transpose() * R;
+  EXPECT_LT((some.R().transpose() * some.R() - H).norm(), 1e-12 * H.norm());
+  const VectorXd g = R.transpose() * all.z();
+  EXPECT_LT((some.R().transpose() * some.z() - g).norm(), 1e-11 * g.norm());
+  EXPECT_NEAR(some.squares(), all.squares(), 1e-12 * all.squares());
+  const RowMatrixXd J_end = all.Take(all.J_end(), Columns::kTheta);
+  EXPECT_LT((some.J_end() - J_end).norm(), 1e-12 * J_end.norm());
 }
 
 TEST(ShootingSegment, ForgetsWhatFailed) {
@@ -157,8 +174,8 @@ TEST(ShootingSegment, ForgetsWhatFailed) {
   ASSERT_TRUE(segment.Roll(at.x.data(), at.theta.data()));
   VectorXd x = at.x;
   x[at.problem->model().nq()] = std::nan("");
-  EXPECT_FALSE(segment.Linearize(x.data(), at.theta.data(), true));
-  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), true));
+  EXPECT_FALSE(segment.Linearize(x.data(), at.theta.data(), Columns::kBoth));
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
 }
 
 TEST(ShootingSegments, FitTheirCutAndStepAlone) {

@@ -236,6 +236,22 @@ TEST(ShootingStage, LeavesThetaWhereItIsFixed) {
   EXPECT_LT(summary.cost, before);
 }
 
+TEST(ShootingStage, LeavesTheStatesWhereTheyAreFixed) {
+  Problem at;
+  const RowMatrixXd states = at.point.runs[0].states;
+  const VectorXd theta = at.point.theta;
+  ShootingStage::Options options = WithDefect(1.0);
+  options.fix_states = true;
+  ShootingStage stage(*at.problem, options, &at.point);
+  const double before = Cost(stage);
+  std::vector<HistoryEntry> history;
+  const StageSummary summary = stage.Solve("test", Now(), &history);
+  EXPECT_TRUE(summary.converged) << summary.message;
+  EXPECT_EQ(at.point.runs[0].states, states);
+  EXPECT_NE(at.point.theta, theta);
+  EXPECT_LT(summary.cost, before);
+}
+
 TEST(ShootingStage, HasNoDefectsWhereSegmentsAreIndependent) {
   Problem at;
   const ShootingStage loose(*at.problem, WithDefect(kInfinity), &at.point);
