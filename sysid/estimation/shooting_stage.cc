@@ -317,11 +317,6 @@ ceres::Solver::Options ShootingStage::SolverOptions() const {
       : joined                ? std::min(options.max_trust_region_radius,
                                          kJoined / std::pow(std::min(1.0, options_.defect), 4))
                               : kNear;
-  // A search that interpolates by values alone asks for no gradient, and so for
-  // no derivatives of all segments, at points that it may well leave: half as
-  // many linearisations an iteration, and as few iterations or fewer (measured:
-  // docs/performance.md).
-  options.line_search_interpolation_type = ceres::QUADRATIC;
   options.logging_type = ceres::SILENT;
   // The states first, theta last: the states couple only with their neighbours,
   // so eliminating them fills in nothing but theta's rows.
