@@ -17,7 +17,7 @@ namespace sysid {
 //
 // Of the rows J d + r it keeps only what the normal equations know of them,
 //
-//   R^T R = J^T J,   R^T z = J^T r,   |z|^2 + rest^2 = |r|^2,           (6.2)
+//   R^T R = J^T J,   R^T z = J^T r,   |z|^2 + rest^2 = |r|^2,           (6.4)
 //
 // R square: a step of Levenberg-Marquardt is the same, and what is kept does
 // not grow with the samples of the segment.
@@ -86,7 +86,7 @@ class ShootingSegments {
 };
 
 // Of a segment for Ceres: parameter blocks as SegmentCost has them, residuals
-// z and the rest of (6.2), then the whitened defect (5.2) where `defect_sigma`
+// z and the rest of (6.4), then the whitened defect where `defect_sigma`
 // is not empty. Where no derivatives are asked for all of |r| is in the rest.
 class ShootingSegmentCost final : public ceres::CostFunction {
  public:
