@@ -42,7 +42,20 @@ void PlusJacobianAt(const Model& model, const double* x,
   }
 }
 
-// J_tangent MinusJacobian(x): what Ceres multiplies by PlusJacobian again.
+// J_r^-1(phi) = 1 + [phi]/2 + c [phi]^2 (Sola et al., eq. 144).
+Eigen::Matrix3d RightJacobianInverseMatrix(const Eigen::Vector3d& phi) {
+  const double angle = phi.norm();
+  double c = 1.0 / 12.0;
+  if (angle > 1e-3) {
+    c = 1.0 / (angle * angle) -
+        (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
+  }
+  const Eigen::Matrix3d K = Skew<double>(phi);
+  return Eigen::Matrix3d::Identity() + 0.5 * K + c * K * K;
+}
+
+}  // namespace
+
 void LiftToAmbient(const Model& model, const double* x,
                    const Eigen::Ref<const RowMatrixXd>& J_tangent,
                    Eigen::Ref<RowMatrixXd> J) {
@@ -63,21 +76,8 @@ void LiftToAmbient(const Model& model, const double* x,
   J.middleCols(nq, nv) = J_tangent.middleCols(nv, nv);
 }
 
-// J_r^-1(phi) = 1 + [phi]/2 + c [phi]^2 (Sola et al., eq. 144).
-Eigen::Matrix3d RightJacobianInverseMatrix(const Eigen::Vector3d& phi) {
-  const double angle = phi.norm();
-  double c = 1.0 / 12.0;
-  if (angle > 1e-3) {
-    c = 1.0 / (angle * angle) -
-        (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
-  }
-  const Eigen::Matrix3d K = Skew<double>(phi);
-  return Eigen::Matrix3d::Identity() + 0.5 * K + c * K * K;
-}
-
-// The defect x_end [-] x_next and its derivatives by both tangents.
-void Defect(const Model& model, const double* x_end, const double* x_next,
-            double* defect, RowMatrixXd* J_end, RowMatrixXd* J_next) {
+void StateDefect(const Model& model, const double* x_end, const double* x_next,
+                 double* defect, RowMatrixXd* J_end, RowMatrixXd* J_next) {
   const int tangent = model.tangent_size(), nv = model.nv();
   BoxMinus<double>(model, x_end, x_next, defect);
   if (J_end == nullptr) return;
@@ -98,8 +98,6 @@ void Defect(const Model& model, const double* x_end, const double* x_next,
     J_next->block<3, 3>(nv + v, v) = Skew<double>(e);
   }
 }
-
-}  // namespace
 
 bool StateManifold::Plus(const double* x, const double* delta,
                          double* x_plus_delta) const {
@@ -162,7 +160,7 @@ bool SegmentCost::Evaluate(double const* const* parameters, double* residuals,
   if (jacobians == nullptr) {
     if (!(*rollout_)(x0, theta, residuals, x_end.data())) return false;
     if (with_defect_) {
-      Defect(model, x_end.data(), x_next, residuals + n, nullptr, nullptr);
+      StateDefect(model, x_end.data(), x_next, residuals + n, nullptr, nullptr);
     }
     return true;
   }
@@ -177,7 +175,7 @@ bool SegmentCost::Evaluate(double const* const* parameters, double* residuals,
   const int rows = num_residuals();
   if (with_defect_) {
     RowMatrixXd D_end, D_next;
-    Defect(model, x_end.data(), x_next, residuals + n, &D_end, &D_next);
+    StateDefect(model, x_end.data(), x_next, residuals + n, &D_end, &D_next);
     J.conservativeResize(rows, Eigen::NoChange);
     J.bottomRows(tangent) = D_end * J_end;
     if (J_x_next != nullptr) {
@@ -227,7 +225,8 @@ StatePriorCost::StatePriorCost(const Model* model, std::vector<double> x_prior)
 bool StatePriorCost::Evaluate(double const* const* parameters,
                               double* residuals, double** jacobians) const {
   RowMatrixXd D_end, D_next;
-  Defect(*model_, parameters[0], x_prior_.data(), residuals, &D_end, &D_next);
+  StateDefect(*model_, parameters[0], x_prior_.data(), residuals, &D_end,
+              &D_next);
   if (jacobians != nullptr && jacobians[0] != nullptr) {
     Map out(jacobians[0], num_residuals(), model_->state_size());
     LiftToAmbient(*model_, parameters[0], D_end, out);
@@ -250,37 +249,25 @@ void EvaluateLoss(RobustLoss loss, double scale, double s, double* rho,
   }
 }
 
-WhitenedCost::WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
-                           std::vector<double> sigmas, RobustLoss loss,
-                           double loss_scale, std::vector<Group> groups)
-    : cost_(std::move(cost)),
-      inverse_sigmas_(std::move(sigmas)),
+Whitening::Whitening(std::vector<double> sigmas, RobustLoss loss,
+                     double loss_scale, std::vector<Group> groups)
+    : inverse_sigmas_(std::move(sigmas)),
       loss_(loss),
       loss_scale_(loss_scale),
       groups_(std::move(groups)) {
-  CHECK_EQ(static_cast<int>(inverse_sigmas_.size()), cost_->num_residuals());
   for (double& sigma : inverse_sigmas_) {
     CHECK_GT(sigma, 0.0);
     sigma = 1.0 / sigma;
   }
-  *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
-  set_num_residuals(cost_->num_residuals());
 }
 
-bool WhitenedCost::Evaluate(double const* const* parameters, double* residuals,
-                            double** jacobians) const {
-  if (!cost_->Evaluate(parameters, residuals, jacobians)) return false;
-  const int rows = num_residuals();
-  const Eigen::Map<const Eigen::VectorXd> weights(inverse_sigmas_.data(), rows);
-  Eigen::Map<Eigen::VectorXd> r(residuals, rows);
+void Whitening::Apply(double* residuals, const std::vector<Map>& blocks) const {
+  const Eigen::Map<const Eigen::VectorXd> weights(inverse_sigmas_.data(),
+                                                  rows());
+  Eigen::Map<Eigen::VectorXd> r(residuals, rows());
   r.array() *= weights.array();
-  const size_t blocks = parameter_block_sizes().size();
-  for (size_t b = 0; jacobians != nullptr && b < blocks; ++b) {
-    if (jacobians[b] == nullptr) continue;
-    Map J(jacobians[b], rows, parameter_block_sizes()[b]);
-    J.array().colwise() *= weights.array();
-  }
-  if (loss_ == RobustLoss::kNone) return true;
+  for (Map J : blocks) J.array().colwise() *= weights.array();
+  if (loss_ == RobustLoss::kNone) return;
   for (const Group& group : groups_) {
     auto part = r.segment(group.first, group.size);
     const double s = part.squaredNorm();
@@ -292,15 +279,34 @@ bool WhitenedCost::Evaluate(double const* const* parameters, double* residuals,
     const double dw = (rho_prime * s - rho) / (2.0 * w * s * s);
     const Eigen::VectorXd before = part;
     part *= w;
-    for (size_t b = 0; jacobians != nullptr && b < blocks; ++b) {
-      if (jacobians[b] == nullptr) continue;
-      Map J(jacobians[b], rows, parameter_block_sizes()[b]);
+    for (Map J : blocks) {
       auto rows_J = J.middleRows(group.first, group.size);
       const Eigen::RowVectorXd rJ = before.transpose() * rows_J;
       rows_J *= w;
       rows_J += 2.0 * dw * before * rJ;
     }
   }
+}
+
+WhitenedCost::WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
+                           std::vector<double> sigmas, RobustLoss loss,
+                           double loss_scale, std::vector<Group> groups)
+    : cost_(std::move(cost)),
+      whitening_(std::move(sigmas), loss, loss_scale, std::move(groups)) {
+  CHECK_EQ(whitening_.rows(), cost_->num_residuals());
+  *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
+  set_num_residuals(cost_->num_residuals());
+}
+
+bool WhitenedCost::Evaluate(double const* const* parameters, double* residuals,
+                            double** jacobians) const {
+  if (!cost_->Evaluate(parameters, residuals, jacobians)) return false;
+  std::vector<Map> J;
+  for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
+    if (jacobians == nullptr || jacobians[b] == nullptr) continue;
+    J.emplace_back(jacobians[b], num_residuals(), parameter_block_sizes()[b]);
+  }
+  whitening_.Apply(residuals, J);
   return true;
 }
 

@@ -27,6 +27,17 @@ class StateManifold final : public ceres::Manifold {
   const Model* model_;
 };
 
+// The defect x_end [-] x_next of two states, tangent_size numbers, and, where
+// J_end is not null, its derivatives by both tangents.
+void StateDefect(const Model& model, const double* x_end, const double* x_next,
+                 double* defect, RowMatrixXd* J_end, RowMatrixXd* J_next);
+
+// J_tangent MinusJacobian(x): what Ceres multiplies by PlusJacobian again. J
+// has the rows of J_tangent and state_size columns.
+void LiftToAmbient(const Model& model, const double* x,
+                   const Eigen::Ref<const RowMatrixXd>& J_tangent,
+                   Eigen::Ref<RowMatrixXd> J);
+
 // Of a segment, in SI units: parameter blocks x_k, theta, and x_{k+1} where
 // another segment follows; residuals are the errors of SegmentRollout, then the
 // defect x_end [-] x_{k+1} (2 nv numbers) where another follows. No theta block
@@ -81,12 +92,31 @@ void EvaluateLoss(RobustLoss loss, double scale, double s, double* rho,
 // chi-square and covariance mean something. Rows in `groups` are also bent by
 // the loss, group by group (Ceres' own losses would bend a whole segment):
 // r -> sqrt(rho(s)/s) r with s = |r|^2, exactly differentiated.       (5.3)
-class WhitenedCost final : public ceres::CostFunction {
+class Whitening {
  public:
   struct Group {
     int first;
     int size;
   };
+  explicit Whitening(std::vector<double> sigmas,
+                     RobustLoss loss = RobustLoss::kNone,
+                     double loss_scale = 1.0, std::vector<Group> groups = {});
+
+  int rows() const { return static_cast<int>(inverse_sigmas_.size()); }
+  // r and the blocks J of its derivatives, in place.
+  void Apply(double* r, const std::vector<Eigen::Map<RowMatrixXd>>& J) const;
+
+ private:
+  std::vector<double> inverse_sigmas_;
+  RobustLoss loss_;
+  double loss_scale_;
+  std::vector<Group> groups_;
+};
+
+// A cost in SI units, whitened.
+class WhitenedCost final : public ceres::CostFunction {
+ public:
+  using Group = Whitening::Group;
   WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
                std::vector<double> sigmas, RobustLoss loss = RobustLoss::kNone,
                double loss_scale = 1.0, std::vector<Group> groups = {});
@@ -96,10 +126,7 @@ class WhitenedCost final : public ceres::CostFunction {
 
  private:
   std::unique_ptr<ceres::CostFunction> cost_;
-  std::vector<double> inverse_sigmas_;
-  RobustLoss loss_;
-  double loss_scale_;
-  std::vector<Group> groups_;
+  Whitening whitening_;
 };
 
 }  // namespace sysid

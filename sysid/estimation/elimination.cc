@@ -6,15 +6,15 @@
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
-namespace {
 
-// The triangular factor of a matrix, at most `columns` rows of it.
 RowMatrixXd TriangularFactor(const RowMatrixXd& rows) {
   if (rows.rows() == 0) return rows;
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
   const int keep = static_cast<int>(std::min(rows.rows(), rows.cols()));
   return qr.matrixQR().topRows(keep).triangularView<Eigen::Upper>();
 }
+
+namespace {
 
 RowMatrixXd EliminateRun(const RunLinearization& run, int n_theta) {
   const int tangent = static_cast<int>(run.J_prior.cols());

@@ -6,6 +6,9 @@
 
 namespace sysid {
 
+// The triangular factor of a matrix, at most as many rows of it as columns.
+RowMatrixXd TriangularFactor(const RowMatrixXd& rows);
+
 // What the data says about theta alone: the states projected out of the
 // linearised least squares min |J_x dx + J_theta dtheta + r|^2 by orthogonal
 // transformations, so nothing is squared.

@@ -1,7 +1,9 @@
 #include "sysid/estimation/evaluation.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 
@@ -21,7 +23,59 @@ struct Sums {
   double squares = 0.0;  // SI
   double whitened = 0.0;
   double dof = 0.0;
+
+  void operator+=(const Sums& other) {
+    squares += other.squares;
+    whitened += other.whitened;
+    dof += other.dof;
+  }
 };
+
+// Of a segment's errors r, per channel of its run.
+std::vector<Sums> SumByChannel(const RunData& data,
+                               const SegmentRollout& rollout,
+                               const std::vector<double>& r) {
+  std::vector<Sums> sums(data.run.channels.size());
+  for (const SegmentRow& row : rollout.rows()) {
+    double squares = 0.0;
+    for (int i = 0; i < row.size; ++i) {
+      squares += r[row.first + i] * r[row.first + i];
+    }
+    const double sigma = data.sigma[row.channel];
+    sums[row.channel] +=
+        {squares, squares / (sigma * sigma),
+         1.0 * ResidualDof(data.measurements.residuals[row.channel])};
+  }
+  return sums;
+}
+
+// Rolls segments out by all threads and hands over their errors (SI), which are
+// not kept. False where the dynamics of any fail; the others are handed over.
+bool RollSegments(
+    const ShootingProblem& problem, const ShootingPoint& point,
+    const std::vector<SegmentPlace>& which,
+    const std::function<void(int i, const SegmentRollout& rollout,
+                             const std::vector<double>& errors)>& use) {
+  std::atomic<bool> failed{false};
+  const auto roll = [&](int i) {
+    const auto [r, k] = which[i];
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    const SegmentRollout rollout(
+        &problem.model(), &problem.map(), &problem.runs()[r]->measurements,
+        nodes.samples[k], nodes.samples[k + 1], problem.options().rollout);
+    std::vector<double> errors(rollout.num_residuals());
+    std::vector<double> x_end(problem.model().state_size());
+    if (!rollout(nodes.states.row(k).data(), point.theta.data(), errors.data(),
+                 x_end.data())) {
+      failed = true;
+    } else {
+      use(i, rollout, errors);
+    }
+    return true;
+  };
+  ParallelFor(static_cast<int>(which.size()), problem.options().threads, roll);
+  return !failed;
+}
 
 }  // namespace
 
@@ -43,11 +97,8 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
   std::map<std::string, Sums> by_channel;
   std::map<std::string, ChannelError> described;
   Sums total, position;
-  bool failed = false;
-  const int size = problem.model().state_size();
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const RunData& data = *problem.runs()[r];
-    const ShootingPoint::Nodes& nodes = point.runs[r];
     for (size_t c = 0; c < data.run.channels.size(); ++c) {
       const Channel& channel = data.run.channels[c];
       if (described.count(channel.name) > 0) continue;
@@ -56,40 +107,30 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
           channel.name, ResidualUnit(problem.model().mechanism(), channel), 0,
           0, data.sigma[c]};
     }
-    for (int k = 0; k < nodes.segments(); ++k) {
-      const SegmentRollout rollout(
-          &problem.model(), &problem.map(), &data.measurements,
-          nodes.samples[k], nodes.samples[k + 1], problem.options().rollout);
-      std::vector<double> r_si(rollout.num_residuals()), x_end(size);
-      if (!rollout(nodes.states.row(k).data(), point.theta.data(), r_si.data(),
-                   x_end.data())) {
-        failed = true;
-        continue;
-      }
-      Sums segment;
-      for (const SegmentRow& row : rollout.rows()) {
-        double squares = 0.0;
-        for (int i = 0; i < row.size; ++i) {
-          squares += r_si[row.first + i] * r_si[row.first + i];
-        }
-        const double sigma = data.sigma[row.channel];
-        const Channel& channel = data.run.channels[row.channel];
-        const double dof =
-            ResidualDof(data.measurements.residuals[row.channel]);
-        Sums* sums[] = {&segment, &total, &by_channel[channel.name],
-                        IsPositionLike(channel.kind) ? &position : nullptr};
-        for (Sums* sum : sums) {
-          if (sum == nullptr) continue;
-          sum->squares += squares;
-          sum->whitened += squares / (sigma * sigma);
-          sum->dof += dof;
-        }
-      }
-      if (segment.dof > 0) {
-        errors.segments.push_back({data.run.name, data.run.t[nodes.samples[k]],
-                                   data.run.t[nodes.samples[k + 1]],
-                                   std::sqrt(segment.whitened / segment.dof)});
-      }
+  }
+  const std::vector<SegmentPlace> all = AllSegments(point);
+  std::vector<std::vector<Sums>> sums(all.size());
+  const bool failed = !RollSegments(
+      problem, point, all,
+      [&](int i, const SegmentRollout& rollout, const std::vector<double>& r) {
+        sums[i] = SumByChannel(*problem.runs()[all[i].run], rollout, r);
+      });
+  for (size_t i = 0; i < all.size(); ++i) {
+    const RunData& data = *problem.runs()[all[i].run];
+    Sums segment;
+    for (size_t c = 0; c < sums[i].size(); ++c) {
+      const Channel& channel = data.run.channels[c];
+      segment += sums[i][c];
+      total += sums[i][c];
+      by_channel[channel.name] += sums[i][c];
+      if (IsPositionLike(channel.kind)) position += sums[i][c];
+    }
+    if (segment.dof > 0) {
+      const std::vector<int>& samples = point.runs[all[i].run].samples;
+      const int k = all[i].segment;
+      errors.segments.push_back({data.run.name, data.run.t[samples[k]],
+                                 data.run.t[samples[k + 1]],
+                                 std::sqrt(segment.whitened / segment.dof)});
     }
   }
   // What was fitted took up this much of the noise, evenly over the samples.
@@ -120,31 +161,38 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
 
 double AutocorrelationTime(const ShootingProblem& problem,
                            const ShootingPoint& point) {
-  double weighted = 0.0, weight = 0.0;
-  for (size_t r = 0; r < point.runs.size(); ++r) {
-    const RunData& data = *problem.runs()[r];
-    const ShootingPoint::Nodes& nodes = point.runs[r];
-    // One series of each component of each channel, in the order of time.
-    std::vector<std::vector<std::vector<double>>> series(
-        data.run.channels.size());
-    for (int k = 0; k < nodes.segments(); ++k) {
-      const SegmentRollout rollout(
-          &problem.model(), &problem.map(), &data.measurements,
-          nodes.samples[k], nodes.samples[k + 1], problem.options().rollout);
-      std::vector<double> errors(rollout.num_residuals());
-      std::vector<double> x_end(problem.model().state_size());
-      if (!rollout(nodes.states.row(k).data(), point.theta.data(),
-                   errors.data(), x_end.data())) {
-        return 1.0;
+  // One series of each component of each channel of each run, in the order of
+  // time: of a segment first.
+  using Series = std::vector<std::vector<std::vector<double>>>;
+  const std::vector<SegmentPlace> all = AllSegments(point);
+  std::vector<Series> parts(all.size());
+  const auto sort = [&](int i, const SegmentRollout& rollout,
+                        const std::vector<double>& errors) {
+    const RunData& data = *problem.runs()[all[i].run];
+    parts[i].resize(data.run.channels.size());
+    for (const SegmentRow& row : rollout.rows()) {
+      auto& components = parts[i][row.channel];
+      components.resize(row.size);
+      for (int c = 0; c < row.size; ++c) {
+        components[c].push_back(errors[row.first + c] /
+                                data.sigma[row.channel]);
       }
-      for (const SegmentRow& row : rollout.rows()) {
-        auto& components = series[row.channel];
-        components.resize(row.size);
-        for (int i = 0; i < row.size; ++i) {
-          components[i].push_back(errors[row.first + i] /
-                                  data.sigma[row.channel]);
+    }
+  };
+  if (!RollSegments(problem, point, all, sort)) return 1.0;
+  double weighted = 0.0, weight = 0.0;
+  size_t at = 0;
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    Series series(problem.runs()[r]->run.channels.size());
+    for (int k = 0; k < point.runs[r].segments(); ++k, ++at) {
+      for (size_t c = 0; c < parts[at].size(); ++c) {
+        series[c].resize(std::max(series[c].size(), parts[at][c].size()));
+        for (size_t i = 0; i < parts[at][c].size(); ++i) {
+          const std::vector<double>& part = parts[at][c][i];
+          series[c][i].insert(series[c][i].end(), part.begin(), part.end());
         }
       }
+      parts[at] = {};
     }
     for (const auto& components : series) {
       for (const std::vector<double>& e : components) {
@@ -172,67 +220,66 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
   constexpr double kHorizons[] = {0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0};
   constexpr double kWindow = 0.2;  // s, from which a state is estimated
   constexpr int kMostStarts = 40;  // a run
-  const int min_samples = MinSegmentSamples(problem);
-  ShootingPoint windows;
-  windows.theta = theta;
+  ShootingPoint windows =
+      CutPoint(problem, theta, AllStatesFromData(problem), kWindow);
+  std::vector<SegmentPlace> starts;
   for (size_t r = 0; r < problem.runs().size(); ++r) {
-    const RunData& data = *problem.runs()[r];
-    ShootingPoint::Nodes nodes;
-    nodes.samples = CutRun(data.run.t, kWindow, min_samples);
-    const RowMatrixXd states = StatesFromData(problem, static_cast<int>(r));
-    nodes.states.resize(nodes.segments(), states.cols());
-    for (int k = 0; k < nodes.segments(); ++k) {
-      nodes.states.row(k) = states.row(nodes.samples[k]);
+    const int segments = windows.runs[r].segments();
+    const int stride = std::max(1, segments / kMostStarts);
+    for (int k = 0; k < segments; k += stride) {
+      starts.push_back({static_cast<int>(r), k});
     }
-    windows.runs.push_back(std::move(nodes));
   }
   ShootingStage::Options options;
   options.defect = kInfinity;
   options.fix_theta = true;
   options.max_iterations = 20;
   options.function_tolerance = 1e-6;
-  {
-    ShootingStage stage(problem, options, &windows);
-    std::vector<HistoryEntry> history;
-    stage.Solve("horizon", Now(), &history);
-  }
+  windows = SolveOneByOne(problem, options, {windows}, starts);
   constexpr int kCount = sizeof(kHorizons) / sizeof(kHorizons[0]);
-  std::vector<Sums> sums(kCount);
-  for (size_t r = 0; r < problem.runs().size(); ++r) {
+  std::vector<std::vector<Sums>> parts(starts.size(),
+                                       std::vector<Sums>(kCount));
+  const auto predict = [&](int i) {
+    const auto [r, k] = starts[i];
     const RunData& data = *problem.runs()[r];
     const ShootingPoint::Nodes& nodes = windows.runs[r];
     const std::vector<double>& t = data.run.t;
-    const int stride = std::max(1, nodes.segments() / kMostStarts);
-    for (int k = 0; k < nodes.segments(); k += stride) {
-      const int first = nodes.samples[k];
-      const auto end = std::upper_bound(
-          t.begin(), t.end(), t[first] + kHorizons[kCount - 1] * 1.01);
-      const int last = static_cast<int>(end - t.begin()) - 1;
-      if (last <= first) continue;
-      const SegmentRollout rollout(&problem.model(), &problem.map(),
-                                   &data.measurements, first, last,
-                                   problem.options().rollout);
-      std::vector<double> r_si(rollout.num_residuals());
-      std::vector<double> x_end(problem.model().state_size());
-      if (!rollout(nodes.states.row(k).data(), theta.data(), r_si.data(),
-                   x_end.data())) {
-        continue;
-      }
-      for (const SegmentRow& row : rollout.rows()) {
-        if (!IsPositionLike(data.run.channels[row.channel].kind)) continue;
-        const double ahead = t[row.sample] - t[first];
-        for (int h = 0; h < kCount; ++h) {
-          // Samples within a tenth of the horizon before it.
-          if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
-            continue;
-          }
-          for (int i = 0; i < row.size; ++i) {
-            sums[h].squares += r_si[row.first + i] * r_si[row.first + i];
-          }
-          sums[h].dof += ResidualDof(data.measurements.residuals[row.channel]);
+    const int first = nodes.samples[k];
+    const auto end = std::upper_bound(t.begin(), t.end(),
+                                      t[first] + kHorizons[kCount - 1] * 1.01);
+    const int last = static_cast<int>(end - t.begin()) - 1;
+    if (last <= first) return true;
+    const SegmentRollout rollout(&problem.model(), &problem.map(),
+                                 &data.measurements, first, last,
+                                 problem.options().rollout);
+    std::vector<double> r_si(rollout.num_residuals());
+    std::vector<double> x_end(problem.model().state_size());
+    if (!rollout(nodes.states.row(k).data(), theta.data(), r_si.data(),
+                 x_end.data())) {
+      return true;
+    }
+    for (const SegmentRow& row : rollout.rows()) {
+      if (!IsPositionLike(data.run.channels[row.channel].kind)) continue;
+      const double ahead = t[row.sample] - t[first];
+      for (int h = 0; h < kCount; ++h) {
+        // Samples within a tenth of the horizon before it.
+        if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
+          continue;
         }
+        Sums& sum = parts[i][h];
+        for (int c = 0; c < row.size; ++c) {
+          sum.squares += r_si[row.first + c] * r_si[row.first + c];
+        }
+        sum.dof += ResidualDof(data.measurements.residuals[row.channel]);
       }
     }
+    return true;
+  };
+  ParallelFor(static_cast<int>(starts.size()), problem.options().threads,
+              predict);
+  std::vector<Sums> sums(kCount);
+  for (const std::vector<Sums>& part : parts) {
+    for (int h = 0; h < kCount; ++h) sums[h] += part[h];
   }
   std::vector<HorizonError> result;
   for (int h = 0; h < kCount; ++h) {

@@ -21,7 +21,7 @@ void SummarizeFit(const ShootingProblem& problem, const ShootingPoint& point,
   RowMatrixXd J_prior;
   Eigen::VectorXd r_prior;
   stage.LinearizePriors(&J_prior, &r_prior);
-  if (stage.Linearize(&runs)) {
+  if (stage.Linearize(&runs, ShootingStage::Rows::kTriangular)) {
     R = EliminateStates(runs, J_prior, r_prior, problem.options().threads);
   } else {
     fit->converged = false;

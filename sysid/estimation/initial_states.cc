@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "models/state.h"
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -350,6 +351,16 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
   if (any_unmeasured && any_frame) {
     SolveUnmeasured(problem, run, unmeasured, &states);
   }
+  return states;
+}
+
+std::vector<RowMatrixXd> AllStatesFromData(const ShootingProblem& problem) {
+  std::vector<RowMatrixXd> states(problem.runs().size());
+  ParallelFor(static_cast<int>(states.size()), problem.options().threads,
+              [&](int r) {
+                states[r] = StatesFromData(problem, r);
+                return true;
+              });
   return states;
 }
 

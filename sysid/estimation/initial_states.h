@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "sysid/estimation/shooting_problem.h"
 
 namespace sysid {
@@ -11,5 +13,7 @@ namespace sysid {
 // frames by inverse kinematics at the starting parameters, or else is neutral.
 // Gaps are bridged linearly.
 RowMatrixXd StatesFromData(const ShootingProblem& problem, int run);
+// Of every run, spread over the threads.
+std::vector<RowMatrixXd> AllStatesFromData(const ShootingProblem& problem);
 
 }  // namespace sysid

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "sysid/estimation/fit.h"
 #include "sysid/estimation/fit_summary.h"
@@ -42,6 +43,8 @@ class StagedFit {
   // way ahead of it need. True where it changed.
   bool ShortenStep();
   bool FreesEffects() const;
+  // Of the point as it is cut; they remember what the stage before found.
+  std::shared_ptr<ShootingSegments> Segments();
   StageSummary Stage(const std::string& doing, double defect, double tolerance,
                      int most, double twist_hold = 0.0);
   void Finish();
@@ -52,8 +55,16 @@ class StagedFit {
   const double start_s_;
   std::vector<RowMatrixXd> from_data_;  // states at the samples of each run
   ShootingPoint point_;
+  std::shared_ptr<ShootingSegments> segments_;
   Fit fit_;
 };
+
+std::shared_ptr<ShootingSegments> StagedFit::Segments() {
+  if (segments_ == nullptr || !segments_->Fit(*problem_, point_)) {
+    segments_ = std::make_shared<ShootingSegments>(*problem_, point_);
+  }
+  return segments_;
+}
 
 bool StagedFit::ShortenStep() {
   if (!choose_step_) return false;
@@ -83,7 +94,7 @@ StageSummary StagedFit::Stage(const std::string& doing, double defect,
   for (int i = 0; i < kMostSteps; ++i) {
     const int left = problem_->options().max_iterations - fit_.iterations;
     options.max_iterations = std::max(1, std::min(most, left));
-    ShootingStage stage(*problem_, options, &point_);
+    ShootingStage stage(*problem_, options, &point_, Segments());
     done = stage.Solve(doing, start_s_, &fit_.history);
     fit_.iterations += done.iterations;
     fit_.evaluations += done.evaluations;
@@ -210,11 +221,11 @@ Fit StagedFit::StatesAtStart(const ShootingPoint& cut) {
   CountSamples();
   point_ = cut;
   point_.theta = problem_->InitialTheta();
+  const std::vector<RowMatrixXd> states = AllStatesFromData(*problem_);
   for (size_t r = 0; r < point_.runs.size(); ++r) {
-    const RowMatrixXd states = StatesFromData(*problem_, static_cast<int>(r));
     ShootingPoint::Nodes& nodes = point_.runs[r];
     for (int k = 0; k < nodes.segments(); ++k) {
-      nodes.states.row(k) = states.row(nodes.samples[k]);
+      nodes.states.row(k) = states[r].row(nodes.samples[k]);
     }
   }
   fit_.defect = std::numeric_limits<double>::infinity();
@@ -223,7 +234,7 @@ Fit StagedFit::StatesAtStart(const ShootingPoint& cut) {
   options.fix_theta = true;
   options.twist_hold = kHeldSpin;
   options.function_tolerance = 1e-6;
-  ShootingStage(*problem_, options, &point_)
+  ShootingStage(*problem_, options, &point_, Segments())
       .Solve("states", start_s_, &fit_.history);
   Finish();
   return std::move(fit_);
@@ -231,13 +242,11 @@ Fit StagedFit::StatesAtStart(const ShootingPoint& cut) {
 
 Fit StagedFit::Run(bool joined) {
   CountSamples();
-  for (size_t r = 0; r < problem_->runs().size(); ++r) {
-    from_data_.push_back(StatesFromData(*problem_, static_cast<int>(r)));
-  }
+  from_data_ = AllStatesFromData(*problem_);
   point_ =
       CutPoint(*problem_, problem_->InitialTheta(), from_data_, kFirstLength);
   ShortenStep();
-  fit_.termination = WhyHopeless(*problem_, point_);
+  fit_.termination = WhyHopeless(*problem_, point_, Segments().get());
   if (fit_.termination.empty()) Solve(joined);
   Finish();
   if (joined) Predict();

@@ -4,6 +4,7 @@
 
 #include "models/dynamics.h"
 #include "models/error.h"
+#include "sysid/estimation/parallel.h"
 #include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
@@ -24,9 +25,42 @@ Eigen::VectorXd Nudged(const ShootingProblem& problem,
   return nudged;
 }
 
+// A full change of its own size that moves all residuals together by less than
+// a millionth of the noise is none.
+bool HasInfluence(const ShootingProblem& problem, int i, double square) {
+  return std::sqrt(square) * problem.free()[i].parameter.typical_scale > 1e-6;
+}
+
+// Whether every parameter changes a measured residual at theta: all but always,
+// and the cheaper question.
+bool AllHaveInfluence(const ShootingProblem& problem,
+                      const ShootingPoint& point, ShootingSegments* segments) {
+  const std::vector<SegmentPlace> all = AllSegments(point);
+  if (!ParallelFor(all.size(), problem.options().threads, [&](int i) {
+        const auto [run, k] = all[i];
+        return segments->at(run, k)->Linearize(
+            point.runs[run].states.row(k).data(), point.theta.data(),
+            ShootingSegment::Columns::kBoth);
+      })) {
+    return false;
+  }
+  const int n = problem.map().size();
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(n);
+  for (const auto& [run, k] : all) {
+    const RowMatrixXd& R = segments->at(run, k)->R();
+    squares += R.rightCols(n).colwise().squaredNorm().transpose();
+  }
+  for (int i = 0; i < n; ++i) {
+    if (!HasInfluence(problem, i, squares[i])) return false;
+  }
+  return true;
+}
+
 // Names of the parameters that change no residual, at theta or beside it.
 std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
-                                          const ShootingPoint& point) {
+                                          const ShootingPoint& point,
+                                          ShootingSegments* segments) {
+  if (AllHaveInfluence(problem, point, segments)) return {};
   const int n = problem.map().size();
   Eigen::VectorXd norms = Eigen::VectorXd::Zero(n);
   bool known = false;
@@ -37,7 +71,7 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
     options.defect = kLooseDefect;
     const ShootingStage stage(problem, options, &at);
     std::vector<RunLinearization> runs;
-    if (!stage.Linearize(&runs)) continue;
+    if (!stage.Linearize(&runs, ShootingStage::Rows::kTriangular)) continue;
     known = true;
     for (const RunLinearization& run : runs) {
       for (const SegmentLinearization& segment : run.segments) {
@@ -48,10 +82,7 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
   }
   std::vector<std::string> names;
   for (int i = 0; known && i < n; ++i) {
-    const double scale = problem.free()[i].parameter.typical_scale;
-    // A full change of its own size that moves all residuals together by less
-    // than a millionth of the noise.
-    if (!(std::sqrt(norms[i]) * scale > 1e-6)) {
+    if (!HasInfluence(problem, i, norms[i])) {
       names.push_back(problem.free()[i].parameter.name);
     }
   }
@@ -77,10 +108,12 @@ std::string WhyImmobile(const ShootingProblem& problem,
 }  // namespace
 
 std::string WhyHopeless(const ShootingProblem& problem,
-                        const ShootingPoint& point) {
+                        const ShootingPoint& point,
+                        ShootingSegments* segments) {
   const std::string immobile = WhyImmobile(problem, point.theta);
   if (!immobile.empty()) return immobile;
-  const std::vector<std::string> idle = WithoutInfluence(problem, point);
+  const std::vector<std::string> idle =
+      WithoutInfluence(problem, point, segments);
   if (idle.empty()) return "";
   const bool one = idle.size() == 1;
   return std::string(one ? "parameter '" : "parameters '") +

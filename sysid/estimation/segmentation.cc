@@ -6,7 +6,7 @@
 
 #include "glog/logging.h"
 #include "sysid/estimation/initial_states.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -20,39 +20,6 @@ std::vector<RowMatrixXd> AllSampleStates(const ShootingProblem& problem,
     }
   }
   return states;
-}
-
-// Independent segments, each a problem of its own: together they would share
-// one trust region, and the most crooked of them would hold up all. Each starts
-// from the state of every one of `starts`, and keeps the best.
-ShootingPoint SolveOneByOne(const ShootingProblem& problem,
-                            const ShootingStage::Options& options,
-                            const std::vector<ShootingPoint>& starts) {
-  ShootingPoint point = starts.front();
-  ShootingPoint single;
-  single.theta = point.theta;
-  single.runs.resize(point.runs.size());
-  for (ShootingPoint::Nodes& nodes : single.runs) nodes.samples = {0};
-  for (size_t r = 0; r < point.runs.size(); ++r) {
-    ShootingPoint::Nodes& all = point.runs[r];
-    ShootingPoint::Nodes& one = single.runs[r];
-    for (int k = 0; k < all.segments(); ++k) {
-      double least = std::numeric_limits<double>::infinity();
-      for (const ShootingPoint& start : starts) {
-        one.samples = {all.samples[k], all.samples[k + 1]};
-        one.states = start.runs[r].states.row(k);
-        std::vector<HistoryEntry> history;
-        const StageSummary done = ShootingStage(problem, options, &single)
-                                      .Solve("states", Now(), &history);
-        if (!(done.cost < least)) continue;
-        least = done.cost;
-        all.states.row(k) = one.states.row(0);
-      }
-    }
-    one.samples = {0};
-    one.states.resize(0, all.states.cols());
-  }
-  return point;
 }
 
 }  // namespace
@@ -113,46 +80,104 @@ double ChooseSegment(const ShootingProblem& problem,
   const Model& model = problem.model();
   const int nv = model.nv();
   const double longest = std::min(problem.LongestDuration(), kLongestLength);
+  // How far each of some segments has been followed, and how the state there
+  // moves with that at the start; lengths double, so each goes on from there.
+  struct Walk {
+    SegmentPlace start;
+    int sample;
+    Eigen::VectorXd x;
+    RowMatrixXd phi;
+  };
+  std::vector<Walk> walks;
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    const int count = std::min(nodes.segments(), kStarts);
+    for (int i = 0; i < count; ++i) {
+      const int k = nodes.segments() * i / count;
+      walks.push_back({{static_cast<int>(r), k},
+                       nodes.samples[k],
+                       nodes.states.row(k).transpose(),
+                       RowMatrixXd::Identity(2 * nv, 2 * nv)});
+    }
+  }
   double best = kFirstLength;
   while (best < longest) {
     const double length = 2.0 * best;
-    for (size_t r = 0; r < point.runs.size(); ++r) {
-      const RunData& data = *problem.runs()[r];
-      const ShootingPoint::Nodes& nodes = point.runs[r];
+    const auto regular = [&](int i) {
+      Walk& walk = walks[i];
+      const int run = walk.start.run;
+      const RunData& data = *problem.runs()[run];
       const std::vector<double>& t = data.run.t;
-      const int count = std::min(nodes.segments(), kStarts);
-      for (int i = 0; i < count; ++i) {
-        const int k = nodes.segments() * i / count;
-        const int first = nodes.samples[k];
-        const auto end =
-            std::upper_bound(t.begin(), t.end(), t[first] + length);
-        const int last = static_cast<int>(end - t.begin()) - 1;
-        if (last <= first) continue;
-        const SegmentRollout rollout(&model, &problem.map(), &data.measurements,
-                                     first, last, problem.options().rollout);
-        std::vector<double> errors(rollout.num_residuals());
-        std::vector<double> x_end(model.state_size());
-        RowMatrixXd J, J_end;
-        if (!rollout.Linearize(nodes.states.row(k).data(), point.theta.data(),
-                               false, errors.data(), x_end.data(), &J,
-                               &J_end) ||
-            !(J_end.topLeftCorner(nv, nv).operatorNorm() < kGrowth)) {
-          return best;
-        }
+      const double t0 = t[point.runs[run].samples[walk.start.segment]];
+      const auto end = std::upper_bound(t.begin(), t.end(), t0 + length);
+      const int last = static_cast<int>(end - t.begin()) - 1;
+      if (last <= walk.sample) return true;
+      const SegmentRollout rollout(&model, &problem.map(), &data.measurements,
+                                   walk.sample, last,
+                                   problem.options().rollout);
+      Eigen::VectorXd errors(rollout.num_residuals());
+      Eigen::VectorXd x_end(model.state_size());
+      RowMatrixXd J, J_end;
+      if (!rollout.Linearize(walk.x.data(), point.theta.data(), false,
+                             errors.data(), x_end.data(), &J, &J_end)) {
+        return false;
       }
+      walk.sample = last;
+      walk.x = x_end;
+      walk.phi = J_end * walk.phi;
+      return walk.phi.topLeftCorner(nv, nv).operatorNorm() < kGrowth;
+    };
+    if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
+                     regular)) {
+      return best;
     }
     best = length;
   }
   return std::min(best, longest);
 }
 
+ShootingPoint SolveOneByOne(const ShootingProblem& problem,
+                            ShootingStage::Options options,
+                            const std::vector<ShootingPoint>& starts,
+                            const std::vector<SegmentPlace>& which) {
+  options.threads = 1;  // each; they are spread instead
+  options.quiet = true;
+  ShootingPoint point = starts.front();
+  const auto solve = [&](int i) {
+    const auto [r, k] = which[i];
+    ShootingPoint single;
+    single.theta = point.theta;
+    single.runs.resize(point.runs.size());
+    for (ShootingPoint::Nodes& nodes : single.runs) {
+      nodes.samples = {0};
+      nodes.states.resize(0, point.runs[r].states.cols());
+    }
+    ShootingPoint::Nodes& one = single.runs[r];
+    one.samples = {point.runs[r].samples[k], point.runs[r].samples[k + 1]};
+    const auto segments = std::make_shared<ShootingSegments>(problem, single);
+    double least = std::numeric_limits<double>::infinity();
+    Eigen::RowVectorXd best = point.runs[r].states.row(k);
+    for (const ShootingPoint& start : starts) {
+      one.states = start.runs[r].states.row(k);
+      std::vector<HistoryEntry> history;
+      const StageSummary done =
+          ShootingStage(problem, options, &single, segments)
+              .Solve("states", Now(), &history);
+      if (!(done.cost < least)) continue;
+      least = done.cost;
+      best = one.states.row(0);
+    }
+    point.runs[r].states.row(k) = best;
+    return true;
+  };
+  ParallelFor(static_cast<int>(which.size()), problem.options().threads, solve);
+  return point;
+}
+
 ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
                          double defect) {
   CHECK_EQ(problem.map().size(), 0);
-  std::vector<RowMatrixXd> states;
-  for (size_t r = 0; r < problem.runs().size(); ++r) {
-    states.push_back(StatesFromData(problem, static_cast<int>(r)));
-  }
+  const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
   ShootingPoint point =
       CutPoint(problem, Eigen::VectorXd(0), states, kFirstLength);
   std::vector<HistoryEntry> history;
@@ -174,7 +199,7 @@ ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
   options.defect = kJoinedDefect;
   ShootingStage(problem, options, &joined).Solve("states", Now(), &history);
   options.defect = defect;
-  return SolveOneByOne(problem, options, {longer, joined});
+  return SolveOneByOne(problem, options, {longer, joined}, AllSegments(longer));
 }
 
 ShootingPoint StatesFrom(const ShootingProblem& problem,
@@ -183,7 +208,7 @@ ShootingPoint StatesFrom(const ShootingProblem& problem,
   ShootingStage::Options options;
   options.defect = std::numeric_limits<double>::infinity();
   options.function_tolerance = 1e-6;
-  return SolveOneByOne(problem, options, {start});
+  return SolveOneByOne(problem, options, {start}, AllSegments(start));
 }
 
 }  // namespace sysid

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "sysid/estimation/shooting_problem.h"
+#include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
 
@@ -37,6 +38,16 @@ double MeanSegment(const ShootingProblem& problem,
 // fourfold anywhere: chaos asks for short segments.
 double ChooseSegment(const ShootingProblem& problem,
                      const ShootingPoint& point);
+
+// States of independent segments, each a problem of its own: together they
+// would share one trust region, and the most crooked of them would hold up all.
+// Each of `which` starts from its state in every one of `starts`, which are cut
+// alike, and keeps the best; the others stay as in the first. `options` of the
+// stage that each is.
+ShootingPoint SolveOneByOne(const ShootingProblem& problem,
+                            ShootingStage::Options options,
+                            const std::vector<ShootingPoint>& starts,
+                            const std::vector<SegmentPlace>& which);
 
 // The states alone, theta as the model has it (the problem frees nothing):
 // short segments first, then `length`, joined by `defect`.

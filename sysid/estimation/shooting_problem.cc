@@ -6,6 +6,7 @@
 
 #include "glog/logging.h"
 #include "sysid/estimation/noise.h"
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -207,6 +208,16 @@ double ShootingProblem::DofPerSample() const {
   return dof / samples;
 }
 
+std::vector<SegmentPlace> AllSegments(const ShootingPoint& point) {
+  std::vector<SegmentPlace> all;
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    for (int k = 0; k < point.runs[r].segments(); ++k) {
+      all.push_back({static_cast<int>(r), k});
+    }
+  }
+  return all;
+}
+
 std::vector<int> CutRun(const std::vector<double>& t, double length,
                         int min_samples) {
   const int intervals = static_cast<int>(t.size()) - 1;
@@ -227,7 +238,7 @@ bool SampleStates(const ShootingProblem& problem, const ShootingPoint& point,
   const ShootingPoint::Nodes& nodes = point.runs[run];
   const int size = problem.model().state_size();
   states->resize(data.run.size(), size);
-  for (int k = 0; k < nodes.segments(); ++k) {
+  const auto roll = [&](int k) {
     const SegmentRollout rollout(
         &problem.model(), &problem.map(), &data.measurements, nodes.samples[k],
         nodes.samples[k + 1], problem.options().rollout);
@@ -236,11 +247,14 @@ bool SampleStates(const ShootingProblem& problem, const ShootingPoint& point,
                  x_end.data(), &visited)) {
       return false;
     }
-    const int count = nodes.samples[k + 1] - nodes.samples[k] + 1;
+    // The last is where the next begins, whose state counts.
+    const bool last = k + 1 == nodes.segments();
+    const int count = nodes.samples[k + 1] - nodes.samples[k] + (last ? 1 : 0);
     states->middleRows(nodes.samples[k], count) =
         Eigen::Map<const RowMatrixXd>(visited.data(), count, size);
-  }
-  return true;
+    return true;
+  };
+  return ParallelFor(nodes.segments(), problem.options().threads, roll);
 }
 
 }  // namespace sysid

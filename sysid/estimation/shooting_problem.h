@@ -98,13 +98,20 @@ struct ShootingPoint {
   std::vector<Nodes> runs;
 };
 
+// A segment of a point, and all of them in the order of runs and time.
+struct SegmentPlace {
+  int run;
+  int segment;
+};
+std::vector<SegmentPlace> AllSegments(const ShootingPoint& point);
+
 // Cuts a run into segments of about `length` seconds (all of the same number of
 // samples, within one), each of at least `min_samples`; one segment where the
 // run is too short for two. Returns samples as in ShootingPoint::Nodes.
 std::vector<int> CutRun(const std::vector<double>& t, double length,
                         int min_samples);
 
-// The states at every sample, by rolling every segment out.
+// The states at every sample, by rolling every segment out; by all threads.
 // samples x state_size; false where the dynamics fail.
 bool SampleStates(const ShootingProblem& problem, const ShootingPoint& point,
                   int run, RowMatrixXd* states);

@@ -8,6 +8,7 @@
 
 #include "glog/logging.h"
 #include "models/state.h"
+#include "sysid/estimation/elimination.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -17,14 +18,15 @@ namespace {
 class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const std::string& doing, double start_time_s, double dof, int most,
-          double tolerance, const EstimationOptions& options,
+          double tolerance,
+          const std::function<void(const Progress&)>& progress,
           const Eigen::VectorXd& theta, std::vector<HistoryEntry>* history)
       : doing_(doing),
         start_time_s_(start_time_s),
         dof_(dof),
         most_(most),
         tolerance_(tolerance),
-        options_(options),
+        progress_(progress),
         theta_(theta),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
@@ -41,9 +43,9 @@ class Watcher final : public ceres::IterationCallback {
       history_->push_back(
           {first_ + summary.iteration, cost_, Now() - start_time_s_, theta_});
     }
-    if (options_.progress) {
-      options_.progress({doing_, first_ + summary.iteration, most_,
-                         std::sqrt(2.0 * cost_ / dof_)});
+    if (progress_) {
+      progress_({doing_, first_ + summary.iteration, most_,
+                 std::sqrt(2.0 * cost_ / dof_)});
     }
     // Only steps that were taken count (Ceres also stops where a refused one
     // happens to cost the same). The cost is a negative log-likelihood: less
@@ -63,7 +65,7 @@ class Watcher final : public ceres::IterationCallback {
   double start_time_s_, dof_;
   int most_;
   double tolerance_;
-  const EstimationOptions& options_;
+  const std::function<void(const Progress&)> progress_;
   const Eigen::VectorXd& theta_;
   std::vector<HistoryEntry>* history_;
   int first_;
@@ -80,6 +82,33 @@ std::string Message(const ceres::Solver::Summary& summary, int most) {
            "priors or fewer free parameters help";
   }
   return summary.message;
+}
+
+// The triangular factor of a segment's measured rows; those of the defect, the
+// last, stay as they are.
+void Triangularise(SegmentLinearization* segment) {
+  const int tangent = static_cast<int>(segment->J_x.cols());
+  const int n_theta = static_cast<int>(segment->J_theta.cols());
+  const int defects = static_cast<int>(segment->J_next.cols());
+  const int measured = static_cast<int>(segment->r.size()) - defects;
+  RowMatrixXd rows(measured, tangent + n_theta + 1);
+  rows << segment->J_x.topRows(measured), segment->J_theta.topRows(measured),
+      segment->r.head(measured);
+  const RowMatrixXd R = TriangularFactor(rows);
+  SegmentLinearization small;
+  const int all = static_cast<int>(R.rows()) + defects;
+  small.J_x.resize(all, tangent);
+  small.J_x << R.leftCols(tangent), segment->J_x.bottomRows(defects);
+  small.J_theta.resize(all, n_theta);
+  small.J_theta << R.middleCols(tangent, n_theta),
+      segment->J_theta.bottomRows(defects);
+  small.r.resize(all);
+  small.r << R.rightCols(1), segment->r.tail(defects);
+  if (defects > 0) {
+    small.J_next.setZero(all, defects);
+    small.J_next.bottomRows(defects) = segment->J_next.bottomRows(defects);
+  }
+  *segment = std::move(small);
 }
 
 }  // namespace
@@ -135,63 +164,79 @@ std::vector<double> StateBelief(const ShootingProblem& problem,
 }
 
 ShootingStage::ShootingStage(const ShootingProblem& problem,
-                             const Options& options, ShootingPoint* point)
+                             const Options& options, ShootingPoint* point,
+                             std::shared_ptr<ShootingSegments> segments)
     : shooting_(problem),
       options_(options),
       point_(point),
-      manifold_(std::make_unique<StateManifold>(&problem.model())) {
+      manifold_(std::make_unique<StateManifold>(&problem.model())),
+      segments_(std::move(segments)) {
+  if (segments_ == nullptr || !segments_->Fit(problem, *point)) {
+    segments_ = std::make_shared<ShootingSegments>(problem, *point);
+  }
+  if (std::isfinite(options.defect)) {
+    defect_sigma_ = DefectSigma(problem);
+    for (double& sigma : defect_sigma_) sigma *= options.defect;
+  }
   ceres::Problem::Options problem_options;
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem_ = std::make_unique<ceres::Problem>(problem_options);
   AddSegments();
   AddPriors();
+  if (!options.fix_states) return;
+  for (const auto& [run, k] : AllSegments(*point)) {
+    problem_->SetParameterBlockConstant(State(run, k));
+  }
 }
 
 ShootingStage::~ShootingStage() = default;
+
+int ShootingStage::Threads() const {
+  return options_.threads > 0 ? options_.threads : shooting_.options().threads;
+}
 
 double* ShootingStage::State(int run, int segment) const {
   RowMatrixXd& states = point_->runs[run].states;
   return states.data() + segment * states.cols();
 }
 
+bool ShootingStage::HasDefect(int run, int segment) const {
+  return !defect_sigma_.empty() && segment + 1 < point_->runs[run].segments();
+}
+
+bool ShootingStage::HasOwnPrior(int run, int segment) const {
+  return segment > 0 && segment < static_cast<int>(state_priors_[run].size());
+}
+
+void ShootingStage::StatePrior(int run, int segment, double* r,
+                               RowMatrixXd* J) const {
+  const int size = shooting_.model().state_size();
+  const int tangent = shooting_.model().tangent_size();
+  const double* x = State(run, segment);
+  RowMatrixXd ambient(tangent, size), P(size, tangent);
+  double* jacobian = J == nullptr ? nullptr : ambient.data();
+  state_priors_[run][segment]->Evaluate(&x, r, &jacobian);
+  if (J == nullptr) return;
+  manifold_->PlusJacobian(x, P.data());
+  *J = ambient * P;
+}
+
 void ShootingStage::AddSegments() {
-  const std::vector<double> defect_sigma = DefectSigma(shooting_);
-  const bool independent = std::isinf(options_.defect);
   double* theta = point_->theta.data();
   const bool with_theta = shooting_.map().size() > 0;
   for (size_t r = 0; r < point_->runs.size(); ++r) {
-    const RunData& data = *shooting_.runs()[r];
-    const ShootingPoint::Nodes& nodes = point_->runs[r];
-    for (int k = 0; k < nodes.segments(); ++k) {
-      const bool with_defect = !independent && k + 1 < nodes.segments();
-      auto rollout = std::make_unique<SegmentRollout>(
-          &shooting_.model(), &shooting_.map(), &data.measurements,
-          nodes.samples[k], nodes.samples[k + 1], shooting_.options().rollout);
-      std::vector<double> sigma;
-      std::vector<WhitenedCost::Group> groups;
-      for (const SegmentRow& row : rollout->rows()) {
-        groups.push_back({row.first, row.size});
-        sigma.insert(sigma.end(), row.size, data.sigma[row.channel]);
-      }
-      if (with_defect) {
-        for (const double s : defect_sigma) {
-          sigma.push_back(s * options_.defect);
-        }
-      }
-      if (sigma.empty()) {
-        blocks_.push_back({static_cast<int>(r), k, nullptr, nullptr});
-        continue;
-      }
-      auto* cost = new WhitenedCost(
-          std::make_unique<SegmentCost>(rollout.get(), with_defect), sigma,
-          shooting_.options().loss, shooting_.options().loss_scale, groups);
+    for (int k = 0; k < point_->runs[r].segments(); ++k) {
+      const bool with_defect = HasDefect(r, k);
+      auto cost = std::make_unique<ShootingSegmentCost>(
+          segments_->at(r, k),
+          with_defect ? defect_sigma_ : std::vector<double>());
+      if (cost->num_residuals() == 0) continue;
       std::vector<double*> parameters{State(r, k)};
       if (with_theta) parameters.push_back(theta);
       if (with_defect) parameters.push_back(State(r, k + 1));
-      problem_->AddResidualBlock(cost, nullptr, parameters);
+      problem_->AddResidualBlock(cost.release(), nullptr, parameters);
       problem_->SetManifold(State(r, k), manifold_.get());
       if (with_defect) problem_->SetManifold(State(r, k + 1), manifold_.get());
-      blocks_.push_back({static_cast<int>(r), k, std::move(rollout), cost});
     }
   }
   if (!with_theta) return;
@@ -221,6 +266,7 @@ void ShootingStage::AddPriors() {
   const bool independent = std::isinf(options_.defect);
   const std::vector<double> sigma = StateBelief(shooting_, options_.twist_hold);
   for (size_t r = 0; r < point_->runs.size(); ++r) {
+    state_priors_.emplace_back();
     const int count = independent ? point_->runs[r].segments() : 1;
     for (int k = 0; k < count; ++k) {
       const double* x = State(r, k);
@@ -230,7 +276,7 @@ void ShootingStage::AddPriors() {
           sigma);
       problem_->AddResidualBlock(cost, nullptr, State(r, k));
       problem_->SetManifold(State(r, k), manifold_.get());
-      if (k == 0) state_priors_.push_back(cost);
+      state_priors_.back().push_back(cost);
     }
   }
   std::vector<int> places;
@@ -251,7 +297,7 @@ void ShootingStage::AddPriors() {
 ceres::Solver::Options ShootingStage::SolverOptions() const {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  options.num_threads = shooting_.options().threads;
+  options.num_threads = Threads();
   options.function_tolerance = 0.0;  // the Watcher's
   options.parameter_tolerance = 1e-12;
   options.gradient_tolerance = 1e-12;
@@ -304,7 +350,7 @@ std::vector<int> ShootingStage::PushedOutward() {
   double* theta = point_->theta.data();
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = {theta};
-  options.num_threads = shooting_.options().threads;
+  options.num_threads = Threads();
   std::vector<double> gradient;
   if (!problem_->Evaluate(options, nullptr, nullptr, &gradient, nullptr)) {
     return at;
@@ -350,7 +396,8 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   for (int set = 0; set < kMostSets; ++set) {
     HoldTheta(held);
     Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
-                    options_.function_tolerance, shooting_.options(),
+                    options_.function_tolerance,
+                    options_.quiet ? nullptr : shooting_.options().progress,
                     point_->theta, history);
     options.callbacks = {&watcher};
     options.update_state_every_iteration = true;  // theta, for the history
@@ -371,63 +418,116 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   return result;
 }
 
-bool ShootingStage::Linearize(std::vector<RunLinearization>* runs) const {
+bool ShootingStage::RollSegment(int run, int k, Eigen::VectorXd* r) const {
+  Eigen::VectorXd x_end;
+  if (!segments_->at(run, k)->RollRows(State(run, k), point_->theta.data(), r,
+                                       &x_end)) {
+    return false;
+  }
+  if (!HasDefect(run, k) && !HasOwnPrior(run, k)) return true;
+  const int tangent = shooting_.model().tangent_size();
+  const int measured = static_cast<int>(r->size());
+  r->conservativeResize(measured + tangent);
+  double* defect = r->data() + measured;
+  if (HasOwnPrior(run, k)) {
+    StatePrior(run, k, defect, nullptr);
+    return true;
+  }
+  StateDefect(shooting_.model(), x_end.data(), State(run, k + 1), defect,
+              nullptr, nullptr);
+  Whitening(defect_sigma_).Apply(defect, {});
+  return true;
+}
+
+bool ShootingStage::LinearizeSegment(int run, int k,
+                                     SegmentLinearization* out) const {
   const Model& model = shooting_.model();
-  const int size = model.state_size(), tangent = model.tangent_size();
-  const int n_theta = shooting_.map().size();
+  const int tangent = model.tangent_size(), n_theta = shooting_.map().size();
+  Eigen::VectorXd x_end;
+  RowMatrixXd J, J_end;
+  if (!segments_->at(run, k)->LinearizeRows(State(run, k), point_->theta.data(),
+                                            ShootingSegment::Columns::kBoth,
+                                            &out->r, &x_end, &J, &J_end)) {
+    return false;
+  }
+  if (HasDefect(run, k)) {
+    RowMatrixXd D_end, D_next;
+    Eigen::VectorXd defect(tangent);
+    StateDefect(model, x_end.data(), State(run, k + 1), defect.data(), &D_end,
+                &D_next);
+    RowMatrixXd J_defect = D_end * J_end;
+    using Map = Eigen::Map<RowMatrixXd>;
+    Whitening(defect_sigma_)
+        .Apply(defect.data(), {Map(J_defect.data(), tangent, J_defect.cols()),
+                               Map(D_next.data(), tangent, tangent)});
+    const int rows = static_cast<int>(J.rows()) + tangent;
+    J.conservativeResize(rows, Eigen::NoChange);
+    J.bottomRows(tangent) = J_defect;
+    out->r.conservativeResize(rows);
+    out->r.tail(tangent) = defect;
+    out->J_next.setZero(rows, tangent);
+    out->J_next.bottomRows(tangent) = D_next;
+  }
+  if (HasOwnPrior(run, k)) {
+    const int rows = static_cast<int>(J.rows());
+    RowMatrixXd J_prior;
+    out->r.conservativeResize(rows + tangent);
+    StatePrior(run, k, out->r.data() + rows, &J_prior);
+    J.conservativeResize(rows + tangent, Eigen::NoChange);
+    J.bottomRows(tangent) << J_prior, RowMatrixXd::Zero(tangent, n_theta);
+  }
+  out->J_x = J.leftCols(tangent);
+  out->J_theta = J.rightCols(n_theta);
+  return true;
+}
+
+bool ShootingStage::LinearizeAll(
+    const std::function<bool(int, int, SegmentLinearization*)>& linearize,
+    std::vector<RunLinearization>* runs) const {
   runs->assign(point_->runs.size(), {});
   for (size_t r = 0; r < runs->size(); ++r) {
     (*runs)[r].segments.resize(point_->runs[r].segments());
   }
-  const auto plus = [&](const double* x) {
-    RowMatrixXd P(size, tangent);
-    manifold_->PlusJacobian(x, P.data());
-    return P;
-  };
-  const auto evaluate = [&](int b) {
-    const Block& block = blocks_[b];
-    SegmentLinearization& out = (*runs)[block.run].segments[block.segment];
-    if (block.cost == nullptr) {
-      out.J_x.setZero(0, tangent);
-      out.J_theta.setZero(0, n_theta);
-      return true;
-    }
-    const bool has_next = block.cost->parameter_block_sizes().size() ==
-                          static_cast<size_t>(2 + (n_theta > 0 ? 1 : 0));
-    const int rows = block.cost->num_residuals();
-    RowMatrixXd J_x(rows, size), J_next(rows, size);
-    out.J_theta.setZero(rows, n_theta);
-    out.r.resize(rows);
-    std::vector<const double*> parameters{State(block.run, block.segment)};
-    std::vector<double*> jacobians{J_x.data()};
-    if (n_theta > 0) {
-      parameters.push_back(point_->theta.data());
-      jacobians.push_back(out.J_theta.data());
-    }
-    if (has_next) {
-      parameters.push_back(State(block.run, block.segment + 1));
-      jacobians.push_back(J_next.data());
-    }
-    if (!block.cost->Evaluate(parameters.data(), out.r.data(),
-                              jacobians.data())) {
-      return false;
-    }
-    out.J_x = J_x * plus(parameters.front());
-    if (has_next) out.J_next = J_next * plus(parameters.back());
-    return true;
-  };
-  if (!ParallelFor(static_cast<int>(blocks_.size()),
-                   shooting_.options().threads, evaluate)) {
+  const std::vector<SegmentPlace> all = AllSegments(*point_);
+  if (!ParallelFor(static_cast<int>(all.size()), Threads(), [&](int i) {
+        const auto [r, k] = all[i];
+        return linearize(r, k, &(*runs)[r].segments[k]);
+      })) {
     return false;
   }
   for (size_t r = 0; r < runs->size(); ++r) {
-    RowMatrixXd J(tangent, size);
-    (*runs)[r].r_prior.resize(tangent);
-    const double* x = State(r, 0);
-    double* jacobian = J.data();
-    state_priors_[r]->Evaluate(&x, (*runs)[r].r_prior.data(), &jacobian);
-    (*runs)[r].J_prior = J * plus(x);
+    (*runs)[r].r_prior.resize(shooting_.model().tangent_size());
+    StatePrior(r, 0, (*runs)[r].r_prior.data(), &(*runs)[r].J_prior);
   }
+  return true;
+}
+
+bool ShootingStage::Linearize(std::vector<RunLinearization>* runs,
+                              Rows rows) const {
+  return LinearizeAll(
+      [&](int run, int k, SegmentLinearization* out) {
+        if (!LinearizeSegment(run, k, out)) return false;
+        if (rows == Rows::kTriangular) Triangularise(out);
+        return true;
+      },
+      runs);
+}
+
+bool ShootingStage::LinearizeChange(const ShootingStage& from,
+                                    const ShootingStage& to,
+                                    std::vector<RunLinearization>* runs) const {
+  const auto linearize = [&](int run, int k, SegmentLinearization* out) {
+    Eigen::VectorXd before, after;
+    if (!LinearizeSegment(run, k, out) || !from.RollSegment(run, k, &before) ||
+        !to.RollSegment(run, k, &after)) {
+      return false;
+    }
+    out->r = after - before;
+    Triangularise(out);
+    return true;
+  };
+  if (!LinearizeAll(linearize, runs)) return false;
+  for (RunLinearization& run : *runs) run.r_prior.setZero();
   return true;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "ceres/ceres.h"
 #include "sysid/estimation/shooting_problem.h"
+#include "sysid/estimation/shooting_segment.h"
 
 namespace sysid {
 
@@ -29,9 +31,11 @@ inline constexpr double kDefectTime = 0.1;  // s
 // sigma_d = 0.1 sigma / sqrt(N K).
 double TightDefect(const ShootingPoint& point);
 
-// One whitened residual of a run linearised at a point: rows of a segment with
-// its defect, columns by the tangent of its state, theta, and the tangent of
-// the next state (no columns for the last segment).
+// One whitened residual of a run linearised at a point: rows of a segment (all,
+// or their triangular factor), where it is independent those of the prior on
+// its state (but for a run's first), and its defect; columns by the tangent of
+// its state, theta, and the tangent of the next state (no columns for the last
+// segment).
 struct SegmentLinearization {
   RowMatrixXd J_x, J_theta, J_next;
   Eigen::VectorXd r;
@@ -67,15 +71,21 @@ class ShootingStage {
   struct Options {
     double defect = kJoinedDefect;  // infinity: the segments are independent
     bool fix_theta = false;         // only the states move
+    bool fix_states = false;        // known: only theta moves
     bool far = false;  // the start may be far off: first steps are short
     // Divides the widths of the beliefs about what headings do not see (twist).
     // While the parameters are far off the misfit is worth any spin.
     double twist_hold = 1.0;
     int max_iterations = 100;
     double function_tolerance = 1e-10;
+    int threads = 0;     // 0: as many as the problem has
+    bool quiet = false;  // reports no progress
   };
+  // `segments` of an earlier stage spare the work that both do, where they are
+  // those of the same cut; null: its own.
   ShootingStage(const ShootingProblem& problem, const Options& options,
-                ShootingPoint* point);
+                ShootingPoint* point,
+                std::shared_ptr<ShootingSegments> segments = nullptr);
   ~ShootingStage();
 
   // Ceres' Levenberg-Marquardt. Appends to the history, whose times count from
@@ -84,20 +94,36 @@ class ShootingStage {
                      std::vector<HistoryEntry>* history);
 
   // At the point as it is; by all threads. False where the dynamics fail.
-  bool Linearize(std::vector<RunLinearization>* runs) const;
+  // Of a segment's rows J d + r, all (they grow with the samples), or only
+  // their triangular factor by orthogonal transformations.
+  enum class Rows { kAll, kTriangular };
+  bool Linearize(std::vector<RunLinearization>* runs,
+                 Rows rows = Rows::kAll) const;
+  // The triangular factor, with the change of the residuals between two stages
+  // that roll the segments out in their own ways (the same problem integrated
+  // otherwise, at the same point) in place of the residuals.
+  bool LinearizeChange(const ShootingStage& from, const ShootingStage& to,
+                       std::vector<RunLinearization>* runs) const;
   // theta's priors as rows: J x theta, r.
   void LinearizePriors(RowMatrixXd* J, Eigen::VectorXd* r) const;
 
  private:
-  struct Block {
-    int run;
-    int segment;
-    std::unique_ptr<SegmentRollout> rollout;
-    ceres::CostFunction* cost;  // owned by problem_
-  };
   void AddSegments();
   void AddPriors();
+  int Threads() const;
   double* State(int run, int segment) const;
+  bool HasDefect(int run, int segment) const;
+  bool HasOwnPrior(int run, int segment) const;
+  // Of that state: residuals and, where asked for, derivatives by its tangent.
+  void StatePrior(int run, int segment, double* r, RowMatrixXd* J) const;
+  // Whitened errors of a segment, then its own prior or its defect.
+  bool RollSegment(int run, int k, Eigen::VectorXd* r) const;
+  bool LinearizeSegment(int run, int k, SegmentLinearization* out) const;
+  // Calls `linearize` for each segment, by all threads, and adds the priors.
+  bool LinearizeAll(
+      const std::function<bool(int run, int k, SegmentLinearization* out)>&
+          linearize,
+      std::vector<RunLinearization>* runs) const;
   ceres::Solver::Options SolverOptions() const;
   // Places in theta at a bound that the cost pushes outward. Releases theta.
   std::vector<int> PushedOutward();
@@ -108,8 +134,10 @@ class ShootingStage {
   Options options_;
   ShootingPoint* point_;
   std::unique_ptr<ceres::Manifold> manifold_, theta_manifold_;
-  std::vector<Block> blocks_;
-  std::vector<ceres::CostFunction*> state_priors_;  // per run
+  std::vector<double> defect_sigma_;  // empty where segments are independent
+  std::shared_ptr<ShootingSegments> segments_;
+  // Per run: on its first state, and where segments are independent on each.
+  std::vector<std::vector<ceres::CostFunction*>> state_priors_;
   ceres::CostFunction* theta_prior_ = nullptr;
   std::unique_ptr<ceres::Problem> problem_;
 };

@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "models/state.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/parallel.h"
 #include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-}  // namespace
+namespace {}  // namespace
 
 double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
                   double step_error) {
@@ -45,58 +43,68 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
     }
     return true;
   };
-  int parts = 1;
-  for (; parts < kMost; parts *= 2) {
-    double worst = 0.0;
-    for (size_t r = 0; r < point.runs.size() && worst <= step_error; ++r) {
-      const RunData& data = *problem.runs()[r];
-      const ShootingPoint::Nodes& nodes = point.runs[r];
-      const int count = std::min(nodes.segments(), kSegments);
-      for (int i = 0; i < count && worst <= step_error; ++i) {
-        const int k = nodes.segments() * i / count;
-        std::vector<double> coarse, fine, coarse_end, fine_end;
-        if (!roll(data, nodes, k, period / parts, &coarse, &coarse_end) ||
-            !roll(data, nodes, k, period / (2 * parts), &fine, &fine_end)) {
-          worst = kInfinity;
-          break;
-        }
-        double squares = 0.0;
-        for (size_t j = 0; j < coarse.size(); ++j) {
-          squares += (coarse[j] - fine[j]) * (coarse[j] - fine[j]);
-        }
-        if (coarse.empty()) continue;
-        double rms = std::sqrt(squares / coarse.size());
-        // What no sensor sees goes on in the next segment: a spin that the step
-        // does not follow.
-        std::vector<double> end(state_sigma.size());
-        BoxMinus<double>(problem.model(), coarse_end.data(), fine_end.data(),
-                         end.data());
-        squares = 0.0;
-        for (size_t j = 0; j < end.size(); ++j) {
-          squares += std::pow(end[j] / state_sigma[j], 2);
-        }
-        rms = std::max(rms, std::sqrt(squares / end.size()));
-        worst = std::isfinite(rms) ? std::max(worst, rms) : kInfinity;
-      }
+  std::vector<SegmentPlace> some;
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const int segments = point.runs[r].segments();
+    const int count = std::min(segments, kSegments);
+    for (int i = 0; i < count; ++i) {
+      some.push_back({static_cast<int>(r), segments * i / count});
     }
-    if (worst <= step_error) break;
+  }
+  int parts = 1;
+  // Whether half the step changes a segment by no more than is allowed.
+  const auto fine_enough = [&](int i) {
+    const auto [r, k] = some[i];
+    const RunData& data = *problem.runs()[r];
+    const ShootingPoint::Nodes& nodes = point.runs[r];
+    std::vector<double> coarse, fine, coarse_end, fine_end;
+    if (!roll(data, nodes, k, period / parts, &coarse, &coarse_end) ||
+        !roll(data, nodes, k, period / (2 * parts), &fine, &fine_end)) {
+      return false;
+    }
+    double squares = 0.0;
+    for (size_t j = 0; j < coarse.size(); ++j) {
+      squares += (coarse[j] - fine[j]) * (coarse[j] - fine[j]);
+    }
+    if (coarse.empty()) return true;
+    const double errors = std::sqrt(squares / coarse.size());
+    // What no sensor sees goes on in the next segment: a spin that the step
+    // does not follow.
+    std::vector<double> end(state_sigma.size());
+    BoxMinus<double>(problem.model(), coarse_end.data(), fine_end.data(),
+                     end.data());
+    squares = 0.0;
+    for (size_t j = 0; j < end.size(); ++j) {
+      squares += std::pow(end[j] / state_sigma[j], 2);
+    }
+    const double ends = std::sqrt(squares / end.size());
+    return errors <= step_error && ends <= step_error;
+  };
+  while (parts < kMost &&
+         !ParallelFor(static_cast<int>(some.size()), problem.options().threads,
+                      fine_enough)) {
+    parts *= 2;
   }
   return period / parts;
 }
 
 double ChooseStepAhead(const ShootingProblem& problem,
                        const ShootingPoint& point) {
+  const double needed =
+      ChooseStep(problem, point, problem.options().step_error);
   ShootingPoint ahead = point;
+  bool grows = false;
   for (size_t i = 0; i < problem.free().size(); ++i) {
     const FreeParameter& free = problem.free()[i];
     if (free.parameter.kind != ParameterKind::kEffect) continue;
+    grows = true;
     double& value = ahead.theta[i];
     const double size =
         std::max(2.0 * std::abs(value), free.parameter.typical_scale);
     value = std::clamp(value < 0 ? -size : size, free.lower, free.upper);
   }
-  return std::min(ChooseStep(problem, point, problem.options().step_error),
-                  ChooseStep(problem, ahead, kStableError));
+  if (!grows) return needed;
+  return std::min(needed, ChooseStep(problem, ahead, kStableError));
 }
 
 void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
@@ -106,35 +114,28 @@ void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
   if (Order(rollout.integrator) < 4) return;
   ShootingStage::Options options;
   options.defect = defect;
-  const ShootingStage stage(*problem, options, point);
+  // Linearised where it starts; finer rollouts only say by how much the
+  // residuals are off.
+  const ShootingStage start(*problem, options, point);
   RowMatrixXd J_prior;
   Eigen::VectorXd r_prior;
-  stage.LinearizePriors(&J_prior, &r_prior);
+  start.LinearizePriors(&J_prior, &r_prior);
+  r_prior.setZero();
   const double missed =
       std::max(1.0, EvaluateErrors(*problem, *point, 0.0).total.normalized_rms);
-  const auto linearize = [&](std::vector<RunLinearization>* runs) {
-    return ShootingStage(*problem, options, point).Linearize(runs);
-  };
-  std::vector<RunLinearization> coarse, fine;
-  if (!linearize(&coarse)) return;
+  auto coarse = std::make_unique<ShootingStage>(*problem, options, point);
   for (int halving = 0; halving < kMostHalvings; ++halving) {
     const double step = rollout.step;
     rollout.step = 0.5 * step;
-    if (!linearize(&fine)) {
-      rollout.step = step;
-      break;
+    auto fine = std::make_unique<ShootingStage>(*problem, options, point);
+    std::vector<RunLinearization> change;
+    bool enough = !start.LinearizeChange(*coarse, *fine, &change);
+    if (!enough) {
+      const RowMatrixXd R =
+          EliminateStates(change, J_prior, r_prior, problem->options().threads);
+      enough = R.rightCols(1).norm() < kStepBias * missed;
     }
-    std::vector<RunLinearization> change = fine;
-    for (size_t r = 0; r < change.size(); ++r) {
-      change[r].r_prior.setZero();
-      for (size_t k = 0; k < change[r].segments.size(); ++k) {
-        change[r].segments[k].r -= coarse[r].segments[k].r;
-      }
-    }
-    const RowMatrixXd R =
-        EliminateStates(change, J_prior, Eigen::VectorXd::Zero(r_prior.size()),
-                        problem->options().threads);
-    if (R.rightCols(1).norm() < kStepBias * missed) {
+    if (enough) {
       rollout.step = step;
       break;
     }

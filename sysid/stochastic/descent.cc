@@ -31,7 +31,8 @@ Descent::Descent(ShootingProblem* problem, const std::string& solver,
   point_ = CutPoint(*problem, transformation_.Theta(v), states, segment);
   if (from_rest) StartAtRest(problem->model(), &point_);
   ShortenStep(v);
-  hopeless_ = WhyHopeless(*problem, point_);
+  ShootingSegments segments(*problem, point_);
+  hopeless_ = WhyHopeless(*problem, point_, &segments);
   rollouts_ = std::make_unique<Rollouts>(problem, point_);
 }
 

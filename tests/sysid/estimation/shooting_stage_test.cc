@@ -80,6 +80,13 @@ double Cost(const ShootingStage& stage) {
   return 0.5 * AllResiduals(stage).squaredNorm();
 }
 
+MatrixXd Columns(const SegmentLinearization& segment) {
+  MatrixXd J(segment.r.size(), segment.J_x.cols() + segment.J_theta.cols() +
+                                   segment.J_next.cols());
+  J << segment.J_x, segment.J_theta, segment.J_next;
+  return J;
+}
+
 TEST_P(StageTest, LinearizesWhatItMinimises) {
   Problem at(GetParam());
   ShootingStage stage(*at.problem, WithDefect(0.3), &at.point);
@@ -88,6 +95,38 @@ TEST_P(StageTest, LinearizesWhatItMinimises) {
   const StageSummary summary = stage.Solve("test", Now(), &history);
   EXPECT_NEAR(history.front().cost, before, 1e-9 * before);
   EXPECT_NEAR(summary.cost, Cost(stage), 1e-9 * summary.cost);
+}
+
+TEST_P(StageTest, LinearizesWhatItMinimisesOfIndependentSegments) {
+  Problem at(GetParam());
+  ShootingStage stage(*at.problem, WithDefect(kInfinity), &at.point);
+  std::vector<HistoryEntry> history;
+  const StageSummary summary = stage.Solve("test", Now(), &history);
+  EXPECT_NEAR(summary.cost, Cost(stage), 1e-9 * summary.cost);
+}
+
+// The same least squares of theta and states, of far fewer rows.
+TEST_P(StageTest, LinearizesTheSameByATriangularFactor) {
+  for (const double defect : {0.3, kInfinity}) {
+    Problem at(GetParam());
+    const ShootingStage stage(*at.problem, WithDefect(defect), &at.point);
+    std::vector<RunLinearization> all, triangular;
+    ASSERT_TRUE(stage.Linearize(&all));
+    ASSERT_TRUE(stage.Linearize(&triangular, ShootingStage::Rows::kTriangular));
+    for (size_t r = 0; r < all.size(); ++r) {
+      for (size_t k = 0; k < all[r].segments.size(); ++k) {
+        const SegmentLinearization& a = all[r].segments[k];
+        const SegmentLinearization& b = triangular[r].segments[k];
+        EXPECT_LT(b.r.size(), a.r.size());
+        const MatrixXd J_a = Columns(a), J_b = Columns(b);
+        const MatrixXd H = J_a.transpose() * J_a;
+        EXPECT_LT((J_b.transpose() * J_b - H).norm(), 1e-12 * H.norm());
+        const VectorXd g = J_a.transpose() * a.r;
+        EXPECT_LT((J_b.transpose() * b.r - g).norm(), 1e-12 * g.norm());
+        EXPECT_NEAR(b.r.norm(), a.r.norm(), 1e-12 * a.r.norm());
+      }
+    }
+  }
 }
 
 TEST_P(StageTest, LinearizesAsDifferencesDo) {
@@ -194,6 +233,22 @@ TEST(ShootingStage, LeavesThetaWhereItIsFixed) {
   const StageSummary summary = stage.Solve("test", Now(), &history);
   EXPECT_TRUE(summary.converged) << summary.message;
   EXPECT_EQ(at.point.theta, theta);
+  EXPECT_LT(summary.cost, before);
+}
+
+TEST(ShootingStage, LeavesTheStatesWhereTheyAreFixed) {
+  Problem at;
+  const RowMatrixXd states = at.point.runs[0].states;
+  const VectorXd theta = at.point.theta;
+  ShootingStage::Options options = WithDefect(1.0);
+  options.fix_states = true;
+  ShootingStage stage(*at.problem, options, &at.point);
+  const double before = Cost(stage);
+  std::vector<HistoryEntry> history;
+  const StageSummary summary = stage.Solve("test", Now(), &history);
+  EXPECT_TRUE(summary.converged) << summary.message;
+  EXPECT_EQ(at.point.runs[0].states, states);
+  EXPECT_NE(at.point.theta, theta);
   EXPECT_LT(summary.cost, before);
 }
 

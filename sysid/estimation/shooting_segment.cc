@@ -1,0 +1,307 @@
+#include "sysid/estimation/shooting_segment.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "models/scalars.h"
+#include "models/state.h"
+
+namespace sysid {
+namespace {
+
+using Map = Eigen::Map<RowMatrixXd>;
+
+Whitening WhiteningOf(const ShootingProblem& problem, const RunData& data,
+                      const SegmentRollout& rollout) {
+  std::vector<double> sigma;
+  std::vector<Whitening::Group> groups;
+  for (const SegmentRow& row : rollout.rows()) {
+    sigma.insert(sigma.end(), row.size, data.sigma[row.channel]);
+    groups.push_back({row.first, row.size});
+  }
+  const EstimationOptions& options = problem.options();
+  if (options.loss == RobustLoss::kNone) groups.clear();
+  return Whitening(std::move(sigma), options.loss, options.loss_scale,
+                   std::move(groups));
+}
+
+// Columns `first` to `first + count` of theta's derivatives.
+template <typename T>
+bool ThetaPass(const SegmentRollout& rollout, const double* x,
+               const double* theta, int first, int count, double* errors,
+               double* x_end, RowMatrixXd* J, RowMatrixXd* J_end) {
+  const Model& model = rollout.model();
+  std::vector<T> start(x, x + model.state_size());
+  std::vector<T> by(theta, theta + rollout.parameters().size());
+  for (int c = 0; c < count; ++c) by[first + c].v[c] = 1.0;
+  std::vector<T> r(rollout.num_residuals()), end(start.size());
+  if (!rollout(start.data(), by.data(), r.data(), end.data())) return false;
+  std::vector<T> center(end.size()), tangent(model.tangent_size());
+  for (size_t i = 0; i < end.size(); ++i) {
+    x_end[i] = end[i].a;
+    center[i] = T(end[i].a);
+  }
+  BoxMinus<T>(model, end.data(), center.data(), tangent.data());
+  for (int c = 0; c < count; ++c) {
+    for (size_t i = 0; i < r.size(); ++i) (*J)(i, first + c) = r[i].v[c];
+    for (size_t i = 0; i < tangent.size(); ++i) {
+      (*J_end)(i, first + c) = tangent[i].v[c];
+    }
+  }
+  for (size_t i = 0; i < r.size(); ++i) errors[i] = r[i].a;
+  return true;
+}
+
+bool LinearizeByTheta(const SegmentRollout& rollout, const double* x,
+                      const double* theta, double* errors, double* x_end,
+                      RowMatrixXd* J, RowMatrixXd* J_end) {
+  const int total = rollout.parameters().size();
+  J->resize(rollout.num_residuals(), total);
+  J_end->resize(rollout.model().tangent_size(), total);
+  for (int first = 0; first < total;) {
+    const int left = total - first;
+    const int count = std::min(left, left > 8 ? 24 : 8);
+    const bool ok = left > 8 ? ThetaPass<Jet24>(rollout, x, theta, first, count,
+                                                errors, x_end, J, J_end)
+                             : ThetaPass<Jet8>(rollout, x, theta, first, count,
+                                               errors, x_end, J, J_end);
+    if (!ok) return false;
+    first += count;
+  }
+  return J->allFinite() && J_end->allFinite();
+}
+
+}  // namespace
+
+ShootingSegment::ShootingSegment(const ShootingProblem& problem, int run,
+                                 int first, int last)
+    : rollout_(&problem.model(), &problem.map(),
+               &problem.runs()[run]->measurements, first, last,
+               problem.options().rollout),
+      whitening_(WhiteningOf(problem, *problem.runs()[run], rollout_)) {}
+
+int ShootingSegment::CountColumns(Columns columns) const {
+  const int tangent = rollout_.model().tangent_size();
+  const int n_theta = rollout_.parameters().size();
+  return columns == Columns::kState   ? tangent
+         : columns == Columns::kTheta ? n_theta
+                                      : tangent + n_theta;
+}
+
+RowMatrixXd ShootingSegment::Take(const RowMatrixXd& J, Columns columns) const {
+  return columns == Columns::kTheta ? J.rightCols(CountColumns(columns))
+                                    : J.leftCols(CountColumns(columns));
+}
+
+bool ShootingSegment::IsAt(const double* x, const double* theta) const {
+  const int size = rollout_.model().state_size();
+  return known_ != Known::kNothing && std::equal(x, x + size, place_.begin()) &&
+         std::equal(place_.begin() + size, place_.end(), theta);
+}
+
+void ShootingSegment::Remember(Known what, const double* x,
+                               const double* theta) {
+  place_.assign(x, x + rollout_.model().state_size());
+  place_.insert(place_.end(), theta, theta + rollout_.parameters().size());
+  known_ = what;
+}
+
+bool ShootingSegment::Possible(const double* theta) const {
+  return rollout_.parameters().size() == 0 ||
+         rollout_.parameters().FirstImpossibleLink(theta).empty();
+}
+
+bool ShootingSegment::RollRows(const double* x, const double* theta,
+                               Eigen::VectorXd* r,
+                               Eigen::VectorXd* x_end) const {
+  r->resize(rollout_.num_residuals());
+  x_end->resize(rollout_.model().state_size());
+  if (!Possible(theta) || !rollout_(x, theta, r->data(), x_end->data())) {
+    return false;
+  }
+  whitening_.Apply(r->data(), {});
+  return true;
+}
+
+bool ShootingSegment::LinearizeRows(const double* x, const double* theta,
+                                    Columns columns, Eigen::VectorXd* r,
+                                    Eigen::VectorXd* x_end, RowMatrixXd* J,
+                                    RowMatrixXd* J_end) const {
+  r->resize(rollout_.num_residuals());
+  x_end->resize(rollout_.model().state_size());
+  if (!Possible(theta)) return false;
+  if (columns == Columns::kTheta
+          ? !LinearizeByTheta(rollout_, x, theta, r->data(), x_end->data(), J,
+                              J_end)
+          : !rollout_.Linearize(x, theta, columns == Columns::kBoth, r->data(),
+                                x_end->data(), J, J_end)) {
+    return false;
+  }
+  whitening_.Apply(r->data(), {Map(J->data(), J->rows(), J->cols())});
+  return true;
+}
+
+bool ShootingSegment::Roll(const double* x, const double* theta) {
+  if (IsAt(x, theta)) return true;
+  known_ = Known::kNothing;
+  Eigen::VectorXd r;
+  if (!RollRows(x, theta, &r, &x_end_)) return false;
+  squares_ = r.squaredNorm();
+  Remember(Known::kValues, x, theta);
+  return true;
+}
+
+bool ShootingSegment::Linearize(const double* x, const double* theta,
+                                Columns columns) {
+  if (known_ == Known::kColumns && IsAt(x, theta) &&
+      (columns_ == columns || columns_ == Columns::kBoth)) {
+    return true;
+  }
+  known_ = Known::kNothing;
+  Eigen::VectorXd r;
+  RowMatrixXd J;
+  if (!LinearizeRows(x, theta, columns, &r, &x_end_, &J, &J_end_)) {
+    return false;
+  }
+  Compress(J, r);
+  columns_ = columns;
+  Remember(Known::kColumns, x, theta);
+  return true;
+}
+
+// J^T J = S^-1 P^T L D L^T P S^-1 with columns scaled to 1 (S) and pivots in
+// falling order (P): R = D^1/2 L^T P S^-1. A pivot that is rounding is none.
+void ShootingSegment::Compress(const RowMatrixXd& J, const Eigen::VectorXd& r) {
+  const int n = static_cast<int>(J.cols());
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(n, n);
+  products.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+  const Eigen::VectorXd norms = products.diagonal().cwiseSqrt();
+  const Eigen::VectorXd scale =
+      (norms.array() > 0).select(norms.cwiseInverse(), 0.0);
+  products = scale.asDiagonal() * products * scale.asDiagonal();
+  const Eigen::LDLT<Eigen::MatrixXd> factor(products);
+  const double rounding = n * std::numeric_limits<double>::epsilon();
+  const Eigen::VectorXd D = factor.vectorD();
+  const Eigen::VectorXd root =
+      (D.array() > rounding).select(D.cwiseMax(0.0).cwiseSqrt(), 0.0);
+  const Eigen::MatrixXd columns =
+      factor.transpositionsP() * Eigen::MatrixXd(norms.asDiagonal());
+  R_ = root.asDiagonal() * (factor.matrixU() * columns);
+  z_ =
+      factor.transpositionsP() * (scale.cwiseProduct(J.transpose() * r)).eval();
+  factor.matrixL().solveInPlace(z_);
+  z_ = (root.array() > 0).select(z_.cwiseQuotient(root), 0.0);
+  squares_ = r.squaredNorm();
+}
+
+ShootingSegments::ShootingSegments(const ShootingProblem& problem,
+                                   const ShootingPoint& point)
+    : options_(problem.options().rollout) {
+  for (size_t r = 0; r < point.runs.size(); ++r) {
+    const std::vector<int>& samples = point.runs[r].samples;
+    samples_.push_back(samples);
+    runs_.emplace_back();
+    for (size_t k = 0; k + 1 < samples.size(); ++k) {
+      runs_.back().push_back(std::make_unique<ShootingSegment>(
+          problem, static_cast<int>(r), samples[k], samples[k + 1]));
+    }
+  }
+}
+
+bool ShootingSegments::Fit(const ShootingProblem& problem,
+                           const ShootingPoint& point) const {
+  const RolloutOptions& options = problem.options().rollout;
+  if (options.step != options_.step ||
+      options.integrator != options_.integrator ||
+      point.runs.size() != samples_.size()) {
+    return false;
+  }
+  for (size_t r = 0; r < samples_.size(); ++r) {
+    if (point.runs[r].samples != samples_[r]) return false;
+  }
+  return true;
+}
+
+ShootingSegmentCost::ShootingSegmentCost(
+    ShootingSegment* segment, const std::vector<double>& defect_sigma)
+    : segment_(segment),
+      defect_(defect_sigma),
+      measured_(segment->rollout().num_residuals() > 0
+                    ? segment->CountColumns(ShootingSegment::Columns::kBoth) + 1
+                    : 0) {
+  const int size = segment->rollout().model().state_size();
+  const int n_theta = segment->rollout().parameters().size();
+  mutable_parameter_block_sizes()->push_back(size);
+  if (n_theta > 0) mutable_parameter_block_sizes()->push_back(n_theta);
+  if (!defect_sigma.empty()) mutable_parameter_block_sizes()->push_back(size);
+  set_num_residuals(measured_ + defect_.rows());
+}
+
+bool ShootingSegmentCost::Evaluate(double const* const* parameters,
+                                   double* residuals,
+                                   double** jacobians) const {
+  const Model& model = segment_->rollout().model();
+  const int size = model.state_size(), tangent = model.tangent_size();
+  const int n_theta = segment_->rollout().parameters().size();
+  const int n_defect = defect_.rows();
+  const int next = n_theta > 0 ? 2 : 1;
+  const double* x = parameters[0];
+  const double* theta = n_theta > 0 ? parameters[1] : nullptr;
+  Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
+  double* defect = residuals + measured_;
+  if (jacobians == nullptr) {
+    if (!segment_->Roll(x, theta)) return false;
+    r.head(measured_).setZero();
+    if (measured_ > 0) r[measured_ - 1] = std::sqrt(segment_->squares());
+    if (n_defect == 0) return true;
+    StateDefect(model, segment_->x_end().data(), parameters[next], defect,
+                nullptr, nullptr);
+    defect_.Apply(defect, {});
+    return true;
+  }
+  using Columns = ShootingSegment::Columns;
+  const bool with_theta = n_theta > 0 && jacobians[1] != nullptr;
+  const Columns columns = !with_theta               ? Columns::kState
+                          : jacobians[0] == nullptr ? Columns::kTheta
+                                                    : Columns::kBoth;
+  if (!segment_->Linearize(x, theta, columns)) return false;
+  const int width = segment_->CountColumns(columns);
+  // By tangents; all zero where nothing is set.
+  RowMatrixXd J = RowMatrixXd::Zero(num_residuals(), width);
+  RowMatrixXd J_next = RowMatrixXd::Zero(n_defect, tangent);
+  r.setZero();
+  if (measured_ > 0) {
+    const RowMatrixXd R = segment_->Take(segment_->R(), columns);
+    const Eigen::VectorXd& z = segment_->z();
+    J.topRows(R.rows()) = R;
+    r.head(z.size()) = z;
+    r[measured_ - 1] =
+        std::sqrt(std::max(0.0, segment_->squares() - z.squaredNorm()));
+  }
+  if (n_defect > 0) {
+    RowMatrixXd D_end;
+    StateDefect(model, segment_->x_end().data(), parameters[next], defect,
+                &D_end, &J_next);
+    RowMatrixXd J_defect = D_end * segment_->Take(segment_->J_end(), columns);
+    defect_.Apply(defect, {Map(J_defect.data(), n_defect, width),
+                           Map(J_next.data(), n_defect, tangent)});
+    J.bottomRows(n_defect) = J_defect;
+  }
+  if (jacobians[0] != nullptr) {
+    Map out(jacobians[0], num_residuals(), size);
+    LiftToAmbient(model, x, J.leftCols(tangent), out);
+  }
+  if (with_theta) {
+    Map(jacobians[1], num_residuals(), n_theta) = J.rightCols(n_theta);
+  }
+  if (n_defect > 0 && jacobians[next] != nullptr) {
+    Map out(jacobians[next], num_residuals(), size);
+    out.topRows(measured_).setZero();
+    LiftToAmbient(model, parameters[next], J_next, out.bottomRows(n_defect));
+  }
+  return true;
+}
+
+}  // namespace sysid

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "ceres/ceres.h"
+#include "residuals/costs.h"
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+// A segment of a run with its measurements whitened. It remembers the place
+// (x_k, theta) where it was last rolled out and what came of it: Ceres asks for
+// one place several times (in its search along a step, for the cost of the
+// step, for the Jacobian where the step was taken), and a stage starts where
+// the one before it ended.
+//
+// Of the rows J d + r it keeps only what the normal equations know of them,
+//
+//   R^T R = J^T J,   R^T z = J^T r,   |z|^2 + rest^2 = |r|^2,           (6.4)
+//
+// R square: a step of Levenberg-Marquardt is the same, and what is kept does
+// not grow with the samples of the segment.
+//
+// For one thread at a time.
+class ShootingSegment {
+ public:
+  // Samples `first` to `last` of a run. The problem must outlive it.
+  ShootingSegment(const ShootingProblem& problem, int run, int first, int last);
+
+  const SegmentRollout& rollout() const { return rollout_; }
+  // Derivatives by the tangent of x_k, by theta, or by both in this order: what
+  // is fixed needs none.
+  enum class Columns { kState, kTheta, kBoth };
+  int CountColumns(Columns columns) const;
+
+  // Both false where the dynamics fail.
+  bool Roll(const double* x, const double* theta);
+  bool Linearize(const double* x, const double* theta, Columns columns);
+  // Of the last place; those in the second line where it was linearised.
+  double squares() const { return squares_; }  // |r|^2
+  const Eigen::VectorXd& x_end() const { return x_end_; }
+  const RowMatrixXd& R() const { return R_; }
+  const Eigen::VectorXd& z() const { return z_; }
+  const RowMatrixXd& J_end() const { return J_end_; }  // x_end's tangent
+  // Of what was linearised by both, or by these: their columns.
+  RowMatrixXd Take(const RowMatrixXd& J, Columns columns) const;
+
+  // The rows themselves; they are not kept.
+  bool RollRows(const double* x, const double* theta, Eigen::VectorXd* r,
+                Eigen::VectorXd* x_end) const;
+  bool LinearizeRows(const double* x, const double* theta, Columns columns,
+                     Eigen::VectorXd* r, Eigen::VectorXd* x_end, RowMatrixXd* J,
+                     RowMatrixXd* J_end) const;
+
+ private:
+  enum class Known { kNothing, kValues, kColumns };
+  bool Possible(const double* theta) const;
+  bool IsAt(const double* x, const double* theta) const;
+  void Remember(Known what, const double* x, const double* theta);
+  void Compress(const RowMatrixXd& J, const Eigen::VectorXd& r);
+
+  SegmentRollout rollout_;
+  Whitening whitening_;
+  Known known_ = Known::kNothing;
+  Columns columns_ = Columns::kBoth;  // where they are known
+  std::vector<double> place_;
+  double squares_ = 0.0;
+  Eigen::VectorXd x_end_, z_;
+  RowMatrixXd R_, J_end_;
+};
+
+// All segments of a cut.
+class ShootingSegments {
+ public:
+  // The problem must outlive it; of the point only the cut counts.
+  ShootingSegments(const ShootingProblem& problem, const ShootingPoint& point);
+  // Whether they are those of this cut, integrated as the problem now has it.
+  bool Fit(const ShootingProblem& problem, const ShootingPoint& point) const;
+  ShootingSegment* at(int run, int k) const { return runs_[run][k].get(); }
+
+ private:
+  std::vector<std::vector<std::unique_ptr<ShootingSegment>>> runs_;
+  std::vector<std::vector<int>> samples_;  // as in ShootingPoint::Nodes
+  RolloutOptions options_;
+};
+
+// Of a segment for Ceres: parameter blocks as SegmentCost has them, residuals
+// z and the rest of (6.4), then the whitened defect where `defect_sigma`
+// is not empty. Where no derivatives are asked for all of |r| is in the rest.
+class ShootingSegmentCost final : public ceres::CostFunction {
+ public:
+  ShootingSegmentCost(ShootingSegment* segment,
+                      const std::vector<double>& defect_sigma);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  ShootingSegment* segment_;
+  Whitening defect_;
+  int measured_;  // rows
+};
+
+}  // namespace sysid

@@ -1,0 +1,299 @@
+#include <benchmark/benchmark.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "glog/logging.h"
+#include "models/state.h"
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/shooting_stage.h"
+#include "tests/support/fit_setup.h"
+#ifdef SYSID_HAVE_MUJOCO
+#include "tests/support/mujoco_model.h"
+#endif
+
+// What whole fits cost, beside SciPy's least squares over MuJoCo with finite
+// differences through as many rollouts (scipy_reference.py), on two threads
+// beside one, and from a thousand samples to a million. Seconds differ between
+// machines and minutes, ratios hardly do.
+//
+// The fit is that of three lengths of pendulum3 to 10 s at 100 Hz, headings
+// with noise 1e-3, Runge-Kutta of fourth order with two sub-steps a sample.
+//
+// Counters:
+//   reference  ms of CPU that SciPy and MuJoCo take for the same fit
+//   ratio      that over ours: how many times faster
+//   apart      how far the two estimates are apart at most, in standard errors
+//   error      of the lengths at most, in standard errors
+//   their_error  the same of the reference
+
+namespace sysid {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kDuration = 10.0;  // s
+constexpr double kRate = 100.0;     // Hz
+constexpr double kStep = 0.005;     // s
+constexpr double kNoise = 1e-3;
+constexpr double kTilt = 0.3;  // rad
+constexpr int kSegments = 20;
+constexpr double kLength = 0.5;  // m, of each link in truth
+constexpr int kLinks = 3;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// CPU of the process: other processes may want its core.
+double Cpu() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+Run Swing(double duration, int seed) {
+  const Model model = Shipped("pendulum3");
+  SimulationOptions options;
+  options.duration = duration;
+  options.rate = kRate;
+  options.noise = kNoise;
+  options.seed = seed;
+  options.step = kStep;
+  return Simulate(model, RandomState(model, kTilt, seed), options);
+}
+
+std::vector<FreeParameter> Lengths(const Model& model, double factor) {
+  std::vector<Value> start;
+  for (int link = 1; link <= kLinks; ++link) {
+    start.push_back(
+        {"link" + std::to_string(link) + ".length", factor * kLength});
+  }
+  return FreeFrom(model, start);
+}
+
+// The lengths of one swing from `factor` times the truth: in one segment whose
+// start is known, or in twenty whose states are estimated.
+struct Task {
+  std::unique_ptr<ShootingProblem> problem;
+  ShootingPoint point;
+  ShootingStage::Options options;
+  double factor;
+
+  Task(double off, bool single) : factor(off) {
+    const Model model = Shipped("pendulum3");
+    EstimationOptions estimation;
+    estimation.noise = kNoise;
+    estimation.rollout.step = kStep;
+    problem = std::make_unique<ShootingProblem>(
+        model, Lengths(model, off), std::vector<Run>{Swing(kDuration, 1)},
+        estimation);
+    const int samples = problem->runs().front()->run.size() - 1;
+    point.theta = problem->InitialTheta();
+    ShootingPoint::Nodes nodes;
+    if (single) {
+      nodes.samples = {0, samples};
+      nodes.states = RandomState(model, kTilt, 1).transpose();
+    } else {
+      const RowMatrixXd states = StatesFromData(*problem, 0);
+      nodes.states.resize(kSegments, states.cols());
+      for (int k = 0; k <= kSegments; ++k) {
+        nodes.samples.push_back(samples * k / kSegments);
+        if (k < kSegments) nodes.states.row(k) = states.row(nodes.samples[k]);
+      }
+    }
+    point.runs = {nodes};
+    options.fix_states = single;
+    options.defect = kCloseDefect;
+    options.function_tolerance = 1e-6;
+  }
+
+  StageSummary Solve(ShootingPoint* at) const {
+    *at = point;
+    std::vector<HistoryEntry> history;
+    ShootingStage stage(*problem, options, at);
+    return stage.Solve("fit", Now(), &history);
+  }
+};
+
+#ifdef SYSID_HAVE_MUJOCO
+// The same task, by SciPy and MuJoCo.
+class Reference {
+ public:
+  explicit Reference(const Task& task)
+      : folder_(std::filesystem::temp_directory_path() /
+                ("sysid_benchmark_" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(folder_);
+    Write(task);
+  }
+  ~Reference() { std::filesystem::remove_all(folder_); }
+
+  // Runs it; null where there is no python3-scipy.
+  Json Solve() const {
+    const std::string command = std::string("/usr/bin/python3 ") +
+                                SYSID_SCIPY_REFERENCE + " " +
+                                SYSID_MUJOCO_ROLLOUT + " " + folder_.string();
+    FILE* pipe = popen(command.c_str(), "r");
+    if (pipe == nullptr) return nullptr;
+    std::string text;
+    for (char part[4096]; std::fgets(part, sizeof(part), pipe) != nullptr;) {
+      text += part;
+    }
+    if (pclose(pipe) != 0) return nullptr;
+    return Json::parse(text);
+  }
+
+ private:
+  void Write(const Task& task) const {
+    const Model& model = task.problem->model();
+    const RunData& data = *task.problem->runs().front();
+    const ShootingPoint::Nodes& nodes = task.point.runs.front();
+    std::ofstream(folder_ / "model.xml") << ToMjcf(model.mechanism(), {});
+    Json json;
+    json["samples"] = nodes.samples[1];
+    json["steps"] = static_cast<int>(std::lround(1.0 / kRate / kStep));
+    json["h"] = kStep;
+    json["sigma"] = kNoise;
+    json["start"] = std::vector<double>(kLinks, task.factor);
+    const Eigen::Vector3d axis = LinkAxis(model.mechanism(), 1);
+    json["axis"] = std::vector<double>(axis.begin(), axis.end());
+    json["method"] = task.options.fix_states ? "lm" : "trf";
+    if (!task.options.fix_states) {
+      std::vector<double> sigma = DefectSigma(*task.problem);
+      for (double& s : sigma) s *= task.options.defect;
+      json["sigma_defect"] = sigma;
+      json["sigma_prior"] = StateBelief(*task.problem, 1.0);
+    }
+    std::ofstream(folder_ / "problem.json") << json;
+    std::ofstream states(folder_ / "nodes.txt");
+    states.precision(17);
+    for (int k = 0; k < nodes.segments(); ++k) {
+      for (int j = 0; j < kLinks; ++j) {
+        for (const int i : {3, 0, 1, 2}) {  // w first
+          states << nodes.states(k, 4 * j + i) << " ";
+        }
+      }
+      for (int i = model.nq(); i < model.state_size(); ++i) {
+        states << nodes.states(k, i) << " ";
+      }
+      states << "\n";
+    }
+    std::ofstream measured(folder_ / "measured.txt");
+    measured.precision(17);
+    for (int k = 0; k < data.run.size(); ++k) {
+      for (const Channel& channel : data.run.channels) {
+        const Eigen::Quaterniond q(channel.values(k, 3), channel.values(k, 0),
+                                   channel.values(k, 1), channel.values(k, 2));
+        measured << (ToMatrix(q) * axis).transpose() << " ";
+      }
+      measured << "\n";
+    }
+  }
+
+  std::filesystem::path folder_;
+};
+#endif
+
+// Standard errors of the lengths, about: what the rest of the numbers are
+// measured in.
+Eigen::VectorXd StandardErrors() {
+  const Model model = Shipped("pendulum3");
+  EstimationOptions options;
+  options.noise = kNoise;
+  options.rollout.step = kStep;
+  const Fit fit =
+      FitRuns(model, Lengths(model, 1.0), {Swing(kDuration, 1)}, options);
+  Eigen::VectorXd errors(kLinks);
+  for (int i = 0; i < kLinks; ++i) errors[i] = fit.parameters[i].std_error;
+  return errors;
+}
+
+void FitBesideScipy(benchmark::State& state, double factor, bool single) {
+  const Task task(factor, single);
+  const Eigen::VectorXd sigma = StandardErrors();
+  ShootingPoint point;
+  StageSummary done;
+  const double start = Cpu();
+  for (auto _ : state) done = task.Solve(&point);
+  const double own = (Cpu() - start) / static_cast<double>(state.iterations());
+  if (!done.converged) state.SetLabel("not converged");
+  const Eigen::ArrayXd error =
+      (point.theta.array() - kLength).abs() / sigma.array();
+  state.counters["iterations"] = done.iterations;
+  state.counters["error"] = error.maxCoeff();
+#ifdef SYSID_HAVE_MUJOCO
+  const Json theirs = Reference(task).Solve();
+  if (theirs.is_null()) {
+    state.SetLabel("no python3-scipy");
+    return;
+  }
+  double apart = 0.0, their_error = 0.0;
+  for (int i = 0; i < kLinks; ++i) {
+    const double length = kLength * theirs["scales"][i].get<double>();
+    apart = std::max(apart, std::abs(length - point.theta[i]) / sigma[i]);
+    their_error = std::max(their_error, std::abs(length - kLength) / sigma[i]);
+  }
+  const double seconds = theirs["seconds"];
+  state.counters["apart"] = apart;
+  state.counters["their_error"] = their_error;
+  state.counters["their_rollouts"] = theirs["rolled"].get<double>();
+  state.counters["reference"] = 1e3 * seconds;
+  state.counters["ratio"] = seconds / own;
+#else
+  benchmark::DoNotOptimize(own);
+#endif
+}
+
+// --- Threads ----------------------------------------------------------------
+
+// Eight runs of 10 s. Counters: `alone`, ms of wall time on one thread, and
+// `speedup`, that over the line's.
+void FitOnThreads(benchmark::State& state, int threads) {
+  const Model model = Shipped("pendulum3");
+  std::vector<Run> runs;
+  for (int seed = 1; seed <= 8; ++seed) runs.push_back(Swing(kDuration, seed));
+  EstimationOptions options;
+  options.noise = kNoise;
+  const auto seconds = [&](int count) {
+    options.threads = count;
+    const double start = Now();
+    const Fit fit = FitRuns(model, Lengths(model, 1.1), runs, options);
+    CHECK(fit.converged);
+    return Now() - start;
+  };
+  double alone = seconds(1), together = 0.0;
+  for (auto _ : state) together += seconds(threads);
+  alone = 0.5 * (alone + seconds(1));
+  together /= static_cast<double>(state.iterations());
+  state.counters["alone"] = 1e3 * alone;
+  state.counters["speedup"] = alone / together;
+}
+
+// --- The table --------------------------------------------------------------
+
+void Register() {
+  const auto add = [](const std::string& name, auto... arguments) {
+    return benchmark::RegisterBenchmark(name.c_str(), arguments...)
+        ->Unit(benchmark::kMillisecond);
+  };
+  add("single_shooting/5%_off", FitBesideScipy, 1.05, true);
+  add("single_shooting/20%_off", FitBesideScipy, 1.2, true);
+  add("multiple_shooting/10%_off", FitBesideScipy, 1.1, false);
+  add("multiple_shooting/20%_off", FitBesideScipy, 1.2, false);
+  add("threads/2", FitOnThreads, 2)->UseRealTime();
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  google::InitGoogleLogging(argv[0]);
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  sysid::Register();
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}

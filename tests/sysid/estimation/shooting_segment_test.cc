@@ -1,0 +1,195 @@
+#include "sysid/estimation/shooting_segment.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "models/state.h"
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/shooting_stage.h"
+#include "tests/support/fit_setup.h"
+
+namespace sysid {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Columns = ShootingSegment::Columns;
+
+// Ten samples of a spherical double pendulum, from a state a little off, with a
+// parameter that the data says nothing of.
+struct At {
+  explicit At(RobustLoss loss = RobustLoss::kNone) {
+    const Model model = Shipped("pendulum2", {"viscous_damping@joint1"});
+    SimulationOptions simulation;
+    simulation.duration = 0.2;
+    simulation.noise = 1e-3;
+    EstimationOptions options;
+    options.noise = 1e-3;
+    options.loss = loss;
+    problem = std::make_unique<ShootingProblem>(
+        model,
+        FreeFrom(model, {{"link1.length", 0.51}, {"joint1.damping", 1e-3}}),
+        std::vector<Run>{
+            Simulate(model, RandomState(model, 0.5, 1), simulation)},
+        options);
+    x = StatesFromData(*problem, 0).row(0).transpose();
+    x_next = StatesFromData(*problem, 0).row(10).transpose();
+    theta = problem->InitialTheta();
+  }
+  std::unique_ptr<ShootingProblem> problem;
+  VectorXd x, x_next, theta;
+};
+
+// What the plain cost of all rows says: whitened, by tangents.
+struct Plain {
+  Plain(const At& at, bool with_defect) {
+    const RunData& data = *at.problem->runs().front();
+    const SegmentRollout rollout(&at.problem->model(), &at.problem->map(),
+                                 &data.measurements, 0, 10, {});
+    std::vector<double> sigma;
+    std::vector<Whitening::Group> groups;
+    for (const SegmentRow& row : rollout.rows()) {
+      sigma.insert(sigma.end(), row.size, data.sigma[row.channel]);
+      groups.push_back({row.first, row.size});
+    }
+    if (with_defect) sigma.insert(sigma.end(), 12, 1e-2);
+    const WhitenedCost cost(
+        std::make_unique<SegmentCost>(&rollout, with_defect), sigma,
+        at.problem->options().loss, at.problem->options().loss_scale, groups);
+    Evaluate(at, cost, with_defect);
+  }
+  Plain(const At& at, const ceres::CostFunction& cost, bool with_defect) {
+    Evaluate(at, cost, with_defect);
+  }
+  void Evaluate(const At& at, const ceres::CostFunction& cost,
+                bool with_defect) {
+    const int rows = cost.num_residuals(), size = at.x.size();
+    const double* parameters[] = {at.x.data(), at.theta.data(),
+                                  at.x_next.data()};
+    RowMatrixXd J_x(rows, size), J_theta(rows, 2), J_next(rows, size);
+    double* jacobians[] = {J_x.data(), J_theta.data(), J_next.data()};
+    r.resize(rows);
+    valid = cost.Evaluate(parameters, r.data(), jacobians);
+    const StateManifold manifold(&at.problem->model());
+    RowMatrixXd P(size, 12), P_next(size, 12);
+    manifold.PlusJacobian(at.x.data(), P.data());
+    manifold.PlusJacobian(at.x_next.data(), P_next.data());
+    J.setZero(rows, 26);
+    J.leftCols(12) = J_x * P;
+    J.middleCols(12, 2) = J_theta;
+    if (with_defect) J.rightCols(12) = J_next * P_next;
+    VectorXd alone(rows);
+    EXPECT_TRUE(cost.Evaluate(parameters, alone.data(), nullptr));
+    squares = alone.squaredNorm();
+  }
+  bool valid = false;
+  double squares;
+  VectorXd r;
+  MatrixXd J;
+};
+
+class SegmentTest : public testing::TestWithParam<RobustLoss> {};
+
+TEST_P(SegmentTest, HasTheNormalEquationsOfAllRows) {
+  const At at(GetParam());
+  for (const bool with_defect : {true, false}) {
+    ShootingSegment segment(*at.problem, 0, 0, 10);
+    const ShootingSegmentCost cost(&segment, with_defect
+                                                 ? std::vector<double>(12, 1e-2)
+                                                 : std::vector<double>());
+    const Plain small(at, cost, with_defect), all(at, with_defect);
+    ASSERT_TRUE(small.valid && all.valid);
+    EXPECT_LT(small.r.size(), all.r.size());
+    const MatrixXd H = all.J.transpose() * all.J;
+    EXPECT_LT((small.J.transpose() * small.J - H).norm(), 1e-12 * H.norm());
+    const VectorXd g = all.J.transpose() * all.r;
+    EXPECT_LT((small.J.transpose() * small.r - g).norm(), 1e-11 * g.norm());
+    EXPECT_NEAR(small.r.squaredNorm(), all.squares, 1e-12 * all.squares);
+    EXPECT_NEAR(small.squares, all.squares, 1e-12 * all.squares);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Losses, SegmentTest,
+                         testing::Values(RobustLoss::kNone, RobustLoss::kHuber,
+                                         RobustLoss::kCauchy));
+
+TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
+  const At at;
+  ShootingSegment segment(*at.problem, 0, 0, 10);
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
+  const RowMatrixXd R = segment.R();
+  const double squares = segment.squares();
+  VectorXd x = at.x, theta = at.theta;
+  const auto expect_new = [&] {
+    ASSERT_TRUE(segment.Roll(x.data(), theta.data()));
+    const double moved = segment.squares();
+    EXPECT_NE(moved, squares);
+    ShootingSegment fresh(*at.problem, 0, 0, 10);
+    ASSERT_TRUE(fresh.Roll(x.data(), theta.data()));
+    EXPECT_EQ(moved, fresh.squares());
+    ASSERT_TRUE(segment.Linearize(x.data(), theta.data(), Columns::kBoth));
+    ASSERT_TRUE(fresh.Linearize(x.data(), theta.data(), Columns::kBoth));
+    EXPECT_EQ(segment.R(), fresh.R());
+  };
+  x[at.problem->model().nq()] += 1e-6;
+  expect_new();
+  x = at.x;
+  theta[0] += 1e-6;
+  expect_new();
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
+  EXPECT_EQ(segment.R(), R);
+}
+
+TEST(ShootingSegment, LinearisesAgainForColumnsThatItDidNotHave) {
+  const At at;
+  ShootingSegment segment(*at.problem, 0, 0, 10);
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kState));
+  EXPECT_EQ(segment.R().cols(), 12);
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
+  EXPECT_EQ(segment.R().cols(), 14);
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kState));
+  EXPECT_EQ(segment.R().cols(), 14);
+}
+
+TEST(ShootingSegment, LinearisesByThetaAlone) {
+  const At at;
+  ShootingSegment some(*at.problem, 0, 0, 10), all(*at.problem, 0, 0, 10);
+  ASSERT_TRUE(some.Linearize(at.x.data(), at.theta.data(), Columns::kTheta));
+  ASSERT_TRUE(all.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
+  EXPECT_EQ(some.R().cols(), 2);
+  const MatrixXd R = all.Take(all.R(), Columns::kTheta);
+  const MatrixXd H = R.transpose() * R;
+  EXPECT_LT((some.R().transpose() * some.R() - H).norm(), 1e-12 * H.norm());
+  const VectorXd g = R.transpose() * all.z();
+  EXPECT_LT((some.R().transpose() * some.z() - g).norm(), 1e-11 * g.norm());
+  EXPECT_NEAR(some.squares(), all.squares(), 1e-12 * all.squares());
+  const RowMatrixXd J_end = all.Take(all.J_end(), Columns::kTheta);
+  EXPECT_LT((some.J_end() - J_end).norm(), 1e-12 * J_end.norm());
+}
+
+TEST(ShootingSegment, ForgetsWhatFailed) {
+  const At at;
+  ShootingSegment segment(*at.problem, 0, 0, 10);
+  ASSERT_TRUE(segment.Roll(at.x.data(), at.theta.data()));
+  VectorXd x = at.x;
+  x[at.problem->model().nq()] = std::nan("");
+  EXPECT_FALSE(segment.Linearize(x.data(), at.theta.data(), Columns::kBoth));
+  ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
+}
+
+TEST(ShootingSegments, FitTheirCutAndStepAlone) {
+  At at;
+  ShootingPoint point;
+  point.runs.push_back({{0, 10, 20}, {}});
+  const ShootingSegments segments(*at.problem, point);
+  EXPECT_TRUE(segments.Fit(*at.problem, point));
+  ShootingPoint other = point;
+  other.runs[0].samples[1] = 9;
+  EXPECT_FALSE(segments.Fit(*at.problem, other));
+  at.problem->mutable_options()->rollout.step = 0.005;
+  EXPECT_FALSE(segments.Fit(*at.problem, point));
+}
+
+}  // namespace
+}  // namespace sysid
