@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "models/dynamics.h"
 #include "models/math/products.h"
@@ -269,6 +270,10 @@ void InertiaAndBias(BodyData<T>* body) {
   Apply<Into::kSet>(b.I, b.w, &Iw);
   Cross<Into::kSet>(b.w, Iw, &b.n);
   Cross<Into::kSet>(b.w, Cross(b.w, h), &b.f);
+  if constexpr (std::is_same_v<T, double>) {
+    b.I_W = b.I;
+    b.h_W = h;
+  }
 }
 
 // (2.12): adds the force [n; f] to the parent's, moved by r.
@@ -332,12 +337,11 @@ bool ArticulateBodies(Workspace<T>* ws, const T* tau) {
       }
       if (parent == nullptr) continue;
       // (2.11): U = [I; H^T], so without armature only M is handed on.
-      Matrix3<T> W;
-      Multiply(b.D3_inverse, b.H, &W);
-      SubtractSymmetricProduct(b.H, W, &b.M);
+      Multiply(b.D3_inverse, b.H, &b.DH);
+      SubtractSymmetricProduct(b.H, b.DH, &b.M);
       Vector3<T>& f = b.f;
       Apply<Into::kAdd>(b.M, b.c_v, &f);
-      ApplyTransposed<Into::kAdd>(W, b.u3, &f);
+      ApplyTransposed<Into::kAdd>(b.DH, b.u3, &f);
       if (!b.has_armature) {
         AddMassToParent(b.r, b.M, parent);
         AddForceToParent(b.r, tau_W, f, parent);

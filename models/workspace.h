@@ -40,7 +40,13 @@ struct BodyData {
   T D_inverse;          // 1 / (S^T I^A S)
   T u;
   Matrix3<T> D3_inverse;  // of a spherical joint
+  Matrix3<T> DH;          // its D^-1 H
   Vector3<T> u3;
+
+  // The body's own inertia I and h of (2.7), kept for the tangent where T is
+  // double.
+  Matrix3<T> I_W;
+  Vector3<T> h_W;
 };
 
 template <typename T>

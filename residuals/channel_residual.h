@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "models/dynamics.h"
+#include "models/math/products.h"
 #include "models/math/rotation.h"
 #include "residuals/run.h"
 
@@ -52,9 +53,8 @@ struct HeadingResidual {
   template <typename T>
   void operator()(const PredictedState<T>& state, const double* measured,
                   T* r) const {
-    const T* q = state.q + q_index;
-    const Vector3<T> z =
-        ToMatrix(Quaternion<T>(q[3], q[0], q[1], q[2])) * axis.cast<T>();
+    Vector3<T> z;
+    TurnConstant(state.q + q_index, axis, &z);
     const Eigen::Vector3d z_measured =
         ToMatrix(Eigen::Quaterniond(measured[3], measured[0], measured[1],
                                     measured[2])) *

@@ -4,9 +4,14 @@
 #include <cmath>
 
 #include "glog/logging.h"
+#include "models/dynamics_tangent.h"
 #include "residuals/segment-impl.h"
 
 namespace sysid {
+
+std::string ToString(LinearizationPath path) {
+  return path == LinearizationPath::kStructured ? "structured" : "jets";
+}
 
 SegmentRollout::SegmentRollout(const Model* model,
                                const ParameterMap* parameters,
@@ -17,7 +22,10 @@ SegmentRollout::SegmentRollout(const Model* model,
       measurements_(measurements),
       first_(first),
       last_(last),
-      options_(options) {
+      options_(options),
+      linearization_(DynamicsTangent::Covers(*model)
+                         ? options.linearization
+                         : LinearizationPath::kJets) {
   const Run& run = *measurements->run;
   CHECK_LT(first, last);
   CHECK_LT(last, run.size());
@@ -45,7 +53,7 @@ int SegmentRollout::StepsAfter(int k) const {
 
 template <typename T>
 bool SegmentRollout::LinearizePass(const double* x0, const double* theta,
-                                   int first_column, int columns,
+                                   int first_column, int columns, int place,
                                    double* errors, double* x_end,
                                    RowMatrixXd* J, RowMatrixXd* J_end) const {
   const int tangent = model_->tangent_size();
@@ -66,7 +74,7 @@ bool SegmentRollout::LinearizePass(const double* x0, const double* theta,
   }
   for (int i = 0; i < num_residuals_; ++i) {
     errors[i] = r[i].a;
-    for (int c = 0; c < columns; ++c) (*J)(i, first_column + c) = r[i].v[c];
+    for (int c = 0; c < columns; ++c) (*J)(i, place + c) = r[i].v[c];
   }
   for (int i = 0; i < size; ++i) {
     x_end[i] = end[i].a;
@@ -76,7 +84,7 @@ bool SegmentRollout::LinearizePass(const double* x0, const double* theta,
   BoxMinus<T>(*model_, end.data(), end_center.data(), end_tangent.data());
   for (int i = 0; i < tangent; ++i) {
     for (int c = 0; c < columns; ++c) {
-      (*J_end)(i, first_column + c) = end_tangent[i].v[c];
+      (*J_end)(i, place + c) = end_tangent[i].v[c];
     }
   }
   return true;
@@ -84,27 +92,64 @@ bool SegmentRollout::LinearizePass(const double* x0, const double* theta,
 
 bool SegmentRollout::Linearize(const double* x0, const double* theta,
                                bool with_theta, double* errors, double* x_end,
-                               RowMatrixXd* J, RowMatrixXd* J_end) const {
+                               RowMatrixXd* J, RowMatrixXd* J_end,
+                               SegmentScratch* scratch) const {
+  return LinearizeBy(true, with_theta, x0, theta, errors, x_end, J, J_end,
+                     scratch);
+}
+
+bool SegmentRollout::LinearizeByTheta(const double* x0, const double* theta,
+                                      double* errors, double* x_end,
+                                      RowMatrixXd* J, RowMatrixXd* J_end,
+                                      SegmentScratch* scratch) const {
+  return LinearizeBy(false, true, x0, theta, errors, x_end, J, J_end, scratch);
+}
+
+bool SegmentRollout::LinearizeBy(bool by_state, bool by_theta, const double* x0,
+                                 const double* theta, double* errors,
+                                 double* x_end, RowMatrixXd* J,
+                                 RowMatrixXd* J_end,
+                                 SegmentScratch* scratch) const {
+  const int tangent = model_->tangent_size();
   const int total =
-      model_->tangent_size() + (with_theta ? parameters_->size() : 0);
+      (by_state ? tangent : 0) + (by_theta ? parameters_->size() : 0);
   J->resize(num_residuals_, total);
-  J_end->resize(model_->tangent_size(), total);
-  for (int column = 0; column < total;) {
-    const int left = total - column;
-    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
-    const int columns = std::min(left, width);
-    const bool ok =
-        width == 24   ? LinearizePass<Jet24>(x0, theta, column, columns, errors,
-                                           x_end, J, J_end)
-        : width == 16 ? LinearizePass<Jet16>(x0, theta, column, columns, errors,
-                                             x_end, J, J_end)
-                      : LinearizePass<Jet8>(x0, theta, column, columns, errors,
-                                            x_end, J, J_end);
-    if (!ok) return false;
-    column += columns;
+  J_end->resize(tangent, total);
+  bool ok = true;
+  if (linearization_ == LinearizationPath::kStructured) {
+    SegmentScratch own;
+    ok = LinearizeStructured(x0, theta, by_state, by_theta, errors, x_end, J,
+                             J_end, scratch != nullptr ? scratch : &own);
+  } else {
+    ok = LinearizeByJets(x0, theta, by_state ? 0 : tangent, errors, x_end, J,
+                         J_end);
   }
   // A step too long for the model may leave finite values and not derivatives.
-  return J->allFinite() && J_end->allFinite();
+  return ok && J->allFinite() && J_end->allFinite();
+}
+
+bool SegmentRollout::LinearizeByJets(const double* x0, const double* theta,
+                                     int first_column, double* errors,
+                                     double* x_end, RowMatrixXd* J,
+                                     RowMatrixXd* J_end) const {
+  const int total = static_cast<int>(J->cols());
+  int place = 0;
+  do {
+    const int left = total - place;
+    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
+    const int columns = std::min(left, width);
+    const int first = first_column + place;
+    const bool ok =
+        width == 24   ? LinearizePass<Jet24>(x0, theta, first, columns, place,
+                                           errors, x_end, J, J_end)
+        : width == 16 ? LinearizePass<Jet16>(x0, theta, first, columns, place,
+                                             errors, x_end, J, J_end)
+                      : LinearizePass<Jet8>(x0, theta, first, columns, place,
+                                            errors, x_end, J, J_end);
+    if (!ok) return false;
+    place += columns;
+  } while (place < total);
+  return true;
 }
 
 #define SYSID_INSTANTIATE(T)                                              \

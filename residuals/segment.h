@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "models/integrator.h"
@@ -9,12 +11,24 @@
 
 namespace sysid {
 
-// How the time between samples is integrated.
+// How a segment is differentiated; both give the same numbers to rounding.
+enum class LinearizationPath {
+  // The tangent of each step beside the step (models/step_tangent.h).
+  kStructured,
+  // Every step on Jets: several times slower; the reference, and the way for a
+  // model with effects that the tangent does not cover.
+  kJets,
+};
+std::string ToString(LinearizationPath path);  // "structured", "jets"
+
+// How the time between samples is integrated, and differentiated.
 struct RolloutOptions {
   Integrator integrator = Integrator::kRungeKutta4;
   // Longest step, s; the time between two samples is divided evenly into as few
   // steps as this allows. 0: one step a sample.
   double step = 0.0;
+  // What is wanted; SegmentRollout::linearization() says what runs.
+  LinearizationPath linearization = LinearizationPath::kStructured;
 };
 
 // A run with what compares the model with it: shared by its segments.
@@ -29,6 +43,23 @@ struct SegmentRow {
   int channel;
   int first;  // row
   int size;
+};
+
+// What linearising a segment leaves for the next one on the structured path, by
+// the same thread: memory, and what depends on theta alone (computed again when
+// theta is another). For segments of one model and map, which must outlive it
+// and stay as they are.
+class SegmentScratch {
+ public:
+  SegmentScratch();
+  ~SegmentScratch();
+  SegmentScratch(SegmentScratch&&);
+  SegmentScratch& operator=(SegmentScratch&&);
+
+ private:
+  friend class SegmentRollout;
+  struct Kept;
+  std::unique_ptr<Kept> kept_;
 };
 
 // The functor of multiple shooting: rolls the model out from the state x0 at
@@ -54,10 +85,15 @@ class SegmentRollout {
 
   // Values and derivatives by the tangent of x0 (2 nv columns), then by theta
   // (where with_theta): rows of errors in J, rows of x_end's tangent in J_end.
-  // Jets in passes of 24, 16 or 8 columns, padded.
   bool Linearize(const double* x0, const double* theta, bool with_theta,
                  double* errors, double* x_end, RowMatrixXd* J,
-                 RowMatrixXd* J_end) const;
+                 RowMatrixXd* J_end, SegmentScratch* scratch = nullptr) const;
+  // The same by theta alone.
+  bool LinearizeByTheta(const double* x0, const double* theta, double* errors,
+                        double* x_end, RowMatrixXd* J, RowMatrixXd* J_end,
+                        SegmentScratch* scratch = nullptr) const;
+
+  LinearizationPath linearization() const { return linearization_; }
 
   const Model& model() const { return *model_; }
   const ParameterMap& parameters() const { return *parameters_; }
@@ -72,10 +108,23 @@ class SegmentRollout {
   const std::vector<SegmentRow>& rows() const { return rows_; }
 
  private:
+  bool LinearizeBy(bool by_state, bool by_theta, const double* x0,
+                   const double* theta, double* errors, double* x_end,
+                   RowMatrixXd* J, RowMatrixXd* J_end,
+                   SegmentScratch* scratch) const;
+  bool LinearizeStructured(const double* x0, const double* theta, bool by_state,
+                           bool by_theta, double* errors, double* x_end,
+                           RowMatrixXd* J, RowMatrixXd* J_end,
+                           SegmentScratch* scratch) const;
+  // In passes of 24, 16 or 8 columns, padded. Columns from `first_column` on,
+  // of those of the state and then theta, go to J from its first.
+  bool LinearizeByJets(const double* x0, const double* theta, int first_column,
+                       double* errors, double* x_end, RowMatrixXd* J,
+                       RowMatrixXd* J_end) const;
   template <typename T>
   bool LinearizePass(const double* x0, const double* theta, int first_column,
-                     int columns, double* errors, double* x_end, RowMatrixXd* J,
-                     RowMatrixXd* J_end) const;
+                     int columns, int place, double* errors, double* x_end,
+                     RowMatrixXd* J, RowMatrixXd* J_end) const;
 
   const Model* model_;
   const ParameterMap* parameters_;
@@ -83,6 +132,7 @@ class SegmentRollout {
   int first_;
   int last_;
   RolloutOptions options_;
+  LinearizationPath linearization_;
   int num_residuals_ = 0;
   std::vector<SegmentRow> rows_;
   bool needs_kinematics_ = false;  // some channel is a frame's position

@@ -4,6 +4,7 @@
 
 #include "models/state.h"
 #include "residuals/segment-impl.h"
+#include "residuals/structured_walk.h"
 
 namespace sysid {
 namespace {
@@ -64,6 +65,54 @@ bool LinearizeColumns(const SegmentRollout& rollout, const double* theta,
   return true;
 }
 
+bool LinearizeByJets(const SegmentRollout& rollout, const double* theta,
+                     SegmentTangent* out) {
+  const Model& model = rollout.model();
+  const int total = model.tangent_size() + model.nv();
+  for (int column = 0; column < total;) {
+    const int left = total - column;
+    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
+    const int columns = std::min(left, width);
+    const bool ok =
+        width == 24
+            ? LinearizeColumns<Jet24>(rollout, theta, column, columns, out)
+        : width == 16
+            ? LinearizeColumns<Jet16>(rollout, theta, column, columns, out)
+            : LinearizeColumns<Jet8>(rollout, theta, column, columns, out);
+    if (!ok) return false;
+    column += columns;
+  }
+  return true;
+}
+
+bool LinearizeStructured(const SegmentRollout& rollout, const double* theta,
+                         SegmentTangent* out) {
+  const Model& model = rollout.model();
+  const int n = model.tangent_size(), nv = model.nv();
+  internal::StructuredWalk walk(model, rollout.parameters(),
+                                rollout.options().integrator,
+                                {.state = true, .efforts = true});
+  walk.SetTheta(theta);
+  walk.Start(rollout);
+  RowMatrixXd by_errors(rollout.num_residuals(), walk.num_columns());
+  RowMatrixXd by_state(n, walk.num_columns());
+  std::vector<double> x(model.state_size()), errors(rollout.num_residuals());
+  for (int k = rollout.first();; ++k) {
+    const int i = k - rollout.first();
+    Eigen::Map<Eigen::RowVectorXd>(x.data(), x.size()) = out->states.row(i);
+    walk.SeedState(x.data());
+    walk.Measure(k, x.data());
+    if (k == rollout.last()) break;
+    if (!walk.Advance(k, x.data())) return false;
+    walk.ReadState(x.data(), &by_state);
+    out->A[i] = by_state.leftCols(n);
+    out->B[i] = by_state.rightCols(nv);
+  }
+  walk.ReadErrors(errors.data(), &by_errors);
+  out->C = by_errors.leftCols(n);
+  return true;
+}
+
 }  // namespace
 
 bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
@@ -100,21 +149,9 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
       return false;
     }
   }
-  const int total = n + model.nv();
-  for (int column = 0; column < total;) {
-    const int left = total - column;
-    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
-    const int columns = std::min(left, width);
-    const bool ok =
-        width == 24
-            ? LinearizeColumns<Jet24>(rollout, theta, column, columns, tangent)
-        : width == 16
-            ? LinearizeColumns<Jet16>(rollout, theta, column, columns, tangent)
-            : LinearizeColumns<Jet8>(rollout, theta, column, columns, tangent);
-    if (!ok) return false;
-    column += columns;
-  }
-  return true;
+  return rollout.linearization() == LinearizationPath::kStructured
+             ? LinearizeStructured(rollout, theta, tangent)
+             : LinearizeByJets(rollout, theta, tangent);
 }
 
 }  // namespace sysid

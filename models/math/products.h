@@ -189,4 +189,22 @@ inline void SymmetricOuter(const Vector3<T>& a, const Vector3<T>& b,
       out, [&](int i, int j, T* entry) { Product<into>(a[i], b[j], entry); });
 }
 
+// R(q) a = a + w t + v x t, t = 2 v x a, of a unit quaternion q = x, y, z, w
+// with v = (x, y, z), and a constant a.
+template <typename T>
+inline void TurnConstant(const T* q, const Eigen::Vector3d& a,
+                         Vector3<T>* out) {
+  Vector3<T> t;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    t[i] = q[j] * (2.0 * a[k]) - q[k] * (2.0 * a[j]);
+  }
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    Product<Into::kSet>(q[3], t[i], &(*out)[i]);
+    Difference2<Into::kAdd>(q[j], t[k], q[k], t[j], &(*out)[i]);
+    (*out)[i] += a[i];
+  }
+}
+
 }  // namespace sysid

@@ -74,6 +74,18 @@ Vector3<T> RightJacobianInverse(const Vector3<T>& u, const Vector3<T>& w) {
   return w + T(0.5) * uw + T(1.0 / 12.0) * u.cross(uw);
 }
 
+// The derivative of w x (w x x) by w: (w . x) 1 + w x^T - 2 x w^T.   (2.20)
+inline Eigen::Matrix3d CentripetalByVelocity(const Eigen::Vector3d& w,
+                                             const Eigen::Vector3d& x) {
+  const double wx = w.dot(x);
+  Eigen::Matrix3d V;
+  for (int j = 0; j < 3; ++j) {
+    for (int i = 0; i < 3; ++i) V(i, j) = w[i] * x[j] - 2.0 * x[i] * w[j];
+    V(j, j) += wx;
+  }
+  return V;
+}
+
 // a b, written out: Eigen's product of quaternions of Jets takes temporaries.
 template <typename T>
 Quaternion<T> Multiply(const Quaternion<T>& a, const Quaternion<T>& b) {

@@ -6,28 +6,6 @@
 #include <numeric>
 
 namespace sysid {
-namespace {
-
-template <typename Jet>
-bool LinearizePass(const SegmentRollout& rollout, const double* x0,
-                   const double* theta, int first, int columns, double* errors,
-                   RowMatrixXd* J) {
-  const int size = rollout.model().state_size();
-  std::vector<Jet> x(size), end(size), theta_jet(rollout.parameters().size());
-  for (int i = 0; i < size; ++i) x[i] = Jet(x0[i]);
-  for (size_t i = 0; i < theta_jet.size(); ++i) theta_jet[i] = Jet(theta[i]);
-  for (int c = 0; c < columns; ++c) theta_jet[first + c].v[c] = 1.0;
-  std::vector<Jet> r(rollout.num_residuals());
-  if (!rollout(x.data(), theta_jet.data(), r.data(), end.data())) return false;
-  for (size_t i = 0; i < r.size(); ++i) {
-    if (!std::isfinite(r[i].a)) return false;
-    errors[i] = r[i].a;
-    for (int c = 0; c < columns; ++c) (*J)(i, first + c) = r[i].v[c];
-  }
-  return true;
-}
-
-}  // namespace
 
 Rollouts::Rollouts(const ShootingProblem* problem, const ShootingPoint& point)
     : problem_(problem) {
@@ -77,24 +55,12 @@ bool Rollouts::Errors(int i, const double* theta, double* errors) const {
 
 bool Rollouts::Linearize(int i, const double* theta, double* errors,
                          RowMatrixXd* J) const {
-  const int total = num_parameters();
-  const SegmentRollout rollout = functor(i);
-  J->resize(num_errors(i), total);
-  for (int column = 0; column < total;) {
-    const int left = total - column;
-    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
-    const int columns = std::min(left, width);
-    const bool ok =
-        width == 24   ? LinearizePass<Jet24>(rollout, first_state(i), theta,
-                                           column, columns, errors, J)
-        : width == 16 ? LinearizePass<Jet16>(rollout, first_state(i), theta,
-                                             column, columns, errors, J)
-                      : LinearizePass<Jet8>(rollout, first_state(i), theta,
-                                            column, columns, errors, J);
-    if (!ok) return false;
-    column += columns;
-  }
-  return J->allFinite();
+  RowMatrixXd J_end;
+  std::vector<double> end(problem_->model().state_size());
+  return functor(i).LinearizeByTheta(first_state(i), theta, errors, end.data(),
+                                     J, &J_end) &&
+         std::all_of(errors, errors + num_errors(i),
+                     [](double e) { return std::isfinite(e); });
 }
 
 double Rollouts::Loss(const std::vector<int>& which,

@@ -44,7 +44,7 @@ class Rollouts {
   // Unweighted errors (num_errors numbers); false where the dynamics fail or a
   // number is not finite.
   bool Errors(int i, const double* theta, double* errors) const;
-  // The same and their derivatives by theta, by Jets.
+  // The same and their derivatives by theta.
   bool Linearize(int i, const double* theta, double* errors,
                  RowMatrixXd* J) const;
 

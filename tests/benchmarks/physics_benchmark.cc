@@ -23,6 +23,7 @@
 //                not fixed (a fit)
 //   mj_forward   ns that MuJoCo takes for one, beside this line
 //   ratio        time per evaluation over mj_forward
+//   over_plain   time over that of the same rollout without derivatives
 
 namespace sysid {
 namespace {
@@ -164,6 +165,63 @@ void Rollout(benchmark::State& state, const std::string& name) {
   });
 }
 
+// Twenty-four columns of a rollout of half a second, by the state and by the
+// first parameters of the model, over the rollout without them: the counter
+// `over_plain`. Nothing is measured.
+void Columns24(benchmark::State& state, const std::string& name,
+               LinearizationPath path) {
+  constexpr int kColumns = 24;
+  const Model model = Shipped(name);
+  std::vector<Parameter> parameters = AllParameters(model);
+  parameters.resize(kColumns - model.tangent_size());
+  const ParameterMap map(model, parameters, false);
+  std::vector<double> theta;
+  for (const Parameter& parameter : parameters) {
+    theta.push_back(parameter.nominal);
+  }
+  const int samples = static_cast<int>(kSegment * kRate);
+  Run run;
+  for (int k = 0; k <= samples; ++k) run.t.push_back(k / kRate);
+  run.effort.setZero(samples + 1, model.nv());
+  const Measurements measurements{&run, {}};
+  RolloutOptions options;
+  options.linearization = path;
+  const SegmentRollout segment(&model, &map, &measurements, 0, samples,
+                               options);
+  const Eigen::VectorXd x0 = RandomState(model, 0.3, kSeed);
+  Eigen::VectorXd x_end(model.state_size());
+  double* no_errors = nullptr;
+  RowMatrixXd J, J_end;
+  const auto plain = [&] {
+    constexpr int kTimes = 40;
+    const std::clock_t start = std::clock();
+    for (int i = 0; i < kTimes; ++i) {
+      CHECK(segment(x0.data(), theta.data(), no_errors, x_end.data()));
+    }
+    return NanosecondsSince(start) / kTimes;
+  };
+  plain();  // warm
+  double one = 0.5 * plain();
+  const std::clock_t start = std::clock();
+  for (auto _ : state) {
+    CHECK(segment.Linearize(x0.data(), theta.data(), true, no_errors,
+                            x_end.data(), &J, &J_end));
+    benchmark::ClobberMemory();
+  }
+  const double own = NanosecondsSince(start) / state.iterations();
+  one += 0.5 * plain();
+  CHECK_EQ(J_end.cols(), kColumns);
+  state.counters["over_plain"] = own / one;
+}
+
+void Columns24Jets(benchmark::State& state, const std::string& name) {
+  Columns24(state, name, LinearizationPath::kJets);
+}
+
+void Columns24Structured(benchmark::State& state, const std::string& name) {
+  Columns24(state, name, LinearizationPath::kStructured);
+}
+
 // What is fitted: the lengths of a pendulum, two masses of the arm.
 std::vector<Value> Truth(const std::string& name) {
   if (name != "arm7") {
@@ -271,6 +329,9 @@ void Register() {
     add("ForwardDynamics<Jet16>", ForwardDynamicsOf<Jet16>);
     add("ForwardDynamics<Jet24>", ForwardDynamicsOf<Jet24>);
     add("Rollout10s", Rollout)->Unit(benchmark::kMicrosecond);
+    add("Columns24Jets", Columns24Jets)->Unit(benchmark::kMicrosecond);
+    add("Columns24Structured", Columns24Structured)
+        ->Unit(benchmark::kMicrosecond);
     add("Linearize0.5s", LinearizeSegment)->Unit(benchmark::kMicrosecond);
     add("Fit10s", WholeFit)->Unit(benchmark::kMillisecond);
   }

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <memory>
+#include <tuple>
 
 #include "models/integrator.h"
 #include "models/state.h"
@@ -27,7 +28,8 @@ struct Motion {
   std::unique_ptr<SegmentRollout> rollout;
 
   Motion(const Model& m, std::vector<Parameter> parameters,
-         OrientationResidual orientation, double step)
+         OrientationResidual orientation, double step,
+         LinearizationPath path = LinearizationPath::kStructured)
       : model(m) {
     map = std::make_unique<ParameterMap>(model, std::move(parameters));
     VectorXd values(map->size());
@@ -49,7 +51,7 @@ struct Motion {
     measurements = MeasurementsOf(model.mechanism(), run, orientation);
     rollout = std::make_unique<SegmentRollout>(
         &model, map.get(), &measurements, 1, 8,
-        RolloutOptions{Integrator::kRungeKutta4, step});
+        RolloutOptions{Integrator::kRungeKutta4, step, path});
     x0 = StatesOf(model, run, x0, rollout->options()).row(1).transpose();
   }
 };
@@ -71,8 +73,13 @@ void ExpectComposesToTheRollout(const Motion& motion) {
       LinearizeAlong(rollout, motion.x0.data(), motion.theta.data(), &tangent));
   VectorXd errors(rollout.num_residuals()), x_end(motion.model.state_size());
   RowMatrixXd J, J_end;
-  ASSERT_TRUE(rollout.Linearize(motion.x0.data(), motion.theta.data(), false,
-                                errors.data(), x_end.data(), &J, &J_end));
+  RolloutOptions by_jets = rollout.options();
+  by_jets.linearization = LinearizationPath::kJets;
+  const SegmentRollout whole(&motion.model, motion.map.get(),
+                             &motion.measurements, rollout.first(),
+                             rollout.last(), by_jets);
+  ASSERT_TRUE(whole.Linearize(motion.x0.data(), motion.theta.data(), false,
+                              errors.data(), x_end.data(), &J, &J_end));
   const int count = rollout.last() - rollout.first();
   ASSERT_EQ(static_cast<int>(tangent.A.size()), count);
   ASSERT_EQ(static_cast<int>(tangent.B.size()), count);
@@ -93,7 +100,8 @@ void ExpectComposesToTheRollout(const Motion& motion) {
   EXPECT_LT((rows - J).norm(), 1e-10 * J.norm());
 }
 
-class Orientations : public testing::TestWithParam<OrientationResidual> {};
+class Orientations : public testing::TestWithParam<
+                         std::tuple<OrientationResidual, LinearizationPath>> {};
 
 TEST_P(Orientations, ComposeToTheRolloutOfEveryJointAndEffect) {
   const Model model = WithEveryEffect(AllJoints());
@@ -101,12 +109,16 @@ TEST_P(Orientations, ComposeToTheRolloutOfEveryJointAndEffect) {
   std::vector<Parameter> some =
       FindParameters(model, {"lower.mass", "gravity"}, "test");
   for (Parameter& parameter : some) parameter.nominal *= 1.1;
-  ExpectComposesToTheRollout({model, some, GetParam(), 0.003});
+  const auto [orientation, path] = GetParam();
+  ExpectComposesToTheRollout({model, some, orientation, 0.003, path});
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Orientations,
-                         testing::Values(OrientationResidual::kHeading,
-                                         OrientationResidual::kRotation));
+INSTANTIATE_TEST_SUITE_P(
+    All, Orientations,
+    testing::Combine(testing::Values(OrientationResidual::kHeading,
+                                     OrientationResidual::kRotation),
+                     testing::Values(LinearizationPath::kStructured,
+                                     LinearizationPath::kJets)));
 
 // One pass of 8, 16 or 24 columns, or several.
 TEST(SegmentTangent, ComposesToTheRolloutOfTreesOfAnySize) {
@@ -114,8 +126,12 @@ TEST(SegmentTangent, ComposesToTheRolloutOfTreesOfAnySize) {
     SCOPED_TRACE(joints);
     Random random(joints);
     const Model model(RandomMechanism(joints, &random));
-    ExpectComposesToTheRollout(
-        {model, {}, OrientationResidual::kRotation, 0.0});
+    for (const LinearizationPath path :
+         {LinearizationPath::kStructured, LinearizationPath::kJets}) {
+      SCOPED_TRACE(ToString(path));
+      ExpectComposesToTheRollout(
+          {model, {}, OrientationResidual::kRotation, 0.0, path});
+    }
   }
 }
 

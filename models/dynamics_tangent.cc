@@ -1,0 +1,550 @@
+#include "models/dynamics_tangent.h"
+
+#include <algorithm>
+
+#include "models/math/rotation.h"
+
+// Equation numbers: docs/theory.md.
+
+namespace sysid {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr unsigned kCoveredHooks = kEffortHook | kJointInertiaHook |
+                                   kGravityHook | kLinkForceHook | kInputHook |
+                                   kMeasurementHook | kInputDelayHook;
+
+// The derivative of w x I w by w: [w] I - [I w].
+Matrix3d GyroscopicByVelocity(const Matrix3d& I, const Vector3d& w,
+                              const Vector3d& Iw) {
+  Matrix3d V;
+  for (int j = 0; j < 3; ++j) V.col(j) = w.cross(I.col(j));
+  V(0, 1) += Iw[2];
+  V(0, 2) -= Iw[1];
+  V(1, 0) -= Iw[2];
+  V(1, 2) += Iw[0];
+  V(2, 0) += Iw[1];
+  V(2, 1) -= Iw[0];
+  return V;
+}
+
+bool Moves(const Jet8& x) { return (x.v.array() != 0.0).any(); }
+
+template <class Derived>
+bool Moves(const Eigen::MatrixBase<Derived>& x) {
+  for (int j = 0; j < x.cols(); ++j) {
+    for (int i = 0; i < x.rows(); ++i) {
+      if (Moves(x(i, j))) return true;
+    }
+  }
+  return false;
+}
+
+// Of eight columns the one at `place` is 1; none where it is not among them.
+const Lanes& UnitLanes(int place) {
+  static const Lanes kUnits[kLanes + 1] = {
+      {1.0},
+      {0.0, 1.0},
+      {0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
+      {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0},
+      {}};
+  return kUnits[place >= 0 && place < kLanes ? place : kLanes];
+}
+
+Jet8 Seeded(double value, int place) { return JetOf(value, UnitLanes(place)); }
+
+// A quaternion q = (v, w) with d(q Exp(dq)) by dq at 0, dq at `place` and the
+// next two: (w 1 + [v]) / 2 over -v^T / 2.
+void SeedRotation(const double* q, int place, Jet8* out) {
+  const Vector3d v = 0.5 * Eigen::Map<const Vector3d>(q);
+  const Lanes3 dq = {UnitLanes(place), UnitLanes(place + 1),
+                     UnitLanes(place + 2)};
+  const Lanes3 dv = dq * (0.5 * q[3]) + Cross(v, dq);
+  out[0] = JetOf(q[0], dv.x);
+  out[1] = JetOf(q[1], dv.y);
+  out[2] = JetOf(q[2], dv.z);
+  out[3] = JetOf(q[3], -Dot(v, dq));
+}
+
+Vector3d ColumnOf(const Jet8* x, int size, int place) {
+  Vector3d out = Vector3d::Zero();
+  for (int k = 0; k < size; ++k) out[k] = x[k].v[place];
+  return out;
+}
+
+}  // namespace
+
+ParameterColumns::ParameterColumns(const Model& model)
+    : bodies(model.bodies().size()),
+      effects(model.effects().parameters().size()) {}
+
+ParameterColumns::ParameterColumns(const Workspace<Jet8>& ws)
+    : ParameterColumns(ws.model()) {
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    const BodyData<Jet8>& from = ws.bodies[i];
+    OfBody& to = bodies[i];
+    to.inertial = Moves(from.mass) || Moves(from.h_B) || Moves(from.I_B);
+    to.origin = Moves(from.p_PB);
+    to.armature = Moves(from.armature);
+    to.mass = LanesOf(from.mass);
+    to.h_B = LanesOf(from.h_B);
+    for (int j = 0; j < 3; ++j) {
+      to.I_B[j] = LanesOf(Vector3<Jet8>(from.I_B.col(j)));
+    }
+    to.p_PB = LanesOf(from.p_PB);
+    to.J_a = LanesOf(from.armature);
+  }
+  gravity_moves = Moves(ws.gravity);
+  gravity = LanesOf(ws.gravity);
+  for (size_t i = 0; i < effects.size(); ++i) {
+    effects[i].moves = Moves(ws.parameters().effects[i]);
+    effects[i].d = LanesOf(ws.parameters().effects[i]);
+  }
+  for (const auto& effect : ws.link_force_effects) {
+    const Matrix3d& R_BL = ws.model().placement(effect.link).R_BL;
+    force_com.push_back(LanesOf(ws.p_BL[effect.link]) +
+                        R_BL * LanesOf(ws.parameters().links[effect.link].com));
+  }
+}
+
+bool DynamicsTangent::Covers(const Model& model) {
+  for (int i = 0; i < model.effects().size(); ++i) {
+    if (model.effects().effect(i).hooks() & ~kCoveredHooks) return false;
+  }
+  return true;
+}
+
+DynamicsTangent::DynamicsTangent(const Model& model)
+    : model_(&model),
+      points_(model.bodies().size()),
+      lanes_(model.bodies().size()) {
+  const EffectSet& effects = model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    const Effect& effect = effects.effect(i);
+    Law law;
+    law.hooks = &HooksFor(effect, ScalarTag<Jet8>());
+    law.first = effects.offset(i);
+    law.p.resize(effect.parameters().size());
+    law.by_p.resize(effect.parameters().size());
+    law.link = effect.link();
+    if (effect.hooks() & kEffortHook) {
+      const int child = model.mechanism().joints[effect.joint()].child_link;
+      law.body = model.placement(child).body;
+      points_[law.body].has_effort = true;
+      efforts_.push_back(law);
+    }
+    if (effect.hooks() & kLinkForceHook) {
+      law.body = model.placement(effect.link()).body;
+      if (law.body >= 0) link_forces_.push_back(law);
+    }
+  }
+}
+
+// --- The point --------------------------------------------------------------
+
+void DynamicsTangent::SetPoint(const Workspace<double>& ws, const double* q,
+                               const double* qd, const double* qdd) {
+  ws_ = &ws;
+  const int count = static_cast<int>(points_.size());
+  for (int i = 0; i < count; ++i) SetBody(i, qd, qdd);
+  for (Law& law : efforts_) DifferentiateEffort(q, qd, &law);
+  for (Law& law : link_forces_) DifferentiateLinkForce(&law);
+  // (2.15): what each joint transmits.
+  for (int i = count - 1; i >= 0; --i) {
+    const Body& body = model_->bodies()[i];
+    const BodyData<double>& b = ws.bodies[i];
+    BodyPoint& p = points_[i];
+    if (body.parent < 0) continue;
+    points_[body.parent].f += p.f;
+    points_[body.parent].n += p.n + b.r.cross(p.f);
+    if (body.type == JointType::kPrismatic) {
+      p.n_q = b.axis.cross(p.f);
+      p.f_q.setZero();
+    } else if (body.type != JointType::kSpherical) {
+      p.n_q = b.axis.cross(p.n);
+      p.f_q = b.axis.cross(p.f);
+    }
+  }
+}
+
+void DynamicsTangent::SetBody(int i, const double* qd, const double* qdd) {
+  const Body& body = model_->bodies()[i];
+  const BodyData<double>& b = ws_->bodies[i];
+  BodyPoint& p = points_[i];
+  const bool rooted = body.parent < 0;
+  const bool ball = body.type == JointType::kSpherical;
+  const bool slide = body.type == JointType::kPrismatic;
+  // The body's own force: (2.8), (2.15).
+  const Vector3d Iw = b.I_W * b.w;
+  p.V_I = GyroscopicByVelocity(b.I_W, b.w, Iw);
+  p.V_h = CentripetalByVelocity(b.w, b.h_W);
+  p.n = b.I_W * b.alpha + b.h_W.cross(b.a) + b.w.cross(Iw);
+  p.f = b.mass * b.a + b.alpha.cross(b.h_W) + b.w.cross(b.w.cross(b.h_W));
+  if (p.has_effort) {
+    p.tau_q.setZero();
+    p.tau_qd.setZero();
+  }
+  if (ball) {
+    p.qdd_W = b.R_WB * Eigen::Map<const Vector3d>(qdd + body.v_index);
+  } else {
+    p.qdd_W[0] = qdd[body.v_index];
+    p.DU_n = b.U_n * b.D_inverse;
+    p.DU_f = b.U_f * b.D_inverse;
+    p.w_q.setZero();
+    p.alpha_q.setZero();
+    p.a_q = slide ? Vector3d::Zero() : Vector3d(b.a.cross(b.axis));
+    p.a_qd.setZero();
+  }
+  if (rooted) return;
+  const BodyData<double>& parent = ws_->bodies[body.parent];
+  p.V_r = CentripetalByVelocity(parent.w, b.r);
+  if (ball) {
+    p.spin = b.w - parent.w;
+    if (b.has_armature) p.DI = b.D3_inverse * b.I;
+    return;
+  }
+  p.spin = b.axis * qd[body.v_index];
+  p.w_q = parent.w.cross(b.axis);
+  if (slide) {
+    p.a_q = parent.alpha.cross(b.axis) + parent.w.cross(p.w_q);
+    p.a_qd = 2.0 * p.w_q;
+  } else {
+    p.alpha_q = parent.alpha.cross(b.axis) + p.w_q.cross(p.spin);
+  }
+}
+
+void DynamicsTangent::DifferentiateEffort(const double* q, const double* qd,
+                                          Law* law) {
+  const Body& body = model_->bodies()[law->body];
+  BodyPoint& point = points_[law->body];
+  const Matrix3d& R = ws_->bodies[law->body].R_WB;
+  const bool ball = body.type == JointType::kSpherical;
+  const int nv = VelocitySize(body.type);
+  const int count = static_cast<int>(law->p.size());
+  Jet8 q_jet[4], qd_jet[3], tau[3];
+  // The law's arguments: dq, dqd, its parameters; eight derivatives at a time.
+  for (int begin = 0; begin < 2 * nv + count; begin += kLanes) {
+    if (ball) {
+      SeedRotation(q + body.q_index, -begin, q_jet);
+    } else {
+      q_jet[0] = Seeded(q[body.q_index], -begin);
+    }
+    for (int k = 0; k < nv; ++k) {
+      qd_jet[k] = Seeded(qd[body.v_index + k], nv + k - begin);
+      tau[k] = Jet8(0.0);
+    }
+    for (int k = 0; k < count; ++k) {
+      law->p[k] =
+          Seeded(ws_->parameters().effects[law->first + k], 2 * nv + k - begin);
+    }
+    law->hooks->AddEffort({body.type, nv, q_jet, qd_jet}, law->p.data(), tau);
+    const int end = std::min(begin + kLanes, 2 * nv + count);
+    for (int s = begin; s < end; ++s) {
+      Vector3d by = ColumnOf(tau, nv, s - begin);
+      if (ball) by = R * by;
+      if (s >= 2 * nv) {
+        law->by_p[s - 2 * nv] = by;
+      } else if (ball) {
+        (s < 3 ? point.tau_q : point.tau_qd) += by * R.col(s % 3).transpose();
+      } else {
+        (s == 0 ? point.tau_q : point.tau_qd)(0, 0) += by[0];
+      }
+    }
+  }
+}
+
+void DynamicsTangent::DifferentiateLinkForce(Law* law) {
+  const BodyData<double>& b = ws_->bodies[law->body];
+  const Matrix3d& R_BL = model_->placement(law->link).R_BL;
+  const Matrix3d R_WL = b.R_WB * R_BL;
+  law->arm = b.R_WB * (ws_->p_BL[law->link] +
+                       R_BL * ws_->parameters().links[law->link].com);
+  const Vector3d v_com = b.v + b.w.cross(law->arm);
+  const int count = static_cast<int>(law->p.size());
+  Matrix3d by_R;
+  LinkState<Jet8> link;
+  // The law's arguments: v_com, w, a turn of the link, its parameters.
+  for (int begin = 0; begin < 9 + count; begin += kLanes) {
+    for (int k = 0; k < 3; ++k) {
+      link.v_com[k] = Seeded(v_com[k], k - begin);
+      link.w[k] = Seeded(b.w[k], 3 + k - begin);
+    }
+    const Lanes3 turn = {UnitLanes(6 - begin), UnitLanes(7 - begin),
+                         UnitLanes(8 - begin)};
+    for (int j = 0; j < 3; ++j) {
+      const Vector3d axis = R_WL.col(j);
+      const Lanes3 turned = Cross(turn, axis);
+      link.R_WL(0, j) = JetOf(axis[0], turned.x);
+      link.R_WL(1, j) = JetOf(axis[1], turned.y);
+      link.R_WL(2, j) = JetOf(axis[2], turned.z);
+    }
+    for (int k = 0; k < count; ++k) {
+      law->p[k] =
+          Seeded(ws_->parameters().effects[law->first + k], 9 + k - begin);
+    }
+    Vector3<Jet8> force = Vector3<Jet8>::Zero();
+    law->hooks->AddLinkForce(link, law->p.data(), &force);
+    const int end = std::min(begin + kLanes, 9 + count);
+    for (int s = begin; s < end; ++s) {
+      const Vector3d by = ColumnOf(force.data(), 3, s - begin);
+      if (s >= 9) {
+        law->by_p[s - 9] = by;
+      } else {
+        (s < 3 ? law->by_v : s < 6 ? law->by_w : by_R).col(s % 3) = by;
+      }
+    }
+    for (int k = 0; k < 3; ++k) law->force[k] = force[k].a;
+  }
+  // (2.24): v, w and the force are seen from the body, which turns by phi.
+  law->by_phi = by_R - law->by_v * Skew<double>(v_com) -
+                law->by_w * Skew<double>(b.w) + Skew<double>(law->force);
+  points_[law->body].f -= law->force;
+  points_[law->body].n -= law->arm.cross(law->force);
+}
+
+// --- The columns ------------------------------------------------------------
+
+void DynamicsTangent::Columns(const ParameterColumns& theta, const Lanes* dq,
+                              const Lanes* dqd, const Lanes* dtau,
+                              Lanes* dqdd) {
+  MoveColumns(theta, dq, dqd);
+  ForceColumns(theta);
+  if (!link_forces_.empty()) LinkForceColumns(theta, dq, dqd);
+  EffortColumns(theta, dq, dqd, dtau);
+  ArticulateColumns(theta, dq);
+  AccelerateColumns(dqdd);
+}
+
+// (2.18), (2.19), outwards.
+void DynamicsTangent::MoveColumns(const ParameterColumns& theta,
+                                  const Lanes* dq, const Lanes* dqd) {
+  for (size_t i = 0; i < lanes_.size(); ++i) {
+    const Body& body = model_->bodies()[i];
+    const BodyData<double>& b = ws_->bodies[i];
+    const BodyPoint& p = points_[i];
+    BodyLanes& d = lanes_[i];
+    const bool rooted = body.parent < 0;
+    const Lanes &dq_i = dq[body.v_index], &dqd_i = dqd[body.v_index];
+    if (body.type == JointType::kSpherical) {
+      d.psi = b.R_WB * Load3(&dq_i);
+      d.s = b.R_WB * Load3(&dqd_i);
+    }
+    if (rooted) {
+      const Lanes3 a =
+          theta.gravity_moves ? theta.gravity * -1.0 : ZeroLanes3();
+      d.alpha = ZeroLanes3();
+      if (body.type == JointType::kSpherical) {
+        d.w = d.s;
+        d.a = a + Cross(b.a, d.psi);
+      } else if (body.type == JointType::kPrismatic) {
+        d.w = ZeroLanes3();
+        d.a = a;
+      } else {
+        d.w = b.axis * dqd_i;
+        d.a = a + p.a_q * dq_i;
+      }
+      continue;
+    }
+    const BodyData<double>& parent = ws_->bodies[body.parent];
+    const BodyLanes& P = lanes_[body.parent];
+    Lanes3 a = P.a + Cross(P.alpha, b.r) + p.V_r * P.w;
+    if (theta.bodies[i].origin) {
+      const Lanes3 r = parent.R_WB * theta.bodies[i].p_PB;
+      a += Cross(parent.alpha, r) + Cross(parent.w, Cross(parent.w, r));
+    }
+    if (body.type == JointType::kSpherical) {
+      const Lanes3 w_P = P.w + Cross(parent.w, d.psi);
+      d.w = w_P + d.s;
+      d.alpha = P.alpha + Cross(parent.alpha, d.psi) + Cross(w_P, p.spin) +
+                Cross(parent.w, d.s);
+      d.a = a + Cross(b.a, d.psi);
+    } else if (body.type == JointType::kPrismatic) {
+      d.w = P.w;
+      d.alpha = P.alpha;
+      d.a = a + Cross(P.w, p.spin) * 2.0 + p.a_q * dq_i + p.a_qd * dqd_i;
+    } else {
+      d.w = P.w + p.w_q * dq_i + b.axis * dqd_i;
+      d.alpha = P.alpha + Cross(P.w, p.spin) + p.alpha_q * dq_i + p.w_q * dqd_i;
+      d.a = a + p.a_q * dq_i;
+    }
+  }
+}
+
+// (2.21).
+void DynamicsTangent::ForceColumns(const ParameterColumns& theta) {
+  for (size_t i = 0; i < lanes_.size(); ++i) {
+    const BodyData<double>& b = ws_->bodies[i];
+    const BodyPoint& p = points_[i];
+    BodyLanes& d = lanes_[i];
+    d.n = Cross(b.h_W, d.a) + p.V_I * d.w;
+    d.f = d.a * b.mass + p.V_h * d.w;
+    if (model_->bodies()[i].parent >= 0) {  // else alpha is still
+      d.n += b.I_W * d.alpha;
+      d.f += Cross(d.alpha, b.h_W);
+    }
+    const ParameterColumns::OfBody& by = theta.bodies[i];
+    if (!by.inertial) continue;
+    const Lanes3 h = b.R_WB * by.h_B;
+    d.f += b.a * by.mass + Cross(b.alpha, h) + Cross(b.w, Cross(b.w, h));
+    const Vector3d w_B = b.R_WB.transpose() * b.w;
+    const Vector3d alpha_B = b.R_WB.transpose() * b.alpha;
+    const Lanes3 I_w =
+        by.I_B[0] * w_B[0] + by.I_B[1] * w_B[1] + by.I_B[2] * w_B[2];
+    const Lanes3 I_alpha = by.I_B[0] * alpha_B[0] + by.I_B[1] * alpha_B[1] +
+                           by.I_B[2] * alpha_B[2];
+    d.n += Cross(h, b.a) + b.R_WB * (I_alpha + Cross(w_B, I_w));
+  }
+}
+
+// (2.24).
+void DynamicsTangent::LinkForceColumns(const ParameterColumns& theta,
+                                       const Lanes* dq, const Lanes* dqd) {
+  for (size_t i = 0; i < lanes_.size(); ++i) {
+    const Body& body = model_->bodies()[i];
+    const BodyData<double>& b = ws_->bodies[i];
+    BodyLanes& d = lanes_[i];
+    const Lanes &dq_i = dq[body.v_index], &dqd_i = dqd[body.v_index];
+    d.phi = d.v = ZeroLanes3();
+    if (body.parent >= 0) {
+      const BodyData<double>& parent = ws_->bodies[body.parent];
+      const BodyLanes& P = lanes_[body.parent];
+      d.phi = P.phi;
+      d.v = P.v + Cross(P.w, b.r);
+      if (theta.bodies[i].origin) {
+        d.v += Cross(parent.w, Lanes3(parent.R_WB * theta.bodies[i].p_PB));
+      }
+    }
+    if (body.type == JointType::kPrismatic) {
+      d.v += points_[i].w_q * dq_i + b.axis * dqd_i;
+    } else {
+      const Lanes3 psi =
+          body.type == JointType::kSpherical ? d.psi : b.axis * dq_i;
+      d.phi += psi;
+      d.v += Cross(b.v, psi);
+    }
+  }
+  for (size_t k = 0; k < link_forces_.size(); ++k) {
+    const Law& law = link_forces_[k];
+    const BodyData<double>& b = ws_->bodies[law.body];
+    BodyLanes& d = lanes_[law.body];
+    Lanes3 v_com = d.v + Cross(d.w, law.arm);
+    Lanes3 force = law.by_w * d.w + law.by_phi * d.phi;
+    if (!theta.force_com.empty()) {
+      const Lanes3 arm = b.R_WB * theta.force_com[k];
+      v_com += Cross(b.w, arm);
+      d.n -= Cross(arm, law.force);
+    }
+    force += law.by_v * v_com;
+    for (size_t j = 0; j < law.by_p.size(); ++j) {
+      const ParameterColumns::OfNumber& by = theta.effects[law.first + j];
+      if (by.moves) force += law.by_p[j] * by.d;
+    }
+    d.f -= force;
+    d.n -= Cross(law.arm, force);
+  }
+}
+
+// What the drives and the effects give: d tau, less d J_a qdd.
+void DynamicsTangent::EffortColumns(const ParameterColumns& theta,
+                                    const Lanes* dq, const Lanes* dqd,
+                                    const Lanes* dtau) {
+  for (size_t i = 0; i < lanes_.size(); ++i) {
+    const Body& body = model_->bodies()[i];
+    const BodyPoint& p = points_[i];
+    const ParameterColumns::OfBody& by = theta.bodies[i];
+    BodyLanes& d = lanes_[i];
+    const int v = body.v_index;
+    if (body.type == JointType::kSpherical) {
+      d.tau = dtau == nullptr ? ZeroLanes3()
+                              : ws_->bodies[i].R_WB * Load3(dtau + v);
+      if (p.has_effort) d.tau += p.tau_q * d.psi + p.tau_qd * d.s;
+      if (by.armature) d.tau -= p.qdd_W * by.J_a;
+    } else {
+      d.tau.x = dtau == nullptr ? ZeroLanes() : dtau[v];
+      if (p.has_effort) {
+        d.tau.x += p.tau_q(0, 0) * dq[v] + p.tau_qd(0, 0) * dqd[v];
+      }
+      if (by.armature) d.tau.x -= p.qdd_W[0] * by.J_a;
+    }
+  }
+  for (const Law& law : efforts_) {
+    for (size_t j = 0; j < law.by_p.size(); ++j) {
+      const ParameterColumns::OfNumber& by = theta.effects[law.first + j];
+      if (by.moves) lanes_[law.body].tau += law.by_p[j] * by.d;
+    }
+  }
+}
+
+// (2.22), (2.23), inwards.
+void DynamicsTangent::ArticulateColumns(const ParameterColumns& theta,
+                                        const Lanes* dq) {
+  for (int i = static_cast<int>(lanes_.size()) - 1; i >= 0; --i) {
+    const Body& body = model_->bodies()[i];
+    const BodyData<double>& b = ws_->bodies[i];
+    const BodyPoint& p = points_[i];
+    BodyLanes& d = lanes_[i];
+    const bool rooted = body.parent < 0;
+    Lanes3 n, f;  // handed on, as the parent sees them
+    if (body.type == JointType::kSpherical) {
+      d.x = b.D3_inverse * (d.tau - d.n);
+      if (rooted) continue;
+      n = (b.has_armature ? d.n + b.I * d.x : d.tau) + Cross(d.psi, p.n);
+      f = d.f + TransposedTimes(b.H, d.x) + Cross(d.psi, p.f);
+    } else {
+      const bool slide = body.type == JointType::kPrismatic;
+      d.x.x = (d.tau.x - Dot(b.axis, slide ? d.f : d.n)) * b.D_inverse;
+      if (rooted) continue;
+      n = d.n + b.U_n * d.x.x + p.n_q * dq[body.v_index];
+      f = d.f + b.U_f * d.x.x + p.f_q * dq[body.v_index];
+    }
+    BodyLanes& P = lanes_[body.parent];
+    P.f += f;
+    P.n += n + Cross(b.r, f);
+    if (theta.bodies[i].origin) {
+      const Lanes3 r = ws_->bodies[body.parent].R_WB * theta.bodies[i].p_PB;
+      P.n += Cross(r, p.f);
+    }
+  }
+}
+
+// (2.14) of the columns, outwards: alpha and a are now what qdd does.
+void DynamicsTangent::AccelerateColumns(Lanes* dqdd) {
+  for (size_t i = 0; i < lanes_.size(); ++i) {
+    const Body& body = model_->bodies()[i];
+    const BodyData<double>& b = ws_->bodies[i];
+    const BodyPoint& p = points_[i];
+    BodyLanes& d = lanes_[i];
+    const bool rooted = body.parent < 0;
+    d.alpha = d.a = ZeroLanes3();
+    if (!rooted) {
+      const BodyLanes& P = lanes_[body.parent];
+      d.alpha = P.alpha;
+      d.a = P.a + Cross(P.alpha, b.r);
+    }
+    if (body.type == JointType::kSpherical) {
+      Lanes3 wd = d.x;
+      if (!rooted) {
+        wd -= b.DH * d.a + (b.has_armature ? p.DI * d.alpha : d.alpha);
+      }
+      d.alpha += wd;
+      Store3(TransposedTimes(b.R_WB, wd), dqdd + body.v_index);
+    } else {
+      Lanes& qdd = dqdd[body.v_index];
+      qdd = d.x.x;
+      if (!rooted) qdd -= Dot(p.DU_n, d.alpha) + Dot(p.DU_f, d.a);
+      if (body.type == JointType::kPrismatic) {
+        d.a += b.axis * qdd;
+      } else {
+        d.alpha += b.axis * qdd;
+      }
+    }
+  }
+}
+
+}  // namespace sysid

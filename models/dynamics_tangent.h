@@ -1,0 +1,120 @@
+#pragma once
+
+#include <vector>
+
+#include "models/dynamics.h"
+#include "models/math/lanes.h"
+
+namespace sysid {
+
+// How eight columns move what a rollout takes from the parameters: the Jets of
+// a Workspace<Jet8>, each body's apart. Nothing that stays is carried.
+struct ParameterColumns {
+  // Nothing moves.
+  explicit ParameterColumns(const Model& model);
+  explicit ParameterColumns(const Workspace<Jet8>& ws);
+
+  struct OfBody {
+    bool inertial = false, origin = false, armature = false;  // what moves
+    Lanes mass;
+    Lanes3 h_B;
+    Lanes3 I_B[3];  // columns
+    Lanes3 p_PB;
+    Lanes J_a;
+  };
+  struct OfNumber {
+    bool moves = false;
+    Lanes d;
+  };
+  std::vector<OfBody> bodies;
+  bool gravity_moves = false;
+  Lanes3 gravity;
+  std::vector<OfNumber> effects;  // as EffectSet::parameters()
+  std::vector<Lanes3> force_com;  // com_B of link_force_effects' links
+};
+
+// The tangent of forward dynamics: by how much qdd moves with q, qd, tau and
+// the parameters, for any number of columns of those. The articulated inertias
+// of the evaluation are used again, so that a column costs three walks over the
+// bodies, linear ones:
+//
+//   d qdd = M^-1 (d tau - d ID(q, qd, qdd; theta), qdd held)           (2.17)
+//
+// docs/theory.md section 2 derives the walks. A change of a spherical joint's q
+// is a rotation vector in the child's axes; all others are plain.
+class DynamicsTangent {
+ public:
+  explicit DynamicsTangent(const Model& model);
+
+  // Whether the effects of a model act through hooks whose tangent is here.
+  static bool Covers(const Model& model);
+
+  // The evaluation whose tangent is asked for: right after
+  // ForwardDynamics<double>(ws, q, qd, tau, qdd).
+  void SetPoint(const Workspace<double>& ws, const double* q, const double* qd,
+                const double* qdd);
+
+  // Eight columns: nv lanes in (dtau: null where the drives' efforts stay), nv
+  // lanes out.
+  void Columns(const ParameterColumns& theta, const Lanes* dq, const Lanes* dqd,
+               const Lanes* dtau, Lanes* dqdd);
+
+ private:
+  // Numbers of the evaluation, apart from what the workspace holds.
+  struct BodyPoint {
+    Eigen::Vector3d spin;  // of a slide: its velocity
+    Eigen::Matrix3d V_r;   // (2.20) of w_P and r
+    // Of one degree of freedom: what multiplies dq and dqd.
+    Eigen::Vector3d w_q, alpha_q, a_q, a_qd, n_q, f_q;
+    Eigen::Vector3d DU_n, DU_f;
+    Eigen::Matrix3d V_I, V_h;  // what multiplies d'w in (2.21)
+    Eigen::Vector3d n, f;      // what the joint transmits
+    Eigen::Vector3d qdd_W;     // world axes; of one degree of freedom qdd_W[0]
+    Eigen::Matrix3d DI;        // D^-1 I of a spherical joint with armature
+    // Derivatives of the effects' efforts; of a spherical joint in world axes,
+    // else the first number.
+    bool has_effort = false;
+    Eigen::Matrix3d tau_q, tau_qd;
+  };
+  // Columns of one body.
+  struct BodyLanes {
+    Lanes3 psi, s;       // of a spherical joint: R_WB dq, R_WB dqd
+    Lanes3 w, alpha, a;  // first with qdd held, then what qdd does
+    Lanes3 n, f;
+    Lanes3 tau, x;  // efforts, D^-1 u; of one degree of freedom in .x
+    Lanes3 phi, v;  // where forces act on links
+  };
+  // A law of an effect, with its derivatives at the point.
+  struct Law {
+    const EffectHooks<Jet8>* hooks;
+    int body;
+    int link;
+    int first;  // of its parameters
+    std::vector<Jet8> p;
+    std::vector<Eigen::Vector3d> by_p;  // world axes
+    // Of a force on a link.
+    Eigen::Vector3d arm, force;
+    Eigen::Matrix3d by_w, by_v, by_phi;
+  };
+
+  void SetBody(int i, const double* qd, const double* qdd);
+  void DifferentiateEffort(const double* q, const double* qd, Law* law);
+  void DifferentiateLinkForce(Law* law);
+  void MoveColumns(const ParameterColumns& theta, const Lanes* dq,
+                   const Lanes* dqd);
+  void ForceColumns(const ParameterColumns& theta);
+  void LinkForceColumns(const ParameterColumns& theta, const Lanes* dq,
+                        const Lanes* dqd);
+  void EffortColumns(const ParameterColumns& theta, const Lanes* dq,
+                     const Lanes* dqd, const Lanes* dtau);
+  void ArticulateColumns(const ParameterColumns& theta, const Lanes* dq);
+  void AccelerateColumns(Lanes* dqdd);
+
+  const Model* model_;
+  const Workspace<double>* ws_ = nullptr;
+  std::vector<BodyPoint> points_;
+  std::vector<BodyLanes> lanes_;
+  std::vector<Law> efforts_, link_forces_;
+};
+
+}  // namespace sysid

@@ -1,0 +1,225 @@
+#include "models/step_tangent.h"
+
+#include <cmath>
+
+#include "models/integrator-impl.h"
+
+// Equation numbers: docs/theory.md.
+
+namespace sysid {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// a 1 + b [u] + c u u^T.
+Matrix3d OfAxis(double a, double b, double c, const Vector3d& u) {
+  const Vector3d cu = c * u, bu = b * u;
+  Matrix3d m;
+  m << a + cu[0] * u[0], cu[0] * u[1] - bu[2], cu[0] * u[2] + bu[1],  //
+      cu[1] * u[0] + bu[2], a + cu[1] * u[1], cu[1] * u[2] - bu[0],   //
+      cu[2] * u[0] - bu[1], cu[2] * u[1] + bu[0], a + cu[2] * u[2];
+  return m;
+}
+
+}  // namespace
+
+StateColumns::StateColumns(const Model& model,
+                           const ParameterColumns& parameters)
+    : theta(parameters) {
+  for (std::vector<Lanes>* rows : {&dq, &dqd, &dtau, &stage_q, &stage_qd, &qdd,
+                                   &du, &rate, &sum_u, &sum_v}) {
+    rows->assign(model.nv(), ZeroLanes());
+  }
+}
+
+StepTangent::StepTangent(Integrator integrator, Workspace<double>* workspace)
+    : integrator_(integrator),
+      ws_(workspace),
+      dynamics_(workspace->model()),
+      moves_(workspace->model().bodies().size()) {
+  const Model& model = ws_->model();
+  stage_x_.resize(model.state_size());
+  qdd_.resize(model.nv());
+  u_.resize(model.tangent_size());
+  rate_.resize(model.nv());
+  sum_u_.resize(model.nv());
+  sum_v_.resize(model.nv());
+}
+
+bool StepTangent::Step(double h, const double* tau, double* x,
+                       const std::vector<StateColumns*>& columns) {
+  return integrator_ == Integrator::kRungeKutta4
+             ? StepRungeKutta4(h, tau, x, columns)
+             : StepEuler(h, tau, x, columns);
+}
+
+bool StepTangent::Accelerate(const double* tau, const double* x) {
+  const double* qd = x + ws_->model().nq();
+  if (!ForwardDynamics<double>(ws_, x, qd, tau, qdd_.data())) return false;
+  dynamics_.SetPoint(*ws_, x, qd, qdd_.data());
+  return true;
+}
+
+// (3.4), with [u]^2 = u u^T - |u|^2 1; Exp(u) = 1 + sin|u|/|u| [u] + b [u]^2.
+void StepTangent::SetMoves(const double* u) {
+  const std::vector<Body>& bodies = ws_->model().bodies();
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].type != JointType::kSpherical) continue;
+    const Vector3d u_i = Eigen::Map<const Vector3d>(u + bodies[i].v_index);
+    const double x = u_i.squaredNorm();
+    double b, c;  // (1 - cos|u|) / |u|^2, (|u| - sin|u|) / |u|^3
+    if (x < 1e-2) {
+      // Next terms: |u|^10 / 4e9 and / 4e10, below rounding for |u| < 0.1.
+      b = 1.0 / 2 -
+          x * (1.0 / 24 -
+               x * (1.0 / 720 - x * (1.0 / 40320 - x * (1.0 / 3628800))));
+      c = 1.0 / 6 -
+          x * (1.0 / 120 -
+               x * (1.0 / 5040 - x * (1.0 / 362880 - x * (1.0 / 39916800))));
+    } else {
+      const double angle = std::sqrt(x);
+      b = (1.0 - std::cos(angle)) / x;
+      c = (angle - std::sin(angle)) / (x * angle);
+    }
+    moves_[i].turn = OfAxis(1.0 - b * x, c * x - 1.0, b, u_i);
+    moves_[i].J = OfAxis(1.0 - c * x, -b, c, u_i);
+  }
+}
+
+// (3.5): of k = w + u x w / 2 + u x (u x w) / 12.
+void StepTangent::SetRates(const double* u, const double* qd) {
+  const std::vector<Body>& bodies = ws_->model().bodies();
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].type != JointType::kSpherical) continue;
+    const Vector3d u_i = Eigen::Map<const Vector3d>(u + bodies[i].v_index);
+    const Vector3d w = Eigen::Map<const Vector3d>(qd + bodies[i].v_index);
+    moves_[i].k_qd =
+        OfAxis(1.0 - u_i.squaredNorm() / 12.0, 0.5, 1.0 / 12.0, u_i);
+    moves_[i].k_u =
+        CentripetalByVelocity(u_i, w) * (1.0 / 12.0) - 0.5 * Skew<double>(w);
+  }
+}
+
+// q Exp(u): dq -> Exp(u)^T dq + J_r(u) du.                             (3.4)
+void StepTangent::Advance(const std::vector<Lanes>& dq,
+                          const std::vector<Lanes>& du,
+                          std::vector<Lanes>* out) const {
+  const std::vector<Body>& bodies = ws_->model().bodies();
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    const int v = bodies[i].v_index;
+    if (bodies[i].type == JointType::kSpherical) {
+      Store3(moves_[i].turn * Load3(&dq[v]) + moves_[i].J * Load3(&du[v]),
+             &(*out)[v]);
+    } else {
+      (*out)[v] = dq[v] + du[v];
+    }
+  }
+}
+
+bool StepTangent::StepEuler(double h, const double* tau, double* x,
+                            const std::vector<StateColumns*>& columns) {
+  const Model& model = ws_->model();
+  const int nq = model.nq(), nv = model.nv();
+  if (!Accelerate(tau, x)) return false;
+  for (int i = 0; i < nv; ++i) {
+    u_[i] = (x[nq + i] + qdd_[i] * h) * h;
+    u_[nv + i] = qdd_[i] * h;
+  }
+  SetMoves(u_.data());
+  for (StateColumns* eight : columns) {
+    StateColumns& c = *eight;
+    dynamics_.Columns(c.theta, c.dq.data(), c.dqd.data(),
+                      c.tau_moves ? c.dtau.data() : nullptr, c.qdd.data());
+    for (int i = 0; i < nv; ++i) {
+      c.dqd[i] += c.qdd[i] * h;
+      c.du[i] = c.dqd[i] * h;
+    }
+    Advance(c.dq, c.du, &c.dq);
+  }
+  internal::Advance<double>(model, x, u_.data(), x);
+  return true;
+}
+
+// (3.3), line by line, and of each line its columns.
+bool StepTangent::StepRungeKutta4(double h, const double* tau, double* x,
+                                  const std::vector<StateColumns*>& columns) {
+  const Model& model = ws_->model();
+  const int nq = model.nq(), nv = model.nv();
+  static constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
+  static constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+  std::copy(x, x + nq + nv, stage_x_.begin());
+  std::copy(x + nq, x + nq + nv, rate_.begin());  // J_r(0) = 1
+  std::fill(sum_u_.begin(), sum_u_.end(), 0.0);
+  std::fill(sum_v_.begin(), sum_v_.end(), 0.0);
+  for (int stage = 0; stage < 4; ++stage) {
+    if (!Accelerate(tau, stage_x_.data())) return false;
+    for (int i = 0; i < nv; ++i) {
+      sum_u_[i] += rate_[i] * kWeight[stage];
+      sum_v_[i] += qdd_[i] * kWeight[stage];
+    }
+    const double ahead = h * kAhead[stage];
+    if (stage < 3) {
+      for (int i = 0; i < nv; ++i) {
+        u_[i] = rate_[i] * ahead;
+        u_[nv + i] = qdd_[i] * ahead;
+      }
+      internal::Advance<double>(model, x, u_.data(), stage_x_.data());
+      internal::TangentRate<double>(model, u_.data(), stage_x_.data() + nq,
+                                    rate_.data());
+      SetRates(u_.data(), stage_x_.data() + nq);
+    } else {
+      for (int i = 0; i < nv; ++i) {
+        u_[i] = sum_u_[i] * h;
+        u_[nv + i] = sum_v_[i] * h;
+      }
+      internal::Advance<double>(model, x, u_.data(), x);
+    }
+    SetMoves(u_.data());
+    for (StateColumns* eight : columns) {
+      StageColumns(stage, ahead, h * kWeight[stage], eight);
+    }
+  }
+  return true;
+}
+
+// A stage's columns, and those of the state of the next stage, which is `ahead`
+// seconds after the start of the step; `weight` is the stage's in the sums.
+void StepTangent::StageColumns(int stage, double ahead, double weight,
+                               StateColumns* columns) {
+  StateColumns& c = *columns;
+  const bool first = stage == 0, last = stage == 3;
+  const std::vector<Lanes>& rate = first ? c.dqd : c.rate;
+  dynamics_.Columns(c.theta, first ? c.dq.data() : c.stage_q.data(),
+                    first ? c.dqd.data() : c.stage_qd.data(),
+                    c.tau_moves ? c.dtau.data() : nullptr, c.qdd.data());
+  const int nv = ws_->model().nv();
+  for (int i = 0; i < nv; ++i) {
+    const Lanes u = rate[i] * weight, v = c.qdd[i] * weight;
+    c.sum_u[i] = first ? u : c.sum_u[i] + u;
+    c.sum_v[i] = first ? v : c.sum_v[i] + v;
+  }
+  if (last) {
+    Advance(c.dq, c.sum_u, &c.dq);
+    for (int i = 0; i < nv; ++i) c.dqd[i] += c.sum_v[i];
+    return;
+  }
+  for (int i = 0; i < nv; ++i) {
+    c.du[i] = rate[i] * ahead;
+    c.stage_qd[i] = c.dqd[i] + c.qdd[i] * ahead;
+  }
+  Advance(c.dq, c.du, &c.stage_q);
+  const std::vector<Body>& bodies = ws_->model().bodies();
+  for (size_t i = 0; i < bodies.size(); ++i) {
+    const int v = bodies[i].v_index;
+    if (bodies[i].type == JointType::kSpherical) {
+      Store3(moves_[i].k_qd * Load3(&c.stage_qd[v]) +
+                 moves_[i].k_u * Load3(&c.du[v]),
+             &c.rate[v]);
+    } else {
+      c.rate[v] = c.stage_qd[v];
+    }
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <vector>
+
+#include "models/dynamics_tangent.h"
+#include "models/integrator.h"
+
+namespace sysid {
+
+// Eight columns of a rollout: how the state moves (nv lanes each; dq of a
+// spherical joint is a rotation vector in the child's axes, dqd the change of
+// the numbers qd), and with it the efforts of the drives.
+struct StateColumns {
+  StateColumns(const Model& model, const ParameterColumns& parameters);
+
+  ParameterColumns theta;
+  std::vector<Lanes> dq, dqd;
+  std::vector<Lanes> dtau;  // of the step to come
+  bool tau_moves = false;   // else dtau is not read
+
+  // Scratch of a step.
+  std::vector<Lanes> stage_q, stage_qd, qdd, du, rate, sum_u, sum_v;
+};
+
+// Steps as Stepper takes them, and with the state any number of its columns:
+// the derivative of each equation of the step, (3.3) to (3.5), with the numbers
+// computed once for all columns.
+class StepTangent {
+ public:
+  StepTangent(Integrator integrator, Workspace<double>* workspace);
+
+  // x (nq + nv numbers) and its columns after h seconds under the efforts tau.
+  // False where the dynamics fail.
+  [[nodiscard]] bool Step(double h, const double* tau, double* x,
+                          const std::vector<StateColumns*>& columns);
+
+ private:
+  // Of the move of a spherical joint by Exp(u) since the start of the step, and
+  // of its rate k = J_r(u)^-1 qd.
+  struct Move {
+    Eigen::Matrix3d turn;  // Exp(u)^T
+    Eigen::Matrix3d J;     // J_r(u)
+    Eigen::Matrix3d k_qd;  // dk/dqd
+    Eigen::Matrix3d k_u;   // dk/du
+  };
+
+  bool StepEuler(double h, const double* tau, double* x,
+                 const std::vector<StateColumns*>& columns);
+  bool StepRungeKutta4(double h, const double* tau, double* x,
+                       const std::vector<StateColumns*>& columns);
+  void StageColumns(int stage, double ahead, double weight,
+                    StateColumns* columns);
+  // The dynamics at a stage; their tangent is then that of this point.
+  bool Accelerate(const double* tau, const double* x);
+  void SetMoves(const double* u);
+  void SetRates(const double* u, const double* qd);
+  void Advance(const std::vector<Lanes>& dq, const std::vector<Lanes>& du,
+               std::vector<Lanes>* out) const;
+
+  Integrator integrator_;
+  Workspace<double>* ws_;
+  DynamicsTangent dynamics_;
+  std::vector<Move> moves_;  // by body
+  std::vector<double> stage_x_, qdd_, u_, rate_, sum_u_, sum_v_;
+};
+
+}  // namespace sysid

@@ -1,0 +1,210 @@
+#include "residuals/structured_walk.h"
+
+#include <algorithm>
+
+namespace sysid::internal {
+namespace {
+
+using Eigen::Vector3d;
+
+bool MovesEfforts(const EffectSet& effects, const ParameterColumns& theta) {
+  for (int i = 0; i < effects.size(); ++i) {
+    const Effect& effect = effects.effect(i);
+    if (!(effect.hooks() & (kInputHook | kInputDelayHook))) continue;
+    for (size_t k = 0; k < effect.parameters().size(); ++k) {
+      if (theta.effects[effects.offset(i) + k].moves) return true;
+    }
+  }
+  return false;
+}
+
+int CountColumns(const Model& model, const ParameterMap& map,
+                 const ColumnLayout& layout) {
+  return (layout.state ? model.tangent_size() : 0) +
+         (layout.theta ? map.size() : 0) + (layout.efforts ? model.nv() : 0);
+}
+
+}  // namespace
+
+ColumnBlock::ColumnBlock(const Model& model, const ParameterMap& map,
+                         const ColumnLayout& layout, int first)
+    : model_(model),
+      map_(map),
+      layout_(layout),
+      first_(first),
+      count_(std::min(kLanes, CountColumns(model, map, layout) - first)),
+      ws_(model),
+      columns_(model, ParameterColumns(model)),
+      theta_(map.size()),
+      x_(model.state_size()),
+      tau_(model.nv()) {}
+
+int ColumnBlock::LaneOf(int column) const {
+  const int lane = column - first_;
+  return lane >= 0 && lane < count_ ? lane : -1;
+}
+
+void ColumnBlock::SetTheta(const double* theta) {
+  const int begin = layout_.state ? model_.tangent_size() : 0;
+  for (int i = 0; i < map_.size(); ++i) {
+    theta_[i] = Jet8(theta[i]);
+    const int lane = layout_.theta ? LaneOf(begin + i) : -1;
+    if (lane >= 0) theta_[i].v[lane] = 1.0;
+  }
+  MechanismParameters<Jet8> values;
+  map_.Apply<Jet8>(theta_.data(), &values);
+  ws_.SetParameters(values);
+  columns_.theta = ParameterColumns(ws_);
+  moves_efforts_ = MovesEfforts(model_.effects(), columns_.theta);
+}
+
+void ColumnBlock::Start(const SegmentRollout& rollout) {
+  sensors_.emplace(rollout, &ws_);
+  errors_.resize(rollout.num_residuals());
+}
+
+void ColumnBlock::SeedState(const double* x) {
+  const int nq = model_.nq(), nv = model_.nv();
+  for (int i = 0; i < nv; ++i) {
+    columns_.dq[i] = columns_.dqd[i] = columns_.dtau[i] = ZeroLanes();
+    if (layout_.state) {
+      if (const int lane = LaneOf(i); lane >= 0) columns_.dq[i][lane] = 1.0;
+      if (const int lane = LaneOf(nv + i); lane >= 0) {
+        columns_.dqd[i][lane] = 1.0;
+      }
+    }
+    if (layout_.efforts) {
+      const int begin = CountColumns(model_, map_, layout_) - nv;
+      const int lane = LaneOf(begin + i);
+      if (lane >= 0) columns_.dtau[i][lane] = 1.0;
+    }
+  }
+  for (const Body& body : model_.bodies()) {
+    if (body.type != JointType::kSpherical) continue;
+    const int v = body.v_index;
+    const Vector3d w = Eigen::Map<const Vector3d>(x + nq + v);
+    Store3(Load3(&columns_.dqd[v]) + Cross(w, Load3(&columns_.dq[v])),
+           &columns_.dqd[v]);
+  }
+  columns_.tau_moves = layout_.efforts || moves_efforts_;
+}
+
+void ColumnBlock::SetEfforts(const Run& run, int sample, double t, double h) {
+  if (!moves_efforts_) return;
+  ActingEffort<Jet8>(run, ws_, sample, t, h, tau_.data());
+  for (size_t i = 0; i < tau_.size(); ++i) {
+    columns_.dtau[i] = LanesOf(tau_[i]);
+  }
+}
+
+void ColumnBlock::Measure(int k, const double* x) {
+  const int nq = model_.nq(), nv = model_.nv();
+  for (const Body& body : model_.bodies()) {
+    const double* q = x + body.q_index;
+    Jet8* out = x_.data() + body.q_index;
+    const Lanes* dq = &columns_.dq[body.v_index];
+    if (body.type == JointType::kSpherical) {
+      // q (dq / 2, 0).
+      const Vector3d v = 0.5 * Eigen::Map<const Vector3d>(q);
+      const Lanes3 d = Load3(dq);
+      const Lanes3 dv = d * (0.5 * q[3]) + Cross(v, d);
+      out[0] = JetOf(q[0], dv.x);
+      out[1] = JetOf(q[1], dv.y);
+      out[2] = JetOf(q[2], dv.z);
+      out[3] = JetOf(q[3], -Dot(v, d));
+    } else {
+      out[0] = JetOf(q[0], dq[0]);
+    }
+  }
+  for (int i = 0; i < nv; ++i) {
+    x_[nq + i] = JetOf(x[nq + i], columns_.dqd[i]);
+  }
+  sensors_->Measure(k, x_.data(), errors_.data());
+}
+
+void ColumnBlock::ReadError(int e, RowMatrixXd* J) const {
+  for (int c = 0; c < count_; ++c) (*J)(e, first_ + c) = errors_[e].v[c];
+}
+
+void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
+  const int nq = model_.nq(), nv = model_.nv();
+  for (const Body& body : model_.bodies()) {
+    Lanes dqd[3];
+    const int v = body.v_index, size = VelocitySize(body.type);
+    for (int i = 0; i < size; ++i) dqd[i] = columns_.dqd[v + i];
+    if (body.type == JointType::kSpherical) {
+      const Vector3d w = Eigen::Map<const Vector3d>(x + nq + v);
+      Store3(Load3(dqd) - Cross(w, Load3(&columns_.dq[v])), dqd);
+    }
+    for (int i = 0; i < size; ++i) {
+      for (int c = 0; c < count_; ++c) {
+        (*J)(v + i, first_ + c) = columns_.dq[v + i][c];
+        (*J)(nv + v + i, first_ + c) = dqd[i][c];
+      }
+    }
+  }
+}
+
+StructuredWalk::StructuredWalk(const Model& model, const ParameterMap& map,
+                               Integrator integrator,
+                               const ColumnLayout& layout)
+    : map_(map),
+      num_columns_(CountColumns(model, map, layout)),
+      ws_(model),
+      stepper_(integrator, &ws_),
+      tau_(model.nv()) {
+  // At least one, which also says the errors. Sensors point into their block,
+  // so it must stay where it is.
+  const int count = std::max(1, (num_columns_ + kLanes - 1) / kLanes);
+  blocks_.reserve(count);
+  for (int i = 0; i < count; ++i) {
+    blocks_.emplace_back(model, map, layout, i * kLanes);
+  }
+  for (ColumnBlock& block : blocks_) columns_.push_back(&block.columns());
+}
+
+void StructuredWalk::SetTheta(const double* theta) {
+  MechanismParameters<double> values;
+  map_.Apply<double>(theta, &values);
+  ws_.SetParameters(values);
+  for (ColumnBlock& block : blocks_) block.SetTheta(theta);
+}
+
+void StructuredWalk::Start(const SegmentRollout& rollout) {
+  rollout_ = &rollout;
+  for (ColumnBlock& block : blocks_) block.Start(rollout);
+}
+
+void StructuredWalk::SeedState(const double* x) {
+  for (ColumnBlock& block : blocks_) block.SeedState(x);
+}
+
+void StructuredWalk::Measure(int k, const double* x) {
+  for (ColumnBlock& block : blocks_) block.Measure(k, x);
+}
+
+bool StructuredWalk::Advance(int k, double* x) {
+  const Run& run = *rollout_->measurements().run;
+  const int steps = rollout_->StepsAfter(k);
+  const double span = run.t[k + 1] - run.t[k], h = span / steps;
+  for (int s = 0; s < steps; ++s) {
+    const double t = run.t[k] + span * s / steps;
+    ActingEffort<double>(run, ws_, k, t, h, tau_.data());
+    for (ColumnBlock& block : blocks_) block.SetEfforts(run, k, t, h);
+    if (!stepper_.Step(h, tau_.data(), x, columns_)) return false;
+  }
+  return true;
+}
+
+void StructuredWalk::ReadErrors(double* errors, RowMatrixXd* J) const {
+  for (int e = 0; e < static_cast<int>(J->rows()); ++e) {
+    errors[e] = blocks_.front().Error(e);
+    for (const ColumnBlock& block : blocks_) block.ReadError(e, J);
+  }
+}
+
+void StructuredWalk::ReadState(const double* x, RowMatrixXd* J) const {
+  for (const ColumnBlock& block : blocks_) block.ReadState(x, J);
+}
+
+}  // namespace sysid::internal
