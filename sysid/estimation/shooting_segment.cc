@@ -5,9 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "models/scalars.h"
-#include "models/state.h"
-
 namespace sysid {
 namespace {
 
@@ -27,59 +24,27 @@ Whitening WhiteningOf(const ShootingProblem& problem, const RunData& data,
                    std::move(groups));
 }
 
-// Columns `first` to `first + count` of theta's derivatives.
-template <typename T>
-bool ThetaPass(const SegmentRollout& rollout, const double* x,
-               const double* theta, int first, int count, double* errors,
-               double* x_end, RowMatrixXd* J, RowMatrixXd* J_end) {
-  const Model& model = rollout.model();
-  std::vector<T> start(x, x + model.state_size());
-  std::vector<T> by(theta, theta + rollout.parameters().size());
-  for (int c = 0; c < count; ++c) by[first + c].v[c] = 1.0;
-  std::vector<T> r(rollout.num_residuals()), end(start.size());
-  if (!rollout(start.data(), by.data(), r.data(), end.data())) return false;
-  std::vector<T> center(end.size()), tangent(model.tangent_size());
-  for (size_t i = 0; i < end.size(); ++i) {
-    x_end[i] = end[i].a;
-    center[i] = T(end[i].a);
-  }
-  BoxMinus<T>(model, end.data(), center.data(), tangent.data());
-  for (int c = 0; c < count; ++c) {
-    for (size_t i = 0; i < r.size(); ++i) (*J)(i, first + c) = r[i].v[c];
-    for (size_t i = 0; i < tangent.size(); ++i) {
-      (*J_end)(i, first + c) = tangent[i].v[c];
-    }
-  }
-  for (size_t i = 0; i < r.size(); ++i) errors[i] = r[i].a;
-  return true;
-}
-
-bool LinearizeByTheta(const SegmentRollout& rollout, const double* x,
-                      const double* theta, double* errors, double* x_end,
-                      RowMatrixXd* J, RowMatrixXd* J_end) {
-  const int total = rollout.parameters().size();
-  J->resize(rollout.num_residuals(), total);
-  J_end->resize(rollout.model().tangent_size(), total);
-  for (int first = 0; first < total;) {
-    const int left = total - first;
-    const int count = std::min(left, left > 8 ? 24 : 8);
-    const bool ok = left > 8 ? ThetaPass<Jet24>(rollout, x, theta, first, count,
-                                                errors, x_end, J, J_end)
-                             : ThetaPass<Jet8>(rollout, x, theta, first, count,
-                                               errors, x_end, J, J_end);
-    if (!ok) return false;
-    first += count;
-  }
-  return J->allFinite() && J_end->allFinite();
-}
-
 }  // namespace
 
+std::unique_ptr<SegmentScratch> ScratchPool::Take() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (idle_.empty()) return std::make_unique<SegmentScratch>();
+  std::unique_ptr<SegmentScratch> scratch = std::move(idle_.back());
+  idle_.pop_back();
+  return scratch;
+}
+
+void ScratchPool::Give(std::unique_ptr<SegmentScratch> scratch) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  idle_.push_back(std::move(scratch));
+}
+
 ShootingSegment::ShootingSegment(const ShootingProblem& problem, int run,
-                                 int first, int last)
+                                 int first, int last, ScratchPool* pool)
     : rollout_(&problem.model(), &problem.map(),
                &problem.runs()[run]->measurements, first, last,
                problem.options().rollout),
+      pool_(pool),
       whitening_(WhiteningOf(problem, *problem.runs()[run], rollout_)) {}
 
 int ShootingSegment::CountColumns(Columns columns) const {
@@ -132,13 +97,15 @@ bool ShootingSegment::LinearizeRows(const double* x, const double* theta,
   r->resize(rollout_.num_residuals());
   x_end->resize(rollout_.model().state_size());
   if (!Possible(theta)) return false;
-  if (columns == Columns::kTheta
-          ? !LinearizeByTheta(rollout_, x, theta, r->data(), x_end->data(), J,
-                              J_end)
-          : !rollout_.Linearize(x, theta, columns == Columns::kBoth, r->data(),
-                                x_end->data(), J, J_end)) {
-    return false;
-  }
+  std::unique_ptr<SegmentScratch> scratch = pool_->Take();
+  const bool ok =
+      columns == Columns::kTheta
+          ? rollout_.LinearizeByTheta(x, theta, r->data(), x_end->data(), J,
+                                      J_end, scratch.get())
+          : rollout_.Linearize(x, theta, columns == Columns::kBoth, r->data(),
+                               x_end->data(), J, J_end, scratch.get());
+  pool_->Give(std::move(scratch));
+  if (!ok) return false;
   whitening_.Apply(r->data(), {Map(J->data(), J->rows(), J->cols())});
   return true;
 }
@@ -205,7 +172,7 @@ ShootingSegments::ShootingSegments(const ShootingProblem& problem,
     runs_.emplace_back();
     for (size_t k = 0; k + 1 < samples.size(); ++k) {
       runs_.back().push_back(std::make_unique<ShootingSegment>(
-          problem, static_cast<int>(r), samples[k], samples[k + 1]));
+          problem, static_cast<int>(r), samples[k], samples[k + 1], &pool_));
     }
   }
 }
@@ -215,6 +182,7 @@ bool ShootingSegments::Fit(const ShootingProblem& problem,
   const RolloutOptions& options = problem.options().rollout;
   if (options.step != options_.step ||
       options.integrator != options_.integrator ||
+      options.linearization != options_.linearization ||
       point.runs.size() != samples_.size()) {
     return false;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "ceres/ceres.h"
@@ -8,6 +9,18 @@
 #include "sysid/estimation/shooting_problem.h"
 
 namespace sysid {
+
+// As many scratches as threads linearise at a time; whoever needs one borrows
+// it.
+class ScratchPool {
+ public:
+  std::unique_ptr<SegmentScratch> Take();
+  void Give(std::unique_ptr<SegmentScratch> scratch);
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<SegmentScratch>> idle_;
+};
 
 // A segment of a run with its measurements whitened. It remembers the place
 // (x_k, theta) where it was last rolled out and what came of it: Ceres asks for
@@ -25,8 +38,10 @@ namespace sysid {
 // For one thread at a time.
 class ShootingSegment {
  public:
-  // Samples `first` to `last` of a run. The problem must outlive it.
-  ShootingSegment(const ShootingProblem& problem, int run, int first, int last);
+  // Samples `first` to `last` of a run. The problem must outlive it, and the
+  // pool, which segments of one problem share.
+  ShootingSegment(const ShootingProblem& problem, int run, int first, int last,
+                  ScratchPool* pool);
 
   const SegmentRollout& rollout() const { return rollout_; }
   // Derivatives by the tangent of x_k, by theta, or by both in this order: what
@@ -61,6 +76,7 @@ class ShootingSegment {
   void Compress(const RowMatrixXd& J, const Eigen::VectorXd& r);
 
   SegmentRollout rollout_;
+  ScratchPool* pool_;
   Whitening whitening_;
   Known known_ = Known::kNothing;
   Columns columns_ = Columns::kBoth;  // where they are known
@@ -80,6 +96,7 @@ class ShootingSegments {
   ShootingSegment* at(int run, int k) const { return runs_[run][k].get(); }
 
  private:
+  ScratchPool pool_;
   std::vector<std::vector<std::unique_ptr<ShootingSegment>>> runs_;
   std::vector<std::vector<int>> samples_;  // as in ShootingPoint::Nodes
   RolloutOptions options_;
