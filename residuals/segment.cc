@@ -13,6 +13,11 @@ std::string ToString(LinearizationPath path) {
   return path == LinearizationPath::kStructured ? "structured" : "jets";
 }
 
+LinearizationPath PathOf(const Model& model, const RolloutOptions& options) {
+  return DynamicsTangent::Covers(model) ? options.linearization
+                                        : LinearizationPath::kJets;
+}
+
 SegmentRollout::SegmentRollout(const Model* model,
                                const ParameterMap* parameters,
                                const Measurements* measurements, int first,
@@ -23,9 +28,7 @@ SegmentRollout::SegmentRollout(const Model* model,
       first_(first),
       last_(last),
       options_(options),
-      linearization_(DynamicsTangent::Covers(*model)
-                         ? options.linearization
-                         : LinearizationPath::kJets) {
+      linearization_(PathOf(*model, options)) {
   const Run& run = *measurements->run;
   CHECK_LT(first, last);
   CHECK_LT(last, run.size());

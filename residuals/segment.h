@@ -27,9 +27,12 @@ struct RolloutOptions {
   // Longest step, s; the time between two samples is divided evenly into as few
   // steps as this allows. 0: one step a sample.
   double step = 0.0;
-  // What is wanted; SegmentRollout::linearization() says what runs.
+  // What is wanted; PathOf() says what runs.
   LinearizationPath linearization = LinearizationPath::kStructured;
 };
+
+// How segments of a model are differentiated with these options.
+LinearizationPath PathOf(const Model& model, const RolloutOptions& options);
 
 // A run with what compares the model with it: shared by its segments.
 struct Measurements {

@@ -130,6 +130,8 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["wall_time_s"] = fit.wall_time_s;
   json["integrator"] = ToString(problem.options().rollout.integrator);
   json["step_s"] = Finite(fit.step_s);
+  json["linearization"] =
+      ToString(PathOf(problem.model(), problem.options().rollout));
   json["segment_s"] = Finite(fit.segment_s);
   json["samples"] = fit.samples;
   json["parameters"] = Parameters(session, fit);

@@ -116,6 +116,10 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
                  fit.noise, problem.options().noise > 0 ? "given" : "estimated",
                  SegmentLengths(fit).c_str(), fit.step_s,
                  ToString(problem.options().rollout.integrator).c_str());
+  if (PathOf(problem.model(), problem.options().rollout) ==
+      LinearizationPath::kJets) {
+    text += ", derivatives by Jets of whole steps (slow)";
+  }
   if (!session.effects.empty()) {
     text += ", effects: " + Join(session.effects);
   }

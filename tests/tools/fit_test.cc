@@ -207,6 +207,7 @@ TEST_F(FitTest, CutsAStepThatIsLongerThanTheSamplesAreApart) {
             "note: --step: 1 s is longer than the samples are apart: a step "
             "ends at every sample\n");
   EXPECT_NEAR(fit["step_s"], 0.01, 1e-9);
+  EXPECT_EQ(fit["linearization"], "structured");
 }
 
 TEST_F(FitTest, TakesStartsAndValuesFromFlags) {
