@@ -104,10 +104,8 @@ void Triangularise(SegmentLinearization* segment) {
       segment->J_theta.bottomRows(defects);
   small.r.resize(all);
   small.r << R.rightCols(1), segment->r.tail(defects);
-  if (defects > 0) {
-    small.J_next.setZero(all, defects);
-    small.J_next.bottomRows(defects) = segment->J_next.bottomRows(defects);
-  }
+  small.J_next.setZero(all, defects);
+  small.J_next.bottomRows(defects) = segment->J_next.bottomRows(defects);
   *segment = std::move(small);
 }
 
