@@ -83,7 +83,12 @@ double Cost(const ShootingStage& stage) {
 MatrixXd Columns(const SegmentLinearization& segment) {
   MatrixXd J(segment.r.size(), segment.J_x.cols() + segment.J_theta.cols() +
                                    segment.J_next.cols());
-  J << segment.J_x, segment.J_theta, segment.J_next;
+  J.leftCols(segment.J_x.cols()) = segment.J_x;
+  J.middleCols(segment.J_x.cols(), segment.J_theta.cols()) = segment.J_theta;
+  // Empty where segments are independent.
+  if (segment.J_next.cols() > 0) {
+    J.rightCols(segment.J_next.cols()) = segment.J_next;
+  }
   return J;
 }
 
