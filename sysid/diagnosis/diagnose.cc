@@ -138,9 +138,8 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
         continue;
       }
       const ScreenedEffect& effect = trials[best].expected[0];
-      std::erase(alternatives, effect.name());
-      if (own >= 0 && StandFor(screening, own, trials[best].effects[0], *now,
-                               *trials[best].after)) {
+      // The one that goes then stands for the one that comes.
+      if (std::erase(alternatives, effect.name()) > 0) {
         alternatives.push_back(name);
       }
       step.effects = {effect.name()};

@@ -170,6 +170,18 @@ double StartOf(const Effect& effect, const ExpectedParameter& expected,
   return expected.null_value + part * change;
 }
 
+// The same model, from where it ended, yet to be fitted.
+Judgement SameModel(const DiagnosisProblem& problem, const Judgement& before) {
+  const Extended extended =
+      Extend(problem, before.added, before.idle, ValuesOf(before));
+  Judgement after(extended.model);
+  after.added = before.added;
+  after.idle = before.idle;
+  after.problem = MakeProblem(problem, extended.model, extended.free,
+                              Coarse(problem.options, before.train_error()));
+  return after;
+}
+
 // Refits from the best of several starts, in the segments of `before`.
 Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
                 std::vector<std::shared_ptr<const Effect>> effects,
@@ -306,13 +318,7 @@ Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
 
 Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
                       double segment_s) {
-  const Extended extended =
-      Extend(problem, before.added, before.idle, ValuesOf(before));
-  Judgement after(extended.model);
-  after.added = before.added;
-  after.idle = before.idle;
-  after.problem = MakeProblem(problem, extended.model, extended.free,
-                              Coarse(problem.options, before.train_error()));
+  Judgement after = SameModel(problem, before);
   ShootingPoint point = before.fit.point;
   // The step that served before, for rolling out to the new cuts.
   const double step = after.problem->options().rollout.step;
@@ -332,14 +338,8 @@ bool HasBlindStates(const Judgement& judgement) {
 
 Judgement JudgeJoined(const DiagnosisProblem& problem,
                       const Judgement& before) {
-  const Extended extended =
-      Extend(problem, before.added, before.idle, ValuesOf(before));
-  Judgement after(extended.model);
-  after.added = before.added;
-  after.idle = before.idle;
-  EstimationOptions options = Coarse(problem.options, before.train_error());
-  options.progress = nullptr;
-  after.problem = MakeProblem(problem, extended.model, extended.free, options);
+  Judgement after = SameModel(problem, before);
+  after.problem->mutable_options()->progress = nullptr;
   ShootingPoint point = FitLevenbergMarquardt(after.problem.get()).point;
   Recut(*after.problem, before.fit.segment_s, &point);
   after.fit = RefitIndependentSegments(after.problem.get(), point);

@@ -210,6 +210,28 @@ TEST_F(FitTest, CutsAStepThatIsLongerThanTheSamplesAreApart) {
   EXPECT_EQ(fit["linearization"], "structured");
 }
 
+TEST_F(FitTest, SaysWhereSegmentsAreTooShortToSayAnything) {
+  SimulateInto(folder_, "run.csv", {"--model", "pendulum1", "--duration", "2"});
+  const std::string said = "too short to say anything";
+  Fit({"--model", "pendulum1", "--traj", "run.csv", "--segment", "0.001"});
+  EXPECT_THAT(result_.out, HasSubstr(said));
+  Fit({"--model", "pendulum1", "--traj", "run.csv", "--segment", "0.5"});
+  EXPECT_THAT(result_.out, Not(HasSubstr(said)));
+}
+
+TEST_F(FitTest, SaysWhichRunDoesNotDriveAJoint) {
+  const Arguments driven{"--model",  "cartpole",  "--duration", "2",
+                         "--excite", "multisine", "--seed",     "1"};
+  SimulateInto(folder_, "driven.csv", driven);
+  SimulateInto(folder_, "still.csv",
+               {"--model", "cartpole", "--duration", "2"});
+  const std::string said = "no effort acts on joint 'slider'";
+  Fit({"--model", "cartpole", "--traj", "driven.csv,still.csv"});
+  EXPECT_THAT(result_.err, HasSubstr("still.csv: " + said));
+  Fit({"--model", "cartpole", "--traj", "driven.csv"});
+  EXPECT_THAT(result_.err, Not(HasSubstr(said)));
+}
+
 TEST_F(FitTest, TakesStartsAndValuesFromFlags) {
   SimulateInto(folder_, "run.csv",
                {"--model", "pendulum2_planar", "--duration", "4", "--set",
