@@ -1,6 +1,7 @@
 #include "residuals/parameter_forces.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "residuals/acting_effort.h"
 #include "residuals/segment-impl.h"
@@ -10,46 +11,65 @@ namespace {
 
 constexpr int kWidth = 8;  // of the Jets
 
-// u - ID of each interval (nv numbers each), and the errors of the segment.
+// What is unbalanced along a segment, for one theta after the other.
 template <typename T>
-struct Imbalance {
-  std::vector<T> force, errors;
-};
+class Balance {
+ public:
+  Balance(const Model& model, const ParameterMap& map,
+          const SegmentRollout& rollout, const SegmentTangent& tangent)
+      : model_(model),
+        map_(map),
+        rollout_(rollout),
+        tangent_(tangent),
+        ws_(model),
+        force_(tangent.A.size() * model.nv()),
+        x_(model.state_size()),
+        qdd_(model.nv()),
+        needed_(model.nv()) {}
 
-template <typename T>
-Imbalance<T> Evaluate(const Model& model, const ParameterMap& map,
-                      const T* theta, const SegmentRollout& rollout,
-                      const SegmentTangent& tangent) {
-  const int nq = model.nq(), nv = model.nv();
-  const Run& run = *rollout.measurements().run;
-  MechanismParameters<T> values;
-  map.Apply<T>(theta, &values);
-  Workspace<T> ws(model);
-  ws.SetParameters(values);
-  const int count = static_cast<int>(tangent.A.size());
-  Imbalance<T> out;
-  out.force.resize(static_cast<size_t>(count) * nv);
-  std::vector<T> x(model.state_size()), qdd(nv), needed(nv);
-  for (int i = 0; i < count; ++i) {
-    const int k = rollout.first() + i;
-    for (int s = 0; s < model.state_size(); ++s) x[s] = T(tangent.middle(i, s));
-    for (int s = 0; s < nv; ++s) qdd[s] = T(tangent.acceleration(i, s));
-    T* f = &out.force[static_cast<size_t>(i) * nv];
-    ActingEffort<T>(run, ws, k, run.t[k], run.t[k + 1] - run.t[k], f);
-    InverseDynamics<T>(&ws, x.data(), x.data() + nq, qdd.data(), needed.data());
-    for (int s = 0; s < nv; ++s) f[s] -= needed[s];
-  }
-  if (ws.measurement_effects.empty() && !rollout.needs_kinematics()) return out;
-  out.errors.resize(rollout.num_residuals());
-  internal::Sensors<T> sensors(rollout, &ws);
-  for (int k = rollout.first(); k <= rollout.last(); ++k) {
-    for (int s = 0; s < model.state_size(); ++s) {
-      x[s] = T(tangent.states(k - rollout.first(), s));
+  void Evaluate(const T* theta) {
+    map_.Apply<T>(theta, &values_);
+    ws_.SetParameters(values_);
+    const int nq = model_.nq(), nv = model_.nv();
+    const Run& run = *rollout_.measurements().run;
+    for (size_t i = 0; i < tangent_.A.size(); ++i) {
+      const int k = rollout_.first() + static_cast<int>(i);
+      Set(tangent_.middle.row(i), &x_);
+      Set(tangent_.acceleration.row(i), &qdd_);
+      T* f = &force_[i * nv];
+      ActingEffort<T>(run, ws_, k, run.t[k], run.t[k + 1] - run.t[k], f);
+      InverseDynamics<T>(&ws_, x_.data(), x_.data() + nq, qdd_.data(),
+                         needed_.data());
+      for (int s = 0; s < nv; ++s) f[s] -= needed_[s];
     }
-    sensors.Measure(k, x.data(), out.errors.data());
+    if (ws_.measurement_effects.empty() && !rollout_.needs_kinematics()) return;
+    errors_.resize(rollout_.num_residuals());
+    internal::Sensors<T> sensors(rollout_, &ws_);
+    for (int k = rollout_.first(); k <= rollout_.last(); ++k) {
+      Set(tangent_.states.row(k - rollout_.first()), &x_);
+      sensors.Measure(k, x_.data(), errors_.data());
+    }
   }
-  return out;
-}
+
+  // u - ID of each interval: nv numbers each.
+  const std::vector<T>& force() const { return force_; }
+  // Of the segment; empty where they do not depend on theta but by the state.
+  const std::vector<T>& errors() const { return errors_; }
+
+ private:
+  template <typename Row>
+  static void Set(const Row& from, std::vector<T>* to) {
+    for (size_t s = 0; s < to->size(); ++s) (*to)[s] = T(from[s]);
+  }
+
+  const Model& model_;
+  const ParameterMap& map_;
+  const SegmentRollout& rollout_;
+  const SegmentTangent& tangent_;
+  MechanismParameters<T> values_;
+  Workspace<T> ws_;
+  std::vector<T> force_, errors_, x_, qdd_, needed_;
+};
 
 }  // namespace
 
@@ -65,29 +85,44 @@ ParameterForces ParameterForces::Zero(const SegmentRollout& rollout,
 void AddParameterForces(const Model& model, const ParameterMap& map,
                         const Eigen::VectorXd& theta,
                         const SegmentRollout& rollout,
-                        const SegmentTangent& tangent, int first,
-                        ParameterForces* out) {
+                        const SegmentTangent& tangent,
+                        const std::vector<int>& columns, ParameterForces* out) {
   const int nv = model.nv();
+  Balance<Jet8> balance(model, map, rollout, tangent);
+  std::vector<Jet8> seeded(theta.begin(), theta.end());
   for (int begin = 0; begin < map.size(); begin += kWidth) {
-    const int columns = std::min(kWidth, map.size() - begin);
-    std::vector<Jet8> seeded(map.size());
-    for (int i = 0; i < map.size(); ++i) seeded[i] = Jet8(theta[i]);
-    for (int c = 0; c < columns; ++c) seeded[begin + c].v[c] = 1.0;
-    const Imbalance<Jet8> by =
-        Evaluate<Jet8>(model, map, seeded.data(), rollout, tangent);
+    const int count = std::min(kWidth, map.size() - begin);
+    for (int c = 0; c < count; ++c) {
+      seeded[begin + c] = Jet8(theta[begin + c], c);
+    }
+    balance.Evaluate(seeded.data());
+    for (int c = 0; c < count; ++c) {
+      seeded[begin + c] = Jet8(theta[begin + c]);
+    }
     for (size_t i = 0; i < out->f.size(); ++i) {
       for (int s = 0; s < nv; ++s) {
-        for (int c = 0; c < columns; ++c) {
-          out->f[i](s, first + begin + c) += by.force[i * nv + s].v[c];
+        for (int c = 0; c < count; ++c) {
+          out->f[i](s, columns[begin + c]) += balance.force()[i * nv + s].v[c];
         }
       }
     }
-    for (size_t e = 0; e < by.errors.size(); ++e) {
-      for (int c = 0; c < columns; ++c) {
-        out->direct(e, first + begin + c) += by.errors[e].v[c];
+    for (size_t e = 0; e < balance.errors().size(); ++e) {
+      for (int c = 0; c < count; ++c) {
+        out->direct(e, columns[begin + c]) += balance.errors()[e].v[c];
       }
     }
   }
+}
+
+ParameterForces ForcesOfParameters(const Model& model, const ParameterMap& map,
+                                   const Eigen::VectorXd& theta,
+                                   const SegmentRollout& rollout,
+                                   const SegmentTangent& tangent) {
+  ParameterForces forces = ParameterForces::Zero(rollout, map.size());
+  std::vector<int> columns(map.size());
+  std::iota(columns.begin(), columns.end(), 0);
+  AddParameterForces(model, map, theta, rollout, tangent, columns, &forces);
+  return forces;
 }
 
 void AddSecantForces(const Model& model, const ParameterMap& map,
@@ -97,17 +132,19 @@ void AddSecantForces(const Model& model, const ParameterMap& map,
                      ParameterForces* out) {
   Eigen::VectorXd moved = theta;
   moved[along] += step;
-  const auto at = Evaluate<double>(model, map, theta.data(), rollout, tangent);
-  const auto by = Evaluate<double>(model, map, moved.data(), rollout, tangent);
   const int nv = model.nv();
+  Balance<double> at(model, map, rollout, tangent);
+  Balance<double> by(model, map, rollout, tangent);
+  at.Evaluate(theta.data());
+  by.Evaluate(moved.data());
   for (size_t i = 0; i < out->f.size(); ++i) {
     for (int s = 0; s < nv; ++s) {
       out->f[i](s, column) +=
-          (by.force[i * nv + s] - at.force[i * nv + s]) / step;
+          (by.force()[i * nv + s] - at.force()[i * nv + s]) / step;
     }
   }
-  for (size_t e = 0; e < by.errors.size(); ++e) {
-    out->direct(e, column) += (by.errors[e] - at.errors[e]) / step;
+  for (size_t e = 0; e < by.errors().size(); ++e) {
+    out->direct(e, column) += (by.errors()[e] - at.errors()[e]) / step;
   }
 }
 

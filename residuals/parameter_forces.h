@@ -26,14 +26,20 @@ struct ParameterForces {
   static ParameterForces Zero(const SegmentRollout& rollout, int columns);
 };
 
-// The derivatives by the parameters of `map`, of `model`, at `theta`: columns
-// [first, first + map.size()) of `out`. The model is that of the rollout, with
-// more effects, which are off at theta.
+// Adds the derivatives by the parameters of `map`, of `model`, at `theta` to
+// those columns of `out` that `columns` says, one each. The model is that of
+// the rollout, with more effects, which are off at theta.
 void AddParameterForces(const Model& model, const ParameterMap& map,
                         const Eigen::VectorXd& theta,
                         const SegmentRollout& rollout,
-                        const SegmentTangent& tangent, int first,
-                        ParameterForces* out);
+                        const SegmentTangent& tangent,
+                        const std::vector<int>& columns, ParameterForces* out);
+
+// The same as columns of their own.
+ParameterForces ForcesOfParameters(const Model& model, const ParameterMap& map,
+                                   const Eigen::VectorXd& theta,
+                                   const SegmentRollout& rollout,
+                                   const SegmentTangent& tangent);
 
 // The same by a secant: the difference that theta -> theta + step e_along
 // makes, over the step.

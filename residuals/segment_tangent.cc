@@ -1,6 +1,7 @@
 #include "residuals/segment_tangent.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "models/state.h"
 #include "residuals/segment-impl.h"
@@ -85,34 +86,6 @@ bool LinearizeByJets(const SegmentRollout& rollout, const double* theta,
   return true;
 }
 
-bool LinearizeStructured(const SegmentRollout& rollout, const double* theta,
-                         SegmentTangent* out) {
-  const Model& model = rollout.model();
-  const int n = model.tangent_size(), nv = model.nv();
-  internal::StructuredWalk walk(model, rollout.parameters(),
-                                rollout.options().integrator,
-                                {.state = true, .efforts = true});
-  walk.SetTheta(theta);
-  walk.Start(rollout);
-  RowMatrixXd by_errors(rollout.num_residuals(), walk.num_columns());
-  RowMatrixXd by_state(n, walk.num_columns());
-  std::vector<double> x(model.state_size()), errors(rollout.num_residuals());
-  for (int k = rollout.first();; ++k) {
-    const int i = k - rollout.first();
-    Eigen::Map<Eigen::RowVectorXd>(x.data(), x.size()) = out->states.row(i);
-    walk.SeedState(x.data());
-    walk.Measure(k, x.data());
-    if (k == rollout.last()) break;
-    if (!walk.Advance(k, x.data())) return false;
-    walk.ReadState(x.data(), &by_state);
-    out->A[i] = by_state.leftCols(n);
-    out->B[i] = by_state.rightCols(nv);
-  }
-  walk.ReadErrors(errors.data(), &by_errors);
-  out->C = by_errors.leftCols(n);
-  return true;
-}
-
 }  // namespace
 
 bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
@@ -120,24 +93,44 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
   const Model& model = rollout.model();
   const int count = rollout.last() - rollout.first();
   const int size = model.state_size(), n = model.tangent_size();
+  const int nv = model.nv();
   tangent->states.resize(count + 1, size);
   tangent->middle.resize(count, size);
-  tangent->acceleration.resize(count, model.nv());
+  tangent->acceleration.resize(count, nv);
   tangent->A.assign(count, RowMatrixXd(n, n));
-  tangent->B.assign(count, RowMatrixXd(n, model.nv()));
+  tangent->B.assign(count, RowMatrixXd(n, nv));
   tangent->C.setZero(rollout.num_residuals(), n);
   tangent->r.resize(rollout.num_residuals());
   SegmentWalk<double> walk(rollout, theta);
+  std::optional<internal::StructuredWalk> columns;
+  if (rollout.linearization() == LinearizationPath::kStructured) {
+    columns.emplace(model, rollout.parameters(), rollout.options().integrator,
+                    internal::ColumnLayout{.state = true, .efforts = true});
+    columns->SetTheta(theta);
+    columns->Start(rollout);
+  }
   const Run& run = *rollout.measurements().run;
-  std::vector<double> x(x0, x0 + size), half(size), tau(model.nv());
+  RowMatrixXd by_state(n, n + nv);
+  std::vector<double> x(x0, x0 + size), half(size), tau(nv);
   for (int k = rollout.first();; ++k) {
     const int i = k - rollout.first();
     tangent->states.row(i) = Eigen::Map<Eigen::RowVectorXd>(x.data(), size);
-    walk.Measure(k, x.data(), tangent->r.data());
+    if (columns) {
+      columns->SeedState(x.data());
+      columns->Measure(k, x.data());
+    } else {
+      walk.Measure(k, x.data(), tangent->r.data());
+    }
     if (k == rollout.last()) break;
     half = x;
-    if (!walk.Advance(k, 0.5, nullptr, half.data()) ||
-        !walk.Advance(k, 1.0, nullptr, x.data())) {
+    const bool passed = columns && rollout.StepsAfter(k) % 2 == 0;
+    if (!passed && !walk.Advance(k, 0.5, nullptr, half.data())) return false;
+    if (columns) {
+      if (!columns->Advance(k, x.data(), half.data())) return false;
+      columns->ReadState(x.data(), &by_state);
+      tangent->A[i] = by_state.leftCols(n);
+      tangent->B[i] = by_state.rightCols(nv);
+    } else if (!walk.Advance(k, 1.0, nullptr, x.data())) {
       return false;
     }
     tangent->middle.row(i) = Eigen::Map<Eigen::RowVectorXd>(half.data(), size);
@@ -149,9 +142,11 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
       return false;
     }
   }
-  return rollout.linearization() == LinearizationPath::kStructured
-             ? LinearizeStructured(rollout, theta, tangent)
-             : LinearizeByJets(rollout, theta, tangent);
+  if (!columns) return LinearizeByJets(rollout, theta, tangent);
+  RowMatrixXd by_errors(rollout.num_residuals(), n + nv);
+  columns->ReadErrors(tangent->r.data(), &by_errors);
+  tangent->C = by_errors.leftCols(n);
+  return true;
 }
 
 }  // namespace sysid

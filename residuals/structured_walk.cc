@@ -175,7 +175,7 @@ void StructuredWalk::Measure(int k, const double* x) {
   for (ColumnBlock& block : blocks_) block.Measure(k, x);
 }
 
-bool StructuredWalk::Advance(int k, double* x) {
+bool StructuredWalk::Advance(int k, double* x, double* middle) {
   const Run& run = *rollout_->measurements().run;
   const int steps = rollout_->StepsAfter(k);
   const double span = run.t[k + 1] - run.t[k], h = span / steps;
@@ -184,6 +184,9 @@ bool StructuredWalk::Advance(int k, double* x) {
     ActingEffort<double>(run, ws_, k, t, h, tau_.data());
     for (ColumnBlock& block : blocks_) block.SetEfforts(run, k, t, h);
     if (!stepper_.Step(h, tau_.data(), x, columns_)) return false;
+    if (middle != nullptr && 2 * (s + 1) == steps) {
+      std::copy_n(x, ws_.model().state_size(), middle);
+    }
   }
   return true;
 }

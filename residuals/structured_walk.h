@@ -68,9 +68,10 @@ class StructuredWalk {
   void SeedState(const double* x);
   // What the sensors say at sample k, the next of the segment, of the state x.
   void Measure(int k, const double* x);
-  // Takes x and the columns from sample k to the next. False where the dynamics
-  // fail.
-  bool Advance(int k, double* x);
+  // Takes x and the columns from sample k to the next, and the state after half
+  // of the steps to `middle` where it is given and their number is even. False
+  // where the dynamics fail.
+  bool Advance(int k, double* x, double* middle = nullptr);
 
   // The errors measured so far, and their derivatives by the columns as they
   // were then.

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 
+#include "glog/logging.h"
 #include "models/error.h"
 #include "sysid/estimation/parallel.h"
 
@@ -14,8 +17,12 @@ namespace {
 constexpr int kSecantSteps = 8;
 constexpr int kMostSecants = 6;
 
-bool ActsByEffortAlone(const Effect& effect) {
-  return effect.hooks() == kEffortHook;
+// Of the probe of a set that has one, else 0.
+double Secant(const ProbeSet& probes) {
+  for (const Probe& probe : probes) {
+    if (probe.secant != 0.0) return probe.secant;
+  }
+  return 0.0;
 }
 
 void AddCandidate(const std::shared_ptr<const Effect>& effect,
@@ -52,47 +59,130 @@ void AddCandidate(const std::shared_ptr<const Effect>& effect,
   candidates->push_back(std::move(candidate));
 }
 
-void AddForces(const Candidate& candidate, const LinearizedFit::Segment& at,
-               ParameterForces* forces) {
-  const Effect& effect = *candidate.effect;
-  for (size_t s = 0; s < candidate.sets.size(); ++s) {
-    const ProbeSet& probes = candidate.sets[s];
-    int column = candidate.first[s];
-    for (size_t i = 0; i < probes.size(); ++i, ++column) {
-      Probe probe = probes[i];
-      probe.at = candidate.At(probe);
-      if (ActsByEffortAlone(effect) && probe.secant == 0.0) {
-        AddEffortForces(candidate.model, effect, probe, at.tangent, column,
-                        forces);
-        continue;
-      }
-      Model model = candidate.model;
-      for (size_t p = 0; p < probe.at.size(); ++p) {
-        model.SetEffectParameter(effect.parameters()[p].name, probe.at[p]);
-      }
-      const ParameterMap map(
-          model,
-          FindParameters(model, {effect.parameters()[probe.along].name}, ""));
-      const Eigen::VectorXd theta =
-          Eigen::VectorXd::Constant(1, probe.at[probe.along]);
-      if (probe.secant == 0.0) {
-        AddParameterForces(model, map, theta, *at.rollout, at.tangent, column,
-                           forces);
-      } else {
-        AddSecantForces(model, map, theta, 0, probe.secant, *at.rollout,
-                        at.tangent, column, forces);
-      }
+// Columns that are taken together: by parameters of one model that has their
+// effects in it, each off. Off, an effect does nothing, so the derivative by
+// another's parameter is what it is without it.
+class Batch {
+ public:
+  explicit Batch(const Model& fitted) : model_(fitted) {}
+
+  // False where the set cannot be had beside those that are there: a secant
+  // changes the model, so it is alone.
+  bool TakeIn(const Candidate& candidate, int set) {
+    const ProbeSet& probes = candidate.sets[set];
+    const double secant = Secant(probes);
+    if (!names_.empty() && (secant != 0.0 || secant_ != 0.0)) return false;
+    if (!Admit(candidate)) return false;
+    secant_ = secant;
+    int column = candidate.first[set];
+    for (const Probe& probe : probes) Add(candidate, probe, column++);
+    for (const Parameter& wrong : candidate.corrected) {
+      names_.push_back(wrong.name);
+      columns_.push_back(column++);
     }
-    if (candidate.corrected.empty()) continue;
-    const ParameterMap map(candidate.model, candidate.corrected, false);
-    Eigen::VectorXd theta(map.size());
-    for (int i = 0; i < map.size(); ++i) {
-      theta[i] = candidate.corrected[i].nominal;
-    }
-    AddParameterForces(candidate.model, map, theta, *at.rollout, at.tangent,
-                       column, forces);
+    CHECK(secant == 0.0 || columns_.size() == 1) << candidate.effect->name();
+    return true;
   }
-}
+
+  // After the last: theta, at the values that the model has.
+  void Close() {
+    map_.emplace(model_, FindParameters(model_, names_, ""), false);
+    theta_.resize(map_->size());
+    for (int i = 0; i < map_->size(); ++i) {
+      theta_[i] = map_->parameters()[i].nominal;
+    }
+  }
+
+  void AddForces(const LinearizedFit::Segment& at,
+                 ParameterForces* forces) const {
+    if (secant_ != 0.0) {
+      AddSecantForces(model_, *map_, theta_, 0, secant_, *at.rollout,
+                      at.tangent, columns_.front(), forces);
+      return;
+    }
+    AddParameterForces(model_, *map_, theta_, *at.rollout, at.tangent, columns_,
+                       forces);
+  }
+
+ private:
+  bool Admit(const Candidate& candidate) {
+    for (const std::string& name : candidate.effect->ParameterNames()) {
+      if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
+        return false;
+      }
+    }
+    if (model_.effects().Contains(candidate.effect->name())) return false;
+    try {
+      model_.AddEffect(candidate.effect);
+    } catch (const InputError&) {
+      return false;
+    }
+    return true;
+  }
+  void Add(const Candidate& candidate, const Probe& probe, int column) {
+    const auto& parameters = candidate.effect->parameters();
+    const std::vector<double> at = candidate.At(probe);
+    for (size_t p = 0; p < at.size(); ++p) {
+      model_.SetEffectParameter(parameters[p].name, at[p]);
+    }
+    names_.push_back(parameters[probe.along].name);
+    columns_.push_back(column);
+  }
+
+  Model model_;
+  std::vector<std::string> names_;  // of the parameters
+  std::vector<int> columns_;        // of each, among all
+  double secant_ = 0.0;
+  std::optional<ParameterMap> map_;  // points to the model
+  Eigen::VectorXd theta_;
+};
+
+// The forces of all candidates along any segment.
+class CandidateForces {
+ public:
+  CandidateForces(const Model& fitted, const std::vector<Candidate>& candidates)
+      : candidates_(candidates) {
+    for (const Candidate& candidate : candidates) {
+      for (size_t s = 0; s < candidate.sets.size(); ++s) {
+        const int set = static_cast<int>(s);
+        if (!ActsByEffortAlone(candidate, set)) TakeIn(fitted, candidate, set);
+      }
+    }
+    for (const auto& batch : batches_) batch->Close();
+  }
+
+  void AddTo(const LinearizedFit::Segment& at, ParameterForces* forces) const {
+    for (const auto& batch : batches_) batch->AddForces(at, forces);
+    for (const Candidate& candidate : candidates_) {
+      for (size_t s = 0; s < candidate.sets.size(); ++s) {
+        if (!ActsByEffortAlone(candidate, static_cast<int>(s))) continue;
+        int column = candidate.first[s];
+        for (Probe probe : candidate.sets[s]) {
+          probe.at = candidate.At(probe);
+          AddEffortForces(candidate.model, *candidate.effect, probe, at.tangent,
+                          column++, forces);
+        }
+      }
+    }
+  }
+
+ private:
+  static bool ActsByEffortAlone(const Candidate& candidate, int set) {
+    return candidate.effect->hooks() == kEffortHook &&
+           candidate.corrected.empty() && Secant(candidate.sets[set]) == 0.0;
+  }
+
+  void TakeIn(const Model& fitted, const Candidate& candidate, int set) {
+    for (const auto& batch : batches_) {
+      if (batch->TakeIn(candidate, set)) return;
+    }
+    batches_.push_back(std::make_unique<Batch>(fitted));
+    CHECK(batches_.back()->TakeIn(candidate, set)) << candidate.effect->name();
+  }
+
+  const std::vector<Candidate>& candidates_;
+  std::vector<std::unique_ptr<Batch>> batches_;
+};
 
 // The whitened errors of each segment from its state, by rolling out with finer
 // steps; false where the dynamics fail.
@@ -224,14 +314,13 @@ std::vector<Eigen::MatrixXd> RespondToCandidates(
   }
   const auto& segments = fit.segments();
   std::vector<Eigen::MatrixXd> responses(segments.size());
+  const CandidateForces acting(fitted, candidates);
   ParallelFor(static_cast<int>(segments.size()),
               fit.problem().options().threads, [&](int s) {
                 const LinearizedFit::Segment& at = *segments[s];
                 ParameterForces forces =
                     ParameterForces::Zero(*at.rollout, total);
-                for (const Candidate& candidate : candidates) {
-                  AddForces(candidate, at, &forces);
-                }
+                acting.AddTo(at, &forces);
                 responses[s] = fit.Respond(at, forces);
                 return true;
               });

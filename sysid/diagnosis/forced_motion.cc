@@ -17,12 +17,9 @@ ParameterForces ForcesOf(const LinearizedFit& fit,
                          const VectorXd& dtheta) {
   const ShootingProblem& problem = fit.problem();
   const Run& run = problem.runs()[segment.run]->run;
-  const int free = problem.map().size();
-  ParameterForces by_theta = ParameterForces::Zero(*segment.rollout, free);
-  if (free > 0) {
-    AddParameterForces(problem.model(), problem.map(), fit.point().theta,
-                       *segment.rollout, segment.tangent, 0, &by_theta);
-  }
+  const ParameterForces by_theta =
+      ForcesOfParameters(problem.model(), problem.map(), fit.point().theta,
+                         *segment.rollout, segment.tangent);
   ParameterForces forces = ParameterForces::Zero(*segment.rollout, 1);
   forces.direct = by_theta.direct * dtheta;
   for (size_t i = 0; i < forces.f.size(); ++i) {

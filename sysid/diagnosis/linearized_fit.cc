@@ -1,5 +1,6 @@
 #include "sysid/diagnosis/linearized_fit.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <algorithm>
@@ -13,12 +14,12 @@
 namespace sysid {
 namespace {
 
-// The pseudo-inverse of a symmetric N = Theta' Theta, with columns scaled to
-// length 1: directions below `kTolerance` (squared lengths) are undetermined.
-Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& N, int* rank) {
+// V with V V' the pseudo-inverse of a symmetric N = Theta' Theta, a column for
+// each direction that is determined: with the columns of Theta scaled to length
+// 1, directions below `kTolerance` (squared lengths) are not.
+Eigen::MatrixXd InverseRoot(const Eigen::MatrixXd& N) {
   constexpr double kTolerance = 1e-12;
   const int n = static_cast<int>(N.rows());
-  *rank = 0;
   if (n == 0) return N;
   Eigen::VectorXd scale(n);
   for (int i = 0; i < n; ++i) {
@@ -26,14 +27,28 @@ Eigen::MatrixXd PseudoInverse(const Eigen::MatrixXd& N, int* rank) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
       scale.asDiagonal() * N * scale.asDiagonal());
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(n, n);
-  for (int i = 0; i < n; ++i) {
-    if (!(eigen.eigenvalues()[i] > kTolerance)) continue;
-    const Eigen::VectorXd v = scale.asDiagonal() * eigen.eigenvectors().col(i);
-    inverse += v * v.transpose() / eigen.eigenvalues()[i];
-    ++*rank;
+  // Eigenvalues come in rising order.
+  const int rank =
+      static_cast<int>((eigen.eigenvalues().array() > kTolerance).count());
+  return scale.asDiagonal() * eigen.eigenvectors().rightCols(rank) *
+         eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+// Calls visit(i, first, size) for the i-th sample of a segment, whose errors
+// are the rows [first, first + size).
+template <typename Visit>
+void ForEachSample(const SegmentRollout& rollout, const Visit& visit) {
+  const std::vector<SegmentRow>& rows = rollout.rows();
+  size_t row = 0;
+  int first = 0;
+  for (int k = rollout.first(); k <= rollout.last(); ++k) {
+    int size = 0;
+    for (; row < rows.size() && rows[row].sample == k; ++row) {
+      size += rows[row].size;
+    }
+    visit(k - rollout.first(), first, size);
+    first += size;
   }
-  return inverse;
 }
 
 }  // namespace
@@ -107,28 +122,20 @@ bool LinearizedFit::Linearize(Segment* segment) const {
   // The columns of S: (7.1) without forces, from dx_0 = 1.
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(rows + n, n);
   RowMatrixXd phi = RowMatrixXd::Identity(n, n);
-  size_t row = 0;
-  for (int k = rollout.first(); k <= rollout.last(); ++k) {
-    for (; row < rollout.rows().size() && rollout.rows()[row].sample == k;
-         ++row) {
-      const SegmentRow& at = rollout.rows()[row];
-      S.middleRows(at.first, at.size) =
-          tangent.C.middleRows(at.first, at.size) * phi;
-    }
-    if (k < rollout.last()) phi = tangent.A[k - rollout.first()] * phi;
-  }
+  ForEachSample(rollout, [&](int i, int first, int size) {
+    S.middleRows(first, size) = tangent.C.middleRows(first, size) * phi;
+    if (i < rollout.last() - rollout.first()) phi = tangent.A[i] * phi;
+  });
   S.topRows(rows) = segment->weight.asDiagonal() * S.topRows(rows);
   const std::vector<double> belief = StateBelief(problem_, kHeldSpin);
   for (int i = 0; i < n; ++i) S(rows + i, i) = 1.0 / belief[i];
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(S);
   segment->basis = qr.householderQ() * Eigen::MatrixXd::Identity(rows + n, n);
   segment->R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const int count = problem_.map().size();
-  ParameterForces forces = ParameterForces::Zero(rollout, count);
-  AddParameterForces(model, problem_.map(), point_.theta, rollout, tangent, 0,
-                     &forces);
-  const Eigen::MatrixXd theta =
-      WithoutStates(*segment, Respond(*segment, forces));
+  const Eigen::MatrixXd theta = WithoutStates(
+      *segment,
+      Respond(*segment, ForcesOfParameters(model, problem_.map(), point_.theta,
+                                           rollout, tangent)));
   segment->theta = theta(Eigen::all, kept_);
   segment->r = WithoutStates(
       *segment, segment->weight.asDiagonal() * Eigen::MatrixXd(tangent.r));
@@ -141,20 +148,17 @@ Eigen::MatrixXd LinearizedFit::Respond(const Segment& segment,
   const SegmentRollout& rollout = *segment.rollout;
   const SegmentTangent& tangent = segment.tangent;
   const int columns = static_cast<int>(forces.direct.cols());
+  const int n = problem_.model().tangent_size();
   RowMatrixXd out = forces.direct;
-  RowMatrixXd dx = RowMatrixXd::Zero(problem_.model().tangent_size(), columns);
-  size_t row = 0;
-  for (int k = rollout.first(); k <= rollout.last(); ++k) {
-    for (; row < rollout.rows().size() && rollout.rows()[row].sample == k;
-         ++row) {
-      const SegmentRow& at = rollout.rows()[row];
-      out.middleRows(at.first, at.size) +=
-          tangent.C.middleRows(at.first, at.size) * dx;
-    }
-    if (k == rollout.last()) break;
-    const int i = k - rollout.first();
-    dx = (tangent.A[i] * dx + tangent.B[i] * forces.f[i]).eval();
-  }
+  RowMatrixXd dx = RowMatrixXd::Zero(n, columns), next(n, columns);
+  ForEachSample(rollout, [&](int i, int first, int size) {
+    out.middleRows(first, size).noalias() +=
+        tangent.C.middleRows(first, size) * dx;
+    if (i == rollout.last() - rollout.first()) return;
+    next.noalias() = tangent.A[i] * dx;
+    next.noalias() += tangent.B[i] * forces.f[i];
+    dx.swap(next);
+  });
   return segment.weight.asDiagonal() * out;
 }
 
@@ -177,36 +181,50 @@ Eigen::VectorXd LinearizedFit::StateAgainst(
 
 void LinearizedFit::ProjectResiduals() {
   const int n = static_cast<int>(kept_.size());
-  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(n);
+  for (int i = 0; i < n; ++i) {
+    const auto& belief = problem_.free()[kept_[i]].prior;
+    if (belief) prior[i] = 1.0 / (belief->std * belief->std);
+  }
+  Eigen::MatrixXd N = prior.asDiagonal();
   for (const auto& segment : segments_) {
     N.noalias() += segment->theta.transpose() * segment->theta;
   }
-  for (int i = 0; i < n; ++i) {
-    const auto& prior = problem_.free()[kept_[i]].prior;
-    if (prior) N(i, i) += 1.0 / (prior->std * prior->std);
+  const Eigen::MatrixXd V = InverseRoot(N);
+  theta_rank_ = static_cast<int>(V.cols());
+  // Theta V is orthonormal but for what the conditioning of N loses; the
+  // Cholesky factor of what its product is mends that.
+  Eigen::MatrixXd product = V.transpose() * prior.asDiagonal() * V;
+  for (const auto& segment : segments_) {
+    segment->theta_basis = segment->theta * V;
+    product.noalias() +=
+        segment->theta_basis.transpose() * segment->theta_basis;
   }
-  theta_inverse_ = PseudoInverse(N, &theta_rank_);
+  const Eigen::LLT<Eigen::MatrixXd> factor(product);
   std::vector<Eigen::MatrixXd> r;
-  for (const auto& segment : segments_) r.push_back(segment->r);
+  for (const auto& segment : segments_) {
+    factor.matrixU().solveInPlace<Eigen::OnTheRight>(segment->theta_basis);
+    r.push_back(segment->r);
+  }
   ProjectOutTheta(&r);
   for (size_t s = 0; s < segments_.size(); ++s) segments_[s]->r = r[s];
 }
 
 void LinearizedFit::ProjectOutTheta(
     std::vector<Eigen::MatrixXd>* columns) const {
-  if (columns->empty() || theta_inverse_.size() == 0) return;
-  // Twice: once loses what the conditioning of Theta' Theta loses.
-  for (int pass = 0; pass < 2; ++pass) {
-    Eigen::MatrixXd inner =
-        Eigen::MatrixXd::Zero(theta_inverse_.rows(), columns->front().cols());
-    for (size_t s = 0; s < segments_.size(); ++s) {
-      inner.noalias() += segments_[s]->theta.transpose() * (*columns)[s];
-    }
-    inner = theta_inverse_ * inner;
-    for (size_t s = 0; s < segments_.size(); ++s) {
-      (*columns)[s].noalias() -= segments_[s]->theta * inner;
-    }
-  }
+  if (columns->empty() || theta_rank_ == 0) return;
+  const int count = static_cast<int>(segments_.size());
+  const int threads = problem_.options().threads;
+  std::vector<Eigen::MatrixXd> inner(count);
+  ParallelFor(count, threads, [&](int s) {
+    inner[s].noalias() = segments_[s]->theta_basis.transpose() * (*columns)[s];
+    return true;
+  });
+  for (int s = 1; s < count; ++s) inner[0] += inner[s];
+  ParallelFor(count, threads, [&](int s) {
+    (*columns)[s].noalias() -= segments_[s]->theta_basis * inner[0];
+    return true;
+  });
 }
 
 double LinearizedFit::DegreesOfFreedom() const {
@@ -225,6 +243,16 @@ double LinearizedFit::SumOfSquares() const {
   double sum = 0.0;
   for (const auto& segment : segments_) sum += segment->r.squaredNorm();
   return sum;
+}
+
+double LinearizedFit::AutocorrelationTime() const {
+  std::vector<std::vector<WhitenedSeries>> runs(problem_.runs().size());
+  for (const auto& segment : segments_) {
+    runs[segment->run].push_back(WhitenErrors(*problem_.runs()[segment->run],
+                                              *segment->rollout,
+                                              segment->tangent.r.data()));
+  }
+  return sysid::AutocorrelationTime(runs);
 }
 
 }  // namespace sysid

@@ -39,7 +39,9 @@ class LinearizedFit {
     Eigen::MatrixXd basis;
     Eigen::MatrixXd R;      // S = basis R
     Eigen::MatrixXd theta;  // Theta without the states
-    Eigen::VectorXd r;      // without states and Theta
+    // Columns that span it, orthonormal over all segments.
+    Eigen::MatrixXd theta_basis;
+    Eigen::VectorXd r;  // without states and Theta
     int rows() const { return static_cast<int>(weight.size()); }
   };
   const std::vector<std::unique_ptr<Segment>>& segments() const {
@@ -68,7 +70,8 @@ class LinearizedFit {
 
   // Numbers measured, less those fitted.
   double DegreesOfFreedom() const;
-  double SumOfSquares() const;  // of r
+  double SumOfSquares() const;         // of r
+  double AutocorrelationTime() const;  // of the errors of the fit: (6.3)
 
  private:
   bool TakeBack(const std::map<std::string, double>& taken_back);
@@ -79,9 +82,8 @@ class LinearizedFit {
   const ShootingPoint& point_;
   bool valid_ = false;
   std::vector<std::unique_ptr<Segment>> segments_;
-  std::vector<int> kept_;          // places in theta that Theta has
-  Eigen::VectorXd moved_;          // of theta, by what is taken back
-  Eigen::MatrixXd theta_inverse_;  // pseudo-inverse of Theta' Theta
+  std::vector<int> kept_;  // places in theta that Theta has
+  Eigen::VectorXd moved_;  // of theta, by what is taken back
   int theta_rank_ = 0;
 };
 

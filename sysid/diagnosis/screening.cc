@@ -9,7 +9,6 @@
 
 #include "sysid/diagnosis/candidate_columns.h"
 #include "sysid/diagnosis/statistics.h"
-#include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -42,6 +41,7 @@ class Screener {
   bool Feasible(const Candidate& candidate, const Weights& weights) const;
   std::vector<double> Values(const Candidate& candidate,
                              const Weights& weights) const;
+  Eigen::MatrixXd Gram(int first, int count) const;
   Eigen::MatrixXd Gram(const std::vector<int>& columns) const;
   std::vector<int> Global(const Candidate& candidate,
                           const Weights& weights) const;
@@ -49,6 +49,7 @@ class Screener {
                           int tests) const;
   void Compare(const std::vector<Weights>& weights, Screening* screening) const;
   bool IsFree(const std::string& name) const;
+  int Threads() const { return fit_.problem().options().threads; }
   double PredictedError(double score, int dof) const;
   double Criterion(double score, int dof) const;
 
@@ -73,8 +74,7 @@ Screener::Screener(const LinearizedFit& fit, const Model& fitted,
   candidates_ = MakeCandidates(fitted, effects, taken);
   squares_ = fit.SumOfSquares();
   dof_ = fit.DegreesOfFreedom();
-  independent_ =
-      std::max(10.0, dof_ / AutocorrelationTime(fit.problem(), fit.point()));
+  independent_ = std::max(10.0, dof_ / fit.AutocorrelationTime());
 }
 
 void Screener::ComputeColumns() {
@@ -88,7 +88,7 @@ void Screener::ComputeColumns() {
   for (const Eigen::MatrixXd& response : responses) {
     unprojected_ += response.colwise().squaredNorm().transpose();
   }
-  ParallelFor(count, fit_.problem().options().threads, [&](int s) {
+  ParallelFor(count, Threads(), [&](int s) {
     A_[s] = fit_.WithoutStates(*segments[s], responses[s]);
     responses[s].resize(0, 0);
     return true;
@@ -100,14 +100,27 @@ void Screener::ComputeColumns() {
   }
 }
 
+// Of columns that lie side by side.
+Eigen::MatrixXd Screener::Gram(int first, int count) const {
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(count, count);
+  for (const Eigen::MatrixXd& A : A_) {
+    for (int i = 0; i < count; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        C(i, j) += A.col(first + i).dot(A.col(first + j));
+      }
+    }
+  }
+  return C.selfadjointView<Eigen::Lower>();
+}
+
 Eigen::MatrixXd Screener::Gram(const std::vector<int>& columns) const {
   const int k = static_cast<int>(columns.size());
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(k, k);
   for (const Eigen::MatrixXd& A : A_) {
     const Eigen::MatrixXd part = A(Eigen::all, columns);
-    C.noalias() += part.transpose() * part;
+    C.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
   }
-  return C;
+  return C.selfadjointView<Eigen::Lower>();
 }
 
 std::vector<int> Screener::Global(const Candidate& candidate,
@@ -174,9 +187,7 @@ Weights Screener::Best(const Candidate& candidate) const {
   best.score = -1.0;
   for (size_t s = 0; s < candidate.sets.size(); ++s) {
     const int count = candidate.columns(static_cast<int>(s));
-    std::vector<int> columns(count);
-    std::iota(columns.begin(), columns.end(), candidate.first[s]);
-    const Eigen::MatrixXd C = Gram(columns);
+    const Eigen::MatrixXd C = Gram(candidate.first[s], count);
     // Pivoted: the column that is clearest goes first.
     std::vector<int> kept;
     Eigen::VectorXd left(count);
@@ -431,19 +442,25 @@ Screening Screener::Run() {
   }
   if (candidates_.empty()) return screening;
   ComputeColumns();
+  std::vector<Weights> best(candidates_.size());
+  ParallelFor(static_cast<int>(best.size()), Threads(), [&](int i) {
+    best[i] = Best(candidates_[i]);
+    return true;
+  });
   std::vector<Weights> weights;
   std::vector<Candidate> told;  // the data says something of these
-  for (Candidate& candidate : candidates_) {
-    Weights best = Best(candidate);
-    if (best.active.empty()) continue;
-    weights.push_back(std::move(best));
-    told.push_back(std::move(candidate));
+  for (size_t i = 0; i < best.size(); ++i) {
+    if (best[i].active.empty()) continue;
+    weights.push_back(std::move(best[i]));
+    told.push_back(std::move(candidates_[i]));
   }
   candidates_ = std::move(told);
-  for (size_t i = 0; i < candidates_.size(); ++i) {
-    screening.effects.push_back(
-        Describe(candidates_[i], weights[i], screening.tests));
-  }
+  screening.effects.resize(candidates_.size());
+  ParallelFor(static_cast<int>(candidates_.size()), Threads(), [&](int i) {
+    screening.effects[i] =
+        Describe(candidates_[i], weights[i], screening.tests);
+    return true;
+  });
   Compare(weights, &screening);
   // Best first.
   std::vector<int> order(screening.effects.size());

@@ -159,40 +159,50 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
   return errors;
 }
 
+WhitenedSeries WhitenErrors(const RunData& data, const SegmentRollout& rollout,
+                            const double* errors) {
+  WhitenedSeries series(data.run.channels.size());
+  for (const SegmentRow& row : rollout.rows()) {
+    auto& components = series[row.channel];
+    components.resize(row.size);
+    for (int c = 0; c < row.size; ++c) {
+      components[c].push_back(errors[row.first + c] / data.sigma[row.channel]);
+    }
+  }
+  return series;
+}
+
 double AutocorrelationTime(const ShootingProblem& problem,
                            const ShootingPoint& point) {
-  // One series of each component of each channel of each run, in the order of
-  // time: of a segment first.
-  using Series = std::vector<std::vector<std::vector<double>>>;
   const std::vector<SegmentPlace> all = AllSegments(point);
-  std::vector<Series> parts(all.size());
-  const auto sort = [&](int i, const SegmentRollout& rollout,
-                        const std::vector<double>& errors) {
-    const RunData& data = *problem.runs()[all[i].run];
-    parts[i].resize(data.run.channels.size());
-    for (const SegmentRow& row : rollout.rows()) {
-      auto& components = parts[i][row.channel];
-      components.resize(row.size);
-      for (int c = 0; c < row.size; ++c) {
-        components[c].push_back(errors[row.first + c] /
-                                data.sigma[row.channel]);
-      }
-    }
+  std::vector<WhitenedSeries> parts(all.size());
+  const auto whiten = [&](int i, const SegmentRollout& rollout,
+                          const std::vector<double>& errors) {
+    parts[i] =
+        WhitenErrors(*problem.runs()[all[i].run], rollout, errors.data());
   };
-  if (!RollSegments(problem, point, all, sort)) return 1.0;
+  if (!RollSegments(problem, point, all, whiten)) return 1.0;
+  std::vector<std::vector<WhitenedSeries>> runs(point.runs.size());
+  for (size_t i = 0; i < all.size(); ++i) {
+    runs[all[i].run].push_back(std::move(parts[i]));
+  }
+  return AutocorrelationTime(runs);
+}
+
+double AutocorrelationTime(
+    const std::vector<std::vector<WhitenedSeries>>& runs) {
   double weighted = 0.0, weight = 0.0;
-  size_t at = 0;
-  for (size_t r = 0; r < point.runs.size(); ++r) {
-    Series series(problem.runs()[r]->run.channels.size());
-    for (int k = 0; k < point.runs[r].segments(); ++k, ++at) {
-      for (size_t c = 0; c < parts[at].size(); ++c) {
-        series[c].resize(std::max(series[c].size(), parts[at][c].size()));
-        for (size_t i = 0; i < parts[at][c].size(); ++i) {
-          const std::vector<double>& part = parts[at][c][i];
-          series[c][i].insert(series[c][i].end(), part.begin(), part.end());
+  for (const std::vector<WhitenedSeries>& segments : runs) {
+    WhitenedSeries series;
+    for (const WhitenedSeries& part : segments) {
+      series.resize(part.size());
+      for (size_t c = 0; c < part.size(); ++c) {
+        series[c].resize(std::max(series[c].size(), part[c].size()));
+        for (size_t i = 0; i < part[c].size(); ++i) {
+          series[c][i].insert(series[c][i].end(), part[c][i].begin(),
+                              part[c][i].end());
         }
       }
-      parts[at] = {};
     }
     for (const auto& components : series) {
       for (const std::vector<double>& e : components) {

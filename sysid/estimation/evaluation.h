@@ -53,6 +53,14 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
 double AutocorrelationTime(const ShootingProblem& problem,
                            const ShootingPoint& point);
 
+// The same of errors that are there already, of each run its segments in the
+// order of time: by channel, by component, each a series.
+using WhitenedSeries = std::vector<std::vector<std::vector<double>>>;
+WhitenedSeries WhitenErrors(const RunData& data, const SegmentRollout& rollout,
+                            const double* errors);
+double AutocorrelationTime(
+    const std::vector<std::vector<WhitenedSeries>>& runs);
+
 // How many independent numbers of a run's initial state the data speaks of: the
 // axial spin of a spherical joint does not show in heading vectors.
 double ObservedStateDof(const ShootingProblem& problem);

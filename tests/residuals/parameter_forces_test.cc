@@ -83,9 +83,7 @@ class Columns {
 
   const MatrixXd& exact() const { return exact_; }
   ParameterForces Forces() const {
-    ParameterForces forces = ParameterForces::Zero(rollout_, map_.size());
-    AddParameterForces(model_, map_, theta_, rollout_, tangent_, 0, &forces);
-    return forces;
+    return ForcesOfParameters(model_, map_, theta_, rollout_, tangent_);
   }
   MatrixXd ByForces() const { return Respond(Forces()); }
   MatrixXd ByEffort(const Effect& effect, const Probe& probe) const {
