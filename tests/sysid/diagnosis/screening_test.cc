@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/diagnosis/candidate_columns.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
 namespace sysid {
@@ -56,6 +57,39 @@ const ExpectedParameter& Expected(const ScreenedEffect& effect,
   ADD_FAILURE() << effect.name() << " has no " << name;
   static const ExpectedParameter none;
   return none;
+}
+
+// Every candidate's columns are its own, whoever else is asked: those that are
+// taken from one model together do not see each other.
+TEST(CandidateColumns, DoNotDependOnTheOthers) {
+  const Model truth =
+      Shipped("cartpole", {"viscous_damping@hinge"}, {{"hinge.damping", 0.02}});
+  const DiagnosisProblem problem =
+      MakeProblem(Shipped("cartpole"), {{"pole.length", 0.5}},
+                  {Record(truth, 1, {.duration = 1.0, .level = 0.5}),
+                   Record(truth, 2, {.duration = 1.0, .level = 0.5})});
+  ShootingProblem shooting(problem.model, problem.free, problem.train,
+                           problem.options);
+  const Fit fit = FitIndependentSegments(&shooting);
+  const LinearizedFit linearized(shooting, fit.point);
+  ASSERT_TRUE(linearized.Valid());
+  const auto effects = AllCandidates(problem.model);
+  const std::vector<Candidate> all = MakeCandidates(fit.model, effects, {});
+  const auto together = RespondToCandidates(linearized, fit.model, all);
+  int asked = 0;
+  for (const Candidate& candidate : all) {
+    SCOPED_TRACE(candidate.effect->name());
+    const auto one = MakeCandidates(fit.model, {candidate.effect}, {});
+    ASSERT_EQ(one.size(), 1u);
+    const auto alone = RespondToCandidates(linearized, fit.model, one);
+    const int first = candidate.first.front();
+    for (size_t s = 0; s < alone.size(); ++s) {
+      const auto columns = together[s].middleCols(first, alone[s].cols());
+      EXPECT_LE((columns - alone[s]).norm(), 1e-9 * alone[s].norm());
+    }
+    asked += static_cast<int>(alone.front().cols());
+  }
+  EXPECT_EQ(asked, together.front().cols());
 }
 
 // One hidden effect of a machine, small enough that first order holds.
