@@ -2,24 +2,108 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
+#include <mutex>
 #include <thread>
 #include <vector>
 
 namespace sysid {
+namespace {
 
-bool ParallelFor(int count, int threads, const std::function<bool(int)>& work) {
+// The threads that help, and the calls that wait for help. Never destroyed: the
+// threads last as long as the process.
+class Helpers {
+ public:
+  static Helpers& Instance() {
+    static Helpers* const instance = new Helpers;
+    return *instance;
+  }
+
+  // A call that helpers may join, each with a number of its own, until it goes
+  // out of scope; that waits for those who have joined.
+  class Call {
+   public:
+    Call(int helpers, const std::function<void(int)>& loop)
+        : loop_(loop), places_(helpers) {
+      Instance().Offer(this);
+    }
+    ~Call() { Instance().Close(this); }
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+
+   private:
+    friend class Helpers;
+    const std::function<void(int)>& loop_;
+    int places_;  // that are still free
+    int joined_ = 0;
+    int inside_ = 0;
+    std::condition_variable left_;
+  };
+
+ private:
+  void Offer(Call* call) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    open_.push_back(call);
+    places_ += call->places_;
+    for (; idle_ < places_; ++idle_) std::thread(&Helpers::Help, this).detach();
+    wake_.notify_all();
+  }
+
+  void Close(Call* call) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    places_ -= call->places_;
+    std::erase(open_, call);
+    call->left_.wait(lock, [call] { return call->inside_ == 0; });
+  }
+
+  void Help() {
+    std::unique_lock<std::mutex> lock(mutex_);
+    for (;;) {
+      wake_.wait(lock, [this] { return !open_.empty(); });
+      Call* const call = open_.back();
+      const int number = ++call->joined_;
+      ++call->inside_;
+      --places_;
+      --idle_;
+      if (--call->places_ == 0) std::erase(open_, call);
+      lock.unlock();
+      call->loop_(number);
+      lock.lock();
+      ++idle_;
+      if (--call->inside_ == 0) call->left_.notify_one();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::vector<Call*> open_;  // with free places
+  int places_ = 0;           // of all open calls
+  int idle_ = 0;             // threads that wait, or are about to
+};
+
+}  // namespace
+
+bool ParallelFor(int count, int threads,
+                 const std::function<bool(int, int)>& work) {
   std::atomic<int> next{0};
   std::atomic<bool> ok{true};
-  const auto loop = [&] {
+  const std::function<void(int)> loop = [&](int thread) {
     for (int i = next++; i < count && ok; i = next++) {
-      if (!work(i)) ok = false;
+      if (!work(i, thread)) ok = false;
     }
   };
-  std::vector<std::thread> others;
-  for (int i = 1; i < std::min(threads, count); ++i) others.emplace_back(loop);
-  loop();
-  for (std::thread& thread : others) thread.join();
+  const int helpers = std::min(threads, count) - 1;
+  if (helpers > 0) {
+    const Helpers::Call call(helpers, loop);
+    loop(0);
+  } else {
+    loop(0);
+  }
   return ok;
+}
+
+bool ParallelFor(int count, int threads, const std::function<bool(int)>& work) {
+  return ParallelFor(count, threads, [&](int i, int) { return work(i); });
 }
 
 }  // namespace sysid

@@ -38,6 +38,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
   LossOptions how = options.loss;
   how.threads = problem->options().threads;
   Adam adam(static_cast<int>(v.size()), options.adam);
+  RolloutSums sums;
   Eigen::VectorXd gradient, good = v, best = v;
   double best_loss = std::numeric_limits<double>::infinity();
   double slower = 1.0;  // after failures
@@ -47,7 +48,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
     ++fit->evaluations;
     const auto evaluate = [&] {
       return LossGradient(rollouts, all, descent.transformation(), how, v,
-                          &loss, &gradient);
+                          &loss, &gradient, &sums);
     };
     bool shortened = epoch % kStepEvery == 0 && descent.ShortenStep(v);
     bool ok = evaluate();

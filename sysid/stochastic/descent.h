@@ -9,7 +9,7 @@
 
 namespace sysid {
 
-// (9.8): how much further a Gauss-Newton step from v would go.
+// (9.9): how much further a Gauss-Newton step from v would go.
 struct GaussNewtonStep {
   double gain = 0.0;     // part of the loss that it would take away
   double squares = 0.0;  // the same as a whitened sum of squares

@@ -1,5 +1,6 @@
 #include "sysid/stochastic/gaussian_mixture.h"
 
+#include <cmath>
 #include <limits>
 
 #include "glog/logging.h"
@@ -93,18 +94,61 @@ GaussianMixture StartingMixture(int kernels, int dimension, double spread,
   return mixture;
 }
 
-MixtureDraw DrawNoise(int kernels, int dimension, std::mt19937_64* random) {
+void DrawNoise(int draws, int kernels, int dimension, std::mt19937_64* random,
+               MixtureNoise* noise) {
+  noise->gumbel.resize(draws, kernels);
+  noise->normal.resize(draws, kernels * dimension);
   std::uniform_real_distribution<double> uniform(
       std::numeric_limits<double>::min(), 1.0);
-  std::normal_distribution<double> normal;
-  MixtureDraw draw;
-  draw.gumbel.resize(kernels);
-  draw.normal.resize(kernels, dimension);
-  for (int k = 0; k < kernels; ++k) {
-    draw.gumbel[k] = -std::log(-std::log(uniform(*random)));
-    for (int i = 0; i < dimension; ++i) draw.normal(k, i) = normal(*random);
+  for (int d = 0; d < draws; ++d) {
+    std::normal_distribution<double> normal;
+    for (int k = 0; k < kernels; ++k) {
+      noise->gumbel(d, k) = uniform(*random);
+      for (int i = 0; i < dimension; ++i) {
+        noise->normal(d, k * dimension + i) = normal(*random);
+      }
+    }
   }
-  return draw;
+  noise->gumbel = -(-noise->gumbel.log()).log();
+}
+
+void SoftDraws::Draw(const GaussianMixture& mixture, const MixtureNoise& noise,
+                     double tau) {
+  const int K = mixture.kernels(), n = mixture.dimension();
+  tau_ = tau;
+  means_ = mixture.means;
+  y_ = noise.gumbel.rowwise() + mixture.logits.transpose().array();
+  // Less the largest exponent, a constant that drops out of softmax.
+  y_.colwise() -= y_.rowwise().maxCoeff().eval();
+  y_ = (y_ / tau).exp();
+  y_.colwise() /= y_.rowwise().sum().eval();
+  off_.resize(noise.normal.rows(), K * n);
+  v_.setZero(noise.normal.rows(), n);
+  for (int k = 0; k < K; ++k) {
+    for (int i = 0; i < n; ++i) {
+      const int at = k * n + i;
+      off_.col(at) =
+          std::exp(mixture.log_deviations(k, i)) * noise.normal.col(at);
+      v_.col(i) += y_.col(k) * (means_(k, i) + off_.col(at));
+    }
+  }
+}
+
+Eigen::VectorXd SoftDraws::Gradient(const Eigen::ArrayXXd& a) const {
+  const int K = static_cast<int>(means_.rows());
+  const int n = static_cast<int>(means_.cols());
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(K + 2 * K * n);
+  for (int k = 0; k < K; ++k) {
+    for (int i = 0; i < n; ++i) {
+      const int at = k * n + i;
+      const auto y_a = y_.col(k) * a.col(i);
+      gradient[k] +=
+          (y_a * (means_(k, i) + off_.col(at) - v_.col(i))).sum() / tau_;
+      gradient[K + at] = y_a.sum();
+      gradient[K + K * n + at] = (y_a * off_.col(at)).sum();
+    }
+  }
+  return gradient;
 }
 
 }  // namespace sysid

@@ -1,13 +1,8 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <cstdint>
 #include <random>
-#include <vector>
 
 #include "models/math/types.h"
-#include "models/scalars.h"
 
 namespace sysid {
 
@@ -40,45 +35,43 @@ struct GaussianMixture {
 GaussianMixture StartingMixture(int kernels, int dimension, double spread,
                                 std::mt19937_64* random);
 
-// The random numbers of one reparameterised draw.
-struct MixtureDraw {
-  Eigen::VectorXd gumbel;  // K, standard Gumbel
-  Eigen::MatrixXd normal;  // K x n, standard normal
+// The random numbers of D reparameterised draws, a row each.
+struct MixtureNoise {
+  Eigen::ArrayXXd gumbel;  // D x K, standard Gumbel
+  Eigen::ArrayXXd normal;  // D x K n, standard normal, kernel by kernel
 };
-MixtureDraw DrawNoise(int kernels, int dimension, std::mt19937_64* random);
+void DrawNoise(int draws, int kernels, int dimension, std::mt19937_64* random,
+               MixtureNoise* noise);
 
-// The draw by Gumbel-Softmax at temperature tau (equation 2 of Heiden et al.;
-// Jang et al. 2017), differentiable by all that the mixture has:
+// Draws by Gumbel-Softmax at temperature tau (equation 2 of Heiden et al.; Jang
+// et al. 2017), differentiable by all that the mixture has:
 //
-//   y = softmax((logits + gumbel) / tau)
-//   v = sum_k y_k (mean_k + deviation_k normal_k)                      (9.4)
+//   y = softmax((w + g) / tau),  v = sum_k y_k (m_k + s_k e_k)         (9.4)
 //
-// Arrays as in Pack(); v has n numbers.
-template <typename T>
-void SoftDraw(int kernels, int n, const T* logits, const T* means,
-              const T* log_deviations, const MixtureDraw& draw, double tau,
-              T* v) {
-  using std::exp;
-  // Less the largest exponent, a constant that drops out of softmax.
-  double most = -1e300;
-  for (int k = 0; k < kernels; ++k) {
-    most = std::max(most, ValueOf(logits[k]) + draw.gumbel[k]);
-  }
-  std::vector<T> y(kernels);
-  T sum(0.0);
-  for (int k = 0; k < kernels; ++k) {
-    y[k] = exp((logits[k] + (draw.gumbel[k] - most)) / tau);
-    sum += y[k];
-  }
-  for (int i = 0; i < n; ++i) v[i] = T(0.0);
-  for (int k = 0; k < kernels; ++k) {
-    const T weight = y[k] / sum;
-    for (int i = 0; i < n; ++i) {
-      const int at = k * n + i;
-      v[i] +=
-          weight * (means[at] + exp(log_deviations[at]) * draw.normal(k, i));
-    }
-  }
-}
+// w the logits, m_k and s_k means and deviations, g and e the noise. All draws
+// at once: each operation is on arrays with a row for each. Keeps its memory.
+class SoftDraws {
+ public:
+  void Draw(const GaussianMixture& mixture, const MixtureNoise& noise,
+            double tau);
+
+  int count() const { return static_cast<int>(v_.rows()); }
+  const Eigen::ArrayXXd& v() const { return v_; }  // D x n
+
+  // With a = dJ/dv of each draw, D x n,
+  //
+  //   dJ/dm_k = y_k a,  dJ/d log s_k = y_k s_k e_k a,
+  //   dJ/dw_k = y_k a . (m_k + s_k e_k - v) / tau                       (9.8)
+  //
+  // summed over the draws, in the order of GaussianMixture::Pack().
+  Eigen::VectorXd Gradient(const Eigen::ArrayXXd& a) const;
+
+ private:
+  double tau_ = 1.0;
+  Eigen::ArrayXXd means_;  // K x n
+  Eigen::ArrayXXd y_;      // D x K
+  Eigen::ArrayXXd off_;    // D x K n: s_k e_k
+  Eigen::ArrayXXd v_;      // D x n
+};
 
 }  // namespace sysid

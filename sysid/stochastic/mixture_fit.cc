@@ -58,7 +58,7 @@ class MixtureDescent {
   // others' by any factor. One such would fill Adam's second moment and stop it
   // for a thousand epochs: cut to kClip times what is usual.
   void Clip(Eigen::VectorXd* gradient);
-  void CountBeyondBounds(const std::vector<MixtureDraw>& draws);
+  void CountBeyondBounds();
   void Judge();
   void RemarkOnCuts();
   void RemarkOnDraws();
@@ -74,6 +74,11 @@ class MixtureDescent {
   int n_;
   GaussianMixture mixture_, good_;
   std::unique_ptr<Adam> adam_;
+  // Of an epoch; kept for their memory.
+  MixtureNoise noise_;
+  SoftDraws draws_;
+  Eigen::Array<bool, Eigen::Dynamic, 1> beyond_;
+  RolloutSums sums_;
   double usual_norm_ = 0.0;  // of the gradient
   double slower_ = 1.0;      // after failures
   int failures_ = 0;         // in a row
@@ -93,27 +98,18 @@ Eigen::VectorXd MixtureDescent::Estimate() const {
   return possible ? descent_.transformation().Inverse(theta) : mixture_.Mean();
 }
 
-void MixtureDescent::CountBeyondBounds(const std::vector<MixtureDraw>& draws) {
+void MixtureDescent::CountBeyondBounds() {
   const Eigen::VectorXd mean = mixture_.Mean();
   const Eigen::VectorXd theta = descent_.transformation().Theta(mean);
   const Eigen::VectorXd slope = descent_.transformation().Slope(mean);
-  const Eigen::VectorXd packed = mixture_.Pack();
-  const int K = mixture_.kernels();
-  for (const MixtureDraw& draw : draws) {
-    Eigen::VectorXd v(n_);
-    SoftDraw<double>(K, n_, packed.data(), packed.data() + K,
-                     packed.data() + K + K * n_, draw, options_.temperature,
-                     v.data());
-    for (int i = 0; i < n_; ++i) {
-      const double linear = theta[i] + slope[i] * (v[i] - mean[i]);
-      if (!problem_->map().IsTransformed(i) &&
-          (linear < problem_->free()[i].lower ||
-           linear > problem_->free()[i].upper)) {
-        ++result_.beyond_bounds;
-        break;
-      }
-    }
+  beyond_.setConstant(draws_.count(), false);
+  for (int i = 0; i < n_; ++i) {
+    if (problem_->map().IsTransformed(i)) continue;
+    const auto linear = theta[i] + slope[i] * (draws_.v().col(i) - mean[i]);
+    beyond_ = beyond_ || linear < problem_->free()[i].lower ||
+              linear > problem_->free()[i].upper;
   }
+  result_.beyond_bounds += static_cast<int>(beyond_.count());
 }
 
 void MixtureDescent::Clip(Eigen::VectorXd* gradient) {
@@ -137,17 +133,15 @@ bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
   if (epoch % kStepEvery == 0 || failures_ > 0) {
     descent_.ShortenStep(mixture_.Mean());
   }
-  std::vector<MixtureDraw> draws;
-  for (int d = 0; d < options_.draws; ++d) {
-    draws.push_back(DrawNoise(options_.kernels, n_, &random_));
-  }
-  CountBeyondBounds(draws);
+  DrawNoise(options_.draws, options_.kernels, n_, &random_, &noise_);
+  draws_.Draw(mixture_, noise_, options_.temperature);
+  CountBeyondBounds();
   double loss = 0.0;
   int failed = 0;
   Eigen::VectorXd gradient, packed = mixture_.Pack();
   const bool ok = MixtureLossGradient(
       descent_.rollouts(), arrived, descent_.transformation(), options_.loss,
-      mixture_, options_.temperature, draws, &loss, &failed, &gradient);
+      draws_, &loss, &failed, &gradient, &sums_);
   result_.draws += options_.draws;
   result_.failed_draws += failed;
   fit->evaluations += options_.draws;

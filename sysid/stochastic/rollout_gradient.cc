@@ -7,15 +7,7 @@
 #include <stan/math/rev/core.hpp>
 #include <stan/math/rev/scal.hpp>
 
-#include "sysid/estimation/parallel.h"
 #include "sysid/stochastic/tape_rollout.h"
-
-// What SoftDraw() asks of a scalar.
-namespace stan {
-namespace math {
-inline double ValueOf(const var& x) { return x.val(); }
-}  // namespace math
-}  // namespace stan
 
 namespace sysid {
 namespace {
@@ -28,7 +20,12 @@ using stan::math::vari;
 // need TBB linked): one gradient at a time. What is put on it is recovered.
 class Tape {
  public:
-  Tape() : lock_(Mutex()) { stan::math::start_nested(); }
+  Tape() : lock_(Mutex()) {
+    // RStan's headers have a tape for each thread, but make the main thread's
+    // only.
+    static thread_local const ChainableStack of_this_thread;
+    stan::math::start_nested();
+  }
   ~Tape() {
     Use().last_call = ChainableStack::instance_->memalloc_.bytes_allocated();
     stan::math::recover_memory_nested();
@@ -43,14 +40,6 @@ class Tape {
     return use;
   }
 
-  // d y / d x for all x.
-  static void Gradient(const var& y, const std::vector<var>& x,
-                       Eigen::VectorXd* gradient) {
-    stan::math::grad(y.vi_);
-    gradient->resize(x.size());
-    for (size_t i = 0; i < x.size(); ++i) (*gradient)[i] = x[i].adj();
-  }
-
  private:
   static std::mutex& Mutex() {
     static std::mutex mutex;
@@ -59,68 +48,69 @@ class Tape {
   std::lock_guard<std::mutex> lock_;
 };
 
-// What Stan's precomputed_gradients_vari is to one number, for the errors of a
-// rollout: one node, its outputs beside it, J = dr/dtheta stored.
-class RolloutNode final : public vari {
- public:
-  // The outputs are written to `errors`.
-  RolloutNode(const std::vector<double>& values, const RowMatrixXd& J,
-              const std::vector<var>& theta, var* errors)
-      : vari(0.0),
-        rows_(J.rows()),
-        columns_(J.cols()),
-        theta_(Allocate<vari*>(columns_)),
-        errors_(Allocate<vari*>(rows_)),
-        J_(Allocate<double>(rows_ * columns_)) {
-    for (Eigen::Index i = 0; i < columns_; ++i) theta_[i] = theta[i].vi_;
-    for (Eigen::Index i = 0; i < rows_; ++i) {
-      errors_[i] = new vari(values[i], false);
-      errors[i] = var(errors_[i]);
-    }
-    std::copy(J.data(), J.data() + J.size(), J_);
-  }
-
-  // (9.7): adjoint(theta) += J^T adjoint(r).
-  void chain() override {
-    for (Eigen::Index i = 0; i < rows_; ++i) {
-      const double adjoint = errors_[i]->adj_;
-      if (adjoint == 0.0) continue;
-      const double* row = J_ + i * columns_;
-      for (Eigen::Index c = 0; c < columns_; ++c) {
-        theta_[c]->adj_ += adjoint * row[c];
-      }
-    }
-  }
-
- private:
-  template <typename T>
-  static T* Allocate(Eigen::Index count) {
-    return ChainableStack::instance_->memalloc_.alloc_array<T>(count);
-  }
-
-  const Eigen::Index rows_, columns_;
-  vari** theta_;
-  vari** errors_;
-  double* J_;
-};
-
-// (9.1) of rollouts whose errors are on the tape.
+// L of (9.1) at points theta that are on the tape, n numbers each.
 class LossOnTape {
  public:
   LossOnTape(const Rollouts& rollouts, const std::vector<int>& which,
              const LossOptions& options)
-      : rollouts_(rollouts),
-        which_(which),
-        options_(options),
-        samples_(rollouts.Samples(which)) {}
+      : rollouts_(rollouts), which_(which), options_(options) {}
 
-  // For each theta (on the tape) its loss; nothing where the dynamics fail.
-  std::vector<std::optional<var>> operator()(
-      const std::vector<std::vector<var>>& thetas) const {
-    return options_.way == GradientWay::kTape ? ByTape(thetas) : ByJets(thetas);
+  // Nothing where the dynamics fail.
+  std::vector<std::optional<var>> operator()(const std::vector<var>& thetas,
+                                             RolloutSums* sums) const {
+    const int n = rollouts_.num_parameters();
+    std::vector<std::optional<var>> losses = options_.way == GradientWay::kTape
+                                                 ? ByTape(thetas)
+                                                 : ByNodes(thetas, sums);
+    const double samples = rollouts_.Samples(which_);
+    for (size_t p = 0; p < losses.size(); ++p) {
+      if (!losses[p]) continue;
+      losses[p] = (*losses[p] + rollouts_.Prior(&thetas[p * n])) / samples;
+    }
+    return losses;
   }
 
  private:
+  // One node for each point: Stan's precomputed gradients, (9.7).
+  std::vector<std::optional<var>> ByNodes(const std::vector<var>& thetas,
+                                          RolloutSums* sums) const {
+    const int n = rollouts_.num_parameters();
+    const int points = static_cast<int>(thetas.size()) / n;
+    RowMatrixXd values(points, n);
+    for (int at = 0; at < points * n; ++at) {
+      values.data()[at] = thetas[at].val();
+    }
+    sums->Evaluate(rollouts_, which_, options_.huber, options_.threads, values);
+    std::vector<std::optional<var>> nodes(points);
+    std::vector<var> theta(n);
+    std::vector<double> gradient(n);
+    for (int p = 0; p < points; ++p) {
+      if (!std::isfinite(sums->values()[p])) continue;
+      std::copy_n(&thetas[p * n], n, theta.begin());
+      std::copy_n(sums->gradients().row(p).data(), n, gradient.begin());
+      nodes[p] =
+          stan::math::precomputed_gradients(sums->values()[p], theta, gradient);
+    }
+    return nodes;
+  }
+
+  std::vector<std::optional<var>> ByTape(const std::vector<var>& thetas) const {
+    const int n = rollouts_.num_parameters();
+    std::vector<std::optional<var>> totals(thetas.size() / n);
+    for (size_t p = 0; p < totals.size(); ++p) {
+      var sum(0.0);
+      bool ok = true;
+      for (const int i : which_) {
+        std::vector<var> errors(rollouts_.num_errors(i));
+        ok = ok && RollOutOnTape(rollouts_.functor(i), rollouts_.first_state(i),
+                                 &thetas[p * n], errors.data());
+        if (ok) Add(i, errors, &sum);
+      }
+      if (ok && std::isfinite(sum.val())) totals[p] = sum;
+    }
+    return totals;
+  }
+
   void Add(int rollout, const std::vector<var>& errors, var* sum) const {
     for (const Rollouts::Group& group : rollouts_.groups(rollout)) {
       var s(0.0);
@@ -132,76 +122,47 @@ class LossOnTape {
     }
   }
 
-  std::vector<std::optional<var>> ByTape(
-      const std::vector<std::vector<var>>& thetas) const {
-    std::vector<std::optional<var>> losses(thetas.size());
-    for (size_t t = 0; t < thetas.size(); ++t) {
-      var sum = rollouts_.Prior(thetas[t].data());
-      bool ok = true;
-      for (const int i : which_) {
-        std::vector<var> errors(rollouts_.num_errors(i));
-        ok = ok && RollOutOnTape(rollouts_.functor(i), rollouts_.first_state(i),
-                                 thetas[t].data(), errors.data());
-        if (ok) Add(i, errors, &sum);
-      }
-      if (ok && std::isfinite(sum.val())) losses[t] = sum / double(samples_);
-    }
-    return losses;
-  }
-
-  // The Jets by all threads, then onto the tape in order.
-  std::vector<std::optional<var>> ByJets(
-      const std::vector<std::vector<var>>& thetas) const {
-    struct Rolled {
-      bool ok = false;
-      std::vector<double> errors;
-      RowMatrixXd J;
-    };
-    const int count = static_cast<int>(which_.size());
-    std::vector<std::vector<double>> values(thetas.size());
-    for (size_t t = 0; t < thetas.size(); ++t) {
-      for (const var& x : thetas[t]) values[t].push_back(x.val());
-    }
-    std::vector<Rolled> rolled(thetas.size() * count);
-    // Starting threads costs as much as rolling out some hundred samples.
-    constexpr int kWorthThreads = 1000;
-    const int samples = samples_ * static_cast<int>(thetas.size());
-    const int threads = samples < kWorthThreads ? 1 : options_.threads;
-    ParallelFor(static_cast<int>(rolled.size()), threads, [&](int at) {
-      const int i = which_[at % count];
-      rolled[at].errors.resize(rollouts_.num_errors(i));
-      rolled[at].ok =
-          rollouts_.Linearize(i, values[at / count].data(),
-                              rolled[at].errors.data(), &rolled[at].J);
-      return true;
-    });
-    std::vector<std::optional<var>> losses(thetas.size());
-    for (size_t t = 0; t < thetas.size(); ++t) {
-      const auto first = rolled.begin() + t * count;
-      if (!std::all_of(first, first + count,
-                       [](const Rolled& one) { return one.ok; })) {
-        continue;
-      }
-      var sum = rollouts_.Prior(thetas[t].data());
-      for (int k = 0; k < count; ++k) {
-        const Rolled& one = first[k];
-        std::vector<var> errors(one.errors.size());
-        new RolloutNode(one.errors, one.J, thetas[t], errors.data());
-        Add(which_[k], errors, &sum);
-      }
-      losses[t] = sum / double(samples_);
-    }
-    return losses;
-  }
-
   const Rollouts& rollouts_;
   const std::vector<int>& which_;
   const LossOptions& options_;
-  int samples_;
 };
 
-std::vector<var> OnTape(const Eigen::VectorXd& values) {
-  return std::vector<var>(values.data(), values.data() + values.size());
+// The mean of L(T(v)) over the rows of v whose dynamics do not fail, and its
+// derivatives by all v. False where all fail.
+bool MeanLossGradient(const Rollouts& rollouts, const std::vector<int>& which,
+                      const Transformation& transformation,
+                      const LossOptions& options, const RowMatrixXd& v,
+                      double* loss, int* failed, Eigen::ArrayXXd* gradient,
+                      RolloutSums* sums) {
+  const int n = static_cast<int>(v.cols());
+  const Tape tape;
+  const std::vector<var> unknown(v.data(), v.data() + v.size());
+  std::vector<var> thetas(unknown.size());
+  for (Eigen::Index p = 0; p < v.rows(); ++p) {
+    transformation.Theta<var>(&unknown[p * n], &thetas[p * n]);
+  }
+  RolloutSums own;
+  const std::vector<std::optional<var>> losses = LossOnTape(
+      rollouts, which, options)(thetas, sums != nullptr ? sums : &own);
+  var sum(0.0);
+  int count = 0;
+  for (const auto& one : losses) {
+    if (!one) continue;
+    sum += *one;
+    ++count;
+  }
+  *failed = static_cast<int>(v.rows()) - count;
+  if (count == 0) return false;
+  const var mean = sum / double(count);
+  *loss = mean.val();
+  stan::math::grad(mean.vi_);
+  gradient->setZero(v.rows(), n);
+  for (Eigen::Index p = 0; p < v.rows(); ++p) {
+    // Operations that overflowed say that 0 times infinity is NaN.
+    if (!losses[p]) continue;
+    for (int i = 0; i < n; ++i) (*gradient)(p, i) = unknown[p * n + i].adj();
+  }
+  return std::isfinite(*loss) && gradient->allFinite();
 }
 
 }  // namespace
@@ -211,50 +172,28 @@ bool HaveStanMath() { return true; }
 bool LossGradient(const Rollouts& rollouts, const std::vector<int>& which,
                   const Transformation& transformation,
                   const LossOptions& options, const Eigen::VectorXd& v,
-                  double* loss, Eigen::VectorXd* gradient) {
-  const Tape tape;
-  const std::vector<var> unknown = OnTape(v);
-  std::vector<var> theta(v.size());
-  transformation.Theta<var>(unknown.data(), theta.data());
-  const auto losses = LossOnTape(rollouts, which, options)({theta});
-  if (!losses[0]) return false;
-  *loss = losses[0]->val();
-  Tape::Gradient(*losses[0], unknown, gradient);
-  return std::isfinite(*loss) && gradient->allFinite();
+                  double* loss, Eigen::VectorXd* gradient, RolloutSums* sums) {
+  int failed = 0;
+  Eigen::ArrayXXd by_v;
+  const bool ok = MeanLossGradient(rollouts, which, transformation, options,
+                                   v.transpose(), loss, &failed, &by_v, sums);
+  if (ok) *gradient = by_v.row(0).matrix();
+  return ok;
 }
 
 bool MixtureLossGradient(const Rollouts& rollouts,
                          const std::vector<int>& which,
                          const Transformation& transformation,
-                         const LossOptions& options,
-                         const GaussianMixture& mixture, double temperature,
-                         const std::vector<MixtureDraw>& draws, double* loss,
-                         int* failed, Eigen::VectorXd* gradient) {
-  const Tape tape;
-  const int K = mixture.kernels(), n = mixture.dimension();
-  const std::vector<var> unknown = OnTape(mixture.Pack());
-  const var* logits = unknown.data();
-  std::vector<std::vector<var>> thetas;
-  for (const MixtureDraw& draw : draws) {
-    std::vector<var> v(n), theta(n);
-    SoftDraw<var>(K, n, logits, logits + K, logits + K + K * n, draw,
-                  temperature, v.data());
-    transformation.Theta<var>(v.data(), theta.data());
-    thetas.push_back(std::move(theta));
+                         const LossOptions& options, const SoftDraws& draws,
+                         double* loss, int* failed, Eigen::VectorXd* gradient,
+                         RolloutSums* sums) {
+  Eigen::ArrayXXd by_v;
+  if (!MeanLossGradient(rollouts, which, transformation, options, draws.v(),
+                        loss, failed, &by_v, sums)) {
+    return false;
   }
-  var sum(0.0);
-  int count = 0;
-  for (const auto& one : LossOnTape(rollouts, which, options)(thetas)) {
-    if (!one) continue;
-    sum += *one;
-    ++count;
-  }
-  *failed = static_cast<int>(draws.size()) - count;
-  if (count == 0) return false;
-  const var mean = sum / double(count);
-  *loss = mean.val();
-  Tape::Gradient(mean, unknown, gradient);
-  return std::isfinite(*loss) && gradient->allFinite();
+  *gradient = draws.Gradient(by_v);
+  return gradient->allFinite();
 }
 
 TapeUse LastTapeUse() { return Tape::Use(); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -96,6 +97,11 @@ T HuberLoss(const T& s, double huber) {
   using std::sqrt;
   if (s <= huber * huber) return s;
   return 2.0 * huber * sqrt(s) - huber * huber;
+}
+
+// Its derivative.
+inline double HuberSlope(double s, double huber) {
+  return s <= huber * huber ? 1.0 : huber / std::sqrt(s);
 }
 
 }  // namespace sysid

@@ -9,15 +9,15 @@ bool HaveStanMath() { return false; }
 
 bool LossGradient(const Rollouts&, const std::vector<int>&,
                   const Transformation&, const LossOptions&,
-                  const Eigen::VectorXd&, double*, Eigen::VectorXd*) {
+                  const Eigen::VectorXd&, double*, Eigen::VectorXd*,
+                  RolloutSums*) {
   LOG(FATAL) << "built without Stan Math";
 }
 
 bool MixtureLossGradient(const Rollouts&, const std::vector<int>&,
                          const Transformation&, const LossOptions&,
-                         const GaussianMixture&, double,
-                         const std::vector<MixtureDraw>&, double*, int*,
-                         Eigen::VectorXd*) {
+                         const SoftDraws&, double*, int*, Eigen::VectorXd*,
+                         RolloutSums*) {
   LOG(FATAL) << "built without Stan Math";
 }
 

@@ -25,7 +25,7 @@ COLUMNS = {
     "diagnosis": [("candidates", "candidates"), ("iteration", "iteration, ms"),
                   ("ratio", "ratio")],
     "stochastic": [("rollout_us", "rollout, us"), ("ratio", "ratio"),
-                   ("epochs_s", "epochs a second")],
+                   ("epochs_s", "epochs a second"), ("speedup", "speed-up")],
 }
 TO_MS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
 

@@ -2,6 +2,11 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "ceres/jet.h"
 #include "sysid/stochastic/parameter_mixture.h"
 #include "tests/sysid/stochastic/stochastic_setup.h"
 
@@ -61,50 +66,104 @@ TEST(GaussianMixture, SamplesHaveItsMoments) {
 
 // At a low temperature y is nearly one-hot (the Gumbel-max trick): kernels are
 // drawn by their weights, and v has the mixture's moments.
-TEST(SoftDraw, IsADrawOfTheMixtureWhenCold) {
+TEST(SoftDraws, AreDrawsOfTheMixtureWhenCold) {
   const GaussianMixture mixture = TwoKernels();
-  const Eigen::VectorXd packed = mixture.Pack();
   std::mt19937_64 random(2);
   constexpr int kDraws = 50000;
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (int i = 0; i < kDraws; ++i) {
-    const MixtureDraw draw = DrawNoise(2, 2, &random);
-    Eigen::Vector2d v;
-    SoftDraw<double>(2, 2, packed.data(), packed.data() + 2, packed.data() + 6,
-                     draw, 1e-3, v.data());
-    sum += v;
-  }
-  EXPECT_LT((sum / kDraws - mixture.Mean()).norm(),
-            5 * 1.5 / std::sqrt(kDraws));
+  MixtureNoise noise;
+  DrawNoise(kDraws, 2, 2, &random, &noise);
+  SoftDraws draws;
+  draws.Draw(mixture, noise, 1e-3);
+  ASSERT_EQ(draws.count(), kDraws);
+  const Eigen::Vector2d mean = draws.v().colwise().mean();
+  EXPECT_LT((mean - mixture.Mean()).norm(), 5 * 1.5 / std::sqrt(kDraws));
 }
 
-TEST(SoftDraw, IsTheWeightedSumOfTheKernelsDraws) {
-  const GaussianMixture mixture = TwoKernels();
-  const Eigen::VectorXd packed = mixture.Pack();
-  MixtureDraw draw;
-  draw.gumbel = Eigen::Vector2d(0.2, 0.9);
-  draw.normal.resize(2, 2);
-  draw.normal << 0.5, -1.0, 2.0, 0.3;
+TEST(SoftDraws, AreTheWeightedSumsOfTheKernelsDraws) {
+  MixtureNoise noise;
+  noise.gumbel.resize(2, 2);
+  noise.gumbel << -1.0, 2.0,  //
+      0.2, 0.9;
+  noise.normal.resize(2, 4);
+  noise.normal << 0.0, 0.0, 0.0, 0.0,  //
+      0.5, -1.0, 2.0, 0.3;
   constexpr double kTau = 2.0 / 3.0;
-  Eigen::Vector2d v;
-  SoftDraw<double>(2, 2, packed.data(), packed.data() + 2, packed.data() + 6,
-                   draw, kTau, v.data());
+  SoftDraws draws;
+  draws.Draw(TwoKernels(), noise, kTau);
   const double a = std::exp((std::log(3.0) + 0.2) / kTau);
   const double b = std::exp(0.9 / kTau);
   const Eigen::Vector2d first(1.0 + 0.1 * 0.5, -1.0 - 0.2);
   const Eigen::Vector2d second(-0.5 + 0.3 * 2.0, 2.0 + 0.4 * 0.3);
+  const Eigen::Vector2d v = draws.v().row(1);
   EXPECT_LT((v - (a * first + b * second) / (a + b)).norm(), 1e-14);
 }
 
-TEST(SoftDraw, SurvivesLogitsFarApart) {
-  const double logits[2] = {2000.0, -2000.0}, means[2] = {1.0, 5.0};
-  const double log_deviations[2] = {-1.0, -1.0};
-  MixtureDraw draw;
-  draw.gumbel = Eigen::Vector2d::Zero();
-  draw.normal = Eigen::MatrixXd::Zero(2, 1);
-  double v = 0.0;
-  SoftDraw<double>(2, 1, logits, means, log_deviations, draw, 2.0 / 3.0, &v);
-  EXPECT_EQ(v, 1.0);
+TEST(SoftDraws, SurviveLogitsFarApart) {
+  GaussianMixture mixture;
+  mixture.logits = Eigen::Vector2d(2000.0, -2000.0);
+  mixture.means = Eigen::Vector2d(1.0, 5.0);
+  mixture.log_deviations = Eigen::Vector2d(-1.0, -1.0);
+  MixtureNoise noise;
+  noise.gumbel = noise.normal = Eigen::ArrayXXd::Zero(1, 2);
+  SoftDraws draws;
+  draws.Draw(mixture, noise, 2.0 / 3.0);
+  EXPECT_EQ(draws.v()(0, 0), 1.0);
+}
+
+// (9.8) against Jets of (9.4), written once more as it stands: for any dJ/dv,
+// the gradient of sum a v.
+TEST(SoftDraws, HaveTheGradientThatJetsHave) {
+  constexpr int kKernels = 3, kSize = 2, kDraws = 5;
+  constexpr int kNumbers = kKernels + 2 * kKernels * kSize;
+  constexpr double kTau = 0.7;
+  using Jet = ceres::Jet<double, kNumbers>;
+  std::mt19937_64 random(4);
+  GaussianMixture mixture = StartingMixture(kKernels, kSize, 0.4, &random);
+  mixture.logits << 0.3, -0.8, 0.1;
+  mixture.log_deviations(1, 0) += 0.5;
+  MixtureNoise noise;
+  DrawNoise(kDraws, kKernels, kSize, &random, &noise);
+  Eigen::ArrayXXd a(kDraws, kSize);
+  std::normal_distribution<double> normal;
+  for (double& x : a.reshaped()) x = normal(random);
+
+  const Eigen::VectorXd packed = mixture.Pack();
+  std::vector<Jet> x;
+  for (int i = 0; i < kNumbers; ++i) x.emplace_back(packed[i], i);
+  Jet J(0.0);
+  for (int d = 0; d < kDraws; ++d) {
+    Jet sum(0.0), weighted(0.0);
+    for (int k = 0; k < kKernels; ++k) {
+      const Jet y = exp((x[k] + noise.gumbel(d, k)) / kTau);
+      sum += y;
+      for (int i = 0; i < kSize; ++i) {
+        const int at = k * kSize + i;
+        weighted += y * a(d, i) *
+                    (x[kKernels + at] +
+                     exp(x[kKernels * (1 + kSize) + at]) * noise.normal(d, at));
+      }
+    }
+    J += weighted / sum;
+  }
+
+  SoftDraws draws;
+  draws.Draw(mixture, noise, kTau);
+  EXPECT_NEAR((draws.v() * a).sum(), J.a, 1e-14);
+  EXPECT_LT((draws.Gradient(a) - J.v).norm(), 1e-14 * J.v.norm());
+}
+
+// Memory that an earlier, larger epoch left changes nothing.
+TEST(SoftDraws, AreTheSameInMemoryThatIsUsedAgain) {
+  std::mt19937_64 random(5);
+  MixtureNoise many, few;
+  DrawNoise(7, 2, 2, &random, &many);
+  DrawNoise(3, 2, 2, &random, &few);
+  SoftDraws again, fresh;
+  again.Draw(TwoKernels(), many, 0.5);
+  again.Draw(TwoKernels(), few, 0.5);
+  fresh.Draw(TwoKernels(), few, 0.5);
+  EXPECT_TRUE((again.v() == fresh.v()).all());
+  EXPECT_EQ(again.Gradient(again.v()), fresh.Gradient(fresh.v()));
 }
 
 TEST(StartingMixture, IsTheSameForASeed) {

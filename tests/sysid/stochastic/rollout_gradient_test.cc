@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <set>
+#include <thread>
 
 #include "sysid/estimation/segmentation.h"
 #include "tests/support/all_joints.h"
@@ -246,8 +247,8 @@ TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
   std::mt19937_64 random(5);
   GaussianMixture mixture = StartingMixture(3, 2, 0.2, &random);
   mixture.logits << 0.3, -0.2, 0.1;
-  std::vector<MixtureDraw> draws;
-  for (int d = 0; d < 4; ++d) draws.push_back(DrawNoise(3, 2, &random));
+  MixtureNoise noise;
+  DrawNoise(4, 3, 2, &random, &noise);
   const VectorXd at = mixture.Pack();
   const auto evaluate = [&](const VectorXd& packed, GradientWay way,
                             VectorXd* gradient) {
@@ -258,9 +259,11 @@ TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
     options.huber = 0.05;
     double loss = 0.0;
     int failed = -1;
-    EXPECT_TRUE(MixtureLossGradient(
-        *pendulum.rollouts, pendulum.all, *pendulum.transformation, options,
-        moved, 2.0 / 3.0, draws, &loss, &failed, gradient));
+    SoftDraws draws;
+    draws.Draw(moved, noise, 2.0 / 3.0);
+    EXPECT_TRUE(MixtureLossGradient(*pendulum.rollouts, pendulum.all,
+                                    *pendulum.transformation, options, draws,
+                                    &loss, &failed, gradient));
     EXPECT_EQ(failed, 0);
     return loss;
   };
@@ -281,19 +284,58 @@ TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
   }
 }
 
+// As many steps as are worth a thread, so that there are two.
 TEST(RolloutGradient, ByThreadsIsTheSameToTheLastBit) {
   const Pendulum pendulum;
-  const VectorXd v = SmallStep(2, 2);
-  VectorXd one, two;
-  double loss = 0.0;
-  LossOptions options;
-  for (VectorXd* gradient : {&one, &two}) {
-    options.threads = gradient == &one ? 1 : 2;
-    ASSERT_TRUE(LossGradient(*pendulum.rollouts, pendulum.all,
-                             *pendulum.transformation, options, v, &loss,
-                             gradient));
+  pendulum.problem->mutable_options()->rollout.step = 1e-5;
+  std::mt19937_64 random(6);
+  const GaussianMixture mixture = StartingMixture(3, 2, 0.1, &random);
+  RolloutSums kept;
+  for (int round = 0; round < 5; ++round) {
+    MixtureNoise noise;
+    DrawNoise(7, 3, 2, &random, &noise);
+    SoftDraws draws;
+    draws.Draw(mixture, noise, 2.0 / 3.0);
+    std::vector<double> losses;
+    std::vector<VectorXd> gradients;
+    for (const int threads : {1, 2, 3}) {
+      LossOptions options;
+      options.threads = threads;
+      options.huber = 0.05;
+      double loss = 0.0;
+      int failed = 0;
+      VectorXd gradient;
+      ASSERT_TRUE(MixtureLossGradient(
+          *pendulum.rollouts, pendulum.all, *pendulum.transformation, options,
+          draws, &loss, &failed, &gradient, threads == 2 ? &kept : nullptr));
+      losses.push_back(loss);
+      gradients.push_back(gradient);
+      ASSERT_TRUE(LossGradient(*pendulum.rollouts, pendulum.all,
+                               *pendulum.transformation, options,
+                               draws.v().row(0).matrix(), &loss, &gradient));
+      losses.push_back(loss);
+      gradients.push_back(gradient);
+    }
+    for (size_t i = 2; i < losses.size(); ++i) {
+      EXPECT_EQ(losses[i], losses[i - 2]);
+      EXPECT_EQ(gradients[i], gradients[i - 2]);
+    }
   }
-  EXPECT_EQ(one, two);
+}
+
+// Stan's tape belongs to a thread, and not every one is born with it.
+TEST(RolloutGradient, IsTheSameOnAnotherThread) {
+  const Pendulum pendulum;
+  const VectorXd v = SmallStep(2, 3);
+  for (const GradientWay way :
+       {GradientWay::kPrecomputed, GradientWay::kTape}) {
+    double here = 0.0, there = 0.0;
+    const VectorXd own = pendulum.Gradient(way, 0.1, v, &here);
+    VectorXd other;
+    std::thread([&] { other = pendulum.Gradient(way, 0.1, v, &there); }).join();
+    EXPECT_EQ(own, other);
+    EXPECT_EQ(here, there);
+  }
 }
 
 TEST(RolloutGradient, SaysWhereTheDynamicsFail) {
@@ -313,12 +355,50 @@ TEST(RolloutGradient, SaysWhereTheDynamicsFail) {
   }
 }
 
+// A draw that fails takes no part, and leaves no trace in the others'.
+TEST(RolloutGradient, LeavesOutDrawsThatFail) {
+  Model model = Shipped("pendulum2", {"viscous_damping@joint1"});
+  const Motion motion(model, FreeFrom(model, {{"joint1.damping", 0.01}}), 1);
+  GaussianMixture mixture;
+  mixture.logits = Eigen::VectorXd::Zero(1);
+  mixture.means = Eigen::MatrixXd::Zero(1, 1);
+  mixture.log_deviations = Eigen::MatrixXd::Zero(1, 1);
+  const auto evaluate = [&](const std::vector<double>& v, GradientWay way,
+                            double* loss, int* failed) {
+    MixtureNoise noise;
+    noise.gumbel = Eigen::ArrayXXd::Zero(v.size(), 1);
+    noise.normal = Eigen::Map<const Eigen::ArrayXd>(v.data(), v.size());
+    SoftDraws draws;
+    draws.Draw(mixture, noise, 1.0);
+    LossOptions options;
+    options.way = way;
+    VectorXd gradient;
+    EXPECT_TRUE(MixtureLossGradient(*motion.rollouts, motion.all,
+                                    *motion.transformation, options, draws,
+                                    loss, failed, &gradient));
+    return gradient;
+  };
+  for (const GradientWay way :
+       {GradientWay::kPrecomputed, GradientWay::kTape}) {
+    double loss = 0.0, without = 0.0;
+    int failed = 0, none = 0;
+    const VectorXd some = evaluate({0.1, 60.0, 0.3}, way, &loss, &failed);
+    const VectorXd good = evaluate({0.1, 0.3}, way, &without, &none);
+    EXPECT_EQ(failed, 1);
+    EXPECT_EQ(none, 0);
+    EXPECT_NEAR(loss, without, 1e-14 * without);
+    EXPECT_LT((some - good).norm(), 1e-14 * good.norm());
+  }
+}
+
 // However many epochs follow, each has what the first had, and leaves nothing.
 TEST(RolloutGradient, LeavesNothingOnTheTape) {
   const Pendulum pendulum;
   std::mt19937_64 random(1);
   const GaussianMixture mixture = StartingMixture(3, 2, 0.1, &random);
   const VectorXd v = VectorXd::Zero(2);
+  MixtureNoise noise;
+  SoftDraws draws;
   const auto epoch = [&] {
     std::vector<std::size_t> used;
     double loss = 0.0;
@@ -330,10 +410,11 @@ TEST(RolloutGradient, LeavesNothingOnTheTape) {
     }
     VectorXd gradient;
     int failed = 0;
-    const std::vector<MixtureDraw> draws(8, DrawNoise(3, 2, &random));
+    DrawNoise(8, 3, 2, &random, &noise);
+    draws.Draw(mixture, noise, 2.0 / 3.0);
     MixtureLossGradient(*pendulum.rollouts, pendulum.all,
-                        *pendulum.transformation, {}, mixture, 2.0 / 3.0, draws,
-                        &loss, &failed, &gradient);
+                        *pendulum.transformation, {}, draws, &loss, &failed,
+                        &gradient);
     EXPECT_EQ(LastTapeUse().nodes_left, 0u);
     used.push_back(LastTapeUse().last_call);
     return used;

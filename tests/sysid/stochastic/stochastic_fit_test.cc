@@ -130,6 +130,23 @@ TEST(FitAdam, IsPulledByAPrior) {
   EXPECT_NEAR(EstimateOf(fit, "link2.length").value, 0.45, 1e-3);
 }
 
+// EstimationOptions::threads, --threads of the programs, changes no bit.
+TEST(FitGaussianMixture, IsTheSameByOneThreadAndByTwo) {
+  MixtureOptions options = MixtureFromRest();
+  options.adam.epochs = 20;
+  std::vector<MixtureFit> fits;
+  for (const int threads : {1, 2}) {
+    const auto problem = TwoLengths(1e-3, 3);
+    problem->mutable_options()->threads = threads;
+    fits.push_back(FitGaussianMixture(problem.get(), options));
+  }
+  EXPECT_EQ(fits[0].kernels.Pack(), fits[1].kernels.Pack());
+  ASSERT_EQ(fits[0].epochs.size(), fits[1].epochs.size());
+  for (size_t i = 0; i < fits[0].epochs.size(); ++i) {
+    EXPECT_EQ(fits[0].epochs[i].loss, fits[1].epochs[i].loss);
+  }
+}
+
 TEST(FitGaussianMixture, FindsLengthsAndRecordsEveryEpoch) {
   const auto problem = TwoLengths();
   const MixtureFit result =

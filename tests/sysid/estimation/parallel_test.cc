@@ -1,0 +1,126 @@
+#include "sysid/estimation/parallel.h"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+namespace sysid {
+namespace {
+
+using testing::Each;
+using testing::Eq;
+
+TEST(ParallelFor, DoesEverythingOnce) {
+  for (const int threads : {0, 1, 2, 3, 8}) {
+    for (const int count : {0, 1, 2, 100}) {
+      std::vector<std::atomic<int>> times(count);
+      EXPECT_TRUE(ParallelFor(count, threads, [&](int i) {
+        ++times[i];
+        return true;
+      }));
+      for (const auto& t : times) EXPECT_EQ(t, 1);
+    }
+  }
+}
+
+TEST(ParallelFor, SkipsTheRestAfterAFailure) {
+  int done = 0;
+  EXPECT_FALSE(ParallelFor(10, 1, [&](int i) {
+    ++done;
+    return i != 3;
+  }));
+  EXPECT_EQ(done, 4);
+  EXPECT_FALSE(ParallelFor(10, 3, [](int i) { return i != 3; }));
+}
+
+// Both wait until the other has begun: one thread alone would never end.
+TEST(ParallelFor, IsDoneByThreadsAtATime) {
+  for (int round = 0; round < 20; ++round) {
+    std::atomic<int> begun{0};
+    EXPECT_TRUE(ParallelFor(2, 2, [&](int) {
+      ++begun;
+      while (begun < 2) std::this_thread::yield();
+      return true;
+    }));
+  }
+}
+
+TEST(ParallelFor, SaysWhichThreadWorks) {
+  constexpr int kThreads = 3;
+  const std::thread::id caller = std::this_thread::get_id();
+  for (int round = 0; round < 10; ++round) {
+    std::vector<std::atomic<bool>> busy(kThreads);
+    std::atomic<int> shared{0}, strange{0};
+    ParallelFor(30, kThreads, [&](int, int thread) {
+      if ((thread == 0) != (std::this_thread::get_id() == caller)) ++strange;
+      if (busy[thread].exchange(true)) ++shared;
+      std::this_thread::yield();
+      busy[thread] = false;
+      return true;
+    });
+    EXPECT_EQ(shared, 0);
+    EXPECT_EQ(strange, 0);
+  }
+}
+
+// Counted by what is new in each thread: its id may be that of one that ended.
+TEST(ParallelFor, KeepsItsThreads) {
+  constexpr int kRounds = 50;
+  std::atomic<int> born{0};
+  for (int round = 0; round < kRounds; ++round) {
+    std::atomic<int> begun{0};
+    ParallelFor(2, 2, [&](int) {
+      static thread_local bool known = false;
+      if (!known) ++born;
+      known = true;
+      ++begun;
+      while (begun < 2) std::this_thread::yield();
+      return true;
+    });
+  }
+  // Helpers that earlier tests left may take turns.
+  EXPECT_LT(born, kRounds / 2);
+}
+
+TEST(ParallelFor, MayBeNestedAndCalledByManyThreads) {
+  constexpr int kOuter = 8, kInner = 50;
+  std::vector<int> sums(4);
+  std::vector<std::thread> callers;
+  for (int& sum : sums) {
+    callers.emplace_back([&sum] {
+      std::atomic<int> count{0};
+      for (int round = 0; round < 20; ++round) {
+        ParallelFor(kOuter, 3, [&](int) {
+          return ParallelFor(kInner, 2, [&](int) {
+            ++count;
+            return true;
+          });
+        });
+      }
+      sum = count;
+    });
+  }
+  for (std::thread& caller : callers) caller.join();
+  EXPECT_THAT(sums, Each(Eq(20 * kOuter * kInner)));
+}
+
+// The helpers, which use what is the caller's, have ended by then.
+TEST(ParallelFor, PassesOnWhatItsCallerThrows) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> begun{0};
+  const auto both = [&](int) {
+    ++begun;
+    while (begun < 2) std::this_thread::yield();
+    if (std::this_thread::get_id() == caller) {
+      throw std::runtime_error("no more");
+    }
+    return true;
+  };
+  EXPECT_THROW(ParallelFor(2, 2, both), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace sysid
