@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
+#include <string>
 
 #include "models/error.h"
 #include "sysid/estimation/segmentation.h"
@@ -16,6 +18,12 @@ constexpr int kMostSteps = 8;
 // An effect that explains less of the excess over the noise is not what is
 // missing.
 constexpr double kExplains = 0.2;
+
+std::set<std::string> EffectsOf(const Judgement& judgement) {
+  std::set<std::string> names;
+  for (const auto& effect : judgement.added) names.insert(effect->name());
+  return names;
+}
 
 class Search {
  public:
@@ -34,6 +42,9 @@ class Search {
   Screening Screen(const Judgement& judgement) const;
   bool LookBack(const std::vector<std::string>& newest, Judgement* now,
                 std::vector<DiagnosisStep>* steps) const;
+  bool WasHere(const Judgement& judgement) const {
+    return been_.contains(EffectsOf(judgement));
+  }
   Verdict Decide(const Judgement& judgement, const Trial* best) const;
   void Doubt(Diagnosis* diagnosis) const;
   void Shorten(Diagnosis* diagnosis) const;
@@ -44,6 +55,9 @@ class Search {
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
   const DiagnosisOptions& options_;
   const Refitter refits_;
+  // Every model that the search has come from, by its effects: what led on from
+  // there is no reason to go back, or it would go round.
+  std::set<std::set<std::string>> been_;
 };
 
 void Search::Report(const std::string& doing, int step, int of,
@@ -112,7 +126,7 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
     step.train_before = now->train_error();
     step.holdout_before = now->holdout_error();
     const bool needed =
-        !WhyImplausible(without).empty() ||
+        WasHere(without) || !WhyImplausible(without).empty() ||
         without.squares() > (1 + 2 * kMaterial) * now->squares();
     if (!needed) {
       step.predicted = without.train_error();
@@ -133,7 +147,8 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
         }
       }
       const int best = refits_.Choose(trials);
-      if (best < 0 || !refits_.IsBetter(*trials[best].after, *now)) {
+      if (best < 0 || WasHere(*trials[best].after) ||
+          !refits_.IsBetter(*trials[best].after, *now)) {
         AddAlternatives(name, alternatives, steps);
         continue;
       }
@@ -278,6 +293,7 @@ Diagnosis Search::Run() {
   std::optional<Judgement> longer;  // the base in longer segments
   bool joined = false;              // whether `now` was
   for (int step = 0; step < kMostSteps;) {
+    been_.insert(EffectsOf(*now));
     const Screening screening = Screen(*now);
     std::vector<Trial> trials = ProposeEffects(screening);
     refits_.Confirm(*now, &trials);
