@@ -89,8 +89,28 @@ bool IsTold(const Judgement& before, const Judgement& judgement,
   return hidden && !AreAsGood(before, judgement);
 }
 
+// The effect in a model of which another is an extension, or null.
+const Effect* FindPart(const Model& model, const Effect& whole) {
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    if (IsPartOf(effect, whole)) return &effect;
+  }
+  return nullptr;
+}
+
 std::string WhyRefused(const Judgement& before, const Trial& trial) {
+  // A law with more parameters gains something on most machines. Where the one
+  // that is in the model has reached the noise, that is no effect that is
+  // missing.
+  constexpr double kReached = 1.1;
   const Judgement& after = *trial.after;
+  for (const ScreenedEffect& effect : trial.expected) {
+    const Effect* part = FindPart(before.fit.model, *effect.effect);
+    if (part != nullptr && before.train_error() < kReached &&
+        before.holdout_error() < kReached) {
+      return part->name() + " reaches the noise without it";
+    }
+  }
   if (!std::isfinite(after.train_error()) ||
       !std::isfinite(after.holdout_error())) {
     return "the motion does not stay finite with it";
