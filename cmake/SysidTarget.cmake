@@ -36,8 +36,10 @@ function(sysid_compile_options target)
   endif()
   if(SYSID_NATIVE)
     target_compile_options(${target} PRIVATE -march=native)
-    # Users too: Eigen's allocator differs by instruction set, and matrices pass
-    # between them and us (docs/decisions/0003-native-build.md).
+    # Users too: their effects are part of the kernel. And matrices pass between
+    # them and us: Eigen's allocator must not differ where theirs are compiled
+    # for other instructions all the same (docs/decisions/0003-native-build.md).
+    target_compile_definitions(${target} PUBLIC EIGEN_MALLOC_ALREADY_ALIGNED=0)
     if(PROJECT_IS_TOP_LEVEL)
       target_compile_options(${target} INTERFACE
         $<INSTALL_INTERFACE:-march=native>)
@@ -53,10 +55,10 @@ function(sysid_compile_options target)
     target_compile_definitions(${target} PUBLIC
       $<BUILD_INTERFACE:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
   endif()
-  # Debian's libceres is built for SSE2: Eigen's objects and its allocator must
-  # agree with it about alignment, whatever we compile for, and its inline
-  # functions must not be taken from our objects (hence hidden). Public: who
-  # links the library agrees too (docs/decisions/0003-native-build.md).
+  # Debian's libceres is built for SSE2: Eigen's objects must agree with it about
+  # alignment, whatever we compile for, and its inline functions must not be
+  # taken from our objects (hence hidden). Public: who links the library agrees
+  # too (docs/decisions/0003-native-build.md).
   target_compile_definitions(${target} PUBLIC EIGEN_MAX_ALIGN_BYTES=16)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF
