@@ -1,6 +1,6 @@
 // Panel 6: add an effect, remove it again, and see the error fall.
 import {candidateName, modelWithId} from '../data';
-import {fmt, fmtSeconds, fmtTimes, fmtUnit} from '../format';
+import {fmtError, fmtSeconds, fmtTimes, fmtUnit} from '../format';
 import type {ModelData, PageData, StudioEvent} from '../page_data';
 import {Waterfall, type Fall} from '../plots/waterfall';
 import {add, cancel, isRunning, refusal, remove} from '../server';
@@ -37,7 +37,7 @@ function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
       {model.candidates.slice(0, kOffered).map(c => {
         const name = candidateName(c);
         return <li key={name}><button type="button" class="primary" disabled={busy} onClick={() => void add(model.id, name)}>Add {name}</button>
-          <span class="note">predicted {fmt(model.trainError, 3)} → {fmtTimes(c.predictedError)}</span></li>;
+          <span class="note">predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span></li>;
       })}
       {model.effects.map(name => <li key={`-${name}`}>
         <button type="button" disabled={busy} onClick={() => void remove(model.id, name)}>Remove {name}</button></li>)}
@@ -72,8 +72,8 @@ function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
         const name = candidateName(c);
         const body = <Command text={c.command} label={`command that adds ${name}`} />;
         return <li key={name}>{i === 0
-          ? <><span>Add {name}: predicted {fmt(model.trainError, 3)} → {fmtTimes(c.predictedError)}</span>{body}</>
-          : <details><summary>Add {name}: predicted {fmt(model.trainError, 3)} → {fmtTimes(c.predictedError)}</summary>{body}</details>}</li>;
+          ? <><span>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span>{body}</>
+          : <details><summary>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</summary>{body}</details>}</li>;
       })}
     </ul>
   );
@@ -99,7 +99,7 @@ function Steps({page}: {page: PageData}) {
       <tbody>{page.steps.map((s, i) => <tr key={i}>
         <th scope="row">{s.title}</th>
         {[s.predicted, s.trainBefore, s.trainAfter, s.holdoutBefore, s.holdoutAfter].map((v, k) =>
-          <td class="number" key={k}>{fmt(v, 3)}</td>)}
+          <td class="number" key={k}>{fmtError(v)}</td>)}
         <td><ShowStep page={page} id={s.model} title={s.title} /></td>
       </tr>)}</tbody>
     </table></div>
