@@ -41,7 +41,9 @@ export class MechanismScene {
     this.ghost = loadRobot(page.mechanism, true);
     this.meshes = this.solid.meshes;
     // Kept, so that the picture is printed.
-    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true, preserveDrawingBuffer: true});
+    const context = canvas.getContext('webgl2', {antialias: true, alpha: true, preserveDrawingBuffer: true});
+    if (!context) throw new Error('no WebGL');
+    this.renderer = new WebGLRenderer({canvas, context});
     const size = this.solid.size;
     const [low, high] = this.solid.heights;
     this.grid = niceStep(size / 5);

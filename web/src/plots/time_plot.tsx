@@ -40,16 +40,18 @@ export function TimePlot(props: TimePlotProps) {
   const host = useRef<HTMLDivElement>(null);
   const {times, curves, cuts} = props;
   useEffect(() => {
-    let plot = make(host.current!, props);
+    // Kept: observers may still report once the reference is empty.
+    const element = host.current!;
+    let plot = make(element, props);
     const again = () => {
       plot.destroy();
-      plot = make(host.current!, props);
+      plot = make(element, props);
     };
     const observer = new ResizeObserver(() => {
-      const width = host.current!.clientWidth;
+      const width = element.clientWidth;
       if (width && width !== plot.width) again();
     });
-    observer.observe(host.current!);
+    observer.observe(element);
     const stop = [
       zoom.subscribe(() => refill(plot, props)),
       cursor.subscribe(() => placeCursor(plot)),
