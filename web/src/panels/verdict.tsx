@@ -35,10 +35,10 @@ export function Verdict({page}: {page: PageData}) {
   );
 }
 
-function Tile({name, value, note, children}: {
-  name: string; value: ComponentChildren; note?: string; children?: ComponentChildren;
+function Tile({name, value, note, children, isName}: {
+  name: string; value: ComponentChildren; note?: string; children?: ComponentChildren; isName?: boolean;
 }) {
-  return <div class="tile"><dt>{name}</dt><dd><span class="big">{value}</span>{note && <span class="note">{note}</span>}{children}</dd></div>;
+  return <div class="tile"><dt>{name}</dt><dd><span class={isName ? 'big name' : 'big'}>{value}</span>{note && <span class="note">{note}</span>}{children}</dd></div>;
 }
 
 function WorstTile({page, model}: {page: PageData; model: ModelData}) {
@@ -52,7 +52,7 @@ function WorstTile({page, model}: {page: PageData; model: ModelData}) {
     document.getElementById('compare')?.scrollIntoView();
   };
   return (
-    <Tile name="Worst channel" value={channel.name}
+    <Tile name="Worst channel" isName value={channel.name}
       note={`${fmtTimes(channel.normalized_rms)}, ${fmtUnit(channel.rms, channel.unit, 3)} rms`}>
       {segment && <span class="note">
         worst in {segment.trajectory} from {fmtTime(segment.t_start)} s to {fmtTime(segment.t_end)} s: {fmtTimes(segment.normalized_rms)}{' '}
@@ -70,7 +70,7 @@ function FirstTile({model, first}: {model: ModelData; first: CandidateData}) {
     + (first.confirmed.togetherWith && `, together with ${first.confirmed.togetherWith}`);
   return (
     <Tile name={model.verdict === 'missing_effect' ? 'First missing effect' : 'Best candidate, which does not explain it'}
-      value={<>{first.effect}<wbr />@{first.target}</>} note={drop}>
+      isName value={<>{first.effect}<wbr />@{first.target}</>} note={drop}>
       {confirmed && <span class="note">{confirmed}</span>}
     </Tile>
   );

@@ -51,7 +51,7 @@ function Phase({page, m, r}: {page: PageData; m: number; r: number}) {
     <div>
       <div class="row"><JointChoice page={page} /><ErrorScale max={max} /></div>
       {layers.length
-        ? <XyChart title={`Phase portrait of ${data.name}, coloured by its error`} xLabel={x} yLabel={y} layers={layers} />
+        ? <XyChart title={`Phase portrait of ${data.name}, coloured by its error`} xLabel={x} yLabel={y} layers={layers} ground />
         : <Empty>{data.name} was not predicted in this run, so that it has no phase portrait.</Empty>}
     </div>
   );

@@ -144,15 +144,22 @@ function dressLink(link: URDFLink, own: MeshLambertMaterial, size: number) {
   if (!ends.some(e => e.length() > 1e-9) && com) ends.push(com);
   // The ghost is a halo around the solid one where both agree.
   const radius = size * (own.transparent ? 0.022 : 0.014);
-  link.add(new Mesh(new SphereGeometry(radius * 1.7, 20, 14), own));
-  for (const end of ends) {
-    if (end.length() > 1e-9) link.add(rod(end, radius, own));
-  }
+  const rods = ends.filter(e => e.length() > 1e-9);
+  if (rods.length) link.add(new Mesh(new SphereGeometry(radius * 1.7, 20, 14), own));
+  for (const end of rods) link.add(rod(end, radius, own));
+  if ((link as Object3D as URDFRobot).isURDFRobot && !own.transparent) link.add(plate(radius, own));
   if (com && com.length() > 1e-9) {
     const bob = new Mesh(new SphereGeometry(radius * 2.4, 24, 16), own);
     bob.position.copy(com);
     link.add(bob);
   }
+}
+
+// The fixed base: a plate under its first joint.
+function plate(radius: number, own: MeshLambertMaterial): Mesh {
+  const mesh = new Mesh(new CylinderGeometry(radius * 5, radius * 5, radius * 0.8, 32), own);
+  mesh.rotation.x = Math.PI / 2;
+  return mesh;
 }
 
 // From the origin to `end`.

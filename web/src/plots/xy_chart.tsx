@@ -30,6 +30,7 @@ export interface XyChartProps {
   logX?: boolean;
   logY?: boolean;
   height?: number;
+  ground?: boolean; // light in either theme: for colours that tell amounts
   children?: ComponentChildren; // below the chart
 }
 
@@ -68,6 +69,7 @@ export function XyChart(props: XyChartProps) {
       <div ref={ref}>
         <svg width={width} height={height} viewBox={`0 0 ${width} ${height}`} role="img"
           aria-label={`${props.title}: ${props.yLabel} against ${props.xLabel}`}>
+          {props.ground && <rect class="ground" x={kLeft} y={kTop} width={w} height={h} />}
           {xTicks.map((t, i) => <g key={t}>
             <line class="grid" x1={px(t)} x2={px(t)} y1={kTop} y2={kTop + h} />
             <text x={px(t)} y={kTop + h + 16} text-anchor="middle">{xNames[i]}</text>
