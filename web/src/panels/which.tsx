@@ -51,7 +51,7 @@ export function noCandidates(page: PageData, model: ModelData): string {
 function columns(shown: Set<string>, toggle: (name: string) => void): Column<CandidateData>[] {
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
-      {candidateName(c)}{c.accepted && <span class="badge adequate">accepted</span>}
+      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}
       <span class="law">{c.law}</span>
       <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
         {shown.has(candidateName(c)) ? 'Hide picture' : 'Show picture'}<span class="hidden"> of {candidateName(c)}</span></button></>},
@@ -59,7 +59,7 @@ function columns(shown: Set<string>, toggle: (name: string) => void): Column<Can
     {key: 'expected', name: 'expected parameters', unit: '± 95 %', cell: c => <ul class="plain">{c.expected.map(e =>
       <li key={e.name}>{e.name} <span class="whole">{fmt(e.value)}</span>{' '}
         <span class="whole">{e.stdError !== null && `± ${fmt(1.96 * e.stdError, 2)} `}{unitText(e.unit)}</span>
-        {e.detectable !== null && <span class="note whole">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
+        {e.detectable !== null && <span class="note">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
     {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => fmtP(c.pValue)},
     {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmtError(c.confirmed?.train)},
     {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},

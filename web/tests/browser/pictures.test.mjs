@@ -25,6 +25,10 @@ function misplaced() {
   for (const e of document.querySelectorAll('.panel h2, .panel p, .tile dd, .tile dt, .legend li, .choice, td, th, caption, figcaption')) {
     if (e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0 && getComputedStyle(e).display !== 'inline') found.push(`cut: ${name(e)}`);
   }
+  // A large correlation matrix may scroll.
+  for (const e of document.querySelectorAll('.table-scroll')) {
+    if (e.scrollWidth > e.clientWidth + 1 && !e.querySelector('.matrix')) found.push(`scrolls: ${name(e)}`);
+  }
   for (const svg of document.querySelectorAll('.chart svg[role=img]')) {
     const outer = svg.getBoundingClientRect();
     const boxes = [...svg.querySelectorAll('text')].map(t => ({t, b: t.getBoundingClientRect()})).filter(x => x.b.width > 0);
