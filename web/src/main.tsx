@@ -6,6 +6,7 @@ import {Add} from './panels/add';
 import {Compare} from './panels/compare';
 import {Controls} from './panels/controls';
 import {Mechanism} from './panels/mechanism';
+import {Guard} from './panels/panel';
 import {FirstFit} from './panels/progress';
 import {Parameters} from './panels/parameters';
 import {TakeAway} from './panels/take_away';
@@ -55,16 +56,16 @@ function Panels({data}: {data: PageData}) {
   return <>
     <Controls page={data} />
     <main id="main" tabIndex={-1}>
-      <Verdict page={data} />
+      <Guard><Verdict page={data} /></Guard>
       <div class="beside">
-        <Compare page={data} />
-        <Mechanism page={data} />
+        <Guard><Compare page={data} /></Guard>
+        <Guard><Mechanism page={data} /></Guard>
       </div>
-      <Where page={data} />
-      <Which page={data} />
-      <Add page={data} />
-      <Parameters page={data} />
-      <TakeAway page={data} />
+      <Guard><Where page={data} /></Guard>
+      <Guard><Which page={data} /></Guard>
+      <Guard><Add page={data} /></Guard>
+      <Guard><Parameters page={data} /></Guard>
+      <Guard><TakeAway page={data} /></Guard>
     </main>
   </>;
 }

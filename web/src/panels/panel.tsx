@@ -1,5 +1,5 @@
 // What every panel has: a heading, and a sentence on how to read it.
-import type {ComponentChildren} from 'preact';
+import {Component, type ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
 
 export function Panel({id, title, how, wide, children}: {
@@ -12,6 +12,19 @@ export function Panel({id, title, how, wide, children}: {
       {children}
     </section>
   );
+}
+
+// A panel that fails says so; the others stay.
+export class Guard extends Component<{children: ComponentChildren}, {failure: string}> {
+  state = {failure: ''};
+  componentDidCatch(error: unknown) {
+    console.error(error);
+    this.setState({failure: error instanceof Error ? error.message : String(error)});
+  }
+  render() {
+    if (!this.state.failure) return this.props.children;
+    return <p class="warning" role="alert">A panel cannot be shown: {this.state.failure}.</p>;
+  }
 }
 
 // In place of a panel's figure, why there is none.

@@ -27,7 +27,7 @@ export function Where({page}: {page: PageData}) {
       {map ? <HeatMap map={map} title={`Error of ${page.runs[r].name} by channel and time: ${model.title}`} />
         : <Empty>This model has no prediction of {page.runs[r].name}.</Empty>}
       <div class="grid-of-charts">
-        <Phase page={page} m={m} r={r} />
+        {page.mechanism.joints.length > 0 && <Phase page={page} m={m} r={r} />}
         <Horizon page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       </div>
       <Force page={page} model={model} />

@@ -232,6 +232,15 @@ test('a document that cannot be read is named', {skip}, async () => {
   await context.close();
 });
 
+test('a panel that fails says so, and the others stay', {skip}, async () => {
+  const document = planarPage();
+  document.models[0].parameters = null;
+  const {page, context} = await openFile(browser, writeReport('broken.html', document));
+  assert.match(await text(page, 'main'), /A panel cannot be shown/);
+  assert.match(await text(page, '#verdict'), /44\.\d × noise/);
+  await context.close();
+});
+
 test('without WebGL the mechanism says so, and the rest works', {skip}, async () => {
   const plain = await launch({webgl: false});
   try {
