@@ -148,7 +148,8 @@ function dressLink(link: URDFLink, own: MeshLambertMaterial, size: number) {
   if (rods.length) link.add(new Mesh(new SphereGeometry(radius * 1.7, 20, 14), own));
   for (const end of rods) link.add(rod(end, radius, own));
   if ((link as Object3D as URDFRobot).isURDFRobot && !own.transparent) link.add(plate(radius, own));
-  if (com && com.length() > 1e-9) {
+  // A bob where a rod ends in the centre of mass; elsewhere it would clutter.
+  if (com && rods.some(e => e.distanceTo(com) < 1e-6)) {
     const bob = new Mesh(new SphereGeometry(radius * 2.4, 24, 16), own);
     bob.position.copy(com);
     link.add(bob);
