@@ -1,5 +1,5 @@
 // Opens the page in Chromium and watches what it asks for and complains of.
-import {mkdtempSync, readFileSync, writeFileSync} from 'node:fs';
+import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {dirname, join} from 'node:path';
 import {fileURLToPath, pathToFileURL} from 'node:url';
@@ -8,6 +8,7 @@ import {freeze} from '../fixture.mjs';
 const web = join(dirname(fileURLToPath(import.meta.url)), '..', '..');
 export const html = readFileSync(process.env.SYSID_PAGE ?? join(web, 'dist', 'page.html'), 'utf8');
 const folder = mkdtempSync(join(tmpdir(), 'sysid-page-'));
+process.on('exit', () => rmSync(folder, {recursive: true, force: true}));
 
 export function writeReport(name, document) {
   const file = join(folder, name);
