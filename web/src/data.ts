@@ -3,10 +3,12 @@ import type {
   CandidateData, ForceData, ModelData, PageData, RunData, Series,
 } from './page_data';
 
-const decoded = new WeakMap<Series, Float32Array>();
+export type Numbers = Float32Array | Float64Array;
+
+const decoded = new WeakMap<Series, Numbers>();
 
 // Decoded once, however often it is asked for.
-export function decode(series: Series): Float32Array {
+export function decode(series: Series): Numbers {
   let values = decoded.get(series);
   if (!values) {
     const text = atob(series.f32);
@@ -14,6 +16,8 @@ export function decode(series: Series): Float32Array {
     for (let i = 0; i < bytes.length; ++i) bytes[i] = text.charCodeAt(i);
     if (new Uint8Array(new Uint16Array([1]).buffer)[0] !== 1) swapWords(bytes);
     values = new Float32Array(bytes.buffer);
+    const offset = series.offset ?? 0;
+    if (offset !== 0) values = Float64Array.from(values, v => v + offset);
     decoded.set(series, values);
   }
   return values;
@@ -37,7 +41,7 @@ export function checked(page: PageData): PageData {
 }
 
 // The index of the sample nearest to `t`; `times` increases.
-export function nearest(times: Float32Array, t: number): number {
+export function nearest(times: Numbers, t: number): number {
   const i = lowerBound(times, t);
   if (i === 0) return 0;
   if (i === times.length) return times.length - 1;
@@ -52,6 +56,17 @@ export function lowerBound(times: ArrayLike<number>, t: number): number {
     if (times[mid] < t) low = mid + 1; else high = mid;
   }
   return low;
+}
+
+// Of what is there; 0 where nothing is.
+export function meanSquare(series: Series): number {
+  let sum = 0, n = 0;
+  for (const v of decode(series)) {
+    if (Number.isNaN(v)) continue;
+    sum += v * v;
+    n += 1;
+  }
+  return n ? sum / n : 0;
 }
 
 export function duration(run: RunData): [number, number] {
@@ -99,7 +114,7 @@ export function channelLabel(c: {name: string; kind?: string}): string {
 }
 
 // |residual| at each sample over all channels that tell of `joint`.
-export function jointError(page: PageData, model: number, run: number, joint: string): Float32Array {
+export function jointError(page: PageData, model: number, run: number, joint: string): Numbers {
   const channels = page.runs[run].channels;
   const out = new Float32Array(decode(page.runs[run].t).length).fill(NaN);
   const count = new Uint16Array(out.length);

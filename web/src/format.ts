@@ -15,12 +15,22 @@ export function fmt(x: number | null | undefined, digits = 4): string {
 // With the unit, without one for "-" and "".
 export function fmtUnit(x: number | null | undefined, unit: string, digits = 4): string {
   const text = fmt(x, digits);
-  return text === '–' || unit === '' || unit === '-' ? text : `${text} ${unit}`;
+  return text === '–' || unit === '' || unit === '-' ? text : `${text} ${unitText(unit)}`;
 }
 
-// An error as a multiple of the noise.
+// With real exponents: "m/s^2" is m/s².
+export function unitText(unit: string): string {
+  return unit.replaceAll('^2', '²').replaceAll('^3', '³');
+}
+
+// An error as a multiple of the noise, with its zeros: 1.00.
+export function fmtError(x: number | null | undefined): string {
+  if (x === null || x === undefined || !Number.isFinite(x)) return '–';
+  return x >= 0.01 && x < 1000 ? x.toPrecision(3) : fmt(x, 3);
+}
+
 export function fmtTimes(x: number | null | undefined): string {
-  const text = fmt(x, 3);
+  const text = fmtError(x);
   return text === '–' ? text : `${text} × noise`;
 }
 
@@ -30,6 +40,22 @@ export function fmtP(p: number | null): string {
   return p < 1e-12 ? '< 1e-12' : fmt(p, 2);
 }
 
+// A time of a run in s, to the millisecond.
+export function fmtTime(t: number): string {
+  return Number.isFinite(t) ? String(Number(t.toFixed(3))) : '–';
+}
+
+// Ticks with as many places as tell them apart.
+export function fmtTicks(ticks: number[]): string[] {
+  if (ticks.length < 2) return ticks.map(t => fmt(t));
+  const step = Math.abs(ticks[1] - ticks[0]);
+  const largest = Math.max(...ticks.map(Math.abs));
+  if (!(step > 0) || (largest < 1e-3 || step >= 1e5)) return ticks.map(t => fmt(t, 3));
+  const places = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+  return ticks.map(t => String(Number(t.toFixed(places))));
+}
+
+// A time that passes.
 export function fmtSeconds(s: number): string {
   return s < 60 ? `${s.toFixed(1)} s`
                 : `${Math.floor(s / 60)} min ${Math.floor(s % 60)} s`;

@@ -6,6 +6,7 @@ import {Add} from './panels/add';
 import {Compare} from './panels/compare';
 import {Controls} from './panels/controls';
 import {Mechanism} from './panels/mechanism';
+import {FirstFit} from './panels/progress';
 import {Parameters} from './panels/parameters';
 import {TakeAway} from './panels/take_away';
 import {Verdict} from './panels/verdict';
@@ -32,7 +33,8 @@ function App() {
     <Header data={data} />
     {failure && !data && <p class="warning" role="alert">{failure}</p>}
     {data && data.models.length > 0 && data.runs.length > 0 && <Panels data={data} />}
-    {data && !(data.models.length && data.runs.length) && <p class="warning">This document holds no fitted model and run.</p>}
+    {data && data.live && !data.models.length && <FirstFit />}
+    {data && !data.live && !(data.models.length && data.runs.length) && <p class="warning">This document holds no fitted model and run.</p>}
   </>;
 }
 

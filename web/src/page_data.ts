@@ -3,9 +3,11 @@
 // are SI and finite or null; `error`s and residuals are normalised (1 is the
 // noise floor) unless a name says otherwise.
 
-// Little-endian float32, base64; what is missing is NaN.
+// Little-endian float32, base64; what is missing is NaN. To each value `offset`
+// is to be added: for times that float32 cannot hold.
 export interface Series {
   f32: string;
+  offset?: number;
 }
 
 export interface PageData {
@@ -123,7 +125,12 @@ export interface CandidateData {
   predictedError: number | null;
   expected: { name: string; unit: string; value: number; stdError: number | null; detectable: number | null }[];
   // After a refit; null where it was not refitted.
-  confirmed: { train: number; holdout: number | null; parameters: { name: string; unit: string; value: number }[] } | null;
+  confirmed: {
+    train: number;
+    holdout: number | null;
+    parameters: { name: string; unit: string; value: number }[];
+    togetherWith: string; // "", or the other effect, where only both help; `command` adds both
+  } | null;
   accepted: boolean;
   refused: string; // why a refit was not accepted, "" else
   indistinguishableFrom: string[];

@@ -76,6 +76,8 @@ async function post(path: string, body: object) {
 
 export const add = (model: number, effect: string) => post('/api/add', {model, effect});
 export const remove = (model: number, effect: string) => post('/api/remove', {model, effect});
+// Of the model as given, where there is none.
+export const start = () => post('/api/start', {});
 export const cancel = () => post('/api/cancel', {});
 
 export function fileAddress(model: number, name: string): string {

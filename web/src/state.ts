@@ -43,7 +43,7 @@ export const theme = new Store<Theme>('light');
 
 export function shownRange(): [number, number] {
   if (zoom.value) return zoom.value;
-  return page.value ? duration(page.value.runs[run.value]) : [0, 1];
+  return page.value?.runs.length ? duration(page.value.runs[run.value]) : [0, 1];
 }
 
 export function setCursor(t: number) {
@@ -104,11 +104,11 @@ export function timeKey(event: KeyboardEvent) {
 
 // A new document: the first, or after a fit (what is seen stays where it can).
 export function showPage(data: PageData, model?: number) {
-  const first = page.value === null;
+  const first = !page.value?.models.length;
   const index = model === undefined ? -1 : data.models.findIndex(m => m.id === model);
   page.set(data);
   if (first || index >= 0) {
-    compared.set(index >= 0 ? current.value : data.compared);
+    compared.set(first ? data.compared : current.value);
     current.set(index >= 0 ? index : data.current);
   }
   current.set(Math.min(current.value, Math.max(0, data.models.length - 1)));

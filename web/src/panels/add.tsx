@@ -1,11 +1,12 @@
 // Panel 6: add an effect, remove it again, and see the error fall.
 import {candidateName, modelWithId} from '../data';
-import {fmt, fmtSeconds, fmtTimes, fmtUnit} from '../format';
-import type {ModelData, PageData, StudioEvent} from '../page_data';
+import {fmtError, fmtTimes, fmtUnit} from '../format';
+import type {CandidateData, ModelData, PageData} from '../page_data';
 import {Waterfall, type Fall} from '../plots/waterfall';
-import {add, cancel, isRunning, refusal, remove} from '../server';
+import {add, isRunning, refusal, remove} from '../server';
 import {compared, current, studio, useStore} from '../state';
 import {Choice, Command, Empty, Panel} from './panel';
+import {Progress} from './progress';
 import {noCandidates} from './which';
 
 const kOffered = 8;
@@ -35,9 +36,9 @@ function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
     {model.candidates.length === 0 && <Empty>{noCandidates(page, model)}</Empty>}
     <ul class="offers">
       {model.candidates.slice(0, kOffered).map(c => {
-        const name = candidateName(c);
+        const name = toAdd(c);
         return <li key={name}><button type="button" class="primary" disabled={busy} onClick={() => void add(model.id, name)}>Add {name}</button>
-          <span class="note">predicted {fmt(model.trainError, 3)} → {fmtTimes(c.predictedError)}</span></li>;
+          <span class="note">predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span></li>;
       })}
       {model.effects.map(name => <li key={`-${name}`}>
         <button type="button" disabled={busy} onClick={() => void remove(model.id, name)}>Remove {name}</button></li>)}
@@ -45,23 +46,10 @@ function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
   </>;
 }
 
-function Progress({event}: {event: StudioEvent}) {
-  switch (event.type) {
-    case 'progress':
-      return (
-        <div class="progress" role="group" aria-label="Fit in progress">
-          <p role="status"><strong>{event.title}</strong>: {event.doing}, {fmtSeconds(event.elapsed_s)}
-            {event.of > 0 && `, iteration ${event.iteration} of at most ${event.of}`}
-            {event.error !== null && `, error ${fmtTimes(event.error)}`}</p>
-          <progress max={event.of || undefined} value={event.of ? event.iteration : undefined} aria-label={event.title} />
-          <button type="button" onClick={() => void cancel()}>Cancel</button>
-        </div>
-      );
-    case 'cancelled': return <p class="warning" role="status">The fit was cancelled; the models are as before.</p>;
-    case 'failed': return <p class="warning" role="alert">The fit failed: {event.error}{event.hint && ` (${event.hint})`}</p>;
-    case 'done': return <p role="status">Done: the new model is shown.</p>;
-    default: return null;
-  }
+// With the other effect where only both help.
+function toAdd(c: CandidateData): string {
+  const other = c.confirmed?.togetherWith;
+  return other ? `${candidateName(c)},${other}` : candidateName(c);
 }
 
 function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
@@ -69,11 +57,11 @@ function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
   return (
     <ul class="offers frozen">
       {model.candidates.slice(0, kOffered).map((c, i) => {
-        const name = candidateName(c);
+        const name = toAdd(c);
         const body = <Command text={c.command} label={`command that adds ${name}`} />;
         return <li key={name}>{i === 0
-          ? <><span>Add {name}: predicted {fmt(model.trainError, 3)} → {fmtTimes(c.predictedError)}</span>{body}</>
-          : <details><summary>Add {name}: predicted {fmt(model.trainError, 3)} → {fmtTimes(c.predictedError)}</summary>{body}</details>}</li>;
+          ? <><span>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span>{body}</>
+          : <details><summary>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</summary>{body}</details>}</li>;
       })}
     </ul>
   );
@@ -99,7 +87,7 @@ function Steps({page}: {page: PageData}) {
       <tbody>{page.steps.map((s, i) => <tr key={i}>
         <th scope="row">{s.title}</th>
         {[s.predicted, s.trainBefore, s.trainAfter, s.holdoutBefore, s.holdoutAfter].map((v, k) =>
-          <td class="number" key={k}>{fmt(v, 3)}</td>)}
+          <td class="number" key={k}>{fmtError(v)}</td>)}
         <td><ShowStep page={page} id={s.model} title={s.title} /></td>
       </tr>)}</tbody>
     </table></div>

@@ -1,7 +1,7 @@
 // Panel 2: measured against predicted, and the residual below it.
 import {useEffect, useMemo, useRef} from 'preact/hooks';
-import {channelLabel, decode, nearest} from '../data';
-import {fmt, fmtUnit} from '../format';
+import {channelLabel, decode, nearest, type Numbers} from '../data';
+import {fmt, fmtTime, fmtUnit} from '../format';
 import type {PageData} from '../page_data';
 import {compared, current, cursor, run, useStore} from '../state';
 import {TimePlot, type Curve} from '../plots/time_plot';
@@ -67,17 +67,17 @@ function Channel({page, r, pair, channel, component, name, last}: {
     <div class="channel">
       <h3>{name}</h3>
       <Readout data={data} unit={unit} />
-      <TimePlot label={unit === '-' ? 'value, –' : `value, ${unit}`} times={data.times} curves={data.values} cuts={data.cuts}
+      <TimePlot label={unit === '-' ? 'value, no unit' : `value, ${unit}`} times={data.times} curves={data.values} cuts={data.cuts}
         height={150} timeAxis={false} description={`${name} over time, measured and predicted`} />
-      <TimePlot label="residual" times={data.times} curves={data.residual} cuts={data.cuts} band={2}
-        height={last ? 124 : 94} timeAxis={last} description={`Residual of ${name} over time, in units of the noise`} />
+      <TimePlot label="residual, × noise" times={data.times} curves={data.residual} cuts={data.cuts} band={2}
+        height={last ? 146 : 116} timeAxis={last} description={`Residual of ${name} over time, in units of the noise`} />
     </div>
   );
 }
 
 // The numbers at the cursor, as text.
 function Readout({data, unit}: {
-  data: {times: Float32Array; values: Curve[]; residual: Curve[]}; unit: string;
+  data: {times: Numbers; values: Curve[]; residual: Curve[]}; unit: string;
 }) {
   const ref = useRef<HTMLParagraphElement>(null);
   useEffect(() => {
@@ -89,7 +89,7 @@ function Readout({data, unit}: {
         if (k === 0) return `measured ${value}`;
         return `${c.label} ${value} (${fmt(data.residual[n - k].values[i], 3)} × noise)`;
       });
-      if (ref.current) ref.current.textContent = `at ${data.times[i].toFixed(2)} s: ${parts.join('; ')}`;
+      if (ref.current) ref.current.textContent = `at ${fmtTime(data.times[i])} s: ${parts.join('; ')}`;
     };
     write();
     return cursor.subscribe(write);

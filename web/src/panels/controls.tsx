@@ -1,6 +1,6 @@
 // What all panels share: the run, the models, the time cursor.
 import {duration} from '../data';
-import {fmt} from '../format';
+import {fmtTime} from '../format';
 import type {PageData} from '../page_data';
 import {
   compared, current, cursor, panBy, playing, run, setCursor, setRun, setZoom,
@@ -33,7 +33,7 @@ export function Controls({page}: {page: PageData}) {
 
 function ZoomRange({page, r}: {page: PageData; r: number}) {
   const range = useStore(zoom) ?? duration(page.runs[r]);
-  return <output class="zoom-range" aria-label="Times shown">{fmt(range[0])} s to {fmt(range[1])} s</output>;
+  return <output class="zoom-range" aria-label="Times shown">{fmtTime(range[0])} s to {fmtTime(range[1])} s</output>;
 }
 
 function Playback({page, r}: {page: PageData; r: number}) {

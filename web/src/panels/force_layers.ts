@@ -1,6 +1,6 @@
 // The unexplained force of a joint against a quantity, with laws over it.
 import {kOkabeIto} from '../colors';
-import {candidateName, decode, forceName, quantityUnit, type Quantity} from '../data';
+import {candidateName, decode, forceName, quantityUnit, type Numbers, type Quantity} from '../data';
 import type {CandidateData, ForceData, ModelData, PageData, Series} from '../page_data';
 import type {Layer} from '../plots/xy_chart';
 
@@ -31,14 +31,15 @@ export function forceLayers(model: ModelData, place: string, quantity: Quantity,
     label: 'unexplained force', color: 'var(--measured)', kind: 'points', size: 4, opacity: 0.7,
     x, y: join(f => f.value), error: join(f => f.std),
   };
-  return [dots, ...laws.map(c => {
+  // The dots last, over the laws.
+  return [...laws.map(c => {
     const y = join((_, i) => c.force[i]);
     return lawLayer(c, x, y, kOkabeIto[(order.indexOf(c) + 1) % kOkabeIto.length]);
-  })];
+  }), dots];
 }
 
 // What one of several runs lacks is missing, and the others keep their places.
-function padded(values: Float32Array, n: number): number[] {
+function padded(values: Numbers, n: number): number[] {
   return Array.from({length: n}, (_, i) => i < values.length ? values[i] : NaN);
 }
 
@@ -54,5 +55,5 @@ function lawLayer(c: CandidateData, x: number[], y: number[], color: string): La
     if (i) way += Math.abs(v - sy[i - 1]);
   });
   const curve = way <= 6 * (high - low);
-  return {label: candidateName(c), color, x: sx, y: sy, kind: curve ? 'line' : 'points', size: curve ? 2.5 : 4};
+  return {label: candidateName(c), color, x: sx, y: sy, kind: curve ? 'line' : 'points', size: curve ? 2.5 : 4, opacity: curve ? 1 : 0.6};
 }

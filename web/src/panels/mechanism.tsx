@@ -27,12 +27,13 @@ export function Mechanism({page}: {page: PageData}) {
       return;
     }
     const made = scene.current;
+    const view = canvas.current!.parentElement!;
     const resize = () => {
-      const width = canvas.current!.parentElement!.clientWidth;
+      const width = view.clientWidth;
       if (width) made.resize(width, Math.min(560, Math.max(320, width * 0.6)));
     };
     const observer = new ResizeObserver(resize);
-    observer.observe(canvas.current!.parentElement!);
+    observer.observe(view);
     resize();
     const stop = [
       cursor.subscribe(t => made.at(t)),

@@ -25,7 +25,7 @@ export function Choice<T extends string | number>({label, value, options, onChan
   return (
     <label class="choice">
       <span>{label}</span>
-      <select value={String(value)} onChange={e => {
+      <select aria-label={label} value={String(value)} onChange={e => {
         const text = (e.currentTarget as HTMLSelectElement).value;
         const option = options.find(o => String(o.value) === text);
         if (option) onChange(option.value);

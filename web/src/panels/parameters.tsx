@@ -1,7 +1,7 @@
 // Panel 7: what was estimated, how well, and how the solvers got there.
 import {useState} from 'preact/hooks';
 import {diverging, kOkabeIto} from '../colors';
-import {fmt, list} from '../format';
+import {fmt, list, unitText} from '../format';
 import type {ModelData, PageData, ParameterData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
 import {current, useStore} from '../state';
@@ -11,7 +11,7 @@ const kHow = 'Where the interval is narrow, the data determine the parameter. On
 
 const kColumns: Column<ParameterData>[] = [
   {key: 'name', name: 'parameter', sort: p => p.name, cell: p => <>{p.name}{p.ofEffect && <span class="law">of {p.ofEffect}</span>}</>},
-  {key: 'unit', name: 'unit', cell: p => p.unit || '–'},
+  {key: 'unit', name: 'unit', cell: p => unitText(p.unit) || '–'},
   {key: 'initial', name: 'start', number: true, sort: p => p.initial, cell: p => fmt(p.initial)},
   {key: 'value', name: 'value', number: true, sort: p => p.value, cell: p => fmt(p.value, 6)},
   {key: 'std', name: 'standard error', number: true, sort: p => p.stdError, cell: p => fmt(p.stdError, 2)},
@@ -32,7 +32,7 @@ export function Parameters({page}: {page: PageData}) {
   return (
     <Panel id="parameters" title="7 Parameters" how={kHow} wide>
       {model.parameters.length
-        ? <DataTable caption={`Parameters of ${model.title}`} columns={kColumns} rows={model.parameters} rowKey={p => p.name} />
+        ? <DataTable caption={`Parameters; model: ${model.title}`} columns={kColumns} rows={model.parameters} rowKey={p => p.name} />
         : <Empty>Nothing was free in this fit: --free names what to fit.</Empty>}
       {model.notIdentifiable.map(g => <p class="doubt" key={g.join()}>The data do not tell {list(g)} {g.length > 1 ? 'apart: only a combination of them is known' : 'at all'}.</p>)}
       <div class="grid-of-charts">

@@ -1,7 +1,7 @@
 // Panel 1: how good is the model, in one sentence and a few numbers.
 import type {ComponentChildren} from 'preact';
-import {candidateName, worstChannel, worstSegment} from '../data';
-import {fmt, fmtTimes, fmtUnit, list} from '../format';
+import {candidateName, positionUnit, worstChannel, worstSegment} from '../data';
+import {fmt, fmtError, fmtTime, fmtTimes, fmtUnit, list} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {current, setCursor, setRun, setZoom, useStore} from '../state';
 import {Panel} from './panel';
@@ -24,9 +24,9 @@ export function Verdict({page}: {page: PageData}) {
         <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} />
         <Tile name="Error of the held-out runs" value={fmtTimes(model.holdoutError)}
           note={model.holdoutError === null ? 'nothing was held out' : ''} />
-        <Tile name="Noise" value={fmtUnit(page.noise, noiseUnit(page), 3)} note="standard deviation of a measured position" />
-        <WorstTile page={page} model={model} />
         {first && model.verdict !== 'adequate' && <FirstTile model={model} first={first} />}
+        <WorstTile page={page} model={model} />
+        <Tile name="Noise" value={fmtUnit(page.noise, positionUnit(page), 3)} note="standard deviation of a measured position" />
       </dl>
       <CannotBeTold model={model} />
       {[...model.doubts, ...page.notices].map(d => <p class="doubt" key={d}>{d}</p>)}
@@ -35,15 +35,10 @@ export function Verdict({page}: {page: PageData}) {
   );
 }
 
-function noiseUnit(page: PageData): string {
-  const units = new Set(page.mechanism.joints.map(j => j.type === 'spherical' ? 'rad' : j.unit));
-  return units.size === 1 ? [...units][0] : 'rad or m';
-}
-
-function Tile({name, value, note, children}: {
-  name: string; value: string; note?: string; children?: ComponentChildren;
+function Tile({name, value, note, children, isName}: {
+  name: string; value: ComponentChildren; note?: string; children?: ComponentChildren; isName?: boolean;
 }) {
-  return <div class="tile"><dt>{name}</dt><dd><span class="big">{value}</span>{note && <span class="note">{note}</span>}{children}</dd></div>;
+  return <div class="tile"><dt>{name}</dt><dd><span class={isName ? 'big name' : 'big'}>{value}</span>{note && <span class="note">{note}</span>}{children}</dd></div>;
 }
 
 function WorstTile({page, model}: {page: PageData; model: ModelData}) {
@@ -57,10 +52,10 @@ function WorstTile({page, model}: {page: PageData; model: ModelData}) {
     document.getElementById('compare')?.scrollIntoView();
   };
   return (
-    <Tile name="Worst channel" value={channel.name}
+    <Tile name="Worst channel" isName value={channel.name}
       note={`${fmtTimes(channel.normalized_rms)}, ${fmtUnit(channel.rms, channel.unit, 3)} rms`}>
       {segment && <span class="note">
-        worst in {segment.trajectory} from {fmt(segment.t_start)} s to {fmt(segment.t_end)} s: {fmtTimes(segment.normalized_rms)}{' '}
+        worst in {segment.trajectory} from {fmtTime(segment.t_start)} s to {fmtTime(segment.t_end)} s: {fmtTimes(segment.normalized_rms)}{' '}
         {index >= 0 && <button type="button" onClick={show}>Show it</button>}
       </span>}
     </Tile>
@@ -69,12 +64,13 @@ function WorstTile({page, model}: {page: PageData; model: ModelData}) {
 
 function FirstTile({model, first}: {model: ModelData; first: CandidateData}) {
   const drop = first.predictedError === null ? ''
-    : `predicted: ${fmt(model.trainError, 3)} → ${fmtTimes(first.predictedError)}`;
+    : `predicted: ${fmtError(model.trainError)} → ${fmtTimes(first.predictedError)}`;
   const confirmed = first.confirmed && `after a refit: ${fmtTimes(first.confirmed.train)}`
-    + (first.confirmed.holdout === null ? '' : `, held out ${fmtTimes(first.confirmed.holdout)}`);
+    + (first.confirmed.holdout === null ? '' : `, held out ${fmtTimes(first.confirmed.holdout)}`)
+    + (first.confirmed.togetherWith && `, together with ${first.confirmed.togetherWith}`);
   return (
     <Tile name={model.verdict === 'missing_effect' ? 'First missing effect' : 'Best candidate, which does not explain it'}
-      value={candidateName(first)} note={drop}>
+      isName value={<>{first.effect}<wbr />@{first.target}</>} note={drop}>
       {confirmed && <span class="note">{confirmed}</span>}
     </Tile>
   );
@@ -101,7 +97,7 @@ function Channels({model}: {model: ModelData}) {
         <caption>Errors over segments of {fmt(model.segment_s)} s, each predicted from its own state</caption>
         <thead><tr><th scope="col">channel</th><th scope="col" class="number">error, × noise</th><th scope="col" class="number">rms</th><th scope="col" class="number">noise</th></tr></thead>
         <tbody>{model.channels.map(c => <tr key={c.name}>
-          <th scope="row">{c.name}</th><td class="number">{fmt(c.normalized_rms, 3)}</td>
+          <th scope="row">{c.name}</th><td class="number">{fmtError(c.normalized_rms)}</td>
           <td class="number">{fmtUnit(c.rms, c.unit, 3)}</td><td class="number">{fmtUnit(c.noise, c.unit, 3)}</td>
         </tr>)}</tbody>
       </table></div>

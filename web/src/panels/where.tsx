@@ -3,9 +3,9 @@
 import {useMemo, useState} from 'preact/hooks';
 import {cividis, errorFraction, kOkabeIto} from '../colors';
 import {
-  candidateName, decode, errorMap, forceName, jointError, positionUnit, tilt,
+  candidateName, decode, errorMap, forceName, jointError, meanSquare, positionUnit, tilt,
 } from '../data';
-import {fmtTimes} from '../format';
+import {fmtTimes, unitText} from '../format';
 import type {ForceData, JointData, ModelData, PageData} from '../page_data';
 import {ErrorScale, HeatMap} from '../plots/heat_map';
 import {XyChart, type Layer} from '../plots/xy_chart';
@@ -24,10 +24,9 @@ export function Where({page}: {page: PageData}) {
   const map = useMemo(() => model.predictions[r] ? errorMap(page, m, r, kMapColumns) : null, [page, m, r]);
   return (
     <Panel id="where" title="4 Where" how={kHow} wide>
+      {map ? <HeatMap map={map} title={`Error of ${page.runs[r].name} by channel and time: ${model.title}`} />
+        : <Empty>This model has no prediction of {page.runs[r].name}.</Empty>}
       <div class="grid-of-charts">
-        <div class="span">{map
-          ? <HeatMap map={map} title={`Error of ${page.runs[r].name} by channel and time: ${model.title}`} />
-          : <Empty>This model has no prediction of {page.runs[r].name}.</Empty>}</div>
         <Phase page={page} m={m} r={r} />
         <Horizon page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       </div>
@@ -50,10 +49,9 @@ function Phase({page, m, r}: {page: PageData; m: number; r: number}) {
     ? ['tilt, rad', 'angular speed, rad/s'] : [`position, ${data.unit}`, `velocity, ${data.unit}/s`];
   return (
     <div>
-      <JointChoice page={page} />
-      <ErrorScale max={max} />
+      <div class="row"><JointChoice page={page} /><ErrorScale max={max} /></div>
       {layers.length
-        ? <XyChart title={`Phase portrait of ${data.name}, coloured by its error`} xLabel={x} yLabel={y} layers={layers} />
+        ? <XyChart title={`Phase portrait of ${data.name}, coloured by its error`} xLabel={x} yLabel={y} layers={layers} ground />
         : <Empty>{data.name} was not predicted in this run, so that it has no phase portrait.</Empty>}
     </div>
   );
@@ -139,7 +137,7 @@ function Force({page, model}: {page: PageData; model: ModelData}) {
           const layers = forceLayers(model, place, quantity, laws.filter(c => on.includes(candidateName(c))), laws);
           return layers
             ? <XyChart key={quantity} title={`Unexplained force of ${place} against ${quantity}`}
-                xLabel={quantityName(page, model, place, quantity)} yLabel={`force, ${unitOf(model, place)}`} layers={layers} rules={[{y: 0, label: ''}]} />
+                xLabel={quantityName(page, model, place, quantity)} yLabel={`force, ${unitText(unitOf(model, place))}`} layers={layers} rules={[{y: 0, label: ''}]} />
             : <Empty key={quantity}>No {quantity} of {place} was recorded, so that nothing can be drawn against it.</Empty>;
         })}
       </div>
@@ -154,8 +152,7 @@ function unitOf(model: ModelData, place: string): string {
 function strongest(force: ForceData[]): string | undefined {
   let best: string | undefined, most = -1;
   for (const f of force) {
-    const v = decode(f.value);
-    const power = v.reduce((s, x) => s + (Number.isFinite(x) ? x * x : 0), 0) / Math.max(1, v.length);
+    const power = meanSquare(f.value);
     if (power > most) [best, most] = [forceName(f), power];
   }
   return best;

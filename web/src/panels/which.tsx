@@ -1,7 +1,7 @@
 // Panel 5: which effect is missing.
 import {useState} from 'preact/hooks';
-import {candidateName, decode, forceName, lawQuantity} from '../data';
-import {fmt, fmtP, fmtUnit, list} from '../format';
+import {candidateName, forceName, lawQuantity, meanSquare} from '../data';
+import {fmt, fmtError, fmtP, fmtUnit, list, unitText} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
 import {current, useStore} from '../state';
@@ -31,7 +31,7 @@ export function Which({page}: {page: PageData}) {
         <button type="button" onClick={() => setOpen(new Set(all))}>Show all pictures</button>
         <button type="button" onClick={() => setOpen(new Set())}>Hide all pictures</button>
       </p>
-      <DataTable caption={`Candidates for ${model.title}, best first`} rows={model.candidates} rowKey={candidateName}
+      <DataTable caption={`Candidates, best first; model: ${model.title}`} rows={model.candidates} rowKey={candidateName}
         columns={columns(shown, toggle)}
         detail={c => shown.has(candidateName(c)) ? <Picture page={page} model={model} candidate={c} /> : null} />
     </Panel>
@@ -52,21 +52,19 @@ function columns(shown: Set<string>, toggle: (name: string) => void): Column<Can
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
       {candidateName(c)}{c.accepted && <span class="badge adequate">accepted</span>}
-      <span class="law">{c.law}</span></>},
-    {key: 'predicted', name: 'predicted', unit: '× noise', number: true, sort: c => c.predictedError, cell: c => fmt(c.predictedError, 3)},
+      <span class="law">{c.law}</span>
+      <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
+        {shown.has(candidateName(c)) ? 'Hide picture' : 'Show picture'}<span class="hidden"> of {candidateName(c)}</span></button></>},
+    {key: 'predicted', name: 'predicted', unit: '× noise', number: true, sort: c => c.predictedError, cell: c => fmtError(c.predictedError)},
     {key: 'expected', name: 'expected parameters', unit: '± 95 %', cell: c => <ul class="plain">{c.expected.map(e =>
-      <li key={e.name}>{e.name} {fmt(e.value)}{e.stdError !== null && ` ± ${fmt(1.96 * e.stdError, 2)}`} {e.unit}
-        {e.detectable !== null && <span class="note">seen from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
+      <li key={e.name}>{e.name} <span class="whole">{fmt(e.value)}</span>{' '}
+        <span class="whole">{e.stdError !== null && `± ${fmt(1.96 * e.stdError, 2)} `}{unitText(e.unit)}</span>
+        {e.detectable !== null && <span class="note whole">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
     {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => fmtP(c.pValue)},
-    {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmt(c.confirmed?.train, 3)},
-    {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmt(c.confirmed?.holdout, 3)},
+    {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmtError(c.confirmed?.train)},
+    {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
     {key: 'same', name: 'cannot be told from', cell: c => c.indistinguishableFrom.length
       ? <>{list(c.indistinguishableFrom)}{c.separatedBy && <span class="note">what would: {c.separatedBy}</span>}</> : '–'},
-    {key: 'picture', name: 'picture', cell: c => {
-      const name = candidateName(c);
-      return <button type="button" aria-expanded={shown.has(name)} onClick={() => toggle(name)}>
-        {shown.has(name) ? 'Hide' : 'Show'}<span class="hidden"> picture of {name}</span></button>;
-    }},
   ];
 }
 
@@ -79,7 +77,7 @@ function Picture({page, model, candidate}: {page: PageData; model: ModelData; ca
     <div>
       {candidate.refused && <p class="doubt">Not accepted: {candidate.refused}</p>}
       {candidate.confirmed && <p class="note">After the refit: {list(candidate.confirmed.parameters.map(
-        p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}.</p>}
+        p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}{candidate.confirmed.togetherWith && `, together with ${candidate.confirmed.togetherWith}, as neither helps alone`}.</p>}
       {places.length === 0 && <Empty>{name} does not act as a force on a joint that can be drawn, or no unexplained force was found: judge it by its errors.</Empty>}
       <div class="grid-of-charts">
         {places.map(place => {
@@ -87,7 +85,7 @@ function Picture({page, model, candidate}: {page: PageData; model: ModelData; ca
           const used = forceLayers(model, place, quantity, [candidate], [candidate]) ? quantity : 'velocity';
           const layers = forceLayers(model, place, used, [candidate], [candidate]);
           return layers && <XyChart key={place} title={`Unexplained force of ${place}, and ${name} with its expected parameters`}
-            xLabel={quantityName(page, model, place, used)} yLabel={`force, ${unit}`} layers={layers} rules={[{y: 0, label: ''}]} />;
+            xLabel={quantityName(page, model, place, used)} yLabel={`force, ${unitText(unit)}`} layers={layers} rules={[{y: 0, label: ''}]} />;
         })}
       </div>
     </div>
@@ -98,7 +96,7 @@ function Picture({page, model, candidate}: {page: PageData; model: ModelData; ca
 function strongestPlaces(model: ModelData, c: CandidateData): string[] {
   const power = new Map<string, number>();
   c.force.forEach((series, i) => {
-    const sum = decode(series).reduce((s, v) => s + (Number.isFinite(v) ? v * v : 0), 0);
+    const sum = meanSquare(series);
     const place = model.force[i] && forceName(model.force[i]);
     if (place && sum > 0) power.set(place, (power.get(place) ?? 0) + sum);
   });

@@ -1,13 +1,13 @@
 // Fewer samples with the same picture: the smallest and the largest value of
 // every pixel, in the order in which they come.
-import {lowerBound} from '../data';
+import {lowerBound, type Numbers} from '../data';
 
 // `x` and one array for each series; null is a gap.
 export type Aligned = [number[], ...(number | null)[][]];
 
 // Of x[i0, i1), with a sample more on each side so that lines leave the
 // picture; at most 2 * buckets points.
-export function decimate(x: Float32Array, series: Float32Array[], from: number,
+export function decimate(x: Numbers, series: Numbers[], from: number,
                          to: number, buckets: number): Aligned {
   const i0 = Math.max(0, lowerBound(x, from) - 1);
   const i1 = Math.min(x.length, lowerBound(x, to) + 2);
@@ -36,7 +36,7 @@ function gap(v: number): number | null {
   return Number.isNaN(v) ? null : v;
 }
 
-function extremes(s: Float32Array, a: number, e: number): [number | null, number | null] {
+function extremes(s: Numbers, a: number, e: number): [number | null, number | null] {
   let low = -1, high = -1;
   for (let i = a; i < e; ++i) {
     const v = s[i];

@@ -1,7 +1,7 @@
 // Where the error is: a row for each channel, a column for each piece of time.
 import {cividis, errorFraction} from '../colors';
 import type {ErrorMap} from '../data';
-import {fmt, fmtTimes} from '../format';
+import {fmtTicks, fmtTime, fmtTimes} from '../format';
 import {cursor, setCursor, timeKey, useStore} from '../state';
 import {scaleOf} from './axes';
 import {useWidth} from './xy_chart';
@@ -20,6 +20,7 @@ export function HeatMap({map, title}: {map: ErrorMap; title: string}) {
     return t0 + (e.clientX - box.left) / box.width * (t1 - t0);
   };
   const ticks = scaleOf([t0, t1], false).ticks.filter(t => t >= t0 && t <= t1);
+  const tickNames = fmtTicks(ticks);
   return (
     <figure class="chart">
       <figcaption>{title}</figcaption>
@@ -32,11 +33,11 @@ export function HeatMap({map, title}: {map: ErrorMap; title: string}) {
             {row.map((v, c) => Number.isFinite(v) && (
               <rect key={c} x={px(map.edges[c])} y={r * kRow + 1} width={w / row.length + 0.5} height={kRow - 2}
                 fill={cividis(errorFraction(v, map.max))}>
-                <title>{`${map.rows[r]}, ${fmt(map.edges[c], 3)} s to ${fmt(map.edges[c + 1], 3)} s: ${fmtTimes(v)}`}</title>
+                <title>{`${map.rows[r]}, ${fmtTime(map.edges[c])} s to ${fmtTime(map.edges[c + 1])} s: ${fmtTimes(v)}`}</title>
               </rect>
             ))}
           </g>)}
-          {ticks.map(t => <text key={t} x={px(t)} y={h + 16} text-anchor="middle">{fmt(t)}</text>)}
+          {ticks.map((t, i) => <text key={t} x={px(t)} y={h + 16} text-anchor="middle">{tickNames[i]}</text>)}
           <text x={left + w / 2} y={h + 34} text-anchor="middle">t, s</text>
           <CursorMark px={px} height={h} />
           <rect class="catcher" x={left} y={0} width={w} height={h}

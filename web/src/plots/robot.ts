@@ -1,8 +1,9 @@
 // A URDF as an object of three.js: urdf-loader reads it, and links without a
 // <visual> become rods from joint to joint.
 import {
-  Color, CylinderGeometry, Group, Mesh, MeshLambertMaterial, Object3D,
-  Quaternion, SphereGeometry, Vector3,
+  BackSide, Color, CylinderGeometry, Group, Mesh, MeshLambertMaterial, Object3D,
+  Quaternion, SphereGeometry,
+  FrontSide, Vector3,
 } from 'three';
 import URDFLoader from 'urdf-loader';
 import type {URDFJoint, URDFLink, URDFRobot} from 'urdf-loader';
@@ -11,6 +12,7 @@ import type {JointData, MechanismData} from '../page_data';
 export interface Robot {
   root: Object3D;
   size: number; // m
+  heights: [number, number]; // m, lowest and highest point at rest
   meshes: string[]; // that could not be loaded
   set(joint: number, q: ArrayLike<number>): void;
   paint(joint: number, color: [number, number, number]): void;
@@ -26,12 +28,12 @@ export function loadRobot(mechanism: MechanismData, ghost: boolean): Robot {
   };
   const robot = loader.parse(mechanism.urdf);
   robot.updateMatrixWorld(true);
-  const size = extent(robot);
+  const {size, heights} = extent(robot);
   const joints = mechanism.joints.map(j => find(robot, j));
   const materials = dress(robot, joints, ghost, size);
   const turn = new Quaternion();
   return {
-    root: robot, size, meshes,
+    root: robot, size, heights, meshes,
     set(i, q) {
       const {joint, rest} = joints[i];
       if (mechanism.joints[i].type === 'spherical') {
@@ -73,17 +75,23 @@ function find(robot: URDFRobot, data: JointData): Placed {
 const isLink = (o: Object3D): o is URDFLink => (o as URDFLink).isURDFLink === true;
 const isJoint = (o: Object3D): o is URDFJoint => (o as URDFJoint).isURDFJoint === true;
 
-// The farthest that any joint, frame or centre of mass is from the base.
-function extent(robot: URDFRobot): number {
+// The farthest that any joint, frame or centre of mass is from the base, and
+// how low and high they are.
+function extent(robot: URDFRobot): {size: number; heights: [number, number]} {
   const base = robot.getWorldPosition(new Vector3());
-  let reach = 0;
+  let reach = 0, low = base.z, high = base.z;
+  const take = (p: Vector3) => {
+    reach = Math.max(reach, p.distanceTo(base));
+    low = Math.min(low, p.z);
+    high = Math.max(high, p.z);
+  };
   robot.traverse(o => {
     if (!isLink(o) && !isJoint(o)) return;
-    reach = Math.max(reach, o.getWorldPosition(new Vector3()).distanceTo(base));
+    take(o.getWorldPosition(new Vector3()));
     const com = isLink(o) ? centreOfMass(o) : null;
-    if (com) reach = Math.max(reach, o.localToWorld(com).distanceTo(base));
+    if (com) take(o.localToWorld(com));
   });
-  return reach || 1;
+  return {size: reach || 1, heights: [low, high]};
 }
 
 function centreOfMass(link: URDFLink): Vector3 | null {
@@ -113,8 +121,10 @@ function material(ghost: boolean, rgb: [number, number, number]) {
   return new MeshLambertMaterial({
     color: new Color().setRGB(rgb[0] / 255, rgb[1] / 255, rgb[2] / 255, 'srgb'),
     transparent: ghost,
-    opacity: ghost ? 0.4 : 1,
+    opacity: ghost ? 0.6 : 1,
     depthWrite: !ghost,
+    // The far side only, so that the ghost does not cover the solid one.
+    side: ghost ? BackSide : FrontSide,
   });
 }
 
@@ -132,16 +142,24 @@ function dressLink(link: URDFLink, own: MeshLambertMaterial, size: number) {
   const ends = link.children.filter(isJoint).map(j => j.position.clone());
   const com = centreOfMass(link);
   if (!ends.some(e => e.length() > 1e-9) && com) ends.push(com);
-  const radius = size * 0.014;
-  link.add(new Mesh(new SphereGeometry(radius * 1.7, 20, 14), own));
-  for (const end of ends) {
-    if (end.length() > 1e-9) link.add(rod(end, radius, own));
-  }
+  // The ghost is a halo around the solid one where both agree.
+  const radius = size * (own.transparent ? 0.022 : 0.014);
+  const rods = ends.filter(e => e.length() > 1e-9);
+  if (rods.length) link.add(new Mesh(new SphereGeometry(radius * 1.7, 20, 14), own));
+  for (const end of rods) link.add(rod(end, radius, own));
+  if ((link as Object3D as URDFRobot).isURDFRobot && !own.transparent) link.add(plate(radius, own));
   if (com && com.length() > 1e-9) {
     const bob = new Mesh(new SphereGeometry(radius * 2.4, 24, 16), own);
     bob.position.copy(com);
     link.add(bob);
   }
+}
+
+// The fixed base: a plate under its first joint.
+function plate(radius: number, own: MeshLambertMaterial): Mesh {
+  const mesh = new Mesh(new CylinderGeometry(radius * 5, radius * 5, radius * 0.8, 32), own);
+  mesh.rotation.x = Math.PI / 2;
+  return mesh;
 }
 
 // From the origin to `end`.

@@ -41,17 +41,22 @@ export class MechanismScene {
     this.ghost = loadRobot(page.mechanism, true);
     this.meshes = this.solid.meshes;
     // Kept, so that the picture is printed.
-    this.renderer = new WebGLRenderer({canvas, antialias: true, alpha: true, preserveDrawingBuffer: true});
+    const context = canvas.getContext('webgl2', {antialias: true, alpha: true, preserveDrawingBuffer: true});
+    if (!context) throw new Error('no WebGL');
+    this.renderer = new WebGLRenderer({canvas, context});
     const size = this.solid.size;
-    this.grid = niceStep(size / 4);
-    const squares = Math.ceil(2.4 * size / this.grid / 2) * 2;
+    const [low, high] = this.solid.heights;
+    this.grid = niceStep(size / 5);
+    const squares = Math.ceil(1.6 * size / this.grid / 2) * 2;
     this.lines = new GridHelper(squares * this.grid, squares);
     this.lines.rotation.x = Math.PI / 2;
+    this.lines.position.z = low;
     const sun = new DirectionalLight(0xffffff, 2);
     sun.position.set(1, -2, 3);
     this.scene.add(this.solid.root, this.ghost.root, this.lines, sun, new AmbientLight(0xffffff, 1.4));
     this.orbit = new Orbit(this.camera, () => this.draw());
-    this.orbit.distance = size * 3.4;
+    this.orbit.centre = [0, 0, (low + high) / 2];
+    this.orbit.distance = Math.max(size, high - low) * 2.6;
     this.camera.near = size / 100;
     this.camera.far = size * 100;
     this.orbit.listen(canvas);
@@ -125,7 +130,7 @@ export class MechanismScene {
   }
 
   drawNow() {
-    const color = new Color(css('--grid'));
+    const color = new Color(css('--floor'));
     const lines = this.lines.material;
     lines.vertexColors = false;
     lines.color = color;

@@ -5,12 +5,14 @@ import {
   cursor, panBy, playing, printing, setCursor, setZoom, shownRange, theme,
   timeKey, zoom, zoomBy,
 } from '../state';
+import type {Numbers} from '../data';
+import {fmtTicks} from '../format';
 import {decimate} from './decimate';
 
 export interface Curve {
   label: string;
   color: string; // a colour, or a CSS variable "--name"
-  values: Float32Array;
+  values: Numbers;
   width?: number;
   dash?: number[];
   dots?: boolean; // the samples, where they are few enough to be seen
@@ -19,7 +21,7 @@ export interface Curve {
 export interface TimePlotProps {
   label: string; // for the axis: "q, rad"
   description: string; // for a screen reader
-  times: Float32Array;
+  times: Numbers;
   curves: Curve[];
   cuts: number[];
   band?: number; // shades -band..band
@@ -27,7 +29,7 @@ export interface TimePlotProps {
   timeAxis: boolean;
 }
 
-const kAxisWidth = 64;
+const kAxisWidth = 78;
 
 export function css(name: string): string {
   return name.startsWith('--')
@@ -38,16 +40,18 @@ export function TimePlot(props: TimePlotProps) {
   const host = useRef<HTMLDivElement>(null);
   const {times, curves, cuts} = props;
   useEffect(() => {
-    let plot = make(host.current!, props);
+    // Kept: observers may still report once the reference is empty.
+    const element = host.current!;
+    let plot = make(element, props);
     const again = () => {
       plot.destroy();
-      plot = make(host.current!, props);
+      plot = make(element, props);
     };
     const observer = new ResizeObserver(() => {
-      const width = host.current!.clientWidth;
+      const width = element.clientWidth;
       if (width && width !== plot.width) again();
     });
-    observer.observe(host.current!);
+    observer.observe(element);
     const stop = [
       zoom.subscribe(() => refill(plot, props)),
       cursor.subscribe(() => placeCursor(plot)),
@@ -82,11 +86,12 @@ function make(host: HTMLElement, props: TimePlotProps): uPlot {
     },
     scales: {x: {time: false}},
     axes: [
-      {...axis, show: props.timeAxis, label: props.timeAxis ? 't, s' : undefined,
-       labelSize: 18, size: 30, labelGap: 0, font: '12px sans-serif', labelFont: '12px sans-serif'},
+      {...axis, label: props.timeAxis ? 't, s' : undefined, labelSize: 18, labelGap: 0,
+       size: props.timeAxis ? 30 : 0, font: '12px sans-serif', labelFont: '12px sans-serif',
+       values: (_: uPlot, v: number[]) => props.timeAxis ? fmtTicks(v) : v.map(() => '')},
       {...axis, label: props.label, size: kAxisWidth - 18, labelSize: 18, labelGap: 0,
-       font: '12px sans-serif', labelFont: '12px sans-serif', space: 28,
-       values: (_: uPlot, v: number[]) => v.map(x => String(Number(x.toPrecision(6))))},
+       font: '12px sans-serif', labelFont: '12px sans-serif', space: 20,
+       values: (_: uPlot, v: number[]) => fmtTicks(v)},
     ],
     series: [
       {},
@@ -144,6 +149,9 @@ function refill(plot: uPlot, props: TimePlotProps) {
     plot.setScale('x', {min, max});
   });
   placeCursor(plot);
+  // What tests read.
+  plot.root.dataset.range = `${min} ${max}`;
+  plot.root.dataset.points = String(plot.data[0].length);
 }
 
 function placeCursor(plot: uPlot) {

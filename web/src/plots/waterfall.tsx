@@ -1,6 +1,6 @@
 // How the error falls from step to step, as bars: what is left, and above it,
 // outlined, what the step took away.
-import {fmt} from '../format';
+import {fmt, fmtError} from '../format';
 import {scaleOf} from './axes';
 import {Legend, useWidth} from './xy_chart';
 
@@ -31,7 +31,7 @@ export function Waterfall({falls}: {falls: Fall[]}) {
         <rect x={x} y={py(before)} width={bar} height={py(value) - py(before)} fill="none" stroke={color} stroke-dasharray="4 3" />}
       <rect x={x} y={py(value)} width={bar} height={py(0) - py(value)} fill={color} />
       {hatch && <rect x={x} y={py(value)} width={bar} height={py(0) - py(value)} fill="url(#hatch)" />}
-      <text x={x + bar / 2} y={py(value) - 4} text-anchor="middle">{fmt(value, 3)}</text>
+      <text x={x + bar / 2} y={py(value) - 4} text-anchor="middle">{fmtError(value)}</text>
     </>;
   return (
     <figure class="chart">

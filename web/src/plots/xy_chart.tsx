@@ -1,7 +1,7 @@
 // A small chart of points and lines (SVG): prints sharply, follows the theme.
 import type {ComponentChildren} from 'preact';
 import {useEffect, useRef, useState} from 'preact/hooks';
-import {fmt} from '../format';
+import {fmt, fmtTicks} from '../format';
 import {scaleOf} from './axes';
 
 export interface Layer {
@@ -30,6 +30,7 @@ export interface XyChartProps {
   logX?: boolean;
   logY?: boolean;
   height?: number;
+  ground?: boolean; // light in either theme: for colours that tell amounts
   children?: ComponentChildren; // below the chart
 }
 
@@ -60,6 +61,7 @@ export function XyChart(props: XyChartProps) {
   const py = (y: number) => kTop + (1 - sy.at(y)) * h;
   const xTicks = thin(sx.ticks, Math.max(2, Math.floor(w / 58)));
   const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
+  const xNames = names(xTicks, sx.log), yNames = names(yTicks, sy.log);
   return (
     <figure class="chart">
       <figcaption>{props.title}</figcaption>
@@ -67,13 +69,14 @@ export function XyChart(props: XyChartProps) {
       <div ref={ref}>
         <svg width={width} height={height} viewBox={`0 0 ${width} ${height}`} role="img"
           aria-label={`${props.title}: ${props.yLabel} against ${props.xLabel}`}>
-          {xTicks.map(t => <g key={t}>
+          {props.ground && <rect class="ground" x={kLeft} y={kTop} width={w} height={h} />}
+          {xTicks.map((t, i) => <g key={t}>
             <line class="grid" x1={px(t)} x2={px(t)} y1={kTop} y2={kTop + h} />
-            <text x={px(t)} y={kTop + h + 16} text-anchor="middle">{fmt(t)}</text>
+            <text x={px(t)} y={kTop + h + 16} text-anchor="middle">{xNames[i]}</text>
           </g>)}
-          {yTicks.map(t => <g key={t}>
+          {yTicks.map((t, i) => <g key={t}>
             <line class="grid" x1={kLeft} x2={kLeft + w} y1={py(t)} y2={py(t)} />
-            <text x={kLeft - 6} y={py(t) + 4} text-anchor="end">{fmt(t)}</text>
+            <text x={kLeft - 6} y={py(t) + 4} text-anchor="end">{yNames[i]}</text>
           </g>)}
           <text x={kLeft + w / 2} y={height - 6} text-anchor="middle">{props.xLabel}</text>
           <text transform={`translate(14 ${kTop + h / 2}) rotate(-90)`} text-anchor="middle">{props.yLabel}</text>
@@ -89,6 +92,10 @@ export function XyChart(props: XyChartProps) {
       {props.children}
     </figure>
   );
+}
+
+function names(ticks: number[], log: boolean): string[] {
+  return log ? ticks.map(t => fmt(t)) : fmtTicks(ticks);
 }
 
 function thin(ticks: number[], most: number): number[] {

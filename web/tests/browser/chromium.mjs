@@ -15,7 +15,7 @@ export function launch({webgl = true} = {}) {
     args: [
       // Chromium refuses its sandbox to root.
       ...(process.getuid?.() === 0 ? ['--no-sandbox'] : []),
-      ...(webgl ? ['--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader']
+      ...(webgl ? ['--enable-unsafe-swiftshader', '--disable-gpu-compositing']
         : ['--disable-gpu', '--disable-3d-apis']),
     ],
   });
