@@ -53,8 +53,26 @@ constexpr char kHelp[] =
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
+// The fit for the page and the files.
+PageFit Show(const Session& session, const ShootingProblem& problem,
+             const Fit& fit, const Holdout* holdout, const AddedEffects* added,
+             const MixtureFit* mixture) {
+  PageFit shown;
+  shown.title = "the fit";
+  shown.session = &session;
+  shown.problem = &problem;
+  shown.fit = &fit;
+  shown.holdout = holdout;
+  shown.added = added;
+  shown.mixture = mixture;
+  shown.with_prediction_csv = true;
+  shown.next_command = CommandFromFlags("sysid_diagnose") +
+                       FlagWith("add", "") + FlagWith("fix", "");
+  return shown;
+}
+
 // The names of what was written, in a line.
-std::string WriteOutputs(const PageSource& source, const PageFit& fit) {
+std::string WriteOutputs(const PageFit& fit) {
   const std::filesystem::path out = FLAGS_out;
   std::vector<std::string> names;
   for (const ModelFile& file : ModelFiles()) {
@@ -62,6 +80,9 @@ std::string WriteOutputs(const PageSource& source, const PageFit& fit) {
                         ModelFileText(fit, file.name));
     names.push_back(file.name);
   }
+  PageSource source = PageFromFlags("sysid_fit", *fit.session);
+  source.train = fit.problem;
+  source.holdout = &fit.session->holdout;
   if (WriteReport([&] { return FitPage(source, fit); })) {
     names.push_back("report.html");
   }
@@ -144,22 +165,11 @@ int Main() {
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
-  const MixtureFit* draws = mixture ? &*mixture : nullptr;
-  const std::string json = FitJson(session, problem, fit, held, tried, draws);
+  const PageFit shown =
+      Show(session, problem, fit, held, tried, mixture ? &*mixture : nullptr);
+  const std::string json = ModelFileText(shown, "fit.json");
   std::string written;
-  if (!FLAGS_out.empty()) {
-    PageSource source = PageFromFlags("sysid_fit", session);
-    source.train = &problem;
-    source.holdout = &session.holdout;
-    PageFit shown{0, "the fit", &session, &problem, &fit};
-    shown.holdout = held;
-    shown.added = tried;
-    shown.mixture = draws;
-    shown.with_prediction_csv = true;
-    shown.next_command = CommandFromFlags("sysid_diagnose") +
-                         FlagWith("add", "") + FlagWith("fix", "");
-    written = WriteOutputs(source, shown);
-  }
+  if (!FLAGS_out.empty()) written = WriteOutputs(shown);
   if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
   if (to_stdout) {
     WriteStdout(json);

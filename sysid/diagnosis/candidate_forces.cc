@@ -119,8 +119,7 @@ void AddMotion(const ShootingProblem& problem,
       continue;
     }
     for (const double t : curve->t) {
-      curve->effort.push_back(
-          data->run.effort(RowBefore(data->run, t), place));
+      curve->effort.push_back(data->run.effort(RowBefore(data->run, t), place));
     }
   }
 }
@@ -146,13 +145,13 @@ std::vector<ParameterForces> ForcesOf(const Judgement& judgement,
     }
   }
   std::vector<ParameterForces> forces(stretches.size());
-  ParallelFor(
-      static_cast<int>(stretches.size()),
-      judgement.problem->options().threads, [&](int s) {
-        forces[s] = DifferenceOfForces(
-            model, map, off, on, *stretches[s].rollout, stretches[s].tangent);
-        return true;
-      });
+  ParallelFor(static_cast<int>(stretches.size()),
+              judgement.problem->options().threads, [&](int s) {
+                forces[s] = DifferenceOfForces(model, map, off, on,
+                                               *stretches[s].rollout,
+                                               stretches[s].tangent);
+                return true;
+              });
   return forces;
 }
 
@@ -184,12 +183,11 @@ void AddForcesToCompare(const Judgement& judgement, int count,
     for (const ForceCurve& curve : *curves) {
       const int place =
           BodyOf(problem.model(), curve.joint).v_index + Component(curve);
-      candidate.force.push_back(
-          Follow(problem, stretches, curve.trajectory,
-                 [&](const Stretch&, size_t s, int i) {
-                   return forces[s].f[i](place, 0);
-                 })
-              .At(curve.t));
+      candidate.force.push_back(Follow(problem, stretches, curve.trajectory,
+                                       [&](const Stretch&, size_t s, int i) {
+                                         return forces[s].f[i](place, 0);
+                                       })
+                                    .At(curve.t));
     }
   }
 }

@@ -72,7 +72,8 @@ RowMatrixXd ShownChannel::Show(const RowMatrixXd& values,
     if (!values.row(k).allFinite()) {
       shown.row(k).setConstant(kNone);
     } else if (orientation_ == OrientationResidual::kHeading) {
-      shown.row(k) = (ToMatrix(ToQuaternion(values.row(k))) * axis_).transpose();
+      shown.row(k) =
+          (ToMatrix(ToQuaternion(values.row(k))) * axis_).transpose();
     } else {
       if (near != nullptr && near->row(k).allFinite()) {
         last = near->row(k).transpose();

@@ -25,9 +25,7 @@ Json MechanismJson(const Model& model) {
 }
 
 // An error of no runs at all is none.
-Json ErrorOr(double error) {
-  return error > 0 ? Finite(error) : Json(nullptr);
-}
+Json ErrorOr(double error) { return error > 0 ? Finite(error) : Json(nullptr); }
 
 // What the effects of --add did to the model without them.
 Json AddedStep(const AddedEffects& added, int model) {
@@ -64,9 +62,8 @@ JudgedModel OpenJudgement(const Session& session,
   judged.session.runs.clear();  // those of the problem count
   judged.session.holdout.clear();
   if (!problem.holdout.empty() && !judgement.holdout_point.runs.empty()) {
-    judged.holdout =
-        OpenHoldout(judgement.fit.model, problem.holdout, *judgement.problem,
-                    judgement.fit.segment_s);
+    judged.holdout = OpenHoldout(judgement.fit.model, problem.holdout,
+                                 *judgement.problem, judgement.fit.segment_s);
     judged.holdout->errors = judgement.holdout;
     judged.holdout->point = judgement.holdout_point;
   }

@@ -59,8 +59,9 @@ std::string WhyNoPage() {
 }
 
 std::string ReportHtml(const Json& page) {
-  const std::string element = "<script id=\"page-data\" "
-                              "type=\"application/json\">";
+  const std::string element =
+      "<script id=\"page-data\" "
+      "type=\"application/json\">";
   std::string html = LivePage();
   const size_t at = html.find(element);
   if (at == std::string::npos) return "";

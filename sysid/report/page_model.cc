@@ -125,12 +125,11 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["holdoutError"] = fit.holdout
                               ? Finite(fit.holdout->errors.total.normalized_rms)
                               : Json(nullptr);
-  model["verdict"] = diagnosis ? Json(ToString(diagnosis->verdict)) : Json(nullptr);
-  model["sentence"] = diagnosis
-                          ? DiagnosisSentence(*diagnosis)
-                          : FitSentence(*fit.problem, found, fit.holdout);
-  model["doubts"] =
-      diagnosis ? diagnosis->doubts : std::vector<std::string>();
+  model["verdict"] =
+      diagnosis ? Json(ToString(diagnosis->verdict)) : Json(nullptr);
+  model["sentence"] = diagnosis ? DiagnosisSentence(*diagnosis)
+                                : FitSentence(*fit.problem, found, fit.holdout);
+  model["doubts"] = diagnosis ? diagnosis->doubts : std::vector<std::string>();
   model["segment_s"] = Finite(found.segment_s);
   model["predictions"] = PredictionsJson(source, fit);
   model["channels"] = ToJson(found.train.channels);
@@ -138,8 +137,7 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["horizon"] =
       ToJson(diagnosis ? diagnosis->where.horizon : found.horizon);
   model["parameters"] = ParametersJson(source, fit);
-  model["correlation"] =
-      Correlation(found.covariance(determined, determined));
+  model["correlation"] = Correlation(found.covariance(determined, determined));
   model["correlationNames"] = names;
   model["notIdentifiable"] = found.not_identifiable;
   model["histories"] = {

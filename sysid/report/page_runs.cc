@@ -165,20 +165,20 @@ Json PredictionJson(const std::map<std::string, double>& noise,
     const ShownChannel as(mechanism, channel, orientation);
     channels.push_back(
         {{"predicted", SeriesOfColumns(as.Predicted(values))},
-         {"residual", SeriesOfColumns(as.Difference(values) /
-                                      SigmaOf(noise, channel))}});
+         {"residual",
+          SeriesOfColumns(as.Difference(values) / SigmaOf(noise, channel))}});
   }
   const RowMatrixXd states =
       prediction ? At(place.samples, prediction->states)
                  : RowMatrixXd::Constant(shown.size(),
                                          mechanism.nq + mechanism.nv, kNone);
   const RowMatrixXd q = states.leftCols(mechanism.nq);
-  return {{"cuts", CutsJson(shown, place)},
-          {"channels", channels},
-          {"q", SeriesOfColumns(q)},
-          {"qd", SeriesOfColumns(states.rightCols(mechanism.nv))},
-          {"measuredQ",
-           SeriesOfColumns(MeasuredPositions(mechanism, shown, q))}};
+  return {
+      {"cuts", CutsJson(shown, place)},
+      {"channels", channels},
+      {"q", SeriesOfColumns(q)},
+      {"qd", SeriesOfColumns(states.rightCols(mechanism.nv))},
+      {"measuredQ", SeriesOfColumns(MeasuredPositions(mechanism, shown, q))}};
 }
 
 }  // namespace
@@ -217,8 +217,8 @@ Json PredictionsJson(const PageSource& source, const PageFit& fit) {
   const std::map<std::string, double> noise = NoiseOf(*source.train);
   Json list = Json::array();
   for (const Run* run : ShownRuns(source)) {
-    list.push_back(PredictionJson(noise, *run, fit,
-                                  source.session->options.orientation));
+    list.push_back(
+        PredictionJson(noise, *run, fit, source.session->options.orientation));
   }
   return list;
 }

@@ -41,7 +41,8 @@ std::vector<double> Decode(const Json& series) {
     const std::uint32_t single = bytes[i] | bytes[i + 1] << 8 |
                                  bytes[i + 2] << 16 |
                                  std::uint32_t{bytes[i + 3]} << 24;
-    values.push_back(std::bit_cast<float>(single) + series.value("offset", 0.0));
+    values.push_back(std::bit_cast<float>(single) +
+                     series.value("offset", 0.0));
   }
   return values;
 }
@@ -107,9 +108,9 @@ class DiagnosedPage : public ::testing::Test {
     diagnosis_ = new Diagnosis(
         Diagnose(*problem_, AllCandidates(problem_->model), options));
     final_ = new FinalFit(FitFinal(*session_, *problem_, *diagnosis_));
-    page_ = new Json(DiagnosisPage(
-        SourceOf(*session_, *diagnosis_->base.problem), *problem_, *diagnosis_,
-        final_));
+    page_ =
+        new Json(DiagnosisPage(SourceOf(*session_, *diagnosis_->base.problem),
+                               *problem_, *diagnosis_, final_));
   }
   static void TearDownTestSuite() {
     delete page_;
@@ -156,10 +157,9 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
   EXPECT_EQ(step["trainAfter"], models[1]["trainError"]);
   EXPECT_EQ(step["holdoutAfter"], models[1]["holdoutError"]);
   for (const Json& parameter : models[1]["parameters"]) {
-    EXPECT_EQ(parameter["ofEffect"],
-              parameter["name"] == "joint1.damping"
-                  ? Json("viscous_damping@joint1")
-                  : Json(nullptr));
+    EXPECT_EQ(parameter["ofEffect"], parameter["name"] == "joint1.damping"
+                                         ? Json("viscous_damping@joint1")
+                                         : Json(nullptr));
   }
 }
 
@@ -191,7 +191,8 @@ TEST_F(DiagnosedPage, HasResidualsInUnitsOfTheNoise) {
 
 TEST_F(DiagnosedPage, PredictsWhatTheTableDoes) {
   const Json& model = (*page_)["models"][2];
-  std::istringstream rows(PredictionCsv(*final_->problem, final_->fit, nullptr));
+  std::istringstream rows(
+      PredictionCsv(*final_->problem, final_->fit, nullptr));
   std::string header, row;
   std::getline(rows, header);
   ASSERT_THAT(header, HasSubstr("t,run,t_run,joint1.q.measured,joint1.q.pred"));
@@ -269,8 +270,7 @@ std::map<std::string, std::set<std::string>> Interfaces() {
   std::map<std::string, std::set<std::string>> interfaces;
   std::string line, name;
   std::smatch match;
-  const std::regex begin("export interface (\\w+) \\{"),
-      member("  (\\w+): .*");
+  const std::regex begin("export interface (\\w+) \\{"), member("  (\\w+): .*");
   while (std::getline(file, line)) {
     if (std::regex_match(line, match, begin)) name = match[1];
     if (line == "}") name.clear();
@@ -331,9 +331,9 @@ TEST_F(DiagnosedPage, HasTheFilesOfEveryModel) {
                             model["id"] != (*page_)["current"];
       EXPECT_EQ(file["text"].is_null(), left_out) << file["name"];
     }
-    EXPECT_EQ(Json::parse(model["files"][0]["text"].get<std::string>())
-                  ["effects"],
-              model["effects"]);
+    EXPECT_EQ(
+        Json::parse(model["files"][0]["text"].get<std::string>())["effects"],
+        model["effects"]);
     const size_t n = model["correlationNames"].size();
     ASSERT_EQ(model["correlation"].size(), n);
     for (size_t i = 0; i < n; ++i) {
