@@ -8,6 +8,7 @@
 #include <map>
 
 #include "models/state.h"
+#include "sysid/estimation/holdout.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
