@@ -73,14 +73,19 @@ std::vector<int> Determined(const Fit& fit) {
 }
 
 Json FilesJson(const PageSource& source, const PageFit& fit) {
+  // A table that is larger would be most of the page; it lies beside it.
+  constexpr size_t kLargest = 512 << 10;
   Json list = Json::array();
   for (const ModelFile& file : ModelFiles()) {
-    const bool large = file.name == "prediction.csv";
-    list.push_back({{"name", file.name},
-                    {"type", file.type},
-                    {"text", source.live || (large && !fit.with_prediction_csv)
-                                 ? Json(nullptr)
-                                 : Json(ModelFileText(fit, file.name))}});
+    const bool is_table = file.name == "prediction.csv";
+    Json text = nullptr;
+    if (!source.live && (!is_table || fit.with_prediction_csv)) {
+      text = ModelFileText(fit, file.name);
+      if (is_table && text.get_ref<const std::string&>().size() > kLargest) {
+        text = nullptr;
+      }
+    }
+    list.push_back({{"name", file.name}, {"type", file.type}, {"text", text}});
   }
   return list;
 }
