@@ -104,6 +104,17 @@ PageSource PageFromFlags(const std::string& program, const Session& session) {
   return source;
 }
 
+std::vector<std::string> WriteModelFiles(const PageFit& fit) {
+  const std::filesystem::path out = FLAGS_out;
+  std::vector<std::string> names;
+  for (const ModelFile& file : ModelFiles()) {
+    WriteFileAtomically((out / file.name).string(),
+                        ModelFileText(fit, file.name));
+    names.push_back(file.name);
+  }
+  return names;
+}
+
 bool WriteReport(const std::function<Json()>& page) {
   const std::string missing = WhyNoPage();
   if (!missing.empty()) {

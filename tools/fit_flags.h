@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "gflags/gflags_declare.h"
 #include "sysid/report/page_data.h"
@@ -26,6 +28,9 @@ std::string FlagWith(const std::string& flag, const std::string& more);
 // What the page of a program shows beside its models; `train` and `holdout`
 // are yet to be set.
 PageSource PageFromFlags(const std::string& program, const Session& session);
+
+// Writes the files of a model into --out; their names.
+std::vector<std::string> WriteModelFiles(const PageFit& fit);
 
 // Writes report.html into --out. Where the build has no page it calls nothing
 // but says why on standard error. Whether the report is there.

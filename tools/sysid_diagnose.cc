@@ -59,11 +59,7 @@ void WriteOutputs(const PageSource& source, const DiagnosisProblem& problem,
                   const std::string& json) {
   const std::filesystem::path out = FLAGS_out;
   WriteFileAtomically((out / "diagnosis.json").string(), json);
-  const PageFit fit = ShowFinal(final, 0);
-  for (const ModelFile& file : ModelFiles()) {
-    WriteFileAtomically((out / file.name).string(),
-                        ModelFileText(fit, file.name));
-  }
+  WriteModelFiles(ShowFinal(final, 0));
   WriteReport(
       [&] { return DiagnosisPage(source, problem, diagnosis, &final); });
 }

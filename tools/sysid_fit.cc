@@ -73,13 +73,7 @@ PageFit Show(const Session& session, const ShootingProblem& problem,
 
 // The names of what was written, in a line.
 std::string WriteOutputs(const PageFit& fit) {
-  const std::filesystem::path out = FLAGS_out;
-  std::vector<std::string> names;
-  for (const ModelFile& file : ModelFiles()) {
-    WriteFileAtomically((out / file.name).string(),
-                        ModelFileText(fit, file.name));
-    names.push_back(file.name);
-  }
+  std::vector<std::string> names = WriteModelFiles(fit);
   PageSource source = PageFromFlags("sysid_fit", *fit.session);
   source.train = fit.problem;
   source.holdout = &fit.session->holdout;
