@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "models/error.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/segmentation.h"
 
 namespace sysid {
@@ -48,6 +49,7 @@ class Search {
 
 void Search::Report(const std::string& doing, int step, int of,
                     double error) const {
+  ThrowIfCancelled(problem_.options.stop);
   if (problem_.options.progress) {
     problem_.options.progress({doing, step, of, error});
   }
