@@ -48,21 +48,24 @@ constexpr char kHelp[] =
   --residual heading|rotation    --loss none|huber|cauchy
   --threads N (default: all cores)    --seed N
   --json FILE|-              machine-readable result
-  --out DIR                  fit.json, prediction.csv, identified.urdf
+  --out DIR                  report.html to look at, fit.json, prediction.csv,
+                             identified.urdf
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
-void WriteOutputs(const Session& session, const ShootingProblem& problem,
-                  const Fit& fit, const Holdout* holdout,
-                  const std::string& json) {
+// The names of what was written, in a line.
+std::string WriteOutputs(const PageSource& source, const PageFit& fit) {
   const std::filesystem::path out = FLAGS_out;
-  WriteFileAtomically((out / "fit.json").string(), json);
-  WriteFileAtomically((out / "prediction.csv").string(),
-                      PredictionCsv(problem, fit, holdout));
-  WriteFileAtomically((out / "identified.urdf").string(),
-                      IdentifiedUrdf(session, fit));
-  WriteFileAtomically((out / "identified.sysid.yaml").string(),
-                      IdentifiedSpecification(session, fit));
+  std::vector<std::string> names;
+  for (const ModelFile& file : ModelFiles()) {
+    WriteFileAtomically((out / file.name).string(),
+                        ModelFileText(fit, file.name));
+    names.push_back(file.name);
+  }
+  if (WriteReport([&] { return FitPage(source, fit); })) {
+    names.push_back("report.html");
+  }
+  return Join(names);
 }
 
 // A draw from the mixture a file: sample_1.urdf, ..., and all in samples.csv.
@@ -141,9 +144,22 @@ int Main() {
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
-  const std::string json = FitJson(session, problem, fit, held, tried,
-                                   mixture ? &*mixture : nullptr);
-  if (!FLAGS_out.empty()) WriteOutputs(session, problem, fit, held, json);
+  const MixtureFit* draws = mixture ? &*mixture : nullptr;
+  const std::string json = FitJson(session, problem, fit, held, tried, draws);
+  std::string written;
+  if (!FLAGS_out.empty()) {
+    PageSource source = PageFromFlags("sysid_fit", session);
+    source.train = &problem;
+    source.holdout = &session.holdout;
+    PageFit shown{0, "the fit", &session, &problem, &fit};
+    shown.holdout = held;
+    shown.added = tried;
+    shown.mixture = draws;
+    shown.with_prediction_csv = true;
+    shown.next_command = CommandFromFlags("sysid_diagnose") +
+                         FlagWith("add", "") + FlagWith("fix", "");
+    written = WriteOutputs(source, shown);
+  }
   if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
   if (to_stdout) {
     WriteStdout(json);
@@ -153,10 +169,8 @@ int Main() {
     std::string text = FitText(session, problem, fit, held, tried, colour);
     if (mixture) text += MixtureText(*mixture);
     if (!FLAGS_out.empty()) {
-      text += "  written to " + FLAGS_out +
-              ": fit.json, prediction.csv, identified.urdf, "
-              "identified.sysid.yaml" +
-              SampleFiles() + "\n";
+      text +=
+          "  written to " + FLAGS_out + ": " + written + SampleFiles() + "\n";
     }
     if (FLAGS_sample > 0 && !fit.converged) {
       text += "  the samples are drawn from a mixture that has not converged\n";

@@ -20,9 +20,9 @@ namespace sysid {
 
 // What the models of a page share. Points at what must outlive it.
 struct PageSource {
-  std::string program;  // "sysid_fit"
-  bool live = false;    // whether there is a server to ask
-  std::string command;  // that made the page, for a shell
+  std::string program;               // "sysid_fit"
+  bool live = false;                 // whether there is a server to ask
+  std::string command;               // that made the page, for a shell
   const Session* session = nullptr;  // as opened: the model as given
   // The runs that are shown, whatever a model was fitted to: for a fit those
   // of its problem, for a diagnosis those that it searches. `train` has the
@@ -42,9 +42,8 @@ struct PageFit {
   const Session* session = nullptr;  // with its model, effects, what is free
   const ShootingProblem* problem = nullptr;
   const Fit* fit = nullptr;
-  const Holdout* holdout = nullptr;  // null: no held-out runs
-  // Further solvers' ways, beside that of `fit`.
-  const AddedEffects* added = nullptr;
+  const Holdout* holdout = nullptr;     // null: no held-out runs
+  const AddedEffects* added = nullptr;  // by --add; null: none were
   const MixtureFit* mixture = nullptr;
   // Whether the text of prediction.csv goes in (it is as large as all else); a
   // server has it by its own address.
@@ -64,6 +63,8 @@ JudgedModel OpenJudgement(const Session& session,
                           const DiagnosisProblem& problem,
                           const Judgement& judgement);
 
+PageFit ShowFinal(const FinalFit& final, int id);
+
 // PageData with no models and no steps yet.
 Json PageHeader(const PageSource& source);
 
@@ -71,6 +72,15 @@ Json PageHeader(const PageSource& source);
 // not asked what is missing.
 Json PageModel(const PageSource& source, const PageFit& fit,
                const Diagnosis* diagnosis);
+
+// The files of a model that can be taken away: fit.json, prediction.csv,
+// identified.urdf, identified.sysid.yaml.
+struct ModelFile {
+  std::string name, type;  // "fit.json", "application/json"
+};
+std::vector<ModelFile> ModelFiles();
+// The text of one of them; empty for another name.
+std::string ModelFileText(const PageFit& fit, const std::string& name);
 
 // A StepData: a change that led to model `model`.
 Json PageStep(const DiagnosisStep& step, int model);
