@@ -137,17 +137,17 @@ TEST(StudioServer, RefusesForeignHostsAndOrigins) {
   const auto get = [&](const httplib::Headers& headers) {
     return client.Get("/api/page", headers);
   };
-  for (const std::string host : {ours, "localhost" + port}) {
+  for (const std::string& host : {ours, "localhost" + port}) {
     EXPECT_EQ(get({{"Host", host}})->status, 200) << host;
     EXPECT_EQ(get({{"Host", host}, {"Origin", "http://" + host}})->status, 200);
   }
-  for (const std::string host :
+  for (const std::string& host :
        {std::string("127.0.0.1"), std::string("evil.example"),
         "evil.example" + port, std::string("127.0.0.1:1"), ours + ".evil"}) {
     ExpectRefused(get({{"Host", host}}), 403, "foreign Host", "http://" + ours);
     ExpectRefused(client.Get("/", {{"Host", host}}), 403, "foreign Host");
   }
-  for (const std::string origin :
+  for (const std::string& origin :
        {std::string("null"), std::string("http://evil.example"),
         "https://" + ours, "http://" + ours + "1", ours}) {
     ExpectRefused(get({{"Host", ours}, {"Origin", origin}}), 403,
@@ -169,7 +169,7 @@ TEST(StudioServer, RefusesForeignHostsAndOrigins) {
 TEST(StudioServer, RefusesWhatItDoesNotUnderstand) {
   Served served(RubbingPendulum());
   httplib::Client client = served.Client();
-  for (const std::string type :
+  for (const char* type :
        {"text/plain", "application/x-www-form-urlencoded", ""}) {
     ExpectRefused(client.Post("/api/start", "{}", type), 415, "Content-Type");
   }
