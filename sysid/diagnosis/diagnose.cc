@@ -8,6 +8,7 @@
 
 #include "models/error.h"
 #include "sysid/diagnosis/candidate_forces.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/segmentation.h"
 
 namespace sysid {
@@ -65,6 +66,7 @@ class Search {
 
 void Search::Report(const std::string& doing, int step, int of,
                     double error) const {
+  ThrowIfCancelled(problem_.options.stop);
   if (problem_.options.progress) {
     problem_.options.progress({doing, step, of, error});
   }
