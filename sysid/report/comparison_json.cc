@@ -91,7 +91,7 @@ std::string ComparisonJson(const Session& session,
                                    {"why", u.why}});
   }
   json["trials"] = Json::array();
-  for (const Trial& trial : comparison.trials) {
+  for (const ComparedStart& trial : comparison.trials) {
     Json solvers = Json::array();
     for (size_t s = 0; s < trial.solvers.size(); ++s) {
       const SolverTrial& t = trial.solvers[s];

@@ -117,7 +117,7 @@ std::string TrialTable(const Comparison& comparison) {
     std::vector<std::string> cells;
     for (size_t s = 0; s < comparison.runs.size(); ++s) {
       std::vector<double> values;
-      for (const Trial& trial : comparison.trials) {
+      for (const ComparedStart& trial : comparison.trials) {
         const double value = factor * (trial.solvers[s].*number);
         if (!std::isnan(value)) values.push_back(value);  // no reference
       }
@@ -147,7 +147,7 @@ std::string TrialTable(const Comparison& comparison) {
   for (size_t s = 0; s < comparison.runs.size(); ++s) {
     std::vector<double> at;
     int done = 0;
-    for (const Trial& trial : comparison.trials) {
+    for (const ComparedStart& trial : comparison.trials) {
       at.push_back(trial.solvers[s].settled);
       done += trial.solvers[s].converged;
     }

@@ -167,9 +167,9 @@ Eigen::VectorXd Determined(const SolverRun& lm) {
   return values;
 }
 
-Trial Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
-              const Eigen::VectorXd& start) {
-  Trial trial{seed, start, {}};
+ComparedStart Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
+                      const Eigen::VectorXd& start) {
+  ComparedStart trial{seed, start, {}};
   for (const SolverRun& run : runs) {
     trial.solvers.push_back({run.fit.converged, run.fit.iterations, run.settled,
                              run.fit.evaluations, run.path.back().time_s,

@@ -68,7 +68,7 @@ struct SolverTrial {
 };
 
 // One start.
-struct Trial {
+struct ComparedStart {
   std::uint64_t seed = 1;
   Eigen::VectorXd start;
   std::vector<SolverTrial> solvers;  // in the order of Comparison::runs
@@ -94,7 +94,7 @@ struct Comparison {
   bool reference_is_truth = false;
   std::vector<SolverRun> runs;  // of the given start
   std::vector<UncertaintyComparison> uncertainty;
-  std::vector<Trial> trials;           // the given start first
+  std::vector<ComparedStart> trials;   // the given start first
   std::optional<Landscape> landscape;  // of two parameters
 };
 

@@ -73,7 +73,7 @@ TEST(CompareSolvers, RepeatsFromOtherStarts) {
   ASSERT_EQ(comparison.trials.size(), 3u);
   EXPECT_EQ(comparison.trials[0].start, Eigen::Vector2d(0.5, 0.5));
   EXPECT_NE(comparison.trials[1].start, comparison.trials[2].start);
-  for (const Trial& trial : comparison.trials) {
+  for (const ComparedStart& trial : comparison.trials) {
     for (const SolverTrial& solver : trial.solvers) {
       EXPECT_TRUE(solver.converged);
       EXPECT_LT(solver.distance, 0.02);
