@@ -5,7 +5,9 @@
 
 #include <csignal>
 #include <cstdio>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "gflags/gflags.h"
 #include "models/error.h"
@@ -105,14 +107,15 @@ int Main() {
                      "--out saves the session");
   }
   StudioSetup setup = OpenSetup();
-  for (const std::string& notice : setup.session.notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  const std::vector<std::string> notices = setup.session.notices;
   const Interrupt interrupt;
   // Before anything is written.
   StudioServer server(PageOrWhyNot());
   const int port = server.Listen(FLAGS_port, "--port");
   Studio studio(std::move(setup));
+  for (const std::string& notice : notices) {
+    std::fprintf(stderr, "note: %s\n", notice.c_str());
+  }
   if (studio.models() == 0) studio.Start();
   WriteStdout("http://127.0.0.1:" + std::to_string(port) + "/\n");
   std::thread serving([&] { server.Serve(&studio); });

@@ -100,6 +100,7 @@ void Studio::Work(const std::stop_token& stop, const StudioChange& change,
     model = std::make_shared<const StudioModel>(FitStudioModel(
         setup_, noise_, change, id, stop,
         [&](const Progress& progress) { Report(title, start_s, progress); }));
+    folder_.Save(*model);
     end = {{"type", "done"}, {"model", id}};
   } catch (const Cancelled&) {
     end = {{"type", "cancelled"}};
