@@ -20,6 +20,7 @@ class CubicSpring : public sysid::EffectOf<CubicSpring> {
   static constexpr char kName[] = "cubic_spring";
   static constexpr sysid::TargetKind kTarget = sysid::TargetKind::kJoint;
   static constexpr char kShowsIn[] = "wide motion of the joint";
+  static constexpr char kLaw[] = "-k q^3";
 
   CubicSpring(const sysid::Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, sysid::kEffortHook, mechanism, joint) {

@@ -125,6 +125,28 @@ ParameterForces ForcesOfParameters(const Model& model, const ParameterMap& map,
   return forces;
 }
 
+ParameterForces DifferenceOfForces(const Model& model, const ParameterMap& map,
+                                   const Eigen::VectorXd& theta,
+                                   const Eigen::VectorXd& to,
+                                   const SegmentRollout& rollout,
+                                   const SegmentTangent& tangent) {
+  const int nv = model.nv();
+  Balance<double> at(model, map, rollout, tangent);
+  Balance<double> by(model, map, rollout, tangent);
+  at.Evaluate(theta.data());
+  by.Evaluate(to.data());
+  ParameterForces change = ParameterForces::Zero(rollout, 1);
+  for (size_t i = 0; i < change.f.size(); ++i) {
+    for (int s = 0; s < nv; ++s) {
+      change.f[i](s, 0) = by.force()[i * nv + s] - at.force()[i * nv + s];
+    }
+  }
+  for (size_t e = 0; e < by.errors().size(); ++e) {
+    change.direct(e, 0) = by.errors()[e] - at.errors()[e];
+  }
+  return change;
+}
+
 void AddSecantForces(const Model& model, const ParameterMap& map,
                      const Eigen::VectorXd& theta, int along, double step,
                      const SegmentRollout& rollout,
@@ -132,20 +154,12 @@ void AddSecantForces(const Model& model, const ParameterMap& map,
                      ParameterForces* out) {
   Eigen::VectorXd moved = theta;
   moved[along] += step;
-  const int nv = model.nv();
-  Balance<double> at(model, map, rollout, tangent);
-  Balance<double> by(model, map, rollout, tangent);
-  at.Evaluate(theta.data());
-  by.Evaluate(moved.data());
+  const ParameterForces change =
+      DifferenceOfForces(model, map, theta, moved, rollout, tangent);
   for (size_t i = 0; i < out->f.size(); ++i) {
-    for (int s = 0; s < nv; ++s) {
-      out->f[i](s, column) +=
-          (by.force()[i * nv + s] - at.force()[i * nv + s]) / step;
-    }
+    out->f[i].col(column) += change.f[i].col(0) / step;
   }
-  for (size_t e = 0; e < by.errors().size(); ++e) {
-    out->direct(e, column) += (by.errors()[e] - at.errors()[e]) / step;
-  }
+  out->direct.col(column) += change.direct.col(0) / step;
 }
 
 void AddEffortForces(const Model& model, const Effect& effect,

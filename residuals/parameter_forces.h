@@ -41,8 +41,15 @@ ParameterForces ForcesOfParameters(const Model& model, const ParameterMap& map,
                                    const SegmentRollout& rollout,
                                    const SegmentTangent& tangent);
 
-// The same by a secant: the difference that theta -> theta + step e_along
-// makes, over the step.
+// What theta -> `to` changes, by its difference: one column, N m or N.
+ParameterForces DifferenceOfForces(const Model& model, const ParameterMap& map,
+                                   const Eigen::VectorXd& theta,
+                                   const Eigen::VectorXd& to,
+                                   const SegmentRollout& rollout,
+                                   const SegmentTangent& tangent);
+
+// The same as AddParameterForces by a secant: the difference that theta ->
+// theta + step e_along makes, over the step.
 void AddSecantForces(const Model& model, const ParameterMap& map,
                      const Eigen::VectorXd& theta, int along, double step,
                      const SegmentRollout& rollout,

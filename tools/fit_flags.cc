@@ -1,6 +1,8 @@
 #include "tools/fit_flags.h"
 
 #include <cctype>
+#include <cstdio>
+#include <filesystem>
 
 #include "gflags/gflags.h"
 #include "sysid/io/write_file.h"
@@ -84,6 +86,44 @@ std::string FlagWith(const std::string& flag, const std::string& more) {
   if (!value.empty() && !more.empty()) value += ",";
   value += more;
   return value.empty() ? "" : " --" + flag + " " + Quoted(value);
+}
+
+PageSource PageFromFlags(const std::string& program, const Session& session) {
+  const auto command = [](const std::string& name, const std::string& add,
+                          const std::string& fix) {
+    return CommandFromFlags(name) + FlagWith("add", add) + FlagWith("fix", fix);
+  };
+  PageSource source;
+  source.program = program;
+  source.command = command(program, "", "");
+  source.session = &session;
+  source.fit_command = [command](const std::string& add,
+                                 const std::string& fix) {
+    return command("sysid_fit", add, fix);
+  };
+  return source;
+}
+
+std::vector<std::string> WriteModelFiles(const PageFit& fit) {
+  const std::filesystem::path out = FLAGS_out;
+  std::vector<std::string> names;
+  for (const ModelFile& file : ModelFiles()) {
+    WriteFileAtomically((out / file.name).string(),
+                        ModelFileText(fit, file.name));
+    names.push_back(file.name);
+  }
+  return names;
+}
+
+bool WriteReport(const std::function<Json()>& page) {
+  const std::string missing = WhyNoPage();
+  if (!missing.empty()) {
+    std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
+    return false;
+  }
+  const std::filesystem::path out = FLAGS_out;
+  WriteFileAtomically((out / "report.html").string(), ReportHtml(page()));
+  return true;
 }
 
 // That the results can be written, before the long work; after all that may be

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "gflags/gflags_declare.h"
+#include "sysid/report/page_data.h"
 #include "sysid/session/session.h"
 
 // The flags of programs that fit a model to runs (contracts.md section 1).
@@ -21,6 +24,17 @@ std::string CommandFromFlags(const std::string& program);
 // The same flag with more in its list: " --add a,b", or nothing where there is
 // nothing.
 std::string FlagWith(const std::string& flag, const std::string& more);
+
+// What the page of a program shows beside its models; `train` and `holdout`
+// are yet to be set.
+PageSource PageFromFlags(const std::string& program, const Session& session);
+
+// Writes the files of a model into --out; their names.
+std::vector<std::string> WriteModelFiles(const PageFit& fit);
+
+// Writes report.html into --out. Where the build has no page it calls nothing
+// but says why on standard error. Whether the report is there.
+bool WriteReport(const std::function<Json()>& page);
 
 // That the results can be written, before the long work; after all that may be
 // wrong with the input, so that this leaves no empty folder.

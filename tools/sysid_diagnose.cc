@@ -49,23 +49,19 @@ constexpr char kHelp[] =
   --residual heading|rotation    --loss none|huber|cauchy
   --threads N (default: all cores)    --seed N
   --json FILE|-              machine-readable result
-  --out DIR                  diagnosis.json, fit.json, prediction.csv,
-                             identified.urdf
+  --out DIR                  report.html to look at, diagnosis.json, fit.json,
+                             prediction.csv, identified.urdf
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
-void WriteOutputs(const FinalFit& final, const std::string& json) {
+void WriteOutputs(const PageSource& source, const DiagnosisProblem& problem,
+                  const Diagnosis& diagnosis, const FinalFit& final,
+                  const std::string& json) {
   const std::filesystem::path out = FLAGS_out;
-  const Holdout* held = final.holdout ? &*final.holdout : nullptr;
-  const auto write = [&](const char* name, const std::string& text) {
-    WriteFileAtomically((out / name).string(), text);
-  };
-  write("diagnosis.json", json);
-  write("fit.json", FitJson(final.session, *final.problem, final.fit, held));
-  write("prediction.csv", PredictionCsv(*final.problem, final.fit, held));
-  write("identified.urdf", IdentifiedUrdf(final.session, final.fit));
-  write("identified.sysid.yaml",
-        IdentifiedSpecification(final.session, final.fit));
+  WriteFileAtomically((out / "diagnosis.json").string(), json);
+  WriteModelFiles(ShowFinal(final, 0));
+  WriteReport(
+      [&] { return DiagnosisPage(source, problem, diagnosis, &final); });
 }
 
 int Main() {
@@ -99,7 +95,13 @@ int Main() {
                            FlagWith("add", step.add) +
                            FlagWith("fix", step.fix);
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
-  if (!FLAGS_out.empty()) WriteOutputs(*fitted, json);
+  if (!FLAGS_out.empty()) {
+    PageSource source = PageFromFlags("sysid_diagnose", session);
+    if (FLAGS_auto) source.command += " --auto";
+    source.train = diagnosis.base.problem.get();
+    source.holdout = &problem.holdout;
+    WriteOutputs(source, problem, diagnosis, *fitted, json);
+  }
   if (to_stdout) {
     WriteStdout(json);
   } else {

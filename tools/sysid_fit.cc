@@ -48,21 +48,39 @@ constexpr char kHelp[] =
   --residual heading|rotation    --loss none|huber|cauchy
   --threads N (default: all cores)    --seed N
   --json FILE|-              machine-readable result
-  --out DIR                  fit.json, prediction.csv, identified.urdf
+  --out DIR                  report.html to look at, fit.json, prediction.csv,
+                             identified.urdf
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
-void WriteOutputs(const Session& session, const ShootingProblem& problem,
-                  const Fit& fit, const Holdout* holdout,
-                  const std::string& json) {
-  const std::filesystem::path out = FLAGS_out;
-  WriteFileAtomically((out / "fit.json").string(), json);
-  WriteFileAtomically((out / "prediction.csv").string(),
-                      PredictionCsv(problem, fit, holdout));
-  WriteFileAtomically((out / "identified.urdf").string(),
-                      IdentifiedUrdf(session, fit));
-  WriteFileAtomically((out / "identified.sysid.yaml").string(),
-                      IdentifiedSpecification(session, fit));
+// The fit for the page and the files.
+PageFit Show(const Session& session, const ShootingProblem& problem,
+             const Fit& fit, const Holdout* holdout, const AddedEffects* added,
+             const MixtureFit* mixture) {
+  PageFit shown;
+  shown.title = "the fit";
+  shown.session = &session;
+  shown.problem = &problem;
+  shown.fit = &fit;
+  shown.holdout = holdout;
+  shown.added = added;
+  shown.mixture = mixture;
+  shown.with_prediction_csv = true;
+  shown.next_command = CommandFromFlags("sysid_diagnose") +
+                       FlagWith("add", "") + FlagWith("fix", "");
+  return shown;
+}
+
+// The names of what was written, in a line.
+std::string WriteOutputs(const PageFit& fit) {
+  std::vector<std::string> names = WriteModelFiles(fit);
+  PageSource source = PageFromFlags("sysid_fit", *fit.session);
+  source.train = fit.problem;
+  source.holdout = &fit.session->holdout;
+  if (WriteReport([&] { return FitPage(source, fit); })) {
+    names.push_back("report.html");
+  }
+  return Join(names);
 }
 
 // A draw from the mixture a file: sample_1.urdf, ..., and all in samples.csv.
@@ -141,9 +159,11 @@ int Main() {
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
-  const std::string json = FitJson(session, problem, fit, held, tried,
-                                   mixture ? &*mixture : nullptr);
-  if (!FLAGS_out.empty()) WriteOutputs(session, problem, fit, held, json);
+  const PageFit shown =
+      Show(session, problem, fit, held, tried, mixture ? &*mixture : nullptr);
+  const std::string json = ModelFileText(shown, "fit.json");
+  std::string written;
+  if (!FLAGS_out.empty()) written = WriteOutputs(shown);
   if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
   if (to_stdout) {
     WriteStdout(json);
@@ -153,10 +173,8 @@ int Main() {
     std::string text = FitText(session, problem, fit, held, tried, colour);
     if (mixture) text += MixtureText(*mixture);
     if (!FLAGS_out.empty()) {
-      text += "  written to " + FLAGS_out +
-              ": fit.json, prediction.csv, identified.urdf, "
-              "identified.sysid.yaml" +
-              SampleFiles() + "\n";
+      text +=
+          "  written to " + FLAGS_out + ": " + written + SampleFiles() + "\n";
     }
     if (FLAGS_sample > 0 && !fit.converged) {
       text += "  the samples are drawn from a mixture that has not converged\n";

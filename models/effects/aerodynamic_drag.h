@@ -14,6 +14,7 @@ class AerodynamicDrag : public EffectOf<AerodynamicDrag> {
  public:
   static constexpr char kName[] = "aerodynamic_drag";
   static constexpr TargetKind kTarget = TargetKind::kLink;
+  static constexpr char kLaw[] = "-b |v| v at the centre of mass";
   static constexpr char kShowsIn[] =
       "slow and fast motion of the link, by other joints too";
 

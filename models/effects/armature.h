@@ -13,6 +13,7 @@ class Armature : public EffectOf<Armature> {
  public:
   static constexpr char kName[] = "armature";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "-I qdd, the inertia of a rotor";
   static constexpr char kShowsIn[] =
       "quick changes of speed beside slow motion against gravity";
 

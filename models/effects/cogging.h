@@ -16,6 +16,7 @@ class Cogging : public EffectOf<Cogging> {
  public:
   static constexpr char kName[] = "cogging";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "a sin(n q) + b cos(n q)";
   static constexpr char kShowsIn[] = "slow motion through whole turns";
   static constexpr int kMostDetents = 24;
 

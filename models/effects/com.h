@@ -11,6 +11,7 @@ class WrongCom : public EffectOf<WrongCom> {
  public:
   static constexpr char kName[] = "com";
   static constexpr TargetKind kTarget = TargetKind::kLink;
+  static constexpr char kLaw[] = "another centre of mass of the link";
   static constexpr char kShowsIn[] =
       "slow motion against gravity through many positions";
 

@@ -23,6 +23,7 @@ class CoulombFriction : public EffectOf<CoulombFriction> {
  public:
   static constexpr char kName[] = "coulomb_friction";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "-c sign(qd), smoothed";
   static constexpr char kShowsIn[] =
       "both slow and fast motion of the joint, with reversals";
 

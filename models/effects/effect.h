@@ -151,6 +151,11 @@ class Effect {
   virtual const EffectHooks<Jet16>& HooksFor(ScalarTag<Jet16>) const = 0;
   virtual const EffectHooks<Jet24>& HooksFor(ScalarTag<Jet24>) const = 0;
 
+  // The law as the page shows it: "-d qd", SI, a generalised force unless it
+  // says otherwise; empty where the effect does not tell. (A kLaw of the
+  // derived class.)
+  virtual std::string Law() const = 0;
+
  protected:
   Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
          const Mechanism& mechanism, const std::string& target);
@@ -212,6 +217,13 @@ class EffectOf : public Effect {
       return Derived::kShowsIn;
     } else {
       return "motion that its law tells from the others'";
+    }
+  }
+  std::string Law() const override {
+    if constexpr (requires { Derived::kLaw; }) {
+      return Derived::kLaw;
+    } else {
+      return "";
     }
   }
 

@@ -13,6 +13,7 @@ class EffortBias : public EffectOf<EffortBias> {
  public:
   static constexpr char kName[] = "effort_bias";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "constant effort";
   static constexpr char kShowsIn[] =
       "motion about several positions of the joint, both ways";
 

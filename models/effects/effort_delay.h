@@ -13,6 +13,7 @@ class EffortDelay : public EffectOf<EffortDelay> {
  public:
   static constexpr char kName[] = "effort_delay";
   static constexpr TargetKind kTarget = TargetKind::kBase;
+  static constexpr char kLaw[] = "the measured effort acts later";
   static constexpr char kShowsIn[] = "efforts that change quickly";
 
   EffortDelay(const Mechanism& mechanism, const std::string& base)

@@ -12,6 +12,7 @@ class EffortGain : public EffectOf<EffortGain> {
  public:
   static constexpr char kName[] = "effort_gain";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "true effort = (1 + g) measured effort";
   static constexpr char kShowsIn[] =
       "motion with the drive beside motion without it";
 

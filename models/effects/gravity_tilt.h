@@ -13,6 +13,7 @@ class GravityTilt : public EffectOf<GravityTilt> {
  public:
   static constexpr char kName[] = "gravity_tilt";
   static constexpr TargetKind kTarget = TargetKind::kBase;
+  static constexpr char kLaw[] = "the world's vertical leans";
   static constexpr char kShowsIn[] =
       "motion whose direction towards the vertical changes (another mounting "
       "of the base)";

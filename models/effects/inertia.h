@@ -14,6 +14,7 @@ class WrongInertia : public EffectOf<WrongInertia> {
  public:
   static constexpr char kName[] = "inertia";
   static constexpr TargetKind kTarget = TargetKind::kLink;
+  static constexpr char kLaw[] = "another rotational inertia of the link";
   static constexpr char kShowsIn[] =
       "quick changes of speed beside slow motion against gravity";
 

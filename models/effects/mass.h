@@ -11,6 +11,7 @@ class WrongMass : public EffectOf<WrongMass> {
  public:
   static constexpr char kName[] = "mass";
   static constexpr TargetKind kTarget = TargetKind::kLink;
+  static constexpr char kLaw[] = "another mass of the link";
   static constexpr char kShowsIn[] =
       "motion with other loads or drives: passive swings hide a mass";
 

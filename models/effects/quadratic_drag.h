@@ -14,6 +14,7 @@ class QuadraticDrag : public EffectOf<QuadraticDrag> {
  public:
   static constexpr char kName[] = "quadratic_drag";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "-b |qd| qd";
   static constexpr char kShowsIn[] = "both slow and fast motion of the joint";
 
   QuadraticDrag(const Mechanism& mechanism, const std::string& joint)

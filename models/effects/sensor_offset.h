@@ -12,6 +12,7 @@ class SensorOffset : public EffectOf<SensorOffset> {
  public:
   static constexpr char kName[] = "sensor_offset";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "measured = true + offset";
   static constexpr char kShowsIn[] =
       "motion about several positions of the joint";
 

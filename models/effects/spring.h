@@ -17,6 +17,7 @@ class Spring : public EffectOf<Spring> {
  public:
   static constexpr char kName[] = "spring";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "-k (q - q0)";
   static constexpr char kShowsIn[] =
       "wide motion of the joint about several positions";
 

@@ -20,6 +20,8 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
  public:
   static constexpr char kName[] = "stribeck_friction";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] =
+      "-c sign(qd), more of it at rest, which decays with speed";
   static constexpr char kShowsIn[] =
       "very slow beside fast motion of the joint";
 

@@ -13,6 +13,7 @@ class ViscousDamping : public EffectOf<ViscousDamping> {
  public:
   static constexpr char kName[] = "viscous_damping";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] = "-d qd";
   static constexpr char kShowsIn[] = "both slow and fast motion of the joint";
 
   ViscousDamping(const Mechanism& mechanism, const std::string& joint)

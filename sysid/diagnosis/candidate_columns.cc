@@ -196,7 +196,8 @@ bool RollOut(const LinearizedFit& fit, const Model& model,
   const auto& segments = fit.segments();
   errors->resize(segments.size());
   return ParallelFor(
-      static_cast<int>(segments.size()), problem.options().threads, [&](int s) {
+      static_cast<int>(segments.size()), problem.options().threads,
+      problem.options().stop, [&](int s) {
         const LinearizedFit::Segment& at = *segments[s];
         const SegmentRollout rollout(
             &model, &nothing, &problem.runs()[at.run]->measurements,
@@ -315,15 +316,15 @@ std::vector<Eigen::MatrixXd> RespondToCandidates(
   const auto& segments = fit.segments();
   std::vector<Eigen::MatrixXd> responses(segments.size());
   const CandidateForces acting(fitted, candidates);
-  ParallelFor(static_cast<int>(segments.size()),
-              fit.problem().options().threads, [&](int s) {
-                const LinearizedFit::Segment& at = *segments[s];
-                ParameterForces forces =
-                    ParameterForces::Zero(*at.rollout, total);
-                acting.AddTo(at, &forces);
-                responses[s] = fit.Respond(at, forces);
-                return true;
-              });
+  ParallelFor(
+      static_cast<int>(segments.size()), fit.problem().options().threads,
+      fit.problem().options().stop, [&](int s) {
+        const LinearizedFit::Segment& at = *segments[s];
+        ParameterForces forces = ParameterForces::Zero(*at.rollout, total);
+        acting.AddTo(at, &forces);
+        responses[s] = fit.Respond(at, forces);
+        return true;
+      });
   UseSecants(fit, fitted, candidates, &responses);
   return responses;
 }

@@ -99,7 +99,7 @@ std::vector<CandidateEffect> ListCandidates(const Screening& screening,
     listed[effect] = true;
     source.push_back(effect);
     candidates.push_back(
-        {screening.effects[effect], std::move(confirmed), {}, ""});
+        {screening.effects[effect], std::move(confirmed), {}, "", {}});
   };
   for (const int t : RankTrials(trials, best)) {
     for (size_t k = 0; k < trials[t].effects.size(); ++k) {

@@ -27,6 +27,10 @@ struct CandidateEffect {
   // from it.
   std::vector<std::string> indistinguishable_from;
   std::string told_apart_by;
+  // The force that it would add with the expected parameters: of each curve of
+  // Where::force at its times (AddForcesToCompare); empty where it acts
+  // otherwise, on sensors.
+  std::vector<std::vector<double>> force;
 };
 
 // The chosen first (`best` of the trials, -1: none), then the accepted, the

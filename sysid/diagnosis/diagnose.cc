@@ -7,6 +7,8 @@
 #include <string>
 
 #include "models/error.h"
+#include "sysid/diagnosis/candidate_forces.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/segmentation.h"
 
 namespace sysid {
@@ -15,6 +17,7 @@ namespace {
 constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
 constexpr size_t kMostExchanged = 2;
 constexpr int kMostSteps = 8;
+constexpr int kMostCompared = 12;  // candidates whose forces are shown
 // An effect that explains less of the excess over the noise is not what is
 // missing.
 constexpr double kExplains = 0.2;
@@ -40,7 +43,8 @@ class Search {
  private:
   void Report(const std::string& doing, int step, int of, double error) const;
   Screening Screen(const Judgement& judgement) const;
-  bool LookBack(const std::vector<std::string>& newest, Judgement* now,
+  bool LookBack(const std::vector<std::string>& newest,
+                std::shared_ptr<Judgement>* model,
                 std::vector<DiagnosisStep>* steps) const;
   bool WasHere(const Judgement& judgement) const {
     return been_.contains(EffectsOf(judgement));
@@ -62,6 +66,7 @@ class Search {
 
 void Search::Report(const std::string& doing, int step, int of,
                     double error) const {
+  ThrowIfCancelled(problem_.options.stop);
   if (problem_.options.progress) {
     problem_.options.progress({doing, step, of, error});
   }
@@ -102,18 +107,20 @@ void AddAlternatives(const std::string& effect,
 }
 
 // Takes out what the newest effects made useless, and exchanges what another
-// candidate now does better. True where it changed the model.
-bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
+// candidate now does better. True where it made another model.
+bool Search::LookBack(const std::vector<std::string>& newest,
+                      std::shared_ptr<Judgement>* model,
                       std::vector<DiagnosisStep>* steps) const {
   bool any = false;
   std::vector<std::string> older;
-  for (const auto& effect : now->added) {
+  for (const auto& effect : (*model)->added) {
     if (std::find(newest.begin(), newest.end(), effect->name()) ==
         newest.end()) {
       older.push_back(effect->name());
     }
   }
   for (const std::string& name : older) {
+    const Judgement* now = model->get();
     Report("looking back at " + name, 0, 0, now->train_error());
     EstimationOptions options = Coarse(problem_.options, now->train_error());
     options.progress = nullptr;
@@ -130,7 +137,7 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
         without.squares() > (1 + 2 * kMaterial) * now->squares();
     if (!needed) {
       step.predicted = without.train_error();
-      *now = std::move(without);
+      *model = std::make_shared<Judgement>(std::move(without));
     } else {
       const Screening screening = Screen(without);
       std::vector<Trial> trials = ProposeEffects(screening);
@@ -161,11 +168,14 @@ bool Search::LookBack(const std::vector<std::string>& newest, Judgement* now,
       step.indistinguishable_from = {alternatives};
       step.predicted = trials[best].predicted;
       step.parameters = EstimatesOf(*trials[best].after, {effect.effect.get()});
-      *now = std::move(*trials[best].after);
+      *model = std::make_shared<Judgement>(std::move(*trials[best].after));
     }
-    if (!now->fit.converged) *now = Rejudge(problem_, std::move(*now));
-    step.train_after = now->train_error();
-    step.holdout_after = now->holdout_error();
+    if (!(*model)->fit.converged) {
+      **model = Rejudge(problem_, std::move(**model));
+    }
+    step.train_after = (*model)->train_error();
+    step.holdout_after = (*model)->holdout_error();
+    step.after = *model;
     steps->push_back(step);
     any = true;
   }
@@ -290,8 +300,9 @@ Diagnosis Search::Run() {
     return diagnosis;
   }
   Judgement* now = &diagnosis.base;
-  std::optional<Judgement> longer;  // the base in longer segments
-  bool joined = false;              // whether `now` was
+  // The base in longer segments, or with what was added.
+  std::shared_ptr<Judgement> model;
+  bool joined = false;  // whether `now` was
   for (int step = 0; step < kMostSteps;) {
     been_.insert(EffectsOf(*now));
     const Screening screening = Screen(*now);
@@ -336,6 +347,7 @@ Diagnosis Search::Run() {
           if (!diagnosis.steps.empty()) {
             diagnosis.steps.back().train_after = now->train_error();
             diagnosis.steps.back().holdout_after = now->holdout_error();
+            diagnosis.steps.back().after = model;
           }
           diagnosis.final_verdict = Decide(*now, nullptr);
           continue;
@@ -344,10 +356,8 @@ Diagnosis Search::Run() {
       // What is too small for a segment adds up over a longer one.
       std::optional<Judgement> next = Lengthen(*now);
       if (!next) break;
-      std::optional<Judgement>& place =
-          diagnosis.steps.empty() ? longer : diagnosis.final;
-      place = std::move(next);
-      now = &*place;
+      model = std::make_shared<Judgement>(std::move(*next));
+      now = model.get();
       continue;
     }
     if (!options_.add) break;
@@ -366,19 +376,21 @@ Diagnosis Search::Run() {
     added.predicted = chosen.predicted;
     added.train_before = now->train_error();
     added.holdout_before = now->holdout_error();
-    added.train_after = chosen.after->train_error();
-    added.holdout_after = chosen.after->holdout_error();
-    added.parameters = EstimatesOf(*chosen.after, effects);
+    model = std::make_shared<Judgement>(std::move(*chosen.after));
+    if (!model->fit.converged) *model = Rejudge(problem_, std::move(*model));
+    added.train_after = model->train_error();
+    added.holdout_after = model->holdout_error();
+    added.parameters = EstimatesOf(*model, effects);
+    added.after = model;
     diagnosis.steps.push_back(added);
-    diagnosis.final = std::move(*chosen.after);
-    now = &*diagnosis.final;
-    if (!now->fit.converged) *now = Rejudge(problem_, std::move(*now));
     // What was exchanged changes what the newest is good for.
-    if (LookBack(added.effects, now, &diagnosis.steps)) {
-      LookBack({}, now, &diagnosis.steps);
+    if (LookBack(added.effects, &model, &diagnosis.steps)) {
+      LookBack({}, &model, &diagnosis.steps);
     }
+    now = model.get();
     if (++step == kMostSteps) diagnosis.final_verdict = Decide(*now, nullptr);
   }
+  if (!diagnosis.steps.empty()) diagnosis.final = model;
   // What the first step could not see the later ones did.
   if (!diagnosis.steps.empty() &&
       diagnosis.final_verdict == Verdict::kAdequate) {
@@ -386,6 +398,8 @@ Diagnosis Search::Run() {
   }
   Report("where it fails", 0, 0, diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);
+  AddForcesToCompare(diagnosis.base, kMostCompared, &diagnosis.where.force,
+                     &diagnosis.candidates);
   return diagnosis;
 }
 

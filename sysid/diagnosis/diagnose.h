@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,6 +25,7 @@ struct DiagnosisStep {
   std::vector<ParameterEstimate> parameters;  // of the effects, after
   // For each of the effects: others that explain the data as well in its place.
   std::vector<std::vector<std::string>> indistinguishable_from;
+  std::shared_ptr<const Judgement> after;  // the model that it led to
 };
 
 enum class Verdict { kAdequate, kMissingEffect, kUnexplained };
@@ -46,7 +47,8 @@ struct Diagnosis {
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;
-  std::optional<Judgement> final;  // none where nothing was added
+  // Null where nothing was added.
+  std::shared_ptr<const Judgement> final;
   Verdict final_verdict = Verdict::kAdequate;
 
   explicit Diagnosis(const Model& m) : base(m) {}

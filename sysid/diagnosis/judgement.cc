@@ -377,4 +377,16 @@ void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
   *free = std::move(extended.free);
 }
 
+DiagnosisProblem WithEffects(
+    const DiagnosisProblem& problem,
+    const std::vector<std::shared_ptr<const Effect>>& effects,
+    const std::set<std::string>& idle,
+    const std::map<std::string, double>& values) {
+  Extended extended = Extend(problem, effects, idle, values);
+  DiagnosisProblem with = problem;
+  with.model = extended.model;
+  with.free = std::move(extended.free);
+  return with;
+}
+
 }  // namespace sysid

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -90,5 +91,15 @@ bool HasBlindStates(const Judgement& judgement);
 void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
                    const std::set<std::string>& without, Model* model,
                    std::vector<FreeParameter>* free);
+
+// The problem with effects in its model: all parameters start at `values`, by
+// name, or else where they did; those that are `idle` or whole numbers are set
+// and not free. An effect takes the place of an earlier one with which it
+// shares parameters.
+DiagnosisProblem WithEffects(
+    const DiagnosisProblem& problem,
+    const std::vector<std::shared_ptr<const Effect>>& effects,
+    const std::set<std::string>& idle,
+    const std::map<std::string, double>& values);
 
 }  // namespace sysid

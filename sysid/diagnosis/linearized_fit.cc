@@ -71,9 +71,9 @@ LinearizedFit::LinearizedFit(const ShootingProblem& problem,
       segments_.push_back(std::move(segment));
     }
   }
-  valid_ =
-      ParallelFor(static_cast<int>(segments_.size()), problem.options().threads,
-                  [&](int i) { return Linearize(segments_[i].get()); });
+  valid_ = ParallelFor(static_cast<int>(segments_.size()),
+                       problem.options().threads, problem.options().stop,
+                       [&](int i) { return Linearize(segments_[i].get()); });
   if (valid_) ProjectResiduals();
 }
 

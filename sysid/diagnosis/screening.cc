@@ -50,6 +50,7 @@ class Screener {
   void Compare(const std::vector<Weights>& weights, Screening* screening) const;
   bool IsFree(const std::string& name) const;
   int Threads() const { return fit_.problem().options().threads; }
+  const std::stop_token& Stop() const { return fit_.problem().options().stop; }
   double PredictedError(double score, int dof) const;
   double Criterion(double score, int dof) const;
 
@@ -88,7 +89,7 @@ void Screener::ComputeColumns() {
   for (const Eigen::MatrixXd& response : responses) {
     unprojected_ += response.colwise().squaredNorm().transpose();
   }
-  ParallelFor(count, Threads(), [&](int s) {
+  ParallelFor(count, Threads(), Stop(), [&](int s) {
     A_[s] = fit_.WithoutStates(*segments[s], responses[s]);
     responses[s].resize(0, 0);
     return true;
@@ -443,7 +444,7 @@ Screening Screener::Run() {
   if (candidates_.empty()) return screening;
   ComputeColumns();
   std::vector<Weights> best(candidates_.size());
-  ParallelFor(static_cast<int>(best.size()), Threads(), [&](int i) {
+  ParallelFor(static_cast<int>(best.size()), Threads(), Stop(), [&](int i) {
     best[i] = Best(candidates_[i]);
     return true;
   });
@@ -456,11 +457,12 @@ Screening Screener::Run() {
   }
   candidates_ = std::move(told);
   screening.effects.resize(candidates_.size());
-  ParallelFor(static_cast<int>(candidates_.size()), Threads(), [&](int i) {
-    screening.effects[i] =
-        Describe(candidates_[i], weights[i], screening.tests);
-    return true;
-  });
+  ParallelFor(static_cast<int>(candidates_.size()), Threads(), Stop(),
+              [&](int i) {
+                screening.effects[i] =
+                    Describe(candidates_[i], weights[i], screening.tests);
+                return true;
+              });
   Compare(weights, &screening);
   // Best first.
   std::vector<int> order(screening.effects.size());

@@ -16,6 +16,10 @@ struct ForceCurve {
   std::string unit;       // "N m" or "N"
   std::string trajectory;
   std::vector<double> t, value, std;  // s; std: standard deviation
+  // The fitted motion at the same times: of the joint, of a spherical one the
+  // tilt of its link's axis from neutral and this component of the angular
+  // velocity; and the effort measured there, empty where none was.
+  std::vector<double> position, velocity, effort;
 };
 
 // The curves of a joint, of all runs, together.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "models/math/rotation.h"
+#include "sysid/diagnosis/joint_motion.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_stage.h"
@@ -28,25 +28,6 @@ struct Sample {
   double squares = 0.0;  // whitened
   double dof = 0.0;
 };
-
-// Position and velocity of a body's joint; of a spherical one how far the
-// link's axis is from neutral, and its speed.
-struct Motion {
-  double position = 0.0, velocity = 0.0;
-};
-
-Motion MotionAt(const Model& model, const Body& body,
-                const Eigen::Vector3d& axis, const double* x) {
-  const double* q = x + body.q_index;
-  const Eigen::Map<const Eigen::VectorXd> qd(x + model.nq() + body.v_index,
-                                             VelocitySize(body.type));
-  // A joint that turns over comes back to where it was.
-  if (IsRotation1(body.type)) return {std::remainder(q[0], 2 * M_PI), qd[0]};
-  if (body.type != JointType::kSpherical) return {q[0], qd[0]};
-  const Eigen::Vector3d turned =
-      ToMatrix(Eigen::Quaterniond(q[3], q[0], q[1], q[2])) * axis;
-  return {std::atan2(axis.cross(turned).norm(), axis.dot(turned)), qd.norm()};
-}
 
 void AddBins(const MotionBin& like, const std::vector<Sample>& samples,
              std::vector<MotionBin>* bins) {
@@ -96,12 +77,16 @@ void AddBinsOf(const LinearizedFit& fit, const Body& body,
       sample.squares = tangent.r.segment(row.first, row.size).squaredNorm() /
                        (sigma * sigma);
       sample.dof = ResidualDof(data.measurements.residuals[row.channel]);
-      const Motion motion = MotionAt(
+      const JointMotion motion = MotionAt(
           model, body, axis,
           tangent.states.row(row.sample - segment->rollout->first()).data());
-      sample.value = motion.position;
+      // A joint that turns over comes back to where it was.
+      sample.value = IsRotation1(body.type)
+                         ? std::remainder(motion.position, 2 * M_PI)
+                         : motion.position;
       by_position.push_back(sample);
-      sample.value = motion.velocity;
+      sample.value = motion.velocity.size() == 1 ? motion.velocity[0]
+                                                 : motion.velocity.norm();
       by_velocity.push_back(sample);
     }
   }

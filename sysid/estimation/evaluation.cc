@@ -8,6 +8,7 @@
 #include <map>
 
 #include "models/state.h"
+#include "sysid/estimation/holdout.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
@@ -348,6 +349,16 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
 namespace {
 
 // Held-out runs under a model, with nothing free and no states yet.
+void JudgeFrom(const ShootingPoint& point, Holdout* holdout) {
+  holdout->point = point;
+  double states = 0.0;
+  for (const auto& nodes : point.runs) states += nodes.segments();
+  holdout->errors = EvaluateErrors(
+      *holdout->problem, point, states * ObservedStateDof(*holdout->problem));
+}
+
+}  // namespace
+
 Holdout OpenHoldout(const Model& model, std::vector<Run> runs,
                     const ShootingProblem& train, double segment_s) {
   EstimationOptions same = train.options();
@@ -359,16 +370,6 @@ Holdout OpenHoldout(const Model& model, std::vector<Run> runs,
   holdout.problem->UseNoiseOf(train);
   return holdout;
 }
-
-void JudgeFrom(const ShootingPoint& point, Holdout* holdout) {
-  holdout->point = point;
-  double states = 0.0;
-  for (const auto& nodes : point.runs) states += nodes.segments();
-  holdout->errors = EvaluateErrors(
-      *holdout->problem, point, states * ObservedStateDof(*holdout->problem));
-}
-
-}  // namespace
 
 Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
                      const ShootingProblem& train, double segment_s,

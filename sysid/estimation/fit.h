@@ -52,6 +52,8 @@ struct Fit {
 // many samples.
 //
 // Never throws for numerics: Fit::converged and termination say what happened.
+// Throws Cancelled, as all fits and diagnoses do, where EstimationOptions::stop
+// asks for it.
 Fit FitLevenbergMarquardt(ShootingProblem* problem);
 
 // Independent segments have nothing but their own data to say how a body spins

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "sysid/estimation/cancelled.h"
 
 namespace sysid {
 namespace {
@@ -87,9 +90,17 @@ bool ParallelFor(int count, int threads,
                  const std::function<bool(int, int)>& work) {
   std::atomic<int> next{0};
   std::atomic<bool> ok{true};
+  std::mutex mutex;
+  std::exception_ptr thrown;  // the first
   const std::function<void(int)> loop = [&](int thread) {
-    for (int i = next++; i < count && ok; i = next++) {
-      if (!work(i, thread)) ok = false;
+    try {
+      for (int i = next++; i < count && ok; i = next++) {
+        if (!work(i, thread)) ok = false;
+      }
+    } catch (...) {
+      ok = false;
+      const std::lock_guard lock(mutex);
+      if (thrown == nullptr) thrown = std::current_exception();
     }
   };
   const int helpers = std::min(threads, count) - 1;
@@ -99,11 +110,20 @@ bool ParallelFor(int count, int threads,
   } else {
     loop(0);
   }
+  if (thrown != nullptr) std::rethrow_exception(thrown);
   return ok;
 }
 
 bool ParallelFor(int count, int threads, const std::function<bool(int)>& work) {
   return ParallelFor(count, threads, [&](int i, int) { return work(i); });
+}
+
+bool ParallelFor(int count, int threads, const std::stop_token& stop,
+                 const std::function<bool(int)>& work) {
+  return ParallelFor(count, threads, [&](int i, int) {
+    ThrowIfCancelled(stop);
+    return work(i);
+  });
 }
 
 }  // namespace sysid

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,8 @@ struct EstimationOptions {
   // What a chosen step may change, in standard deviations (ChooseStep).
   double step_error = 0.2;
   std::function<void(const Progress&)> progress;  // may be empty
+  // Asks a running fit to stop, which then throws Cancelled (cancelled.h).
+  std::stop_token stop;
 };
 
 // A run as the estimators use it. `measurements.run` points into it, so it is

@@ -8,6 +8,7 @@
 
 #include "glog/logging.h"
 #include "models/state.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/parallel.h"
 
@@ -20,19 +21,22 @@ class Watcher final : public ceres::IterationCallback {
   Watcher(const std::string& doing, double start_time_s, double dof, int most,
           double tolerance,
           const std::function<void(const Progress&)>& progress,
-          const Eigen::VectorXd& theta, std::vector<HistoryEntry>* history)
+          const std::stop_token& stop, const Eigen::VectorXd& theta,
+          std::vector<HistoryEntry>* history)
       : doing_(doing),
         start_time_s_(start_time_s),
         dof_(dof),
         most_(most),
         tolerance_(tolerance),
         progress_(progress),
+        stop_(stop),
         theta_(theta),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
 
   ceres::CallbackReturnType operator()(
       const ceres::IterationSummary& summary) override {
+    if (stop_.stop_requested()) return ceres::SOLVER_ABORT;
     // The first entry of a later stage is the same point as the last of the one
     // before, seen by another cost; it is no iteration.
     // A step that was refused leaves the cost as it was.
@@ -66,6 +70,7 @@ class Watcher final : public ceres::IterationCallback {
   int most_;
   double tolerance_;
   const std::function<void(const Progress&)> progress_;
+  const std::stop_token stop_;
   const Eigen::VectorXd& theta_;
   std::vector<HistoryEntry>* history_;
   int first_;
@@ -391,17 +396,20 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   // held while the others are solved for; then again with those that the
   // solution pushes. (Clamped steps of all together only crawl.)
   std::vector<int> held = PushedOutward();
+  const std::stop_token& stop = shooting_.options().stop;
   for (int set = 0; set < kMostSets; ++set) {
+    ThrowIfCancelled(stop);
     HoldTheta(held);
     Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
                     options_.function_tolerance,
                     options_.quiet ? nullptr : shooting_.options().progress,
-                    point_->theta, history);
+                    stop, point_->theta, history);
     options.callbacks = {&watcher};
     options.update_state_every_iteration = true;  // theta, for the history
     options.max_num_iterations = options_.max_iterations - result.iterations;
     ceres::Solver::Summary summary;
     ceres::Solve(options, problem_.get(), &summary);
+    ThrowIfCancelled(stop);
     result.converged = summary.termination_type == ceres::CONVERGENCE ||
                        summary.termination_type == ceres::USER_SUCCESS;
     result.message = Message(summary, shooting_.options().max_iterations);

@@ -7,6 +7,7 @@
 #include "models/urdf/write_urdf.h"
 #include "sysid/io/csv.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/report/prediction.h"
 
 namespace sysid {
 namespace {
@@ -33,23 +34,6 @@ std::vector<std::string> ColumnNames(const Channel& channel,
     }
   }
   return {};
-}
-
-// The measurement as near to the prediction as its meaning allows: angles of
-// the same turn, quaternions of the same sign.
-Eigen::RowVectorXd Nearest(const Channel& channel, const Mechanism& mechanism,
-                           int sample, const Eigen::RowVectorXd& predicted) {
-  Eigen::RowVectorXd measured = channel.values.row(sample);
-  if (channel.kind == ChannelKind::kOrientation &&
-      measured.dot(predicted) < 0) {
-    return -measured;
-  }
-  if (channel.kind == ChannelKind::kPosition &&
-      IsRotation1(mechanism.joints[channel.target].type)) {
-    measured[0] -=
-        2 * M_PI * std::round((measured[0] - predicted[0]) / (2 * M_PI));
-  }
-  return measured;
 }
 
 struct Part {
@@ -150,10 +134,9 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
   for (size_t p = 0; p < parts.size(); ++p) {
     const Part& part = parts[p];
     const Run& run = part.problem->runs()[part.run]->run;
-    RowMatrixXd states;
-    if (!SampleStates(*part.problem, *part.point, part.run, &states)) continue;
-    const std::vector<RowMatrixXd> predicted =
-        PredictChannels(*part.problem, part.point->theta, part.run, states);
+    const std::optional<Prediction> prediction =
+        Predict(*part.problem, *part.point, part.run);
+    if (!prediction) continue;
     if (p == 0) offset = 0.0;
     const double shift = p == 0 ? 0.0 : offset - run.t.front();
     for (int k = 0; k < run.size(); ++k) {
@@ -168,7 +151,7 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
           continue;
         }
         const Eigen::RowVectorXd expected =
-            predicted[at - run.channels.begin()].row(k);
+            prediction->channels[at - run.channels.begin()].row(k);
         const Eigen::RowVectorXd measured =
             Nearest(*at, mechanism, k, expected);
         for (int i = 0; i < widths[c]; ++i) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "models/integrator.h"
 #include "sysid/report/fit_report.h"
@@ -10,7 +11,7 @@ namespace {
 
 Json Parameters(const Session& session, const Fit& fit) {
   Json list = Json::array();
-  for (const ParameterEstimate& p : fit.parameters) {
+  for (const ParameterEstimate& p : ReportedParameters(session, fit)) {
     Json ci95 = nullptr;
     if (std::isfinite(p.ci95[0]) && std::isfinite(p.ci95[1])) {
       ci95 = {p.ci95[0], p.ci95[1]};
@@ -26,40 +27,7 @@ Json Parameters(const Session& session, const Fit& fit) {
                     {"at_bound", p.at_bound},
                     {"identifiable", p.identifiable}});
   }
-  // Whole numbers of effects are searched, not fitted.
-  const EffectSet& effects = fit.model.effects();
-  for (size_t i = 0; i < effects.parameters().size(); ++i) {
-    const EffectParameter& p = effects.parameters()[i];
-    const bool given = std::find(session.fixed.begin(), session.fixed.end(),
-                                 p.name) != session.fixed.end();
-    if (!p.whole || given) continue;
-    list.push_back({{"name", p.name},
-                    {"unit", p.unit},
-                    {"initial", p.null_value},
-                    {"value", fit.model.nominal().effects[i]},
-                    {"std_error", nullptr},
-                    {"ci95", nullptr},
-                    {"lower", Finite(p.lower)},
-                    {"upper", Finite(p.upper)},
-                    {"at_bound", false},
-                    {"identifiable", true}});
-  }
   return list;
-}
-
-Json Correlation(const Fit& fit) {
-  Json rows = Json::array();
-  const int n = static_cast<int>(fit.covariance.rows());
-  for (int i = 0; i < n; ++i) {
-    Json row = Json::array();
-    for (int j = 0; j < n; ++j) {
-      row.push_back(
-          Finite(fit.covariance(i, j) /
-                 std::sqrt(fit.covariance(i, i) * fit.covariance(j, j))));
-    }
-    rows.push_back(row);
-  }
-  return rows;
 }
 
 Json ToJson(const Eigen::VectorXd& row) {
@@ -98,6 +66,31 @@ Json MixtureHistory(const MixtureFit& mixture) {
 
 }  // namespace
 
+std::vector<ParameterEstimate> ReportedParameters(const Session& session,
+                                                  const Fit& fit) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  std::vector<ParameterEstimate> list = fit.parameters;
+  // Whole numbers of effects are searched, not fitted.
+  const EffectSet& effects = fit.model.effects();
+  for (size_t i = 0; i < effects.parameters().size(); ++i) {
+    const EffectParameter& p = effects.parameters()[i];
+    const bool given = std::find(session.fixed.begin(), session.fixed.end(),
+                                 p.name) != session.fixed.end();
+    if (!p.whole || given) continue;
+    list.push_back({p.name,
+                    p.unit,
+                    p.null_value,
+                    fit.model.nominal().effects[i],
+                    p.lower,
+                    p.upper,
+                    kNone,
+                    {kNone, kNone},
+                    false,
+                    true});
+  }
+  return list;
+}
+
 std::string FitJson(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
                     const AddedEffects* added, const MixtureFit* mixture) {
@@ -114,12 +107,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
       error["open"].push_back(open);
     }
   }
-  Json history = Json::array();
-  for (const HistoryEntry& entry : fit.history) {
-    history.push_back({{"iteration", entry.iteration},
-                       {"cost", Finite(entry.cost)},
-                       {"time_s", entry.time_s}});
-  }
+  Json history = ToJson(fit.history);
   Json json;
   json["schema"] = "sysid.fit/1";
   json["model"] = session.model_name;
@@ -135,7 +123,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["segment_s"] = Finite(fit.segment_s);
   json["samples"] = fit.samples;
   json["parameters"] = Parameters(session, fit);
-  json["correlation"] = Correlation(fit);
+  json["correlation"] = Correlation(fit.covariance);
   json["not_identifiable"] = fit.not_identifiable;
   json["effects"] = session.effects;
   if (added != nullptr) {

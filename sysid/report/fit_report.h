@@ -15,6 +15,15 @@ namespace sysid {
 // A fit as people and programs read it. Everything here turns numbers into
 // text; nothing computes.
 
+// The parameters of a fit, with those that were searched, not fitted: they have
+// no standard error.
+std::vector<ParameterEstimate> ReportedParameters(const Session& session,
+                                                  const Fit& fit);
+
+// The error beside the noise and what it says of the model, in a sentence.
+std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
+                        const Holdout* holdout);
+
 // fit.json of contracts.md section 6. Numbers finite or null. `added` (may be
 // null) says what effects that the user added did; `mixture` (null but for
 // --solver gmm) becomes the posterior, and its kernels at every epoch the

@@ -99,6 +99,16 @@ std::string WorstLine(const RunErrors& errors) {
 
 }  // namespace
 
+std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
+                        const Holdout* holdout) {
+  std::string text = Format("The error is %.3g times the noise",
+                            fit.train.total.normalized_rms);
+  if (holdout != nullptr) {
+    text += Format(" (held out %.3g)", holdout->errors.total.normalized_rms);
+  }
+  return text + ": " + ErrorVerdict(fit, ReachesNoise(problem, fit)) + ".";
+}
+
 std::string FitText(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
                     const AddedEffects* added, bool colour) {

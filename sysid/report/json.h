@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
 
@@ -67,6 +68,30 @@ inline Json ToJson(const std::vector<OpenError>& open, bool held_out) {
                     {"channels", channels}});
   }
   return list;
+}
+
+inline Json ToJson(const std::vector<HistoryEntry>& history) {
+  Json list = Json::array();
+  for (const HistoryEntry& entry : history) {
+    list.push_back({{"iteration", entry.iteration},
+                    {"cost", Finite(entry.cost)},
+                    {"time_s", entry.time_s}});
+  }
+  return list;
+}
+
+// Of a covariance; null where a variance is none.
+inline Json Correlation(const Eigen::MatrixXd& covariance) {
+  Json rows = Json::array();
+  for (int i = 0; i < covariance.rows(); ++i) {
+    Json row = Json::array();
+    for (int j = 0; j < covariance.cols(); ++j) {
+      row.push_back(Finite(covariance(i, j) /
+                           std::sqrt(covariance(i, i) * covariance(j, j))));
+    }
+    rows.push_back(row);
+  }
+  return rows;
 }
 
 // Text from files may be no UTF-8: replaced, never refused.

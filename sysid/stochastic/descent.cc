@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/fit_summary.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/preflight.h"
@@ -53,6 +54,7 @@ void Descent::Note(int epoch, int epochs, double loss, int samples,
   const double squares = loss * samples / (fit_.noise * fit_.noise);
   fit_.history.push_back(
       {epoch, 0.5 * squares, Seconds(), transformation_.Theta(v)});
+  ThrowIfCancelled(problem_->options().stop);
   if (!problem_->options().progress) return;
   const double dof = std::max(1.0, problem_->DofPerSample() * samples);
   problem_->options().progress(

@@ -212,6 +212,7 @@ TEST_P(EffectContract, HasParametersWithUnitsScalesAndBoundsAroundNull) {
     }
   }
   EXPECT_THAT(effect_->ShowsIn(), Not(IsEmpty()));
+  EXPECT_THAT(effect_->Law(), Not(IsEmpty()));
 }
 
 TEST_P(EffectContract, DoesNothingAtAllAtNull) {

@@ -186,7 +186,7 @@ TEST_F(DiagnoseTest, AddsUntilNothingIsMissing) {
       Diagnose({"--model", "pendulum2_planar", "--traj", "two1.csv,two2.csv",
                 "--holdout", "two3.csv", "--auto", "--out", "two"});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.err, "");
+  EXPECT_EQ(result.err, NoReportNote());
   const Json json = Json::parse(folder_->Read("two/diagnosis.json"));
   std::vector<std::string> effects;
   double train = json["baseline"]["train"]["normalized_rms"];
@@ -216,6 +216,7 @@ TEST_F(DiagnoseTest, AddsUntilNothingIsMissing) {
               ::testing::UnorderedElementsAreArray(effects));
   EXPECT_LT(fit["error"]["holdout"]["normalized_rms"], 1.1);
   EXPECT_THAT(folder_->Read("two/prediction.csv"), HasSubstr("joint1"));
+  ExpectReport(*folder_, "two/report.html", "sysid_diagnose");
   const ProgramResult again =
       folder_->Run(SYSID_FIT, {"--model", "two/identified.urdf", "--traj",
                                "two1.csv,two2.csv", "--json", "again.json"});

@@ -143,10 +143,12 @@ TEST_F(FitFilesTest, TheFolderHoldsEverything) {
       names.push_back(name.substr(7));
     }
   }
+  std::vector<std::string> expected{"fit.json", "prediction.csv",
+                                    "identified.urdf", "identified.sysid.yaml"};
+  if (NoReportNote().empty()) expected.push_back("report.html");
   // Nothing temporary is left.
-  EXPECT_THAT(names, testing::UnorderedElementsAre("fit.json", "prediction.csv",
-                                                   "identified.urdf",
-                                                   "identified.sysid.yaml"));
+  EXPECT_THAT(names, testing::UnorderedElementsAreArray(expected));
+  ExpectReport(folder_, "result/report.html", "sysid_fit");
 }
 
 TEST_F(FitFilesTest, PredictionsFollowEachOtherInTime) {

@@ -12,7 +12,8 @@
 
 // What the tests of the programs share. SYSID_COMPARE, SYSID_DIAGNOSE,
 // SYSID_FIT and SYSID_SIMULATE are the programs' files, SYSID_SOURCE the
-// project's folder; all from CMake.
+// project's folder, SYSID_PAGE_MISSING says why this build makes no
+// report.html (empty: it does); all from CMake.
 
 namespace sysid {
 
@@ -30,6 +31,27 @@ inline constexpr char kRods[] = R"(<robot name="rods"><link name="base"/>
 </inertial></link></robot>)";
 
 using Arguments = std::vector<std::string>;
+
+// What a program says on standard error of a report.html that it cannot write.
+inline std::string NoReportNote() {
+  const std::string missing = SYSID_PAGE_MISSING;
+  return missing.empty() ? "" : "note: no report.html: " + missing + "\n";
+}
+
+// That a folder has a report.html with the document of this schema in it, or
+// none where the build has no page.
+inline void ExpectReport(const ProgramFolder& folder, const std::string& file,
+                         const std::string& program) {
+  ASSERT_EQ(folder.Has(file), NoReportNote().empty());
+  if (!folder.Has(file)) return;
+  const std::string html = folder.Read(file);
+  EXPECT_THAT(html, ::testing::StartsWith("<!doctype html>"));
+  EXPECT_THAT(html, ::testing::HasSubstr(
+                        "<script id=\"page-data\" type=\"application/json\">{"
+                        "\"schema\":\"sysid.page/1\",\"program\":\"" +
+                        program + "\""));
+  EXPECT_LT(html.size(), 3u << 20);
+}
 
 inline Arguments operator+(Arguments a, const Arguments& b) {
   a.insert(a.end(), b.begin(), b.end());

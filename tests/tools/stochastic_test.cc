@@ -170,7 +170,7 @@ TEST(Mixture, SamplesIdentifiedModels) {
                                       "--sample", "3", "--out", "result"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, AllOf(HasSubstr("kernel"), HasSubstr("weight"),
-                                HasSubstr("identified.sysid.yaml, samples.csv, "
+                                HasSubstr("report.html, samples.csv, "
                                           "sample_1.urdf to sample_3.urdf\n"),
                                 Not(HasSubstr("not converged"))));
   EXPECT_THAT(folder.Read("result/samples.csv"),

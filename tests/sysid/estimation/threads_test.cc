@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/parallel.h"
 #include "tests/support/fit_setup.h"
 
@@ -24,6 +25,31 @@ TEST(ParallelFor, CallsEachOnce) {
 TEST(ParallelFor, IsFalseWhereAnyFails) {
   for (const int threads : {1, 3}) {
     EXPECT_FALSE(ParallelFor(50, threads, [](int i) { return i != 20; }));
+  }
+}
+
+TEST(ParallelFor, ThrowsWhatTheWorkThrows) {
+  for (const int threads : {1, 3}) {
+    EXPECT_THROW(ParallelFor(50, threads,
+                             [](int i) -> bool {
+                               if (i == 20) throw std::runtime_error("20");
+                               return true;
+                             }),
+                 std::runtime_error);
+  }
+}
+
+TEST(ParallelFor, EndsWhereItIsStopped) {
+  for (const int threads : {1, 3}) {
+    std::stop_source stop;
+    std::atomic<int> calls = 0;
+    EXPECT_THROW(ParallelFor(1000, threads, stop.get_token(),
+                             [&](int) {
+                               if (++calls == 20) stop.request_stop();
+                               return true;
+                             }),
+                 Cancelled);
+    EXPECT_LE(calls, 20 + threads);
   }
 }
 

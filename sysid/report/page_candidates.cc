@@ -1,0 +1,103 @@
+#include "sysid/report/page_candidates.h"
+
+#include "models/error.h"
+#include "sysid/report/page_series.h"
+
+namespace sysid {
+namespace {
+
+Json Expected(const ScreenedEffect& screened) {
+  Json list = Json::array();
+  for (const ExpectedParameter& p : screened.parameters) {
+    // What was searched has no derivative to say so from.
+    list.push_back(
+        {{"name", p.name},
+         {"unit", p.unit},
+         {"value", Finite(p.value)},
+         {"stdError", p.searched ? Json(nullptr) : Finite(p.std_error)},
+         {"detectable", p.searched ? Json(nullptr) : Finite(p.detectable)}});
+  }
+  return list;
+}
+
+Json Confirmed(const Confirmation& confirmed) {
+  Json parameters = Json::array();
+  for (const ParameterEstimate& p : confirmed.parameters) {
+    parameters.push_back(
+        {{"name", p.name}, {"unit", p.unit}, {"value", Finite(p.value)}});
+  }
+  return {{"train", Finite(confirmed.train)},
+          {"holdout", Finite(confirmed.holdout)},
+          {"togetherWith", confirmed.together_with},
+          {"parameters", parameters}};
+}
+
+// The effect, with the other where only both help.
+std::string ToAdd(const CandidateEffect& candidate) {
+  const std::string name = candidate.screened.name();
+  if (!candidate.confirmed || candidate.confirmed->together_with.empty()) {
+    return name;
+  }
+  return name + "," + candidate.confirmed->together_with;
+}
+
+}  // namespace
+
+std::string ChangeTitle(const DiagnosisStep& step) {
+  std::string title;
+  if (!step.removed.empty()) title = "- " + step.removed;
+  for (const std::string& name : step.effects) {
+    title += (title.empty() ? "+ " : " + ") + name;
+  }
+  return title;
+}
+
+Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
+  Json list = Json::array();
+  for (const CandidateEffect& candidate : diagnosis.candidates) {
+    const ScreenedEffect& screened = candidate.screened;
+    const Confirmation* confirmed =
+        candidate.confirmed ? &*candidate.confirmed : nullptr;
+    Json force = Json::array();
+    for (const std::vector<double>& curve : candidate.force) {
+      force.push_back(Series(curve));
+    }
+    list.push_back(
+        {{"effect", screened.effect->kind()},
+         {"target", screened.effect->target()},
+         {"law", screened.effect->Law()},
+         {"score", Finite(screened.score)},
+         {"dof", screened.dof},
+         {"pValue", Finite(screened.p_value)},
+         {"predictedError", Finite(screened.predicted_error)},
+         {"expected", Expected(screened)},
+         {"confirmed", confirmed ? Confirmed(*confirmed) : Json(nullptr)},
+         {"accepted", confirmed != nullptr && confirmed->accepted},
+         {"refused", confirmed ? confirmed->refused : ""},
+         {"indistinguishableFrom", candidate.indistinguishable_from},
+         {"separatedBy", candidate.told_apart_by},
+         {"force", force},
+         {"command",
+          source.fit_command(ToAdd(candidate), Join(screened.idle, ","))}});
+  }
+  return list;
+}
+
+Json ForcesJson(const Where& where) {
+  Json list = Json::array();
+  for (const ForceCurve& curve : where.force) {
+    list.push_back({{"joint", curve.joint},
+                    {"component", curve.component},
+                    {"unit", curve.unit},
+                    {"trajectory", curve.trajectory},
+                    {"t", TimeSeries(curve.t)},
+                    {"value", Series(curve.value)},
+                    {"std", Series(curve.std)},
+                    {"position", Series(curve.position)},
+                    {"velocity", Series(curve.velocity)},
+                    {"effort", Series(curve.effort)}});
+  }
+  return list;
+}
+
+}  // namespace sysid

@@ -1,0 +1,159 @@
+#include "sysid/report/page_data.h"
+
+#include "models/urdf/write_urdf.h"
+#include "sysid/estimation/holdout.h"
+#include "sysid/report/diagnosis_report.h"
+#include "sysid/report/page_candidates.h"
+#include "sysid/report/page_runs.h"
+
+namespace sysid {
+namespace {
+
+Json MechanismJson(const Model& model) {
+  Json joints = Json::array();
+  for (const Joint& joint : model.mechanism().joints) {
+    if (joint.type == JointType::kFixed) continue;
+    const bool slides = joint.type == JointType::kPrismatic;
+    joints.push_back({{"name", joint.name},
+                      {"type", ToString(joint.type)},
+                      {"unit", slides ? "m" : "rad"},
+                      {"effortUnit", slides ? "N" : "N m"},
+                      {"q", joint.q_index},
+                      {"v", joint.v_index}});
+  }
+  return {{"urdf", WriteUrdf(model, {})}, {"joints", joints}};
+}
+
+// An error of no runs at all is none.
+Json ErrorOr(double error) { return error > 0 ? Finite(error) : Json(nullptr); }
+
+// What the effects of --add did to the model without them.
+Json AddedStep(const AddedEffects& added, int model) {
+  DiagnosisStep step;
+  step.effects = added.effects;
+  step.predicted = added.predicted;
+  step.train_before = added.train_before;
+  step.train_after = added.train_after;
+  step.holdout_before = added.holdout_before;
+  step.holdout_after = added.holdout_after;
+  return PageStep(step, model);
+}
+
+}  // namespace
+
+PageFit JudgedModel::Show(int id, const std::string& title) const {
+  PageFit fit;
+  fit.id = id;
+  fit.title = title;
+  fit.session = &session;
+  fit.problem = judgement->problem.get();
+  fit.fit = &judgement->fit;
+  fit.holdout = holdout ? &*holdout : nullptr;
+  return fit;
+}
+
+JudgedModel OpenJudgement(const Session& session,
+                          const DiagnosisProblem& problem,
+                          const Judgement& judgement) {
+  JudgedModel judged{session, std::nullopt, &judgement};
+  judged.session.model = judgement.problem->model();
+  judged.session.free = judgement.problem->free();
+  judged.session.effects = judged.session.model.effects().names();
+  judged.session.runs.clear();  // those of the problem count
+  judged.session.holdout.clear();
+  if (!problem.holdout.empty() && !judgement.holdout_point.runs.empty()) {
+    judged.holdout = OpenHoldout(judgement.fit.model, problem.holdout,
+                                 *judgement.problem, judgement.fit.segment_s);
+    judged.holdout->errors = judgement.holdout;
+    judged.holdout->point = judgement.holdout_point;
+  }
+  return judged;
+}
+
+PageFit ShowFinal(const FinalFit& final, int id) {
+  PageFit fit;
+  fit.id = id;
+  fit.title = "final fit, whole runs";
+  fit.session = &final.session;
+  fit.problem = final.problem.get();
+  fit.fit = &final.fit;
+  fit.holdout = final.holdout ? &*final.holdout : nullptr;
+  return fit;
+}
+
+Json PageHeader(const PageSource& source) {
+  Json page;
+  page["schema"] = "sysid.page/1";
+  page["program"] = source.program;
+  page["version"] = SYSID_VERSION;
+  page["live"] = source.live;
+  page["model"] = source.session->model_name;
+  page["command"] = source.command;
+  page["notices"] = source.session->notices;
+  page["noise"] = Finite(source.train->PooledNoise());
+  page["mechanism"] = MechanismJson(source.session->model);
+  page["runs"] = RunsJson(source);
+  page["models"] = Json::array();
+  page["current"] = 0;
+  page["compared"] = nullptr;
+  page["steps"] = Json::array();
+  return page;
+}
+
+Json PageStep(const DiagnosisStep& step, int model) {
+  return {{"title", ChangeTitle(step)},
+          {"model", model},
+          {"predicted", ErrorOr(step.predicted)},
+          {"trainBefore", ErrorOr(step.train_before)},
+          {"trainAfter", ErrorOr(step.train_after)},
+          {"holdoutBefore", ErrorOr(step.holdout_before)},
+          {"holdoutAfter", ErrorOr(step.holdout_after)}};
+}
+
+Json FitPage(const PageSource& source, const PageFit& fit) {
+  Json page = PageHeader(source);
+  page["models"].push_back(PageModel(source, fit, nullptr));
+  if (fit.added != nullptr) {
+    page["steps"].push_back(AddedStep(*fit.added, fit.id));
+  }
+  return page;
+}
+
+Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
+                   const Diagnosis& diagnosis, const FinalFit* final) {
+  Json page = PageHeader(source);
+  Json& models = page["models"];
+  const NextStep next = ChooseNext(diagnosis, final);
+  const std::string command = source.fit_command(next.add, next.fix);
+  const JudgedModel base =
+      OpenJudgement(*source.session, problem, diagnosis.base);
+  PageFit given = base.Show(0, "as given");
+  given.with_prediction_csv = diagnosis.steps.empty();
+  given.next_command = command;
+  models.push_back(PageModel(source, given, &diagnosis));
+  for (const DiagnosisStep& step : diagnosis.steps) {
+    const int id = static_cast<int>(models.size());
+    const JudgedModel judged =
+        OpenJudgement(*source.session, problem, *step.after);
+    PageFit fit = judged.Show(id, ChangeTitle(step));
+    fit.with_prediction_csv = step.after == diagnosis.steps.back().after;
+    fit.next_command = command;
+    models.push_back(PageModel(source, fit, nullptr));
+    page["steps"].push_back(PageStep(step, id));
+  }
+  if (final != nullptr) {
+    PageFit fit = ShowFinal(*final, static_cast<int>(models.size()));
+    fit.next_command = command;
+    models.push_back(PageModel(source, fit, nullptr));
+  }
+  // The last that was judged, beside what it came from.
+  if (!diagnosis.steps.empty()) {
+    page["current"] = diagnosis.steps.size();
+    page["compared"] = 0;
+    models[diagnosis.steps.size()]["verdict"] =
+        ToString(diagnosis.final_verdict);
+  }
+  return page;
+}
+
+}  // namespace sysid

@@ -1,0 +1,101 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/diagnose.h"
+#include "sysid/report/json.h"
+#include "sysid/session/diagnosis_session.h"
+#include "sysid/session/session.h"
+#include "sysid/stochastic/stochastic_fit.h"
+
+namespace sysid {
+
+// The document that the page shows: PageData of web/src/page_data.ts, which
+// says units and shapes. Everything here turns numbers into text; nothing is
+// fitted. Series are little-endian float32 in base64, missing numbers NaN in
+// them and null elsewhere.
+
+// What the models of a page share. Points at what must outlive it.
+struct PageSource {
+  std::string program;               // "sysid_fit"
+  bool live = false;                 // whether there is a server to ask
+  std::string command;               // that made the page, for a shell
+  const Session* session = nullptr;  // as opened: the model as given
+  // The runs that are shown, whatever a model was fitted to: for a fit those
+  // of its problem, for a diagnosis those that it searches. `train` has the
+  // noise of the channels.
+  const ShootingProblem* train = nullptr;
+  const std::vector<Run>* holdout = nullptr;
+  // The command that fits with effects added and parameters held, both comma
+  // separated; see CommandFromFlags.
+  std::function<std::string(const std::string& add, const std::string& fix)>
+      fit_command;
+};
+
+// A fitted model as the page shows it.
+struct PageFit {
+  int id = 0;  // place in PageData.models
+  std::string title;
+  const Session* session = nullptr;  // with its model, effects, what is free
+  const ShootingProblem* problem = nullptr;
+  const Fit* fit = nullptr;
+  const Holdout* holdout = nullptr;     // null: no held-out runs
+  const AddedEffects* added = nullptr;  // by --add; null: none were
+  const MixtureFit* mixture = nullptr;
+  // Whether the text of prediction.csv goes in, where it is no larger than all
+  // else; a server has it by its own address.
+  bool with_prediction_csv = false;
+  std::string next_command;
+};
+
+// A judgement with what it does not keep itself: as PageFit wants it. Points at
+// the judgement.
+struct JudgedModel {
+  Session session;
+  std::optional<Holdout> holdout;
+  const Judgement* judgement = nullptr;
+  PageFit Show(int id, const std::string& title) const;
+};
+JudgedModel OpenJudgement(const Session& session,
+                          const DiagnosisProblem& problem,
+                          const Judgement& judgement);
+
+PageFit ShowFinal(const FinalFit& final, int id);
+
+// PageData with no models and no steps yet.
+Json PageHeader(const PageSource& source);
+
+// A ModelData. `diagnosis`: one of which this model is the base; null: it was
+// not asked what is missing.
+Json PageModel(const PageSource& source, const PageFit& fit,
+               const Diagnosis* diagnosis);
+
+// The files of a model that can be taken away: fit.json, prediction.csv,
+// identified.urdf, identified.sysid.yaml.
+struct ModelFile {
+  std::string name, type;  // "fit.json", "application/json"
+};
+std::vector<ModelFile> ModelFiles();
+// The text of one of them; empty for another name.
+std::string ModelFileText(const PageFit& fit, const std::string& name);
+
+// A StepData: a change that led to model `model`.
+Json PageStep(const DiagnosisStep& step, int model);
+
+// Whole documents.
+Json FitPage(const PageSource& source, const PageFit& fit);
+// `final`: null where the diagnosis was not fitted once more.
+Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
+                   const Diagnosis& diagnosis, const FinalFit* final);
+
+// The page with the document in it, one file that asks for nothing else; and
+// the page that asks its server. Empty where the build has no page: then
+// WhyNoPage() says why, in a sentence.
+std::string ReportHtml(const Json& page);
+std::string LivePage();
+std::string WhyNoPage();
+
+}  // namespace sysid

@@ -1,0 +1,158 @@
+#include <algorithm>
+#include <cmath>
+
+#include "sysid/report/diagnosis_report.h"
+#include "sysid/report/fit_report.h"
+#include "sysid/report/page_candidates.h"
+#include "sysid/report/page_data.h"
+#include "sysid/report/page_runs.h"
+
+namespace sysid {
+namespace {
+
+std::vector<std::string> Beyond(const std::vector<std::string>& effects,
+                                const std::vector<std::string>& given) {
+  std::vector<std::string> beyond;
+  for (const std::string& name : effects) {
+    if (std::find(given.begin(), given.end(), name) == given.end()) {
+      beyond.push_back(name);
+    }
+  }
+  return beyond;
+}
+
+// The effect that brought a parameter into the fit; null: it was free without.
+Json OwnerOf(const std::string& parameter, const PageSource& source,
+             const Model& model) {
+  const bool given =
+      std::any_of(source.session->free.begin(), source.session->free.end(),
+                  [&](const FreeParameter& free) {
+                    return free.parameter.name == parameter;
+                  });
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    const std::vector<std::string>& corrects = effect.corrects();
+    const bool own = std::any_of(
+        effect.parameters().begin(), effect.parameters().end(),
+        [&](const EffectParameter& p) { return p.name == parameter; });
+    if (own || (!given && std::find(corrects.begin(), corrects.end(),
+                                    parameter) != corrects.end())) {
+      return effect.name();
+    }
+  }
+  return nullptr;
+}
+
+Json ParametersJson(const PageSource& source, const PageFit& fit) {
+  Json list = Json::array();
+  for (const ParameterEstimate& p :
+       ReportedParameters(*fit.session, *fit.fit)) {
+    list.push_back({{"name", p.name},
+                    {"unit", p.unit},
+                    {"initial", Finite(p.initial)},
+                    {"value", Finite(p.value)},
+                    {"stdError", Finite(p.std_error)},
+                    {"ci95", {Finite(p.ci95[0]), Finite(p.ci95[1])}},
+                    {"lower", Finite(p.lower)},
+                    {"upper", Finite(p.upper)},
+                    {"atBound", p.at_bound},
+                    {"identifiable", p.identifiable},
+                    {"ofEffect", OwnerOf(p.name, source, fit.fit->model)}});
+  }
+  return list;
+}
+
+// Of those that the data determines: their places in the covariance.
+std::vector<int> Determined(const Fit& fit) {
+  std::vector<int> places;
+  const int known = static_cast<int>(fit.covariance.rows());
+  for (int i = 0; i < static_cast<int>(fit.parameters.size()); ++i) {
+    if (i < known && fit.parameters[i].identifiable) places.push_back(i);
+  }
+  return places;
+}
+
+Json FilesJson(const PageSource& source, const PageFit& fit) {
+  // A table that is larger would be most of the page; it lies beside it.
+  constexpr size_t kLargest = 512 << 10;
+  Json list = Json::array();
+  for (const ModelFile& file : ModelFiles()) {
+    const bool is_table = file.name == "prediction.csv";
+    Json text = nullptr;
+    if (!source.live && (!is_table || fit.with_prediction_csv)) {
+      text = ModelFileText(fit, file.name);
+      if (is_table && text.get_ref<const std::string&>().size() > kLargest) {
+        text = nullptr;
+      }
+    }
+    list.push_back({{"name", file.name}, {"type", file.type}, {"text", text}});
+  }
+  return list;
+}
+
+}  // namespace
+
+std::vector<ModelFile> ModelFiles() {
+  return {{"fit.json", "application/json"},
+          {"prediction.csv", "text/csv"},
+          {"identified.urdf", "application/xml"},
+          {"identified.sysid.yaml", "application/yaml"}};
+}
+
+std::string ModelFileText(const PageFit& fit, const std::string& name) {
+  if (name == "fit.json") {
+    return FitJson(*fit.session, *fit.problem, *fit.fit, fit.holdout, fit.added,
+                   fit.mixture);
+  }
+  if (name == "prediction.csv") {
+    return PredictionCsv(*fit.problem, *fit.fit, fit.holdout);
+  }
+  if (name == "identified.urdf") return IdentifiedUrdf(*fit.session, *fit.fit);
+  if (name == "identified.sysid.yaml") {
+    return IdentifiedSpecification(*fit.session, *fit.fit);
+  }
+  return "";
+}
+
+Json PageModel(const PageSource& source, const PageFit& fit,
+               const Diagnosis* diagnosis) {
+  const Fit& found = *fit.fit;
+  const std::vector<int> determined = Determined(found);
+  Json names = Json::array();
+  for (const int i : determined) names.push_back(found.parameters[i].name);
+  Json model;
+  model["id"] = fit.id;
+  model["title"] = fit.title;
+  model["effects"] = Beyond(fit.session->effects, source.session->effects);
+  model["converged"] = found.converged;
+  model["termination"] = found.termination;
+  model["trainError"] = Finite(found.train.total.normalized_rms);
+  model["holdoutError"] = fit.holdout
+                              ? Finite(fit.holdout->errors.total.normalized_rms)
+                              : Json(nullptr);
+  model["verdict"] =
+      diagnosis ? Json(ToString(diagnosis->verdict)) : Json(nullptr);
+  model["sentence"] = diagnosis ? DiagnosisSentence(*diagnosis)
+                                : FitSentence(*fit.problem, found, fit.holdout);
+  model["doubts"] = diagnosis ? diagnosis->doubts : std::vector<std::string>();
+  model["segment_s"] = Finite(found.segment_s);
+  model["predictions"] = PredictionsJson(source, fit);
+  model["channels"] = ToJson(found.train.channels);
+  model["segments"] = ToJson(found.train.segments);
+  model["horizon"] =
+      ToJson(diagnosis ? diagnosis->where.horizon : found.horizon);
+  model["parameters"] = ParametersJson(source, fit);
+  model["correlation"] = Correlation(found.covariance(determined, determined));
+  model["correlationNames"] = names;
+  model["notIdentifiable"] = found.not_identifiable;
+  model["histories"] = {
+      {{"solver", found.solver}, {"points", ToJson(found.history)}}};
+  model["candidates"] =
+      diagnosis ? CandidatesJson(source, *diagnosis) : Json::array();
+  model["force"] = diagnosis ? ForcesJson(diagnosis->where) : Json::array();
+  model["files"] = FilesJson(source, fit);
+  model["nextCommand"] = fit.next_command;
+  return model;
+}
+
+}  // namespace sysid

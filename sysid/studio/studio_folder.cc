@@ -1,0 +1,218 @@
+#include "sysid/studio/studio_folder.h"
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+
+#include "models/error.h"
+#include "sysid/io/read_file.h"
+#include "sysid/io/write_file.h"
+#include "sysid/report/json.h"
+
+namespace sysid {
+namespace {
+
+constexpr char kIndex[] = "studio.json";
+constexpr char kSchema[] = "sysid.studio/1";
+
+// FNV-1a: tells files apart that a user may mistake, not those of an attacker.
+class Digest {
+ public:
+  void Add(const void* data, size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (size_t i = 0; i < size; ++i) {
+      hash_ = (hash_ ^ bytes[i]) * 1099511628211ull;
+    }
+  }
+  void Add(const std::string& text) { Add(text.data(), text.size()); }
+  void Add(const RowMatrixXd& m) {
+    Add(m.data(), sizeof(double) * static_cast<size_t>(m.size()));
+  }
+  std::string Text() const {
+    char text[20];
+    std::snprintf(text, sizeof(text), "%016llx",
+                  static_cast<unsigned long long>(hash_));
+    return text;
+  }
+
+ private:
+  std::uint64_t hash_ = 14695981039346656037ull;
+};
+
+Json ToJson(const std::vector<Run>& runs) {
+  Json list = Json::array();
+  for (const Run& run : runs) {
+    Digest digest;
+    digest.Add(run.t.data(), sizeof(double) * run.t.size());
+    digest.Add(run.effort);
+    for (const auto& channel : run.channels) {
+      digest.Add(channel.name);
+      digest.Add(channel.values);
+    }
+    list.push_back({{"name", run.name},
+                    {"samples", run.size()},
+                    {"digest", digest.Text()}});
+  }
+  return list;
+}
+
+// What must be the same for saved models to be models of a session.
+Json Describe(const StudioSetup& setup) {
+  const Session& session = setup.session;
+  Digest model;
+  model.Add(ReadTextFile(session.model_file));
+  Json free = Json::array();
+  for (const FreeParameter& f : session.free) {
+    free.push_back({{"name", f.parameter.name},
+                    {"initial", Finite(f.initial)},
+                    {"lower", Finite(f.lower)},
+                    {"upper", Finite(f.upper)},
+                    {"prior", f.prior ? Json{f.prior->mean, f.prior->std}
+                                      : Json(nullptr)}});
+  }
+  // The values that --fix and a specification set.
+  Json values = Json::array();
+  for (const Parameter& p : AllParameters(session.model)) {
+    values.push_back(Finite(p.nominal));
+  }
+  const EstimationOptions& options = session.options;
+  Json candidates = Json::array();
+  for (const auto& effect : setup.candidates) {
+    candidates.push_back(effect->name());
+  }
+  const Json described = {
+      {"model", {{"name", session.model_name}, {"digest", model.Text()}}},
+      {"runs", ToJson(session.runs)},
+      {"holdout", ToJson(session.holdout)},
+      {"free", free},
+      {"effects", session.effects},
+      {"values", values},
+      {"fixed", session.fixed},
+      {"candidates", candidates},
+      {"options",
+       {{"step", options.rollout.step},
+        {"integrator", static_cast<int>(options.rollout.integrator)},
+        {"segment", options.segment},
+        {"noise", options.noise},
+        {"residual", static_cast<int>(options.orientation)},
+        {"loss", static_cast<int>(options.loss)}}}};
+  // As it is read back.
+  return Json::parse(Dump(described));
+}
+
+std::string NamesIn(const Json& runs) {
+  std::vector<std::string> names;
+  for (const Json& run : runs) names.push_back(run.at("name"));
+  return names.empty() ? "none" : Join(names);
+}
+
+Json ReadJson(const std::string& file) {
+  const std::string text = ReadTextFile(file);
+  try {
+    return Json::parse(text);
+  } catch (const Json::exception& error) {
+    throw InputError(file, "is broken: it is no JSON",
+                     "restore it, or save to another folder (--out)");
+  }
+}
+
+}  // namespace
+
+StudioFolder::StudioFolder(const StudioSetup& setup) : folder_(setup.folder) {
+  if (folder_.empty()) return;
+  session_ = Describe(setup);
+  if (std::filesystem::exists(File(kIndex))) {
+    Read();
+    CheckWritableFolder(folder_);
+    return;
+  }
+  if (std::filesystem::exists(File(NameOf(0)))) {
+    throw InputError(File(NameOf(0)),
+                     std::string("would be replaced: the folder has no ") +
+                         kIndex + " that says of what session it is",
+                     "restore that, or save to another folder (--out)");
+  }
+  CheckWritableFolder(folder_);
+  WriteIndex(0);
+}
+
+std::string StudioFolder::File(const std::string& name) const {
+  return (std::filesystem::path(folder_) / name).string();
+}
+
+std::string StudioFolder::NameOf(int id) const {
+  return "model-" + std::to_string(id) + ".json";
+}
+
+void StudioFolder::Read() {
+  const Json index = ReadJson(File(kIndex));
+  try {
+    if (index.at("schema") != kSchema) {
+      throw InputError(File(kIndex),
+                       "is of another version: " + index.at("schema").dump() +
+                           " and not \"" + kSchema + "\"",
+                       "save to another folder (--out)");
+    }
+    CheckSame(index.at("session"));
+    const auto names = index.at("models").get<std::vector<std::string>>();
+    for (size_t i = 0; i < names.size(); ++i) {
+      if (names[i] != NameOf(static_cast<int>(i))) {
+        throw InputError(File(kIndex),
+                         "is broken: '" + names[i] + "' is no name of a model",
+                         "restore it, or save to another folder (--out)");
+      }
+      const std::string file = File(names[i]);
+      auto model =
+          std::make_shared<StudioModel>(StudioModelFrom(ReadJson(file), file));
+      if (model->id != static_cast<int>(i) || model->parent >= model->id) {
+        throw InputError(file, "is broken: it is another model's",
+                         "restore it, or save to another folder (--out)");
+      }
+      models_.push_back(std::move(model));
+    }
+  } catch (const Json::exception& error) {
+    throw InputError(File(kIndex), std::string("is broken: ") + error.what(),
+                     "restore it, or save to another folder (--out)");
+  }
+}
+
+void StudioFolder::CheckSame(const Json& saved) const {
+  const std::string hint =
+      "save to another folder (--out), or open this one as it was begun";
+  if (saved.at("model") != session_.at("model")) {
+    throw InputError(File(kIndex),
+                     "is a session of another model: " +
+                         saved.at("model").at("name").get<std::string>() +
+                         " (its URDF, as it was then)",
+                     hint);
+  }
+  for (const char* kind : {"runs", "holdout"}) {
+    if (saved.at(kind) == session_.at(kind)) continue;
+    throw InputError(File(kIndex),
+                     std::string("is a session of other ") +
+                         (std::string(kind) == "runs" ? "" : "held-out ") +
+                         "runs: " + NamesIn(saved.at(kind)) +
+                         " (as they were then)",
+                     hint);
+  }
+  for (const auto& [key, value] : session_.items()) {
+    if (saved.at(key) == value) continue;
+    throw InputError(File(kIndex), "was begun with other " + key, hint);
+  }
+}
+
+void StudioFolder::WriteIndex(int models) const {
+  Json names = Json::array();
+  for (int id = 0; id < models; ++id) names.push_back(NameOf(id));
+  WriteFileAtomically(
+      File(kIndex),
+      Dump({{"schema", kSchema}, {"session", session_}, {"models", names}}));
+}
+
+void StudioFolder::Save(const StudioModel& model) {
+  if (folder_.empty()) return;
+  WriteFileAtomically(File(NameOf(model.id)), Dump(ToJson(model)));
+  WriteIndex(model.id + 1);
+}
+
+}  // namespace sysid

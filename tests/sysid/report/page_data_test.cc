@@ -1,0 +1,346 @@
+#include "sysid/report/page_data.h"
+
+#include <gmock/gmock.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "sysid/report/fit_report.h"
+#include "sysid/report/page_series.h"
+#include "tests/sysid/diagnosis/diagnosis_setup.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+std::vector<double> Decode(const Json& series) {
+  const std::string digits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : series.at("f32").get<std::string>()) {
+    if (c == '=') break;
+    bits = bits << 6 | static_cast<std::uint32_t>(digits.find(c));
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes.push_back(static_cast<std::uint8_t>(bits >> count));
+  }
+  std::vector<double> values;
+  for (size_t i = 0; i + 4 <= bytes.size(); i += 4) {
+    const std::uint32_t single = bytes[i] | bytes[i + 1] << 8 |
+                                 bytes[i + 2] << 16 |
+                                 std::uint32_t{bytes[i + 3]} << 24;
+    values.push_back(std::bit_cast<float>(single) +
+                     series.value("offset", 0.0));
+  }
+  return values;
+}
+
+TEST(Series, AreLittleEndianSinglesInBase64) {
+  EXPECT_EQ(Series({1.0, NAN, -2.5}).at("f32"), "AACAPwAAwH8AACDA");
+  EXPECT_EQ(Series({}).at("f32"), "");
+  EXPECT_EQ(Series({1.0}).at("f32"), "AACAPw==");
+  EXPECT_TRUE(std::isnan(Decode(Series({INFINITY})).front()));
+}
+
+TEST(TimeSeries, TellSamplesApartThatLieFarFromZero) {
+  const std::vector<double> t{1.7e9, 1.7e9 + 0.01, 1.7e9 + 0.02};
+  const std::vector<double> read = Decode(TimeSeries(t));
+  for (size_t i = 0; i < t.size(); ++i) EXPECT_NEAR(read[i], t[i], 1e-6);
+  EXPECT_FALSE(TimeSeries({0.0, 0.01}).contains("offset"));
+}
+
+Session OpenOn(const DiagnosisProblem& problem) {
+  Session session(problem.model);
+  session.model_name = "pendulum2_planar";
+  session.free = problem.free;
+  session.runs = problem.train;
+  session.holdout = problem.holdout;
+  session.options = problem.options;
+  session.effects = problem.model.effects().names();
+  return session;
+}
+
+PageSource SourceOf(const Session& session, const ShootingProblem& train) {
+  PageSource source;
+  source.program = "sysid_diagnose";
+  source.command = "sysid_diagnose --auto";
+  source.session = &session;
+  source.train = &train;
+  source.holdout = &session.holdout;
+  source.fit_command = [](const std::string& add, const std::string& fix) {
+    return "sysid_fit --add " + add + (fix.empty() ? "" : " --fix " + fix);
+  };
+  return source;
+}
+
+// Two runs of 8 s and one held out, of a pendulum with a damped joint,
+// diagnosed once for all tests.
+class DiagnosedPage : public ::testing::Test {
+ protected:
+  static constexpr char kRun[] = "</script><!--<script>\u2028.csv";
+
+  static void SetUpTestSuite() {
+    const Model truth = Shipped("pendulum2_planar", {"viscous_damping@joint1"},
+                                {{"joint1.damping", 0.05}});
+    std::vector<sysid::Run> runs;
+    for (int seed = 1; seed <= 3; ++seed) {
+      runs.push_back(Record(truth, seed, {.duration = 8.0}));
+    }
+    runs[1].name = kRun;
+    problem_ = new DiagnosisProblem(
+        MakeProblem(Shipped("pendulum2_planar"),
+                    {{"link1.length", 0.5}, {"link2.length", 0.5}}, runs));
+    session_ = new Session(OpenOn(*problem_));
+    DiagnosisOptions options;
+    options.add = true;
+    diagnosis_ = new Diagnosis(
+        Diagnose(*problem_, AllCandidates(problem_->model), options));
+    final_ = new FinalFit(FitFinal(*session_, *problem_, *diagnosis_));
+    page_ =
+        new Json(DiagnosisPage(SourceOf(*session_, *diagnosis_->base.problem),
+                               *problem_, *diagnosis_, final_));
+  }
+  static void TearDownTestSuite() {
+    delete page_;
+    delete final_;
+    delete diagnosis_;
+    delete session_;
+    delete problem_;
+  }
+
+  static const Json& CandidateNamed(const std::string& effect,
+                                    const std::string& target) {
+    for (const Json& candidate : (*page_)["models"][0]["candidates"]) {
+      if (candidate["effect"] == effect && candidate["target"] == target) {
+        return candidate;
+      }
+    }
+    ADD_FAILURE() << "no " << effect << "@" << target;
+    static const Json none;
+    return none;
+  }
+
+  static inline DiagnosisProblem* problem_;
+  static inline Session* session_;
+  static inline Diagnosis* diagnosis_;
+  static inline FinalFit* final_;
+  static inline Json* page_;
+};
+
+TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
+  const Json& models = (*page_)["models"];
+  ASSERT_EQ(diagnosis_->steps.size(), 1u);
+  ASSERT_EQ(models.size(), 3u);
+  EXPECT_EQ(models[0]["title"], "as given");
+  EXPECT_EQ(models[0]["verdict"], "missing_effect");
+  EXPECT_EQ(models[1]["title"], "+ viscous_damping@joint1");
+  EXPECT_EQ(models[1]["effects"], Json::array({"viscous_damping@joint1"}));
+  EXPECT_EQ(models[1]["verdict"], "adequate");
+  EXPECT_EQ(models[2]["title"], "final fit, whole runs");
+  EXPECT_EQ((*page_)["current"], 1);
+  EXPECT_EQ((*page_)["compared"], 0);
+  const Json& step = (*page_)["steps"].at(0);
+  EXPECT_EQ(step["model"], 1);
+  EXPECT_EQ(step["trainBefore"], models[0]["trainError"]);
+  EXPECT_EQ(step["trainAfter"], models[1]["trainError"]);
+  EXPECT_EQ(step["holdoutAfter"], models[1]["holdoutError"]);
+  for (const Json& parameter : models[1]["parameters"]) {
+    EXPECT_EQ(parameter["ofEffect"], parameter["name"] == "joint1.damping"
+                                         ? Json("viscous_damping@joint1")
+                                         : Json(nullptr));
+  }
+}
+
+TEST_F(DiagnosedPage, HasResidualsInUnitsOfTheNoise) {
+  const Json& runs = (*page_)["runs"];
+  ASSERT_EQ(runs.size(), 3u);
+  EXPECT_TRUE(runs[2]["heldOut"]);
+  for (const Json& model : (*page_)["models"]) {
+    for (size_t r = 0; r < runs.size(); ++r) {
+      for (size_t c = 0; c < runs[r]["channels"].size(); ++c) {
+        const Json& channel = runs[r]["channels"][c];
+        const Json& prediction = model["predictions"][r]["channels"][c];
+        const auto measured = Decode(channel["measured"][0]);
+        const auto predicted = Decode(prediction["predicted"][0]);
+        const auto residual = Decode(prediction["residual"][0]);
+        ASSERT_EQ(residual.size(), 801u);
+        double squares = 0.0;
+        for (size_t k = 0; k < residual.size(); ++k) {
+          // Single precision of angles of some rad.
+          EXPECT_NEAR(residual[k], (measured[k] - predicted[k]) / 1e-3, 2e-3);
+          squares += residual[k] * residual[k];
+        }
+        if (model["id"] == 0) continue;
+        EXPECT_NEAR(std::sqrt(squares / residual.size()), 1.0, 0.15);
+      }
+    }
+  }
+}
+
+TEST_F(DiagnosedPage, PredictsWhatTheTableDoes) {
+  const Json& model = (*page_)["models"][2];
+  std::istringstream rows(
+      PredictionCsv(*final_->problem, final_->fit, nullptr));
+  std::string header, row;
+  std::getline(rows, header);
+  ASSERT_THAT(header, HasSubstr("t,run,t_run,joint1.q.measured,joint1.q.pred"));
+  const auto t = Decode((*page_)["runs"][0]["t"]);
+  const auto measured =
+      Decode((*page_)["runs"][0]["channels"][0]["measured"][0]);
+  const auto predicted =
+      Decode(model["predictions"][0]["channels"][0]["predicted"][0]);
+  const auto q = Decode(model["predictions"][0]["q"][0]);
+  for (size_t k = 0; k < t.size(); ++k) {
+    ASSERT_TRUE(std::getline(rows, row));
+    double cells[5];
+    std::istringstream line(row);
+    for (double& cell : cells) {
+      std::string text;
+      std::getline(line, text, ',');
+      cell = std::stod(text);
+    }
+    EXPECT_NEAR(t[k], cells[2], 1e-6);
+    EXPECT_NEAR(measured[k], cells[3], 1e-6);
+    EXPECT_NEAR(predicted[k], cells[4], 1e-6);
+    EXPECT_NEAR(q[k], cells[4], 1e-6);
+  }
+}
+
+TEST_F(DiagnosedPage, HasTheForceThatADampingWouldAdd) {
+  const Json& candidate = CandidateNamed("viscous_damping", "joint1");
+  const Json& curves = (*page_)["models"][0]["force"];
+  ASSERT_EQ(candidate["force"].size(), curves.size());
+  const double damping = candidate["expected"][0]["value"];
+  EXPECT_GT(damping, 0.0);
+  EXPECT_EQ(candidate["law"], "-d qd");
+  EXPECT_EQ(candidate["command"], "sysid_fit --add viscous_damping@joint1");
+  for (size_t i = 0; i < curves.size(); ++i) {
+    const auto force = Decode(candidate["force"][i]);
+    const auto velocity = Decode(curves[i]["velocity"]);
+    ASSERT_EQ(force.size(), Decode(curves[i]["t"]).size());
+    ASSERT_EQ(force.size(), velocity.size());
+    const bool own = curves[i]["joint"] == "joint1";
+    for (size_t k = 0; k < force.size(); ++k) {
+      EXPECT_NEAR(force[k], own ? -damping * velocity[k] : 0.0, 1e-6);
+    }
+    EXPECT_THAT(Decode(curves[i]["effort"]), IsEmpty());  // none was measured
+  }
+}
+
+TEST_F(DiagnosedPage, HasForcesOfEveryKindOfEffect) {
+  // As few effects as are shown act on sensors only, without a force.
+  int with_force = 0;
+  const Json& model = (*page_)["models"][0];
+  for (const Json& candidate : model["candidates"]) {
+    EXPECT_THAT(candidate["law"].get<std::string>(), Not(IsEmpty()));
+    if (candidate["effect"] == "sensor_offset") {
+      EXPECT_THAT(candidate["force"], IsEmpty());
+    }
+    if (candidate["force"].empty()) continue;
+    ++with_force;
+    double most = 0.0;
+    for (const Json& series : candidate["force"]) {
+      for (const double f : Decode(series)) {
+        ASSERT_TRUE(std::isfinite(f));
+        most = std::max(most, std::abs(f));
+      }
+    }
+    EXPECT_GT(most, 0.0) << candidate["effect"];
+  }
+  EXPECT_GE(with_force, 6);
+}
+
+// The members of the interfaces of page_data.ts, by interface; "?" are
+// optional.
+std::map<std::string, std::set<std::string>> Interfaces() {
+  std::ifstream file(SYSID_SOURCE "/web/src/page_data.ts");
+  EXPECT_TRUE(file.good());
+  std::map<std::string, std::set<std::string>> interfaces;
+  std::string line, name;
+  std::smatch match;
+  const std::regex begin("export interface (\\w+) \\{"), member("  (\\w+): .*");
+  while (std::getline(file, line)) {
+    if (std::regex_match(line, match, begin)) name = match[1];
+    if (line == "}") name.clear();
+    if (!name.empty() && std::regex_match(line, match, member)) {
+      interfaces[name].insert(match[1]);
+    }
+  }
+  return interfaces;
+}
+
+TEST_F(DiagnosedPage, HasEveryKeyThatThePageReads) {
+  const auto interfaces = Interfaces();
+  const auto expect = [&](const std::string& name, const Json& json) {
+    SCOPED_TRACE(name);
+    const auto keys = interfaces.find(name);
+    ASSERT_NE(keys, interfaces.end());
+    std::set<std::string> found;
+    for (const auto& item : json.items()) found.insert(item.key());
+    EXPECT_THAT(found, ::testing::IsSupersetOf(keys->second));
+  };
+  const Json& page = *page_;
+  const Json& model = page["models"][0];
+  expect("PageData", page);
+  expect("MechanismData", page["mechanism"]);
+  expect("JointData", page["mechanism"]["joints"][0]);
+  expect("RunData", page["runs"][0]);
+  expect("ChannelData", page["runs"][0]["channels"][0]);
+  expect("ModelData", model);
+  expect("PredictionData", model["predictions"][0]);
+  expect("ParameterData", model["parameters"][0]);
+  expect("CandidateData", model["candidates"][0]);
+  expect("ForceData", model["force"][0]);
+  expect("StepData", page["steps"][0]);
+  expect("Series", page["runs"][0]["t"]);
+}
+
+TEST_F(DiagnosedPage, StandsInAnHtmlOfLessThanThreeMegabytes) {
+  if (!WhyNoPage().empty()) GTEST_SKIP() << WhyNoPage();
+  const std::string html = ReportHtml(*page_);
+  EXPECT_LT(html.size(), 3u << 20);
+  const std::string element =
+      "<script id=\"page-data\" type=\"application/json\">";
+  const size_t begin = html.find(element) + element.size();
+  const std::string text =
+      html.substr(begin, html.find("</script>", begin) - begin);
+  EXPECT_THAT(text, Not(HasSubstr("<")));
+  EXPECT_THAT(text, Not(HasSubstr("\u2028")));
+  EXPECT_EQ(Json::parse(text), *page_);
+  EXPECT_EQ(Json::parse(text)["runs"][0]["name"], kRun);
+  EXPECT_THAT(LivePage(), HasSubstr(element + "</script>"));
+}
+
+TEST_F(DiagnosedPage, HasTheFilesOfEveryModel) {
+  for (const Json& model : (*page_)["models"]) {
+    ASSERT_EQ(model["files"].size(), 4u);
+    for (const Json& file : model["files"]) {
+      const bool left_out = file["name"] == "prediction.csv" &&
+                            model["id"] != (*page_)["current"];
+      EXPECT_EQ(file["text"].is_null(), left_out) << file["name"];
+    }
+    EXPECT_EQ(
+        Json::parse(model["files"][0]["text"].get<std::string>())["effects"],
+        model["effects"]);
+    const size_t n = model["correlationNames"].size();
+    ASSERT_EQ(model["correlation"].size(), n);
+    for (size_t i = 0; i < n; ++i) {
+      EXPECT_NEAR(model["correlation"][i][i].get<double>(), 1.0, 1e-12);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace sysid

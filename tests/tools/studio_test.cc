@@ -1,0 +1,183 @@
+// sysid_studio as its users run it: the address, Ctrl-C, and what it refuses.
+// SYSID_STUDIO is the program's file; what it serves tests/sysid/studio tests.
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using Json = nlohmann::json;
+
+// A program that goes on until it is told to end; killed where a test forgets.
+class RunningProgram {
+ public:
+  RunningProgram(const ProgramFolder& folder, Arguments arguments) {
+    arguments.insert(arguments.begin(), SYSID_STUDIO);
+    std::vector<char*> argv;
+    for (std::string& word : arguments) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    int ends[2];
+    if (pipe(ends) != 0) return;
+    const std::string where = folder.Path("");
+    child_ = fork();
+    if (child_ == 0) {
+      dup2(ends[1], 1);
+      close(ends[0]);
+      if (chdir(where.c_str()) == 0) execv(argv[0], argv.data());
+      _exit(127);
+    }
+    close(ends[1]);
+    out_ = ends[0];
+  }
+  ~RunningProgram() {
+    if (child_ > 0) kill(child_, SIGKILL);
+    if (child_ > 0) waitpid(child_, nullptr, 0);
+    if (out_ >= 0) close(out_);
+  }
+
+  // The next line that it prints, within a minute; empty where none comes.
+  std::string Line() {
+    std::string line;
+    char c = 0;
+    pollfd ready{out_, POLLIN, 0};
+    while (poll(&ready, 1, 60'000) == 1 && read(out_, &c, 1) == 1 &&
+           c != '\n') {
+      line += c;
+    }
+    return line;
+  }
+  // Its exit code after the signal; 128 + the signal that killed it.
+  int End(int signal) {
+    kill(child_, signal);
+    int status = 0;
+    waitpid(child_, &status, 0);
+    child_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+ private:
+  pid_t child_ = -1;
+  int out_ = -1;
+};
+
+int PortOf(const std::string& address) {
+  return std::stoi(address.substr(address.rfind(':') + 1));
+}
+
+// Whether somebody listens there.
+bool Answers(int port) {
+  const int fd = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(port));
+  const bool connected =
+      connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0;
+  close(fd);
+  return connected;
+}
+
+class StudioTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new ProgramFolder;
+    for (const std::string seed : {"1", "2"}) {
+      SimulateInto(*folder_, seed + ".csv",
+                   {"--model", "pendulum2_planar", "--duration", "4", "--seed",
+                    seed, "--add", "viscous_damping@joint1=0.05"});
+    }
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static Arguments Damped() {
+    return {"--model", "pendulum2_planar", "--traj",
+            "1.csv",   "--holdout",        "2.csv"};
+  }
+  static ProgramFolder* folder_;
+};
+
+ProgramFolder* StudioTest::folder_ = nullptr;
+
+TEST_F(StudioTest, SaysItsAddressAndEndsByCtrlC) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    RunningProgram studio(*folder_, Damped() + Arguments{"--port", "0"});
+    const std::string address = studio.Line();
+    ASSERT_THAT(address, MatchesRegex("http://127\\.0\\.0\\.1:[0-9]+/"));
+    EXPECT_TRUE(Answers(PortOf(address)));
+    EXPECT_EQ(studio.End(signal), 0);  // in the middle of the first fit
+    EXPECT_FALSE(Answers(PortOf(address)));
+  }
+}
+
+TEST_F(StudioTest, SavesWhatWasDone) {
+  const Arguments arguments =
+      Damped() + Arguments{"--port", "0", "--out", "session"};
+  for (int i = 0; i < 2; ++i) {  // and continues there
+    RunningProgram studio(*folder_, arguments);
+    EXPECT_NE(studio.Line(), "");
+    EXPECT_EQ(studio.End(SIGINT), 0);
+    const Json index = Json::parse(folder_->Read("session/studio.json"));
+    EXPECT_EQ(index["schema"], "sysid.studio/1");
+  }
+  ExpectRefused(*folder_, SYSID_STUDIO,
+                {"--model", "pendulum2_planar", "--traj", "2.csv", "--port",
+                 "0", "--out", "session"},
+                "session/studio.json", "is a session of other runs: 1.csv",
+                "--out");
+}
+
+TEST_F(StudioTest, NamesAFreePortWhereOneIsInUse) {
+  RunningProgram studio(*folder_, Damped() + Arguments{"--port", "0"});
+  const std::string port = std::to_string(PortOf(studio.Line()));
+  ExpectRefused(*folder_, SYSID_STUDIO,
+                Damped() + Arguments{"--port", port, "--out", "refused"},
+                "--port", "port " + port + " cannot be had", " is free");
+  EXPECT_EQ(studio.End(SIGINT), 0);
+}
+
+TEST_F(StudioTest, RefusesBadInput) {
+  const auto refused = [&](const Arguments& arguments, const std::string& place,
+                           const std::string& what, const std::string& hint) {
+    ExpectRefused(*folder_, SYSID_STUDIO,
+                  arguments + Arguments{"--out", "refused"}, place, what, hint);
+  };
+  refused({"--traj", "1.csv"}, "--model", "is missing", "pendulum1");
+  refused({"--model", "pendulum2_planar", "--traj", "none.csv"}, "none.csv", "",
+          "");
+  refused(Damped() + Arguments{"--port", "x"}, "--port", "cannot be 'x'",
+          "a whole number");
+  refused(Damped() + Arguments{"--port", "70000"}, "--port", "cannot be had",
+          "is free");
+  refused(Damped() + Arguments{"--candidates", "frictoin"}, "--candidates",
+          "unknown effect 'frictoin'", "");
+  refused(Damped() + Arguments{"--json", "a.json"}, "--json", "is nothing",
+          "--out");
+}
+
+TEST_F(StudioTest, HelpFitsOneScreen) {
+  const ProgramResult help = folder_->Run(SYSID_STUDIO, {"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  EXPECT_EQ(help.err, "");
+  std::istringstream lines(help.out);
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) {
+    EXPECT_LE(line.size(), 80u) << line;
+  }
+  EXPECT_LE(count, 40);
+  EXPECT_THAT(help.out, HasSubstr("\n  sysid_studio --model "));
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,134 @@
+// Serves the interactive page of a model and its runs on loopback
+// (contracts.md section 1).
+
+#include <pthread.h>
+
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gflags/gflags.h"
+#include "models/error.h"
+#include "sysid/report/page_data.h"
+#include "sysid/session/diagnosis_session.h"
+#include "sysid/session/named_values.h"
+#include "sysid/studio/server.h"
+#include "sysid/studio/studio.h"
+#include "tools/fit_flags.h"
+#include "tools/program.h"
+
+DEFINE_int32(port, 8080, "port on 127.0.0.1; 0: any free one");
+DEFINE_string(candidates, "", "effects to consider; all where not given");
+
+namespace sysid {
+namespace {
+
+constexpr char kHelp[] =
+    R"(sysid_studio: the page on which a model is seen to fail, and is mended
+
+  sysid_studio --model pendulum2_planar --traj a.csv,b.csv --holdout c.csv \
+    --out session
+
+Prints the address of the page, for a browser on this machine, once it is
+served; Ctrl-C ends it.
+
+  --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
+                             pendulum3_planar, cartpole, arm7) or a URDF
+  --traj A.csv,B.csv         recordings, fitted together
+  --holdout C.csv            recordings that decide which effect is believed
+                             (default: the last quarter of every run)
+  --port N                   on 127.0.0.1 (default: 8080; 0: any free one)
+  --out DIR                  saves every model as it is fitted; the same
+                             command continues there
+  --candidates a,b@joint1    effects to consider, by kind or with a target
+                             (default: every effect on every joint and link)
+  --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
+  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
+                             what is fixed by name is taken for right
+  --add effect@target,...    effects that are in the model already
+  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
+  --segment S                length of a shooting segment (default: chosen)
+  --noise S                  of a measurement, rad or m (default: estimated)
+  --residual heading|rotation    --loss none|huber|cauchy
+  --threads N (default: all cores)    --seed N
+Exit code: 0 ended by Ctrl-C, 2 bad input.
+)";
+
+StudioSetup OpenSetup() {
+  const Catalogue catalogue;
+  FitRequest request = RequestFromFlags();
+  request.may_free_nothing = true;
+  Session session = OpenSession(request, catalogue);
+  const auto candidates = ChooseCandidates(
+      catalogue, session.model.mechanism(),
+      SplitList(FLAGS_candidates, "--candidates"), "--candidates");
+  DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
+  StudioSetup setup(session);
+  setup.problem = problem;
+  setup.candidates = candidates;
+  setup.page = PageFromFlags("sysid_studio", session);
+  setup.folder = FLAGS_out;
+  return setup;
+}
+
+// What GET / gives where the build has no page.
+std::string PageOrWhyNot() {
+  const std::string page = LivePage();
+  if (!page.empty()) return page;
+  std::fprintf(stderr, "note: no page: %s\n", WhyNoPage().c_str());
+  return "<!DOCTYPE html><title>sysid_studio</title><p>This build has no page: "
+         "it has only <a href=\"/api/page\">its data</a>.";
+}
+
+// Ctrl-C, or a polite kill; blocked in this thread and those that it starts.
+class Interrupt {
+ public:
+  Interrupt() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGINT);
+    sigaddset(&signals_, SIGTERM);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+  }
+  void Await() const {
+    int signal = 0;
+    sigwait(&signals_, &signal);
+  }
+
+ private:
+  sigset_t signals_;
+};
+
+int Main() {
+  if (!FLAGS_json.empty()) {
+    throw InputError("--json", "is nothing that sysid_studio writes",
+                     "--out saves the session");
+  }
+  StudioSetup setup = OpenSetup();
+  const std::vector<std::string> notices = setup.session.notices;
+  const Interrupt interrupt;
+  // Before anything is written.
+  StudioServer server(PageOrWhyNot());
+  const int port = server.Listen(FLAGS_port, "--port");
+  Studio studio(std::move(setup));
+  for (const std::string& notice : notices) {
+    std::fprintf(stderr, "note: %s\n", notice.c_str());
+  }
+  if (studio.models() == 0) studio.Start();
+  WriteStdout("http://127.0.0.1:" + std::to_string(port) + "/\n");
+  std::thread serving([&] { server.Serve(&studio); });
+  interrupt.Await();
+  studio.Close();
+  server.Stop();
+  serving.join();
+  return kExitDone;
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+}

@@ -1,0 +1,183 @@
+// From the document to numbers: decoding, and what the panels derive from it.
+import type {
+  CandidateData, ForceData, ModelData, PageData, RunData, Series,
+} from './page_data';
+
+export type Numbers = Float32Array | Float64Array;
+
+const decoded = new WeakMap<Series, Numbers>();
+
+// Decoded once, however often it is asked for.
+export function decode(series: Series): Numbers {
+  let values = decoded.get(series);
+  if (!values) {
+    const text = atob(series.f32);
+    const bytes = new Uint8Array(text.length & ~3);
+    for (let i = 0; i < bytes.length; ++i) bytes[i] = text.charCodeAt(i);
+    if (new Uint8Array(new Uint16Array([1]).buffer)[0] !== 1) swapWords(bytes);
+    values = new Float32Array(bytes.buffer);
+    const offset = series.offset ?? 0;
+    if (offset !== 0) values = Float64Array.from(values, v => v + offset);
+    decoded.set(series, values);
+  }
+  return values;
+}
+
+function swapWords(bytes: Uint8Array) {
+  for (let i = 0; i < bytes.length; i += 4) bytes.subarray(i, i + 4).reverse();
+}
+
+// The inlined document, or null where the page has to ask a server.
+export function inlined(text: string | null | undefined): PageData | null {
+  if (!text || text.trim() === '') return null;
+  return checked(JSON.parse(text));
+}
+
+export function checked(page: PageData): PageData {
+  if (page.schema !== 'sysid.page/1') {
+    throw new Error(`This page reads sysid.page/1, and the document is ${page.schema}.`);
+  }
+  return page;
+}
+
+// The index of the sample nearest to `t`; `times` increases.
+export function nearest(times: Numbers, t: number): number {
+  const i = lowerBound(times, t);
+  if (i === 0) return 0;
+  if (i === times.length) return times.length - 1;
+  return t - times[i - 1] <= times[i] - t ? i - 1 : i;
+}
+
+// The first index with times[i] >= t.
+export function lowerBound(times: ArrayLike<number>, t: number): number {
+  let low = 0, high = times.length;
+  while (low < high) {
+    const mid = (low + high) >> 1;
+    if (times[mid] < t) low = mid + 1; else high = mid;
+  }
+  return low;
+}
+
+// Of what is there; 0 where nothing is.
+export function meanSquare(series: Series): number {
+  let sum = 0, n = 0;
+  for (const v of decode(series)) {
+    if (Number.isNaN(v)) continue;
+    sum += v * v;
+    n += 1;
+  }
+  return n ? sum / n : 0;
+}
+
+export function duration(run: RunData): [number, number] {
+  const t = decode(run.t);
+  return t.length === 0 ? [0, 1] : [t[0], t[t.length - 1]];
+}
+
+export interface ErrorMap {
+  rows: string[]; // channels
+  edges: number[]; // s, one more than there are columns
+  cells: number[][]; // [row][column]: rms in units of the noise, NaN: no data
+  max: number;
+}
+
+// The rms of the residual over equal pieces of time, channel by channel.
+export function errorMap(page: PageData, model: number, run: number, columns: number): ErrorMap {
+  const [t0, t1] = duration(page.runs[run]);
+  const times = decode(page.runs[run].t);
+  const n = Math.max(1, Math.min(columns, times.length));
+  const edges = Array.from({length: n + 1}, (_, i) => t0 + (t1 - t0) * i / n);
+  const prediction = page.models[model].predictions[run];
+  const cells = prediction.channels.map(channel => {
+    const sum = new Float64Array(n), count = new Float64Array(n);
+    for (const series of channel.residual) {
+      const r = decode(series);
+      for (let i = 0; i < r.length; ++i) {
+        if (Number.isNaN(r[i])) continue;
+        const c = Math.min(n - 1, Math.floor((times[i] - t0) / (t1 - t0 || 1) * n));
+        sum[c] += r[i] * r[i];
+        count[c] += 1;
+      }
+    }
+    return Array.from(sum, (s, c) => count[c] ? Math.sqrt(s / count[c]) : NaN);
+  });
+  const finite = cells.flat().filter(Number.isFinite);
+  return {
+    rows: page.runs[run].channels.map(channelLabel),
+    edges, cells, max: finite.reduce((a, b) => Math.max(a, b), 1),
+  };
+}
+
+export function channelLabel(c: {name: string; kind?: string}): string {
+  return c.kind === 'velocity' || c.kind === 'angular_velocity'
+      ? `${c.name} (velocity)` : c.name;
+}
+
+// |residual| at each sample over all channels that tell of `joint`.
+export function jointError(page: PageData, model: number, run: number, joint: string): Numbers {
+  const channels = page.runs[run].channels;
+  const out = new Float32Array(decode(page.runs[run].t).length).fill(NaN);
+  const count = new Uint16Array(out.length);
+  channels.forEach((channel, c) => {
+    if (channel.joint !== joint) return;
+    for (const series of page.models[model].predictions[run].channels[c].residual) {
+      const r = decode(series);
+      for (let i = 0; i < r.length; ++i) {
+        if (Number.isNaN(r[i])) continue;
+        out[i] = (count[i] ? out[i] : 0) + r[i] * r[i];
+        count[i] += 1;
+      }
+    }
+  });
+  return out.map((s, i) => count[i] ? Math.sqrt(s / count[i]) : NaN);
+}
+
+// How far a spherical joint leans: the angle between the child's z axis and
+// the joint frame's.
+export function tilt(x: number, y: number): number {
+  return Math.acos(Math.min(1, Math.max(-1, 1 - 2 * (x * x + y * y))));
+}
+
+export function candidateName(c: CandidateData): string {
+  return `${c.effect}@${c.target}`;
+}
+
+export function forceName(f: ForceData): string {
+  return f.component ? `${f.joint}, ${f.component}` : f.joint;
+}
+
+export type Quantity = 'position' | 'velocity' | 'effort';
+
+// What a law is best drawn against.
+export function lawQuantity(effect: string): Quantity {
+  if (/effort_(gain|delay)/.test(effect)) return 'effort';
+  return /friction|damping|drag|armature|effort_bias/.test(effect)
+      ? 'velocity' : 'position';
+}
+
+export function quantityUnit(page: PageData, joint: string, quantity: Quantity): string {
+  const j = page.mechanism.joints.find(x => x.name === joint);
+  const unit = !j || j.type === 'spherical' ? 'rad' : j.unit;
+  if (quantity === 'position') return unit;
+  return quantity === 'velocity' ? `${unit}/s` : j?.effortUnit ?? 'N m';
+}
+
+// Positions of every joint in one unit, or the units that occur.
+export function positionUnit(page: PageData): string {
+  const units = new Set(page.mechanism.joints.map(j => j.type === 'spherical' ? 'rad' : j.unit));
+  return [...units].join(' or ') || 'rad';
+}
+
+export function modelWithId(page: PageData, id: number): ModelData | undefined {
+  return page.models.find(m => m.id === id);
+}
+
+export function worstChannel(model: ModelData) {
+  return model.channels.reduce<ModelData['channels'][number] | null>(
+      (worst, c) => !worst || c.normalized_rms > worst.normalized_rms ? c : worst, null);
+}
+
+export function worstSegment(model: ModelData) {
+  return model.segments.reduce<ModelData['segments'][number] | null>(
+      (worst, s) => !worst || s.normalized_rms > worst.normalized_rms ? s : worst, null);
+}

@@ -1,0 +1,68 @@
+// Numbers as text.
+
+// `x` with `digits` significant digits, "–" where there is none.
+export function fmt(x: number | null | undefined, digits = 4): string {
+  if (x === null || x === undefined || !Number.isFinite(x)) return '–';
+  if (x === 0) return '0';
+  const size = Math.abs(x);
+  if (size < 1e-3 || size >= 1e5) {
+    const [m, e] = x.toExponential(digits - 1).split('e');
+    return `${Number(m)}e${e.replace('+', '')}`;
+  }
+  return String(Number(x.toPrecision(digits)));
+}
+
+// With the unit, without one for "-" and "".
+export function fmtUnit(x: number | null | undefined, unit: string, digits = 4): string {
+  const text = fmt(x, digits);
+  return text === '–' || unit === '' || unit === '-' ? text : `${text} ${unitText(unit)}`;
+}
+
+// With real exponents: "m/s^2" is m/s².
+export function unitText(unit: string): string {
+  return unit.replaceAll('^2', '²').replaceAll('^3', '³');
+}
+
+// An error as a multiple of the noise, with its zeros: 1.00.
+export function fmtError(x: number | null | undefined): string {
+  if (x === null || x === undefined || !Number.isFinite(x)) return '–';
+  return x >= 0.01 && x < 1000 ? x.toPrecision(3) : fmt(x, 3);
+}
+
+export function fmtTimes(x: number | null | undefined): string {
+  const text = fmtError(x);
+  return text === '–' ? text : `${text} × noise`;
+}
+
+// Below 1e-12 only rounding is left.
+export function fmtP(p: number | null): string {
+  if (p === null || !Number.isFinite(p)) return '–';
+  return p < 1e-12 ? '< 1e-12' : fmt(p, 2);
+}
+
+// A time of a run in s, to the millisecond.
+export function fmtTime(t: number): string {
+  return Number.isFinite(t) ? String(Number(t.toFixed(3))) : '–';
+}
+
+// Ticks with as many places as tell them apart.
+export function fmtTicks(ticks: number[]): string[] {
+  if (ticks.length < 2) return ticks.map(t => fmt(t));
+  const step = Math.abs(ticks[1] - ticks[0]);
+  const largest = Math.max(...ticks.map(Math.abs));
+  if (!(step > 0) || (largest < 1e-3 || step >= 1e5)) return ticks.map(t => fmt(t, 3));
+  const places = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+  return ticks.map(t => String(Number(t.toFixed(places))));
+}
+
+// A time that passes.
+export function fmtSeconds(s: number): string {
+  return s < 60 ? `${s.toFixed(1)} s`
+                : `${Math.floor(s / 60)} min ${Math.floor(s % 60)} s`;
+}
+
+// "a", "a and b", "a, b and c".
+export function list(names: string[]): string {
+  if (names.length < 2) return names.join('');
+  return `${names.slice(0, -1).join(', ')} and ${names[names.length - 1]}`;
+}

@@ -1,0 +1,188 @@
+// What the page shows: one document, inlined in report.html, or given by
+// GET /api/page of sysid_studio. sysid/report/page_data.cc writes it. Numbers
+// are SI and finite or null; `error`s and residuals are normalised (1 is the
+// noise floor) unless a name says otherwise.
+
+// Little-endian float32, base64; what is missing is NaN. To each value `offset`
+// is to be added: for times that float32 cannot hold.
+export interface Series {
+  f32: string;
+  offset?: number;
+}
+
+export interface PageData {
+  schema: "sysid.page/1";
+  program: string; // "sysid_fit", "sysid_diagnose", "sysid_studio"
+  version: string;
+  live: boolean; // whether there is a server to ask
+  model: string; // "pendulum2_planar"
+  command: string; // what made this, for the shell
+  notices: string[];
+  noise: number; // rad or m, of positions
+  mechanism: MechanismData;
+  runs: RunData[]; // fitted ones first, then held-out ones
+  models: ModelData[]; // in the order in which they were made
+  // Which of `models` is to be seen first, and which it is compared with.
+  current: number;
+  compared: number | null;
+  steps: StepData[]; // the waterfall: what was added and removed
+}
+
+export interface MechanismData {
+  urdf: string; // of the model as given, text; joints may be type="spherical"
+  joints: JointData[]; // those that move, in the order of q
+}
+
+export interface JointData {
+  name: string;
+  type: "revolute" | "continuous" | "prismatic" | "spherical";
+  unit: string; // of position: "rad" or "m"
+  effortUnit: string; // "N m" or "N"
+  q: number; // first place in q: 1 number, or the quaternion x, y, z, w
+  v: number; // first place in v: 1 number, or 3 (child's axes)
+}
+
+export interface RunData {
+  name: string; // "run.csv"
+  heldOut: boolean;
+  t: Series; // s
+  channels: ChannelData[];
+  efforts: { joint: string; components: string[]; unit: string; values: Series[] }[];
+}
+
+export interface ChannelData {
+  name: string; // "joint1", as fit.json has it
+  joint: string | null; // whose motion it tells; null: a frame's
+  kind: "position" | "rotation" | "velocity" | "angular_velocity" | "frame_position";
+  unit: string; // of `measured` ("-" for the parts of a heading)
+  noise: number; // standard deviation, SI
+  components: string[]; // ["q"], heading: ["z_x","z_y","z_z"], ...
+  measured: Series[]; // one for each component
+}
+
+// A fitted model: the model as given, and those after each step.
+export interface ModelData {
+  id: number;
+  title: string; // "as given", "+ coulomb_friction@joint1"
+  effects: string[]; // that it has beyond the model as given
+  converged: boolean;
+  termination: string;
+  trainError: number | null;
+  holdoutError: number | null;
+  verdict: "adequate" | "missing_effect" | "unexplained" | null; // null: not asked
+  sentence: string; // the verdict in words, with the numbers
+  doubts: string[];
+  segment_s: number; // over which errors and predictions are, each from its own state
+  predictions: PredictionData[]; // one a run, as in PageData.runs
+  channels: { name: string; unit: string; rms: number; normalized_rms: number; noise: number }[];
+  segments: { trajectory: string; t_start: number; t_end: number; normalized_rms: number }[];
+  horizon: { horizon_s: number; rms: number }[];
+  parameters: ParameterData[];
+  correlation: (number | null)[][]; // of `parameters` that are identifiable; their
+  correlationNames: string[]; // names, in order
+  notIdentifiable: string[][];
+  // Levenberg-Marquardt's, Adam's ...: cost over iterations.
+  histories: { solver: string; points: { iteration: number; cost: number; time_s: number }[] }[];
+  candidates: CandidateData[]; // best first; empty where it was not asked
+  force: ForceData[]; // unexplained generalised forces
+  files: { name: string; type: string; text: string | null }[]; // to take away; live: GET /api/models/ID/NAME
+  nextCommand: string; // "" where there is nothing to do
+}
+
+export interface PredictionData {
+  cuts: number[]; // s: where segments begin, and the end
+  // As RunData.channels: predicted, and the residual in units of the noise.
+  channels: { predicted: Series[]; residual: Series[] }[];
+  // The states of the prediction and those nearest the measurement, nq and nv
+  // each, for the 3D view and the phase portrait. `measured` has NaN where a
+  // joint is not measured.
+  q: Series[];
+  qd: Series[];
+  measuredQ: Series[];
+}
+
+export interface ParameterData {
+  name: string;
+  unit: string;
+  initial: number | null;
+  value: number | null;
+  stdError: number | null;
+  ci95: [number | null, number | null];
+  lower: number | null; // null: none
+  upper: number | null;
+  atBound: boolean;
+  identifiable: boolean;
+  ofEffect: string | null; // "coulomb_friction@joint1"
+}
+
+export interface CandidateData {
+  effect: string; // "coulomb_friction"
+  target: string; // "joint1"
+  law: string; // "-c sign(qd), smoothed"
+  score: number;
+  dof: number;
+  pValue: number;
+  predictedError: number | null;
+  expected: { name: string; unit: string; value: number; stdError: number | null; detectable: number | null }[];
+  // After a refit; null where it was not refitted.
+  confirmed: {
+    train: number;
+    holdout: number | null;
+    parameters: { name: string; unit: string; value: number }[];
+    togetherWith: string; // "", or the other effect, where only both help; `command` adds both
+  } | null;
+  accepted: boolean;
+  refused: string; // why a refit was not accepted, "" else
+  indistinguishableFrom: string[];
+  separatedBy: string; // the motion that would tell them apart, "" where nothing is to tell
+  // The force that the effect would add with the expected parameters, at the
+  // knots of ModelData.force (same order); empty where it acts otherwise.
+  force: Series[];
+  command: string; // that adds it
+}
+
+export interface ForceData {
+  joint: string;
+  component: string; // "", or "x", "y", "z"
+  unit: string;
+  trajectory: string;
+  t: Series;
+  value: Series;
+  std: Series;
+  // At the same times, of the joint (and component): what to draw it against.
+  position: Series; // "tilt" for a spherical joint
+  velocity: Series;
+  effort: Series; // empty where none was measured
+}
+
+export interface StepData {
+  title: string; // "+ coulomb_friction@joint1", "- viscous_damping@joint1"
+  model: number; // that it led to
+  predicted: number | null;
+  trainBefore: number | null;
+  trainAfter: number | null;
+  holdoutBefore: number | null;
+  holdoutAfter: number | null;
+}
+
+// ---- The server of sysid_studio. All answers are JSON; an error is
+// {"error": "...", "hint": "..."} with status 4xx. Requests that change
+// something are POST with a JSON body and Content-Type application/json.
+//
+// GET  /                     the page
+// GET  /api/page             PageData
+// GET  /api/models/ID/NAME   a file of a model (ModelData.files)
+// GET  /api/events           server-sent events, each `data:` a StudioEvent;
+//                            the first says what is so now
+// POST /api/add    {"model": ID, "effect": "coulomb_friction@joint1"}
+// POST /api/remove {"model": ID, "effect": "coulomb_friction@joint1"}
+// POST /api/cancel {}
+// add and remove answer 202 at once, or 409 while another fit runs; progress and
+// the end come as events. A new model is appended to PageData.models; the model
+// that it came of stays.
+export type StudioEvent =
+  | { type: "idle" } // nothing runs
+  | { type: "progress"; title: string; doing: string; iteration: number; of: number; error: number | null; elapsed_s: number }
+  | { type: "done"; model: number } // ask /api/page again
+  | { type: "cancelled" }
+  | { type: "failed"; error: string; hint: string };

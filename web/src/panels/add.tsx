@@ -1,0 +1,133 @@
+// Panel 6: add an effect, remove it again, and see the error fall.
+import {candidateName, modelWithId} from '../data';
+import {fmtError, fmtTimes, fmtUnit} from '../format';
+import type {CandidateData, ModelData, PageData} from '../page_data';
+import {Waterfall, type Fall} from '../plots/waterfall';
+import {add, isRunning, refusal, remove} from '../server';
+import {compared, current, studio, useStore} from '../state';
+import {Choice, Command, Empty, Panel} from './panel';
+import {Progress} from './progress';
+import {noCandidates} from './which';
+
+const kOffered = 8;
+
+export function Add({page}: {page: PageData}) {
+  const m = useStore(current);
+  const model = page.models[m];
+  return (
+    <Panel id="add" title="6 Add" wide how={page.live
+      ? 'A button adds the effect and fits again; the page then shows the new model beside the one it came of, which stays.'
+      : 'This page is frozen: copy a command and run it to add the effect and fit again, or start sysid_studio with the same flags to do it here by a button.'}>
+      {page.live ? <LiveAdd page={page} model={model} /> : <FrozenAdd page={page} model={model} />}
+      <h3>How the error fell</h3>
+      <Steps page={page} />
+      <h3>Two models beside each other</h3>
+      <TwoModels page={page} m={m} />
+    </Panel>
+  );
+}
+
+function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
+  const event = useStore(studio), said = useStore(refusal);
+  const busy = isRunning(event);
+  return <>
+    <Progress event={event} />
+    {said && <p class="warning" role="alert">{said}</p>}
+    {model.candidates.length === 0 && <Empty>{noCandidates(page, model)}</Empty>}
+    <ul class="offers">
+      {model.candidates.slice(0, kOffered).map(c => {
+        const name = toAdd(c);
+        return <li key={name}><button type="button" class="primary" disabled={busy} onClick={() => void add(model.id, name)}>Add {name}</button>
+          <span class="note">predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span></li>;
+      })}
+      {model.effects.map(name => <li key={`-${name}`}>
+        <button type="button" disabled={busy} onClick={() => void remove(model.id, name)}>Remove {name}</button></li>)}
+    </ul>
+  </>;
+}
+
+// With the other effect where only both help.
+function toAdd(c: CandidateData): string {
+  const other = c.confirmed?.togetherWith;
+  return other ? `${candidateName(c)},${other}` : candidateName(c);
+}
+
+function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
+  if (!model.candidates.length) return <Empty>{noCandidates(page, model)}</Empty>;
+  return (
+    <ul class="offers frozen">
+      {model.candidates.slice(0, kOffered).map((c, i) => {
+        const name = toAdd(c);
+        const body = <Command text={c.command} label={`command that adds ${name}`} />;
+        return <li key={name}>{i === 0
+          ? <><span>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span>{body}</>
+          : <details><summary>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</summary>{body}</details>}</li>;
+      })}
+    </ul>
+  );
+}
+
+function Steps({page}: {page: PageData}) {
+  if (!page.steps.length) {
+    return <Empty>No effect was added or removed yet: {page.live ? 'a button above does.' : 'sysid_diagnose --auto adds what is missing, sysid_studio adds it by a button.'}</Empty>;
+  }
+  const first = page.steps[0];
+  const falls: Fall[] = [
+    {title: page.models[0]?.title ?? 'as given', train: first.trainBefore, holdout: first.holdoutBefore,
+     predicted: null, trainBefore: null, holdoutBefore: null},
+    ...page.steps.map(s => ({title: s.title, train: s.trainAfter, holdout: s.holdoutAfter,
+      predicted: s.predicted, trainBefore: s.trainBefore, holdoutBefore: s.holdoutBefore})),
+  ];
+  return <>
+    <Waterfall falls={falls} />
+    <div class="table-scroll"><table>
+      <caption>Errors before and after each step, × noise</caption>
+      <thead><tr>{['step', 'predicted', 'fitted, before', 'fitted, after', 'held out, before', 'held out, after'].map((h, i) =>
+        <th scope="col" key={h} class={i ? 'number' : ''}>{h}</th>)}<th scope="col">show</th></tr></thead>
+      <tbody>{page.steps.map((s, i) => <tr key={i}>
+        <th scope="row">{s.title}</th>
+        {[s.predicted, s.trainBefore, s.trainAfter, s.holdoutBefore, s.holdoutAfter].map((v, k) =>
+          <td class="number" key={k}>{fmtError(v)}</td>)}
+        <td><ShowStep page={page} id={s.model} title={s.title} /></td>
+      </tr>)}</tbody>
+    </table></div>
+  </>;
+}
+
+function ShowStep({page, id, title}: {page: PageData; id: number; title: string}) {
+  const model = modelWithId(page, id);
+  const m = useStore(current);
+  if (!model) return null;
+  const index = page.models.indexOf(model);
+  return <button type="button" aria-pressed={m === index} onClick={() => {
+    if (m !== index) compared.set(m);
+    current.set(index);
+  }}>Show<span class="hidden"> {title}</span></button>;
+}
+
+function TwoModels({page, m}: {page: PageData; m: number}) {
+  const c = useStore(compared);
+  if (page.models.length < 2) return <Empty>There is one model so far; a second one comes with the first effect.</Empty>;
+  const a = page.models[m], b = page.models[c ?? m];
+  const names = [...new Set([...a.parameters, ...b.parameters].map(p => p.name))];
+  const value = (model: ModelData, name: string) => {
+    const p = model.parameters.find(x => x.name === name);
+    return p ? fmtUnit(p.value, p.unit) : '–';
+  };
+  const models = page.models.map((x, i) => ({value: i, text: x.title}));
+  return <>
+    <div class="row">
+      <Choice label="Model" value={m} options={models} onChange={v => current.set(v)} />
+      <Choice label="Compared with" value={c ?? m} options={models} onChange={v => compared.set(v)} />
+    </div>
+    <div class="table-scroll"><table>
+      <caption>{a.title} beside {b.title}</caption>
+      <thead><tr><th scope="col" /><th scope="col" class="number">{a.title}</th><th scope="col" class="number">{b.title}</th></tr></thead>
+      <tbody>
+        <tr><th scope="row">error of fitted runs</th><td class="number">{fmtTimes(a.trainError)}</td><td class="number">{fmtTimes(b.trainError)}</td></tr>
+        <tr><th scope="row">error of held-out runs</th><td class="number">{fmtTimes(a.holdoutError)}</td><td class="number">{fmtTimes(b.holdoutError)}</td></tr>
+        {names.map(n => <tr key={n}><th scope="row">{n}</th><td class="number">{value(a, n)}</td><td class="number">{value(b, n)}</td></tr>)}
+      </tbody>
+    </table></div>
+  </>;
+}

@@ -1,0 +1,106 @@
+// Panel 1: how good is the model, in one sentence and a few numbers.
+import type {ComponentChildren} from 'preact';
+import {candidateName, positionUnit, worstChannel, worstSegment} from '../data';
+import {fmt, fmtError, fmtTime, fmtTimes, fmtUnit, list} from '../format';
+import type {CandidateData, ModelData, PageData} from '../page_data';
+import {current, setCursor, setRun, setZoom, useStore} from '../state';
+import {Panel} from './panel';
+
+const kWords = {
+  adequate: 'Adequate', missing_effect: 'An effect is missing', unexplained: 'Unexplained',
+};
+
+export function Verdict({page}: {page: PageData}) {
+  const model = page.models[useStore(current)];
+  const first = model.candidates[0];
+  return (
+    <Panel id="verdict" title="1 Verdict" wide
+      how="Errors are multiples of the measurement noise: 1 × noise is as good as the sensor allows, 5 × noise means that the model is wrong by five times what the sensor cannot see. Held-out runs were never fitted.">
+      <p class="sentence">
+        {model.verdict && <strong class={`badge ${model.verdict}`}>{kWords[model.verdict]}</strong>} {model.sentence}
+      </p>
+      {!model.converged && <p class="warning">The fit did not converge: {model.termination}</p>}
+      <dl class="tiles">
+        <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} />
+        <Tile name="Error of the held-out runs" value={fmtTimes(model.holdoutError)}
+          note={model.holdoutError === null ? 'nothing was held out' : ''} />
+        {first && model.verdict !== 'adequate' && <FirstTile model={model} first={first} />}
+        <WorstTile page={page} model={model} />
+        <Tile name="Noise" value={fmtUnit(page.noise, positionUnit(page), 3)} note="standard deviation of a measured position" />
+      </dl>
+      <CannotBeTold model={model} />
+      {[...model.doubts, ...page.notices].map(d => <p class="doubt" key={d}>{d}</p>)}
+      <Channels model={model} />
+    </Panel>
+  );
+}
+
+function Tile({name, value, note, children, isName}: {
+  name: string; value: ComponentChildren; note?: string; children?: ComponentChildren; isName?: boolean;
+}) {
+  return <div class="tile"><dt>{name}</dt><dd><span class={isName ? 'big name' : 'big'}>{value}</span>{note && <span class="note">{note}</span>}{children}</dd></div>;
+}
+
+function WorstTile({page, model}: {page: PageData; model: ModelData}) {
+  const channel = worstChannel(model), segment = worstSegment(model);
+  if (!channel) return null;
+  const index = segment ? page.runs.findIndex(r => r.name === segment.trajectory) : -1;
+  const show = () => {
+    setRun(index);
+    setCursor((segment!.t_start + segment!.t_end) / 2);
+    setZoom([segment!.t_start, segment!.t_end]);
+    document.getElementById('compare')?.scrollIntoView();
+  };
+  return (
+    <Tile name="Worst channel" isName value={channel.name}
+      note={`${fmtTimes(channel.normalized_rms)}, ${fmtUnit(channel.rms, channel.unit, 3)} rms`}>
+      {segment && <span class="note">
+        worst in {segment.trajectory} from {fmtTime(segment.t_start)} s to {fmtTime(segment.t_end)} s: {fmtTimes(segment.normalized_rms)}{' '}
+        {index >= 0 && <button type="button" onClick={show}>Show it</button>}
+      </span>}
+    </Tile>
+  );
+}
+
+function FirstTile({model, first}: {model: ModelData; first: CandidateData}) {
+  const drop = first.predictedError === null ? ''
+    : `predicted: ${fmtError(model.trainError)} → ${fmtTimes(first.predictedError)}`;
+  const confirmed = first.confirmed && `after a refit: ${fmtTimes(first.confirmed.train)}`
+    + (first.confirmed.holdout === null ? '' : `, held out ${fmtTimes(first.confirmed.holdout)}`)
+    + (first.confirmed.togetherWith && `, together with ${first.confirmed.togetherWith}`);
+  return (
+    <Tile name={model.verdict === 'missing_effect' ? 'First missing effect' : 'Best candidate, which does not explain it'}
+      isName value={<>{first.effect}<wbr />@{first.target}</>} note={drop}>
+      {confirmed && <span class="note">{confirmed}</span>}
+    </Tile>
+  );
+}
+
+function CannotBeTold({model}: {model: ModelData}) {
+  const lines: string[] = model.notIdentifiable.map(
+    group => `The data do not tell ${list(group)} ${group.length > 1 ? 'apart' : 'at all'}.`);
+  const first = model.candidates[0];
+  if (first?.indistinguishableFrom.length) {
+    lines.push(`This data cannot tell ${candidateName(first)} from ${list(first.indistinguishableFrom)}.`
+      + (first.separatedBy ? ` What would: ${first.separatedBy}.` : ''));
+  }
+  if (!lines.length) return null;
+  return <>{lines.map(l => <p class="doubt" key={l}>{l}</p>)}</>;
+}
+
+function Channels({model}: {model: ModelData}) {
+  if (!model.channels.length) return null;
+  return (
+    <details>
+      <summary>Errors of all channels</summary>
+      <div class="table-scroll"><table>
+        <caption>Errors over segments of {fmt(model.segment_s)} s, each predicted from its own state</caption>
+        <thead><tr><th scope="col">channel</th><th scope="col" class="number">error, × noise</th><th scope="col" class="number">rms</th><th scope="col" class="number">noise</th></tr></thead>
+        <tbody>{model.channels.map(c => <tr key={c.name}>
+          <th scope="row">{c.name}</th><td class="number">{fmtError(c.normalized_rms)}</td>
+          <td class="number">{fmtUnit(c.rms, c.unit, 3)}</td><td class="number">{fmtUnit(c.noise, c.unit, 3)}</td>
+        </tr>)}</tbody>
+      </table></div>
+    </details>
+  );
+}

@@ -1,0 +1,104 @@
+// Panel 5: which effect is missing.
+import {useState} from 'preact/hooks';
+import {candidateName, forceName, lawQuantity, meanSquare} from '../data';
+import {fmt, fmtError, fmtP, fmtUnit, list, unitText} from '../format';
+import type {CandidateData, ModelData, PageData} from '../page_data';
+import {XyChart} from '../plots/xy_chart';
+import {current, useStore} from '../state';
+import {forceLayers, quantityName} from './force_layers';
+import {DataTable, Empty, Panel, type Column} from './panel';
+
+const kHow = 'Each row is an effect that the model could lack. Predicted is the error (× noise) that a refit with it should reach, by a linearisation; confirmed is what a refit did reach, first on the fitted runs, then on the held-out ones. '
+  + 'The p-value is the chance of such a score where the effect is absent. Believe what lowers the held-out error.';
+
+export function Which({page}: {page: PageData}) {
+  const model = page.models[useStore(current)];
+  const first = model.candidates[0];
+  const [open, setOpen] = useState<Set<string> | null>(null);
+  if (!first) {
+    return <Panel id="which" title="5 Which effect" how={kHow} wide><Empty>{noCandidates(page, model)}</Empty></Panel>;
+  }
+  const shown = open ?? new Set([candidateName(first)]);
+  const toggle = (name: string) => {
+    const next = new Set(shown);
+    if (!next.delete(name)) next.add(name);
+    setOpen(next);
+  };
+  const all = model.candidates.map(candidateName);
+  return (
+    <Panel id="which" title="5 Which effect" how={kHow} wide>
+      <p class="buttons">
+        <button type="button" onClick={() => setOpen(new Set(all))}>Show all pictures</button>
+        <button type="button" onClick={() => setOpen(new Set())}>Hide all pictures</button>
+      </p>
+      <DataTable caption={`Candidates, best first; model: ${model.title}`} rows={model.candidates} rowKey={candidateName}
+        columns={columns(shown, toggle)}
+        detail={c => shown.has(candidateName(c)) ? <Picture page={page} model={model} candidate={c} /> : null} />
+    </Panel>
+  );
+}
+
+export function noCandidates(page: PageData, model: ModelData): string {
+  if (model.verdict === 'adequate') {
+    return 'The model is adequate: nothing is missing that this data can show, so that there are no candidates.';
+  }
+  if (page.program === 'sysid_fit') {
+    return 'sysid_fit does not ask which effect is missing: sysid_diagnose with the same flags does.';
+  }
+  return 'Which effect is missing was not asked for this model: sysid_diagnose with its effects (--add) does.';
+}
+
+function columns(shown: Set<string>, toggle: (name: string) => void): Column<CandidateData>[] {
+  return [
+    {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
+      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}
+      <span class="law">{c.law}</span>
+      <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
+        {shown.has(candidateName(c)) ? 'Hide picture' : 'Show picture'}<span class="hidden"> of {candidateName(c)}</span></button></>},
+    {key: 'predicted', name: 'predicted', unit: '× noise', number: true, sort: c => c.predictedError, cell: c => fmtError(c.predictedError)},
+    {key: 'expected', name: 'expected parameters', unit: '± 95 %', cell: c => <ul class="plain">{c.expected.map(e =>
+      <li key={e.name}>{e.name} <span class="whole">{fmt(e.value)}</span>{' '}
+        <span class="whole">{e.stdError !== null && `± ${fmt(1.96 * e.stdError, 2)} `}{unitText(e.unit)}</span>
+        {e.detectable !== null && <span class="note">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
+    {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => fmtP(c.pValue)},
+    {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmtError(c.confirmed?.train)},
+    {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
+    {key: 'same', name: 'cannot be told from', cell: c => c.indistinguishableFrom.length
+      ? <>{list(c.indistinguishableFrom)}{c.separatedBy && <span class="note">what would: {c.separatedBy}</span>}</> : '–'},
+  ];
+}
+
+// The unexplained force against what the law depends on, the law over it.
+function Picture({page, model, candidate}: {page: PageData; model: ModelData; candidate: CandidateData}) {
+  const places = strongestPlaces(model, candidate);
+  const quantity = lawQuantity(candidate.effect);
+  const name = candidateName(candidate);
+  return (
+    <div>
+      {candidate.refused && <p class="doubt">Not accepted: {candidate.refused}</p>}
+      {candidate.confirmed && <p class="note">After the refit: {list(candidate.confirmed.parameters.map(
+        p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}{candidate.confirmed.togetherWith && `, together with ${candidate.confirmed.togetherWith}, as neither helps alone`}.</p>}
+      {places.length === 0 && <Empty>{name} does not act as a force on a joint that can be drawn, or no unexplained force was found: judge it by its errors.</Empty>}
+      <div class="grid-of-charts">
+        {places.map(place => {
+          const unit = model.force.find(f => forceName(f) === place)!.unit;
+          const used = forceLayers(model, place, quantity, [candidate], [candidate]) ? quantity : 'velocity';
+          const layers = forceLayers(model, place, used, [candidate], [candidate]);
+          return layers && <XyChart key={place} title={`Unexplained force of ${place}, and ${name} with its expected parameters`}
+            xLabel={quantityName(page, model, place, used)} yLabel={`force, ${unitText(unit)}`} layers={layers} rules={[{y: 0, label: ''}]} />;
+        })}
+      </div>
+    </div>
+  );
+}
+
+// At most two, where the effect acts most.
+function strongestPlaces(model: ModelData, c: CandidateData): string[] {
+  const power = new Map<string, number>();
+  c.force.forEach((series, i) => {
+    const sum = meanSquare(series);
+    const place = model.force[i] && forceName(model.force[i]);
+    if (place && sum > 0) power.set(place, (power.get(place) ?? 0) + sum);
+  });
+  return [...power].sort((a, b) => b[1] - a[1]).slice(0, 2).map(([place]) => place);
+}

@@ -1,0 +1,3 @@
+// Stands in for the mesh loaders that urdf-loader imports (build.mjs).
+export class STLLoader {}
+export class ColladaLoader {}

@@ -1,0 +1,154 @@
+// A small chart of points and lines (SVG): prints sharply, follows the theme.
+import type {ComponentChildren} from 'preact';
+import {useEffect, useRef, useState} from 'preact/hooks';
+import {fmt, fmtTicks} from '../format';
+import {scaleOf} from './axes';
+
+export interface Layer {
+  label: string; // "" stays out of the legend
+  color: string;
+  x: ArrayLike<number>;
+  y: ArrayLike<number>;
+  kind: 'line' | 'points';
+  size?: number;
+  dash?: string;
+  error?: ArrayLike<number>; // half length of vertical bars
+  opacity?: number;
+}
+
+export interface Rule {
+  y: number;
+  label: string;
+}
+
+export interface XyChartProps {
+  title: string;
+  xLabel: string;
+  yLabel: string;
+  layers: Layer[];
+  rules?: Rule[];
+  logX?: boolean;
+  logY?: boolean;
+  height?: number;
+  ground?: boolean; // light in either theme: for colours that tell amounts
+  children?: ComponentChildren; // below the chart
+}
+
+const kLeft = 66, kRight = 12, kTop = 10, kBottom = 42;
+
+// The width of an element as it changes.
+export function useWidth(initial: number) {
+  const ref = useRef<HTMLDivElement>(null);
+  const [width, setWidth] = useState(initial);
+  useEffect(() => {
+    const observer = new ResizeObserver(entries => {
+      const w = Math.floor(entries[0].contentRect.width);
+      if (w > 0) setWidth(w);
+    });
+    observer.observe(ref.current!);
+    return () => observer.disconnect();
+  }, []);
+  return {ref, width};
+}
+
+export function XyChart(props: XyChartProps) {
+  const {ref, width} = useWidth(480);
+  const height = props.height ?? 260;
+  const sx = scaleOf(all(props.layers, 'x'), !!props.logX);
+  const sy = scaleOf(all(props.layers, 'y'), !!props.logY, props.rules?.map(r => r.y));
+  const w = width - kLeft - kRight, h = height - kTop - kBottom;
+  const px = (x: number) => kLeft + sx.at(x) * w;
+  const py = (y: number) => kTop + (1 - sy.at(y)) * h;
+  const xTicks = thin(sx.ticks, Math.max(2, Math.floor(w / 58)));
+  const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
+  const xNames = names(xTicks, sx.log), yNames = names(yTicks, sy.log);
+  return (
+    <figure class="chart">
+      <figcaption>{props.title}</figcaption>
+      <Legend layers={props.layers} />
+      <div ref={ref}>
+        <svg width={width} height={height} viewBox={`0 0 ${width} ${height}`} role="img"
+          aria-label={`${props.title}: ${props.yLabel} against ${props.xLabel}`}>
+          {props.ground && <rect class="ground" x={kLeft} y={kTop} width={w} height={h} />}
+          {xTicks.map((t, i) => <g key={t}>
+            <line class="grid" x1={px(t)} x2={px(t)} y1={kTop} y2={kTop + h} />
+            <text x={px(t)} y={kTop + h + 16} text-anchor="middle">{xNames[i]}</text>
+          </g>)}
+          {yTicks.map((t, i) => <g key={t}>
+            <line class="grid" x1={kLeft} x2={kLeft + w} y1={py(t)} y2={py(t)} />
+            <text x={kLeft - 6} y={py(t) + 4} text-anchor="end">{yNames[i]}</text>
+          </g>)}
+          <text x={kLeft + w / 2} y={height - 6} text-anchor="middle">{props.xLabel}</text>
+          <text transform={`translate(14 ${kTop + h / 2}) rotate(-90)`} text-anchor="middle">{props.yLabel}</text>
+          <svg x={kLeft} y={kTop} width={w} height={h} viewBox={`${kLeft} ${kTop} ${w} ${h}`}>
+            {props.layers.map((l, i) => <LayerMarks key={i} layer={l} px={px} py={py} />)}
+          </svg>
+          {props.rules?.map(r => <g key={r.label}>
+            <line class="rule" x1={kLeft} x2={kLeft + w} y1={py(r.y)} y2={py(r.y)} />
+            <text class="rule-label" x={kLeft + w - 4} y={py(r.y) - 4} text-anchor="end">{r.label}</text>
+          </g>)}
+        </svg>
+      </div>
+      {props.children}
+    </figure>
+  );
+}
+
+function names(ticks: number[], log: boolean): string[] {
+  return log ? ticks.map(t => fmt(t)) : fmtTicks(ticks);
+}
+
+function thin(ticks: number[], most: number): number[] {
+  const every = Math.ceil(ticks.length / most);
+  return ticks.filter((_, i) => i % every === 0);
+}
+
+function* all(layers: Layer[], key: 'x' | 'y') {
+  for (const l of layers) {
+    for (let i = 0; i < l[key].length; ++i) yield l[key][i];
+  }
+}
+
+// One path for a layer, however many points it has.
+function LayerMarks({layer, px, py}: {
+  layer: Layer; px: (x: number) => number; py: (y: number) => number;
+}) {
+  let path = '', bars = '', pen = false;
+  for (let i = 0; i < layer.x.length; ++i) {
+    const x = px(layer.x[i]), y = py(layer.y[i]);
+    if (!Number.isFinite(x) || !Number.isFinite(y)) {
+      pen = false;
+      continue;
+    }
+    const at = `${x.toFixed(1)} ${y.toFixed(1)}`;
+    path += layer.kind === 'points' ? `M${at}h0` : `${pen ? 'L' : 'M'}${at}`;
+    pen = true;
+    const e = layer.error?.[i];
+    if (e !== undefined && Number.isFinite(e)) {
+      bars += `M${x.toFixed(1)} ${py(layer.y[i] - e).toFixed(1)}V${py(layer.y[i] + e).toFixed(1)}`;
+    }
+  }
+  return <>
+    {bars && <path d={bars} fill="none" stroke={layer.color} stroke-width={1} opacity={0.3} />}
+    <path d={path} fill="none" stroke={layer.color} opacity={layer.opacity ?? 1}
+      stroke-width={layer.size ?? (layer.kind === 'points' ? 5 : 2)}
+      stroke-dasharray={layer.dash} stroke-linecap={layer.dash ? 'butt' : 'round'} stroke-linejoin="round" />
+  </>;
+}
+
+export function Legend({layers}: {layers: {label: string; color: string; kind?: string; dash?: string}[]}) {
+  const named = layers.filter(l => l.label);
+  if (!named.length) return null;
+  return (
+    <ul class="legend">
+      {named.map(l => <li key={l.label}>
+        <svg width="22" height="10" aria-hidden="true">
+          {l.kind === 'points'
+            ? <circle cx="11" cy="5" r="3.5" fill={l.color} />
+            : <line x1="0" x2="22" y1="5" y2="5" stroke={l.color} stroke-width="2.5" stroke-dasharray={l.dash} />}
+        </svg>
+        {l.label}
+      </li>)}
+    </ul>
+  );
+}

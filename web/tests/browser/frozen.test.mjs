@@ -1,0 +1,281 @@
+// The frozen page, in Chromium, from disk, with the network off.
+import assert from 'node:assert/strict';
+import {readFile} from 'node:fs/promises';
+import {after, before, test} from 'node:test';
+import {fitPage, planarPage, sphericalPage} from '../fixture.mjs';
+import {launch, without} from './chromium.mjs';
+import {html, openFile, ranges, settled, writeReport} from './open.mjs';
+
+const skip = without;
+let browser;
+before(async () => { if (!skip) browser = await launch(); });
+after(async () => { await browser?.close(); });
+
+// Opens a fixture, runs `steps`, and expects no request and no complaint.
+async function visit(name, document, steps, options) {
+  const view = await openFile(browser, writeReport(name, document), options);
+  try {
+    await steps(view.page, view);
+    assert.deepEqual(view.requests, [], 'requests');
+    assert.deepEqual(view.complaints, [], 'complaints');
+  } finally {
+    await view.context.close();
+  }
+}
+
+const kPanels = ['verdict', 'compare', 'mechanism', 'where', 'which', 'add', 'parameters', 'take-away'];
+const text = (page, selector) => page.$eval(selector, e => e.innerText);
+const choose = (page, label, option) => page.locator('.controls').getByLabel(label, {exact: true}).selectOption({label: option});
+
+test('the page without data is small', () => {
+  assert.ok(Buffer.byteLength(html) < 1.2e6, `${Buffer.byteLength(html)} bytes`);
+});
+
+test('nothing in the page names another place to load from', () => {
+  assert.doesNotMatch(html, /<link[^>]*href="(?!data:)/);
+  assert.doesNotMatch(html, /<script[^>]*src=/);
+  assert.doesNotMatch(html, /sourceMappingURL|url\((?!["']?(data:|#))/);
+});
+
+test('every panel has a heading and says how to read it', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    for (const id of kPanels) {
+      assert.equal(await page.locator(`#${id} h2`).count(), 1, id);
+      assert.ok((await text(page, `#${id} .how`)).length > 40, id);
+    }
+    assert.equal(await page.locator('h1').count(), 1);
+    assert.match(await page.title(), /pendulum2_planar/);
+  }));
+
+test('the verdict has its numbers, the worst joint and what cannot be told apart', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const verdict = await text(page, '#verdict');
+    for (const part of [/An effect is missing/, /44\.\d × noise/, /coulomb_friction@joint2/, /→ 1\.04 × noise/, /joint2/,
+      /cannot tell coulomb_friction@joint2 from stribeck_friction@joint2/, /do not tell link1.mass and link2.mass apart/]) {
+      assert.match(verdict, part);
+    }
+    await page.getByRole('button', {name: 'Show it'}).click();
+    await settled(page);
+    assert.match(await text(page, '.zoom-range'), /^\d+ s to \d+ s$/);
+    assert.equal(await page.locator('.controls select').first().evaluate(e => e.selectedOptions[0].textContent.includes('run_')), true);
+  }));
+
+test('choosing another model changes every panel', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    await choose(page, 'Model', '+ coulomb_friction@joint2');
+    await settled(page);
+    assert.match(await text(page, '#verdict'), /Adequate/);
+    assert.match(await text(page, '#which .empty'), /nothing is missing that this data can show/);
+    assert.match(await text(page, '#parameters'), /joint2\.friction/);
+    await choose(page, 'Compared with', 'as given');
+    await settled(page);
+    assert.match(await text(page, '#compare .readout'), /as given/);
+  }));
+
+test('a drag zooms every curve alike, a double click shows the whole run', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const whole = await ranges(page);
+    assert.equal(whole.length, 4);
+    const box = await page.locator('.time-plot .u-over').first().boundingBox();
+    await page.mouse.move(box.x + box.width * 0.25, box.y + 40);
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width * 0.5, box.y + 40, {steps: 4});
+    await page.mouse.up();
+    await settled(page);
+    const zoomed = await ranges(page);
+    assert.equal(new Set(zoomed).size, 1);
+    const [a, b] = zoomed[0].split(' ').map(Number);
+    assert.ok(Math.abs(a - 2) < 0.1 && Math.abs(b - 4) < 0.1, zoomed[0]);
+    await page.locator('.time-plot .u-over').nth(2).dblclick();
+    await settled(page);
+    assert.deepEqual(await ranges(page), whole);
+  }));
+
+test('the keyboard moves the cursor and zooms', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    await page.locator('.time-plot').first().focus();
+    for (let i = 0; i < 10; ++i) await page.keyboard.press('Shift+ArrowRight');
+    assert.equal(await text(page, '.time'), '4.00 s');
+    assert.match(await text(page, '.readout'), /^at 4 s: measured/);
+    await page.keyboard.press('+');
+    await settled(page);
+    assert.deepEqual((await ranges(page))[0].split(' ').map(x => Number(x).toFixed(6)), ['2.000000', '6.000000']);
+    await page.keyboard.press('0');
+    await settled(page);
+    assert.equal(await text(page, '.zoom-range'), '0 s to 8 s');
+  }));
+
+test('the first tab leads past the navigation, and focus is seen', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    await page.keyboard.press('Tab');
+    assert.equal(await page.evaluate(() => document.activeElement.textContent), 'Skip to the content');
+    await page.keyboard.press('Tab');
+    const outline = await page.evaluate(() => getComputedStyle(document.activeElement).outlineStyle);
+    assert.equal(outline, 'solid');
+  }));
+
+test('every control has a name', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const nameless = await page.$$eval('button, select, input, canvas[role], a, progress', list => list.filter(e =>
+      !(e.getAttribute('aria-label') || e.textContent.trim() || e.closest('label')?.textContent.trim())).map(e => e.outerHTML));
+    assert.deepEqual(nameless, []);
+    const ids = await page.$$eval('[id]', list => list.map(e => e.id));
+    assert.equal(new Set(ids).size, ids.length);
+  }));
+
+test('the candidates are sorted by their heads', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const first = () => page.$eval('#which tbody th', e => e.textContent.match(/^\w+@(joint\d|base)/)[0]);
+    const head = page.locator('#which thead th').filter({hasText: 'predicted'});
+    await head.getByRole('button').click();
+    assert.equal(await head.getAttribute('aria-sort'), 'ascending');
+    assert.equal(await first(), 'coulomb_friction@joint2');
+    await head.getByRole('button').click();
+    assert.equal(await head.getAttribute('aria-sort'), 'descending');
+    assert.equal(await first(), 'sensor_offset@joint1');
+    const last = await page.$$eval('#which tbody', list => list[list.length - 1].innerText);
+    assert.match(last, /effort_delay@base/, 'what has no prediction comes last');
+    await head.getByRole('button').click();
+    assert.equal(await head.getAttribute('aria-sort'), 'none');
+  }));
+
+test('each candidate has its picture, or says why not', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    assert.equal(await page.locator('#which svg[role=img]').count(), 1);
+    await page.getByRole('button', {name: 'Show all pictures'}).click();
+    assert.equal(await page.locator('#which svg[role=img]').count(), 3);
+    assert.equal(await page.locator('#which .detail .empty').count(), 2);
+    const label = await page.locator('#which svg[role=img]').first().getAttribute('aria-label');
+    assert.match(label, /force, N m against velocity, rad\/s/);
+  }));
+
+test('the waterfall tells the step, predicted and achieved', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    assert.match(await text(page, '#add'), /\+ coulomb_friction@joint2\s+1\.04\s+44\.\d\s+(0\.99\d|1\.0\d)/);
+    await page.getByRole('button', {name: 'Show + coulomb_friction@joint2'}).click();
+    await settled(page);
+    assert.match(await text(page, '#verdict'), /Adequate/);
+  }));
+
+test('the URDF is saved as it is in the document', {skip}, () => {
+  const document = planarPage();
+  return visit('planar.html', document, async page => {
+    const [download] = await Promise.all([
+      page.waitForEvent('download'), page.locator('.files').getByRole('button', {name: /identified.urdf/}).click()]);
+    assert.equal(download.suggestedFilename(), 'identified.urdf');
+    assert.equal(await readFile(await download.path(), 'utf8'), document.models[0].files[0].text);
+    assert.equal(await page.locator('.files').getByText('prediction.csv').count(), 0, 'a file without text');
+    assert.match(await text(page, '#take-away'), /sysid_diagnose --model pendulum2_planar/);
+  });
+});
+
+test('the theme follows the system, and the button', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const paper = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+    const dark = await paper();
+    await page.getByRole('button', {name: 'Light colours'}).click();
+    await settled(page);
+    assert.notEqual(await paper(), dark);
+    assert.equal(await paper(), 'rgb(255, 255, 255)');
+  }, {colorScheme: 'dark'}));
+
+test('the mechanism is drawn, and moves with the cursor', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const picture = () => page.$eval('.view canvas', c => c.toDataURL());
+    const before = await picture();
+    await page.locator('.time-plot').first().focus();
+    for (let i = 0; i < 5; ++i) await page.keyboard.press('Shift+ArrowRight');
+    await settled(page);
+    const later = await picture();
+    assert.notEqual(later, before);
+    await page.locator('.view canvas').focus();
+    await page.keyboard.press('ArrowLeft');
+    await settled(page);
+    assert.notEqual(await picture(), later);
+  }));
+
+test('play moves the cursor, pause stops it', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    await page.getByRole('button', {name: 'Play'}).click();
+    await page.waitForFunction(() => parseFloat(document.querySelector('.time').textContent) > 0.1);
+    await page.getByRole('button', {name: 'Pause'}).click();
+    await settled(page);
+    const t = await text(page, '.time');
+    await page.waitForTimeout(200);
+    assert.equal(await text(page, '.time'), t);
+  }));
+
+test('spherical joints turn, also one that was not measured', {skip}, () =>
+  visit('spherical.html', sphericalPage(), async page => {
+    const picture = () => page.$eval('.view canvas', c => c.toDataURL());
+    const before = await picture();
+    await page.locator('.time-plot').first().focus();
+    for (let i = 0; i < 5; ++i) await page.keyboard.press('Shift+ArrowRight');
+    await settled(page);
+    assert.notEqual(await picture(), before);
+    assert.match(await text(page, '#compare'), /joint1 z_x/);
+    assert.match(await page.locator('#where svg[aria-label^="Phase"]').getAttribute('aria-label'), /tilt, rad/);
+  }));
+
+test('a page of a fit says which command would fill the empty panels', {skip}, () =>
+  visit('fit.html', fitPage(), async page => {
+    for (const id of ['where', 'which', 'add']) assert.match(await text(page, `#${id}`), /sysid_diagnose/, id);
+    assert.match(await text(page, '#verdict'), /nothing was held out/);
+  }));
+
+test('a document that cannot be read is named', {skip}, async () => {
+  const file = writeReport('other.html', {...fitPage(), schema: 'sysid.page/2'});
+  const context = await browser.newContext({offline: true});
+  const page = await context.newPage();
+  await page.goto(`file://${file}`);
+  assert.match(await page.locator('[role=alert]').innerText(), /reads sysid.page\/1, and the document is sysid.page\/2/);
+  await context.close();
+});
+
+test('a panel that fails says so, and the others stay', {skip}, async () => {
+  const document = planarPage();
+  document.models[0].parameters = null;
+  const {page, context} = await openFile(browser, writeReport('broken.html', document));
+  assert.match(await text(page, 'main'), /A panel cannot be shown/);
+  assert.match(await text(page, '#verdict'), /44\.\d × noise/);
+  await context.close();
+});
+
+test('without WebGL the mechanism says so, and the rest works', {skip}, async () => {
+  const plain = await launch({webgl: false});
+  try {
+    const {page, context} = await openFile(plain, writeReport('planar.html', planarPage()));
+    assert.match(await text(page, '#mechanism'), /no WebGL/);
+    assert.equal((await ranges(page)).length, 4);
+    await context.close();
+  } finally {
+    await plain.close();
+  }
+});
+
+test('100,000 samples are drawn with as few points as pixels ask for', {skip}, async () => {
+  const times = {};
+  for (const [name, seconds] of [['short', 10], ['long', 1000]]) {
+    const started = Date.now();
+    await visit(`${name}.html`, planarPage({seconds}), async page => {
+      const paint = Date.now() - started;
+      const points = await page.$$eval('.time-plot .uplot', plots => plots.map(p => Number(p.dataset.points)));
+      const width = await page.$eval('.time-plot', e => e.clientWidth);
+      assert.ok(Math.max(...points) <= 2 * width, `${points} points on ${width} pixels`);
+      const zoom = await page.evaluate(async () => {
+        const plot = document.querySelector('.time-plot');
+        const begun = performance.now();
+        for (const key of ['+', '+', '+', '-', '-', '-', '+', '0']) {
+          plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+          await new Promise(requestAnimationFrame);
+        }
+        return performance.now() - begun;
+      });
+      times[name] = {paint, zoom};
+    });
+  }
+  const ratio = key => times.long[key] / times.short[key];
+  console.log(`100,000 against 1,000 samples: first paint ${ratio('paint').toFixed(1)} times, zoom ${ratio('zoom').toFixed(1)} times as long`);
+  assert.ok(ratio('zoom') < 10, `zoom ${JSON.stringify(times)}`);
+  assert.ok(ratio('paint') < 15, `paint ${JSON.stringify(times)}`);
+});

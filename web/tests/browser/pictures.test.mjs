@@ -1,0 +1,98 @@
+// Layout at the widths and on the paper that people use; with SYSID_PICTURES
+// the pictures are kept. SYSID_REPORT is a report.html of a real program.
+import assert from 'node:assert/strict';
+import {statSync} from 'node:fs';
+import {after, before, test} from 'node:test';
+import {fitPage, planarPage, sphericalPage} from '../fixture.mjs';
+import {launch, pictureFile, without} from './chromium.mjs';
+import {openFile, settled, writeReport} from './open.mjs';
+
+const skip = without;
+const report = process.env.SYSID_REPORT;
+let browser;
+before(async () => { if (!skip) browser = await launch(); });
+after(async () => { await browser?.close(); });
+
+const kFixtures = {planar: planarPage, fit: fitPage, spherical: sphericalPage};
+const files = report ? {report} : null;
+const file = name => files?.[name] ?? writeReport(`${name}.html`, kFixtures[name]());
+
+// What sticks out of the page or of its own box, and texts that cover others.
+function misplaced() {
+  const found = [];
+  const name = e => `${e.tagName} ${e.className?.baseVal ?? e.className} "${e.textContent.slice(0, 40)}"`;
+  if (document.documentElement.scrollWidth > innerWidth) found.push(`the page is ${document.documentElement.scrollWidth} wide`);
+  for (const e of document.querySelectorAll('.panel h2, .panel p, .tile dd, .tile dt, .legend li, .choice, td, th, caption, figcaption')) {
+    if (e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0 && getComputedStyle(e).display !== 'inline') found.push(`cut: ${name(e)}`);
+  }
+  // A large correlation matrix may scroll.
+  for (const e of document.querySelectorAll('.table-scroll')) {
+    if (e.scrollWidth > e.clientWidth + 1 && !e.querySelector('.matrix')) found.push(`scrolls: ${name(e)}`);
+  }
+  for (const svg of document.querySelectorAll('.chart svg[role=img]')) {
+    const outer = svg.getBoundingClientRect();
+    const boxes = [...svg.querySelectorAll('text')].map(t => ({t, b: t.getBoundingClientRect()})).filter(x => x.b.width > 0);
+    boxes.forEach(({t, b}, i) => {
+      if (b.left < outer.left - 1 || b.right > outer.right + 1 || b.bottom > outer.bottom + 1) found.push(`outside: ${name(t)}`);
+      for (const o of boxes.slice(i + 1)) {
+        if (b.left < o.b.right - 1 && o.b.left < b.right - 1 && b.top < o.b.bottom - 2 && o.b.top < b.bottom - 2 &&
+            !t.classList.contains('rule-label') && !o.t.classList.contains('rule-label')) found.push(`${name(t)} covers ${name(o.t)}`);
+      }
+    });
+  }
+  return found;
+}
+
+async function pictures(page, name) {
+  if (!process.env.SYSID_PICTURES) return;
+  // Else it lies over what is taken.
+  await page.addStyleTag({content: '.controls, #mechanism { position: static !important }'});
+  await page.screenshot({path: pictureFile(`${name}.png`), fullPage: true});
+  for (const id of await page.$$eval('.panel', list => list.map(e => e.id))) {
+    await page.locator(`#${id}`).screenshot({path: pictureFile(`${name}_${id}.png`)});
+  }
+}
+
+for (const name of report ? ['report'] : Object.keys(kFixtures)) {
+  for (const width of [1280, 2560]) {
+    for (const colorScheme of ['light', 'dark']) {
+      test(`${name}: nothing is cut or covered at ${width} px, ${colorScheme}`, {skip}, async () => {
+        const {page, context, requests, complaints} = await openFile(browser, file(name), {width, height: 1000, colorScheme});
+        try {
+          assert.deepEqual(await page.evaluate(misplaced), []);
+          assert.deepEqual(requests, []);
+          assert.deepEqual(complaints, []);
+          await pictures(page, `${name}_${width}_${colorScheme}`);
+        } finally {
+          await context.close();
+        }
+      });
+    }
+  }
+
+  test(`${name}: on paper nothing is cut, and it is light`, {skip}, async () => {
+    const {page, context} = await openFile(browser, file(name), {width: 1280, colorScheme: 'dark'});
+    try {
+      const pdf = await page.pdf({preferCSSPageSize: true, printBackground: true, path: pictureFile(`${name}.pdf`) ?? undefined});
+      assert.ok(pdf.length > 10000);
+      await page.setViewportSize({width: 700, height: 1000});
+      await page.emulateMedia({media: 'print', colorScheme: 'dark'});
+      await settled(page);
+      await page.waitForTimeout(300);
+      assert.equal(await page.evaluate(() => getComputedStyle(document.body).backgroundColor), 'rgb(255, 255, 255)');
+      assert.equal(await page.locator('.controls').isVisible(), false);
+      assert.deepEqual(await page.evaluate(misplaced), []);
+      await pictures(page, `${name}_print`);
+    } finally {
+      await context.close();
+    }
+  });
+}
+
+test('the report of a real program has a verdict and stays below 3 MB', {skip: skip || !report && 'SYSID_REPORT names no report'}, async () => {
+  assert.ok(statSync(report).size < 3e6, `${statSync(report).size} bytes`);
+  const {page, context} = await openFile(browser, report);
+  assert.ok((await page.locator('.sentence').innerText()).length > 20);
+  assert.match(await page.locator('#verdict').innerText(), /× noise/);
+  await context.close();
+});

@@ -1,0 +1,278 @@
+// Documents for the tests: what sysid would write of a planar double pendulum
+// with a hidden Coulomb friction, of a long run, and of a spherical pendulum.
+
+// Small and repeatable (mulberry32).
+export function random(seed) {
+  let a = seed >>> 0;
+  const uniform = () => {
+    a = (a + 0x6D2B79F5) >>> 0;
+    let t = Math.imul(a ^ (a >>> 15), 1 | a);
+    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
+    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
+  };
+  const normal = () => Math.sqrt(-2 * Math.log(1 - uniform())) * Math.cos(2 * Math.PI * uniform());
+  return {uniform, normal};
+}
+
+export function series(values) {
+  return {f32: Buffer.from(Float32Array.from(values).buffer).toString('base64')};
+}
+
+const kNoise = 1e-3, kRate_hz = 100, kLength = 0.5, kMass = 1, kGravity = 9.81;
+const kFriction = 0.05, kSegment_s = 2;
+
+const kPlanarUrdf = `<?xml version="1.0"?>
+<robot name="pendulum2_planar">
+  <link name="base"/>
+  <joint name="joint1" type="continuous"><origin xyz="0 0 0"/><parent link="base"/><child link="link1"/><axis xyz="0 1 0"/></joint>
+  <link name="link1"><inertial><origin xyz="0 0 -0.5"/><mass value="1"/><inertia ixx="4e-5" ixy="0" ixz="0" iyy="4e-5" iyz="0" izz="7.5e-5"/></inertial></link>
+  <joint name="joint2" type="continuous"><origin xyz="0 0 -0.5"/><parent link="link1"/><child link="link2"/><axis xyz="0 1 0"/></joint>
+  <link name="link2"><inertial><origin xyz="0 0 -0.5"/><mass value="1"/><inertia ixx="4e-5" ixy="0" ixz="0" iyy="4e-5" iyz="0" izz="7.5e-5"/></inertial></link>
+  <joint name="tip_joint" type="fixed"><origin xyz="0 0 -0.5"/><parent link="link2"/><child link="tip"/></joint>
+  <link name="tip"/>
+</robot>`;
+
+// Accelerations of two point masses on rods; x = q1, q2, qd1, qd2, with q2
+// relative to the first rod and friction in the second joint.
+function derivative(x, friction) {
+  const [q1, q2, w1, w2] = x;
+  const a = q1, b = q1 + q2, va = w1, vb = w1 + w2;
+  const tau = -friction * Math.tanh(w2 / 0.01);
+  const l = kLength, m = kMass, c = Math.cos(a - b), s = Math.sin(a - b);
+  // M [a''; b''] = f in absolute angles; the joint's torque acts on both.
+  const m11 = 2 * m * l * l, m12 = m * l * l * c, m22 = m * l * l;
+  const f1 = -m * l * l * s * vb * vb - 2 * m * kGravity * l * Math.sin(a) - tau;
+  const f2 = m * l * l * s * va * va - m * kGravity * l * Math.sin(b) + tau;
+  const det = m11 * m22 - m12 * m12;
+  const aa = (m22 * f1 - m12 * f2) / det, bb = (m11 * f2 - m12 * f1) / det;
+  return [w1, w2, aa, bb - aa];
+}
+
+function step(x, h, friction) {
+  const plus = (y, k, s) => y.map((v, i) => v + s * k[i]);
+  const k1 = derivative(x, friction), k2 = derivative(plus(x, k1, h / 2), friction);
+  const k3 = derivative(plus(x, k2, h / 2), friction), k4 = derivative(plus(x, k3, h), friction);
+  return x.map((v, i) => v + h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]));
+}
+
+function simulate(start, samples, friction) {
+  const out = [start];
+  while (out.length < samples) out.push(step(out[out.length - 1], 1 / kRate_hz, friction));
+  return out;
+}
+
+function rms(lists) {
+  let sum = 0, n = 0;
+  for (const values of lists) for (const v of values) if (Number.isFinite(v)) sum += v * v, n++;
+  return Math.sqrt(sum / n);
+}
+
+const column = (states, i) => states.map(x => x[i]);
+
+function makeRun(name, start, samples, heldOut, rng) {
+  const truth = simulate(start, samples, kFriction);
+  const measured = [0, 1].map(i => truth.map(x => x[i] + kNoise * rng.normal()));
+  measured[1].fill(NaN, 40, 44); // a gap
+  return {
+    truth, measured, t: truth.map((_, i) => i / kRate_hz),
+    data: {
+      name, heldOut, t: series(truth.map((_, i) => i / kRate_hz)),
+      channels: [0, 1].map(i => ({
+        name: `joint${i + 1}`, joint: `joint${i + 1}`, kind: 'position', unit: 'rad', noise: kNoise,
+        components: ['q'], measured: [series(measured[i])],
+      })),
+      efforts: [],
+    },
+  };
+}
+
+function predict(run, friction) {
+  const per = kSegment_s * kRate_hz;
+  const states = [], cuts = [];
+  for (let i = 0; i < run.truth.length; i += per) {
+    cuts.push(i / kRate_hz);
+    states.push(...simulate(run.truth[i], Math.min(per, run.truth.length - i), friction));
+  }
+  cuts.push(run.t[run.t.length - 1]);
+  const residual = [0, 1].map(i => states.map((x, k) => (x[i] - run.measured[i][k]) / kNoise));
+  return {
+    states, residual, cuts,
+    data: {
+      cuts,
+      channels: [0, 1].map(i => ({predicted: [series(column(states, i))], residual: [series(residual[i])]})),
+      q: [0, 1].map(i => series(column(states, i))),
+      qd: [2, 3].map(i => series(column(states, i))),
+      measuredQ: run.measured.map(series),
+    },
+  };
+}
+
+function errors(runs, predictions) {
+  const of = held => {
+    const lists = predictions.filter((_, i) => runs[i].data.heldOut === held).flatMap(p => p.residual);
+    return lists.length ? rms(lists) : null;
+  };
+  const channels = [0, 1].map(i => {
+    const normalized_rms = rms(predictions.map(p => p.residual[i]));
+    return {name: `joint${i + 1}`, unit: 'rad', rms: normalized_rms * kNoise, normalized_rms, noise: kNoise};
+  });
+  const segments = predictions.flatMap((p, r) => p.cuts.slice(0, -1).map((t, k) => ({
+    trajectory: runs[r].data.name, t_start: t, t_end: p.cuts[k + 1],
+    normalized_rms: rms(p.residual.map(x => x.slice(k * kSegment_s * kRate_hz, (k + 1) * kSegment_s * kRate_hz))),
+  })));
+  return {trainError: of(false), holdoutError: of(true), channels, segments};
+}
+
+function parameters(withEffect) {
+  const of = (name, unit, value, stdError, more = {}) => ({
+    name, unit, initial: 0.45, value, stdError, ci95: [value - 1.96 * stdError, value + 1.96 * stdError],
+    lower: 0.05, upper: 2, atBound: false, identifiable: true, ofEffect: null, ...more,
+  });
+  return [
+    of('link1.length', 'm', 0.50012, 2.1e-5), of('link2.length', 'm', 0.4996, 3.3e-5),
+    ...(withEffect ? [of('joint2.friction', 'N m', 0.04998, 8.5e-5, {initial: 0, lower: null, upper: null, ofEffect: 'coulomb_friction@joint2'})] : []),
+  ];
+}
+
+function candidates(force) {
+  const velocities = force.map(f => f.velocityValues);
+  const law = f => velocities.map((v, i) => series(force[i].joint === 'joint2' ? v.map(f) : v.map(() => 0)));
+  const make = (effect, target, text, predicted, name, unit, value, more = {}) => ({
+    effect, target, law: text, score: 1e5 / predicted, dof: 1, pValue: predicted > 4 ? 1e-7 : 0, predictedError: predicted,
+    expected: [{name, unit, value, stdError: value * 0.01, detectable: Math.abs(value) * 0.004}],
+    confirmed: null, accepted: false, refused: '', indistinguishableFrom: [], separatedBy: '', force: [],
+    command: `sysid_fit --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --add ${effect}@${target}`, ...more,
+  });
+  return [
+    make('coulomb_friction', 'joint2', '-c sign(qd), smoothed', 1.04, 'joint2.friction', 'N m', kFriction, {
+      confirmed: {train: 1.002, holdout: 1.01, togetherWith: '', parameters: [{name: 'joint2.friction', unit: 'N m', value: 0.04998}]},
+      accepted: true, indistinguishableFrom: ['stribeck_friction@joint2'],
+      separatedBy: 'a run that stays slow, below 0.1 rad/s, for some seconds',
+      force: law(v => -kFriction * Math.tanh(v / 0.01)),
+    }),
+    make('viscous_damping', 'joint2', '-d qd', 3.4, 'joint2.damping', 'N m s/rad', 0.0173, {
+      confirmed: {train: 3.5, holdout: 4.1, togetherWith: '', parameters: [{name: 'joint2.damping', unit: 'N m s/rad', value: 0.018}]},
+      refused: 'the held-out error falls less than another effect lets it',
+      force: law(v => -0.0173 * v),
+    }),
+    make('quadratic_drag', 'joint2', '-b |qd| qd', 5.2, 'joint2.quadratic_drag', 'N m s^2/rad^2', 0.0061, {force: law(v => -0.0061 * Math.abs(v) * v)}),
+    make('sensor_offset', 'joint1', 'measured = true + offset', 11.3, 'joint1.sensor_offset', 'rad', 0.0004),
+    make('effort_delay', 'base', 'measured effort acts later', null, 'effort_delay', 's', 0, {pValue: 1}),
+  ];
+}
+
+// What no candidate explains, at knots 0.1 s apart.
+function forces(runs, rng) {
+  return runs.filter(r => !r.data.heldOut).flatMap(run => [0, 1].map(i => {
+    const knots = run.truth.filter((_, k) => k % 10 === 0).slice(0, 400);
+    const velocityValues = knots.map(x => x[2 + i]);
+    const value = knots.map(x => (i ? -kFriction * Math.tanh(x[3] / 0.01) : 0) + 0.004 * rng.normal());
+    return {velocityValues, joint: `joint${i + 1}`, data: {
+      joint: `joint${i + 1}`, component: '', unit: 'N m', trajectory: run.data.name,
+      t: series(knots.map((_, k) => k / 10)), value: series(value), std: series(value.map(() => 0.004)),
+      position: series(column(knots, i)), velocity: series(velocityValues), effort: series([]),
+    }};
+  }));
+}
+
+function history(solver, iterations, rate, floor) {
+  return {solver, points: Array.from({length: iterations}, (_, i) => ({iteration: i, cost: floor + 4e4 * Math.exp(-rate * i), time_s: 0.01 * (i + 1)}))};
+}
+
+function files(title) {
+  return [
+    {name: 'identified.urdf', type: 'application/xml', text: kPlanarUrdf},
+    {name: 'fit.json', type: 'application/json', text: JSON.stringify({schema: 'sysid.fit/1', title}, null, 1)},
+    {name: 'prediction.csv', type: 'text/csv', text: null},
+  ];
+}
+
+// `seconds` of two runs, the second held out.
+export function planarPage({seconds = 8, live = false} = {}) {
+  const rng = random(1);
+  const n = Math.round(seconds * kRate_hz) + 1;
+  const runs = [
+    makeRun('run_1.csv', [0.9, -0.4, 0, 1.5], n, false, rng),
+    makeRun('run_2.csv', [-0.6, 0.8, 0.5, 0], Math.min(n, 801), true, rng),
+  ];
+  const force = forces(runs, rng);
+  const model = (id, withEffect) => {
+    const predictions = runs.map(r => predict(r, withEffect ? kFriction : 0));
+    const found = errors(runs, predictions);
+    const shown = x => x.toPrecision(3);
+    return {
+      id, title: withEffect ? '+ coulomb_friction@joint2' : 'as given',
+      effects: withEffect ? ['coulomb_friction@joint2'] : [], converged: true,
+      termination: 'The cost no longer falls.', ...found,
+      verdict: withEffect ? 'adequate' : 'missing_effect',
+      sentence: withEffect
+        ? `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): nothing is missing that this data can show.`
+        : `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): coulomb_friction@joint2 is missing; with it the error is 1.00 (held out 1.01).`,
+      doubts: [], segment_s: kSegment_s, predictions: predictions.map(p => p.data),
+      horizon: [0.1, 0.2, 0.5, 1, 2].map(h => ({horizon_s: h, rms: kNoise * (withEffect ? 1.02 : 1 + 12 * h ** 1.6)})),
+      parameters: parameters(withEffect),
+      correlation: withEffect ? [[1, -0.83, 0.21], [-0.83, 1, null], [0.21, null, 1]] : [[1, -0.82], [-0.82, 1]],
+      correlationNames: parameters(withEffect).map(p => p.name), notIdentifiable: [['link1.mass', 'link2.mass']],
+      histories: [history('Levenberg-Marquardt', 9, 1.6, 800), history('Adam', 80, 0.09, 900)],
+      candidates: withEffect ? [] : candidates(force), force: withEffect ? [] : force.map(f => f.data),
+      files: files(id), nextCommand: withEffect ? '' : 'sysid_fit --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --add coulomb_friction@joint2',
+    };
+  };
+  const models = [model(0, false), model(1, true)];
+  return {
+    schema: 'sysid.page/1', program: live ? 'sysid_studio' : 'sysid_diagnose', version: '0.1.0', live,
+    model: 'pendulum2_planar', command: 'sysid_diagnose --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --auto --out result',
+    notices: [], noise: kNoise,
+    mechanism: {urdf: kPlanarUrdf, joints: [0, 1].map(i => ({name: `joint${i + 1}`, type: 'continuous', unit: 'rad', effortUnit: 'N m', q: i, v: i}))},
+    runs: runs.map(r => r.data), models, current: 0, compared: 1,
+    steps: [{title: '+ coulomb_friction@joint2', model: 1, predicted: 1.04, trainBefore: models[0].trainError,
+      trainAfter: models[1].trainError, holdoutBefore: models[0].holdoutError, holdoutAfter: models[1].holdoutError}],
+  };
+}
+
+// What sysid_fit leaves: one model, nothing asked of it.
+export function fitPage() {
+  const page = planarPage();
+  const model = {...page.models[0], verdict: null, candidates: [], force: [], horizon: [], holdoutError: null, nextCommand: 'sysid_diagnose --model pendulum2_planar --traj run_1.csv',
+    sentence: 'The error of the fitted runs is far above the noise: the model misses something.'};
+  return {...page, program: 'sysid_fit', models: [model], steps: [], current: 0, compared: null, runs: page.runs.map(r => ({...r, heldOut: false}))};
+}
+
+// A spherical pendulum that swings on a cone; the second joint unmeasured.
+export function sphericalPage() {
+  const page = fitPage();
+  const n = 801, t = Array.from({length: n}, (_, i) => i / kRate_hz);
+  const quaternion = (lean, turn) => [Math.sin(lean / 2) * Math.cos(turn), Math.sin(lean / 2) * Math.sin(turn), 0, Math.cos(lean / 2)];
+  const heading = ([x, y, z, w]) => [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
+  const truth = t.map(s => quaternion(0.7, 3 * s)), predicted = t.map(s => quaternion(0.7 + 0.01 * (s % 2), 3 * s));
+  const zero = series(t.map(() => 0)), none = series(t.map(() => NaN));
+  const parts = (qs, f) => [0, 1, 2].map(k => series(qs.map(q => f(heading(q)[k], k))));
+  const urdf = kPlanarUrdf.replaceAll('type="continuous"', 'type="spherical"').replaceAll('<axis xyz="0 1 0"/>', '');
+  const second = t.map(s => quaternion(0.4, -2 * s));
+  const prediction = {
+    cuts: [0, 2, 4, 6, 8],
+    channels: [{predicted: parts(predicted, v => v),
+      residual: [0, 1, 2].map(k => series(t.map((_, i) => (heading(predicted[i])[k] - heading(truth[i])[k]) / kNoise)))}],
+    q: [...[0, 1, 2, 3].map(k => series(column(predicted, k))), ...[0, 1, 2, 3].map(k => series(column(second, k)))],
+    qd: Array.from({length: 6}, () => zero),
+    measuredQ: [...[0, 1, 2, 3].map(k => series(column(truth, k))), none, none, none, none],
+  };
+  const run = {name: 'cone.csv', heldOut: false, t: series(t), efforts: [], channels: [{
+    name: 'joint1', joint: 'joint1', kind: 'position', unit: '-', noise: kNoise,
+    components: ['z_x', 'z_y', 'z_z'], measured: parts(truth, v => v)}]};
+  return {
+    ...page, model: 'pendulum2', runs: [run],
+    mechanism: {urdf, joints: [0, 1].map(i => ({name: `joint${i + 1}`, type: 'spherical', unit: 'rad', effortUnit: 'N m', q: 4 * i, v: 3 * i}))},
+    models: page.models.map(m => ({...m, predictions: [prediction],
+      channels: [{name: 'joint1', unit: '-', rms: 0.005, normalized_rms: 5, noise: kNoise}],
+      segments: [{trajectory: 'cone.csv', t_start: 2, t_end: 4, normalized_rms: 5.1}]})),
+  };
+}
+
+// The page with a document inlined, as the C++ side does it.
+export function freeze(html, page) {
+  const json = JSON.stringify(page, (_, v) => typeof v === 'number' && !Number.isFinite(v) ? null : v).replaceAll('<', '\\u003c');
+  const marker = '<script id="page-data" type="application/json">';
+  if (html.split(marker).length !== 2) throw new Error('the page has no place for its data');
+  return html.replace(marker, () => marker + json);
+}
