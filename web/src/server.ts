@@ -8,10 +8,16 @@ const kRetry_ms = 2000;
 // What the last request said, where it was refused.
 export const refusal = new Store<string>('');
 
+let lastText = '', last: PageData | null = null;
+
+// The same object where nothing has changed, so that nothing is drawn again.
 export async function fetchPage(): Promise<PageData> {
   const answer = await fetch('/api/page');
   if (!answer.ok) throw new Error(await reason(answer));
-  return checked(await answer.json());
+  const text = await answer.text();
+  if (!last || text !== lastText) last = checked(JSON.parse(text));
+  lastText = text;
+  return last;
 }
 
 async function reason(answer: Response): Promise<string> {
@@ -24,36 +30,40 @@ async function reason(answer: Response): Promise<string> {
 }
 
 // Follows the server for as long as the page is open.
-export function follow(lost = false) {
-  let wasRunning = false;
+export function follow() {
+  let wasRunning = false, fresh = true;
   const source = new EventSource('/api/events');
   source.onopen = () => {
     connection.set('open');
-    if (lost) void refresh();
-    lost = false;
+    fresh = true;
   };
   source.onmessage = message => {
     const event = JSON.parse(message.data) as StudioEvent;
-    if (event.type === 'done') void refresh(event.model);
-    // The end came while nobody listened.
-    else if (event.type === 'idle' && wasRunning) void refresh();
+    if (event.type === 'done') refresh(event.model);
+    // A fit may have ended while nobody listened.
+    else if (fresh || (event.type === 'idle' && wasRunning)) refresh();
+    fresh = false;
     wasRunning = event.type === 'progress';
     studio.set(event);
   };
   source.onerror = () => {
     connection.set('lost');
-    lost = true;
     // A closed source does not come again by itself.
-    if (source.readyState === EventSource.CLOSED) setTimeout(() => follow(true), kRetry_ms);
+    if (source.readyState === EventSource.CLOSED) setTimeout(follow, kRetry_ms);
   };
 }
 
-async function refresh(model?: number) {
-  try {
-    showPage(await fetchPage(), model);
-  } catch {
-    connection.set('lost');
-  }
+let turn = Promise.resolve();
+
+// One after the other, lest an older document replaces a newer one.
+function refresh(model?: number) {
+  turn = turn.then(async () => {
+    try {
+      showPage(await fetchPage(), model);
+    } catch {
+      connection.set('lost');
+    }
+  });
 }
 
 export function isRunning(event: StudioEvent): boolean {

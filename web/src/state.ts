@@ -21,8 +21,13 @@ export class Store<T> {
 
 export function useStore<T>(store: Store<T>): T {
   const [, render] = useReducer<number, void>(n => n + 1, 0);
-  useEffect(() => store.subscribe(() => render()), [store]);
-  return store.value;
+  const rendered = store.value;
+  useEffect(() => {
+    // What was said between the drawing and this is not lost.
+    if (!Object.is(store.value, rendered)) render();
+    return store.subscribe(() => render());
+  }, [store]);
+  return rendered;
 }
 
 export const page = new Store<PageData | null>(null);

@@ -5,7 +5,7 @@ import {cividis, errorFraction, kOkabeIto} from '../colors';
 import {
   candidateName, decode, errorMap, forceName, jointError, meanSquare, positionUnit, tilt,
 } from '../data';
-import {fmtTimes, unitText} from '../format';
+import {fmtTimes, list, unitText} from '../format';
 import type {ForceData, JointData, ModelData, PageData} from '../page_data';
 import {ErrorScale, HeatMap} from '../plots/heat_map';
 import {XyChart, type Layer} from '../plots/xy_chart';
@@ -86,17 +86,22 @@ function phaseLayers(page: PageData, m: number, r: number, data: JointData): {la
 }
 
 function Horizon({page, models}: {page: PageData; models: number[]}) {
-  const layers: Layer[] = models.filter(i => page.models[i].horizon.length).map((i, k) => ({
-    label: page.models[i].title, color: k ? 'var(--second)' : 'var(--first)', kind: 'line',
-    dash: k ? '6 4' : undefined,
-    x: page.models[i].horizon.map(h => h.horizon_s), y: page.models[i].horizon.map(h => h.rms),
-  }));
-  if (!layers.length) return <Empty>There is no error against the horizon here: sysid_diagnose and sysid_fit --out give it.</Empty>;
+  const layers: Layer[] = [], without: string[] = [];
+  models.forEach((index, k) => {
+    const {title, horizon} = page.models[index];
+    if (!horizon.length) return without.push(title);
+    layers.push({
+      label: title, color: k ? 'var(--second)' : 'var(--first)', kind: 'line', dash: k ? '6 4' : undefined,
+      x: horizon.map(h => h.horizon_s), y: horizon.map(h => h.rms),
+    });
+  });
+  const gap = without.length > 0 && `There is no error against the horizon of ${list(without.map(t => `“${t}”`))}.`;
+  if (!layers.length) return <Empty>{gap} sysid_diagnose and sysid_fit --out give it for the models with which they begin and end.</Empty>;
   return (
     <XyChart title="Error against how far ahead the model predicts" xLabel="horizon, s"
       yLabel={`rms error, ${positionUnit(page)}`} layers={layers} logX logY
       rules={[{y: page.noise, label: 'noise'}]}>
-      <p class="note">A line that rises from the noise tells of something missing; one that stays there, of a complete model.</p>
+      <p class="note">A line that rises from the noise tells of something missing; one that stays there, of a complete model.{gap && ` ${gap}`}</p>
     </XyChart>
   );
 }

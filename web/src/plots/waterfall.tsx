@@ -1,5 +1,6 @@
 // How the error falls from step to step, as bars: what is left, and above it,
-// outlined, what the step took away.
+// outlined, what the step took away. Logarithmic, so that a fall from 64 to 1
+// leaves a bar.
 import {fmt, fmtError} from '../format';
 import {scaleOf} from './axes';
 import {Legend, useWidth} from './xy_chart';
@@ -14,28 +15,30 @@ export interface Fall {
 }
 
 const kLeft = 58, kTop = 12, kHeight = 260, kBottom = 48;
+const kBottomError = 0.5; // × noise, or below the smallest
 const kTrain = '#0072B2', kHoldout = '#E69F00', kPredicted = 'var(--ink)';
 
 export function Waterfall({falls}: {falls: Fall[]}) {
   const {ref, width} = useWidth(600);
   const values = falls.flatMap(f => [f.train, f.holdout, f.predicted, f.trainBefore, f.holdoutBefore])
     .filter((v): v is number => v !== null);
-  const scale = scaleOf(values, false, [0, 1]);
+  const scale = scaleOf(values, true, [kBottomError, 2]);
   const h = kHeight - kTop - kBottom, w = width - kLeft - 12;
-  const py = (v: number) => kTop + (1 - scale.at(v)) * h;
+  const py = (v: number) => kTop + (1 - Math.max(0, scale.at(v))) * h;
+  const foot = kTop + h;
   const slot = Math.min(w / falls.length, 220);
   const bar = Math.min(44, slot * 0.3);
   const column = (x: number, value: number | null, before: number | null, color: string, hatch: boolean) =>
     value !== null && <>
       {before !== null && before > value &&
         <rect x={x} y={py(before)} width={bar} height={py(value) - py(before)} fill="none" stroke={color} stroke-dasharray="4 3" />}
-      <rect x={x} y={py(value)} width={bar} height={py(0) - py(value)} fill={color} />
-      {hatch && <rect x={x} y={py(value)} width={bar} height={py(0) - py(value)} fill="url(#hatch)" />}
+      <rect x={x} y={py(value)} width={bar} height={foot - py(value)} fill={color} />
+      {hatch && <rect x={x} y={py(value)} width={bar} height={foot - py(value)} fill="url(#hatch)" />}
       <text x={x + bar / 2} y={py(value) - 4} text-anchor="middle">{fmtError(value)}</text>
     </>;
   return (
     <figure class="chart">
-      <figcaption>Error after each step, × noise</figcaption>
+      <figcaption>Error after each step, × noise (logarithmic)</figcaption>
       <Legend layers={[
         {label: 'fitted runs', color: kTrain}, {label: 'held out (hatched)', color: kHoldout},
         {label: 'predicted before the refit', color: kPredicted, kind: 'points'},

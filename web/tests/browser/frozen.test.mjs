@@ -4,7 +4,7 @@ import {readFile} from 'node:fs/promises';
 import {after, before, test} from 'node:test';
 import {fitPage, planarPage, sphericalPage} from '../fixture.mjs';
 import {launch, without} from './chromium.mjs';
-import {html, openFile, ranges, settled, writeReport} from './open.mjs';
+import {html, kPatience_ms, openFile, ranges, settled, writeReport} from './open.mjs';
 
 const skip = without;
 let browser;
@@ -201,7 +201,7 @@ test('play moves the cursor, pause stops it', {skip}, () =>
     await page.getByRole('button', {name: 'Pause'}).click();
     await settled(page);
     const t = await text(page, '.time');
-    await page.waitForTimeout(200);
+    for (let i = 0; i < 5; ++i) await settled(page);
     assert.equal(await text(page, '.time'), t);
   }));
 
@@ -226,6 +226,7 @@ test('a page of a fit says which command would fill the empty panels', {skip}, (
 test('a document that cannot be read is named', {skip}, async () => {
   const file = writeReport('other.html', {...fitPage(), schema: 'sysid.page/2'});
   const context = await browser.newContext({offline: true});
+  context.setDefaultTimeout(kPatience_ms);
   const page = await context.newPage();
   await page.goto(`file://${file}`);
   assert.match(await page.locator('[role=alert]').innerText(), /reads sysid.page\/1, and the document is sysid.page\/2/);
@@ -253,16 +254,24 @@ test('without WebGL the mechanism says so, and the rest works', {skip}, async ()
   }
 });
 
+// Each time is the median of several, alternately, so that what else the machine
+// does weighs on both. The bounds are generous, and a page that draws every sample
+// needs 100 times as long.
+const kRepeats = 3, kMostZoom = 15, kMostPaint = 30;
+const median = list => [...list].sort((a, b) => a - b)[list.length >> 1];
+
 test('100,000 samples are drawn with as few points as pixels ask for', {skip}, async () => {
-  const times = {};
-  for (const [name, seconds] of [['short', 10], ['long', 1000]]) {
-    const started = Date.now();
-    await visit(`${name}.html`, planarPage({seconds}), async page => {
-      const paint = Date.now() - started;
+  const times = {short: {paint: [], zoom: []}, long: {paint: [], zoom: []}};
+  const files = {short: writeReport('short.html', planarPage({seconds: 10})), long: writeReport('long.html', planarPage({seconds: 1000}))};
+  for (let i = 0; i < kRepeats; ++i) {
+    for (const name of ['short', 'long']) {
+      const started = Date.now();
+      const {page, context, complaints} = await openFile(browser, files[name]);
+      times[name].paint.push(Date.now() - started);
       const points = await page.$$eval('.time-plot .uplot', plots => plots.map(p => Number(p.dataset.points)));
       const width = await page.$eval('.time-plot', e => e.clientWidth);
       assert.ok(Math.max(...points) <= 2 * width, `${points} points on ${width} pixels`);
-      const zoom = await page.evaluate(async () => {
+      times[name].zoom.push(await page.evaluate(async () => {
         const plot = document.querySelector('.time-plot');
         const begun = performance.now();
         for (const key of ['+', '+', '+', '-', '-', '-', '+', '0']) {
@@ -270,12 +279,13 @@ test('100,000 samples are drawn with as few points as pixels ask for', {skip}, a
           await new Promise(requestAnimationFrame);
         }
         return performance.now() - begun;
-      });
-      times[name] = {paint, zoom};
-    });
+      }));
+      assert.deepEqual(complaints, []);
+      await context.close();
+    }
   }
-  const ratio = key => times.long[key] / times.short[key];
+  const ratio = key => median(times.long[key]) / median(times.short[key]);
   console.log(`100,000 against 1,000 samples: first paint ${ratio('paint').toFixed(1)} times, zoom ${ratio('zoom').toFixed(1)} times as long`);
-  assert.ok(ratio('zoom') < 10, `zoom ${JSON.stringify(times)}`);
-  assert.ok(ratio('paint') < 15, `paint ${JSON.stringify(times)}`);
+  assert.ok(ratio('zoom') < kMostZoom, `zoom ${JSON.stringify(times)}`);
+  assert.ok(ratio('paint') < kMostPaint, `paint ${JSON.stringify(times)}`);
 });

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
 import {planarPage} from '../fixture.mjs';
 import {launch, without} from './chromium.mjs';
-import {html, settled, watch} from './open.mjs';
+import {html, kPatience_ms, settled, until, watch} from './open.mjs';
 import {startStudio} from './studio.mjs';
 
 const skip = without;
@@ -22,12 +22,14 @@ async function session(steps, models = 1) {
   const state = {models};
   const studio = await startStudio(html, () => withModels(state.models));
   const context = await browser.newContext({viewport: {width: 1280, height: 900}});
+  context.setDefaultTimeout(kPatience_ms);
   const page = await context.newPage();
   const complaints = watch(page);
   try {
     await page.goto(studio.url);
     await page.waitForSelector(models ? '#take-away' : '#first-title');
     await page.waitForFunction(() => document.title !== 'sysid');
+    await studio.followed();
     await steps(page, studio, state, complaints);
   } finally {
     await context.close();
@@ -40,7 +42,7 @@ const offer = page => page.getByRole('button', {name: 'Add coulomb_friction@join
 test('a click adds the effect, and the error falls', {skip}, () =>
   session(async (page, studio, state, complaints) => {
     await offer(page).click();
-    await page.waitForTimeout(100);
+    await until(() => studio.posts.length);
     assert.deepEqual(studio.posts, [{url: '/api/add', body: {model: 0, effect: 'coulomb_friction@joint2'}, type: 'application/json'}]);
     studio.say(kProgress);
     await page.getByText('iteration 3 of at most 50').waitFor();
@@ -52,7 +54,7 @@ test('a click adds the effect, and the error falls', {skip}, () =>
     assert.equal(await page.getByRole('button', {name: 'Remove coulomb_friction@joint2'}).isEnabled(), true);
     assert.match(await page.locator('#compare .legend').innerText(), /\+ coulomb_friction@joint2\s+as given/);
     await page.getByRole('button', {name: 'Remove coulomb_friction@joint2'}).click();
-    await page.waitForTimeout(100);
+    await until(() => studio.posts.length > 1);
     assert.deepEqual(studio.posts[1].body, {model: 1, effect: 'coulomb_friction@joint2'});
     assert.deepEqual(complaints, []);
   }));
@@ -61,7 +63,7 @@ test('a fit is cancelled, and said to be', {skip}, () =>
   session(async (page, studio) => {
     studio.say(kProgress);
     await page.getByRole('button', {name: 'Cancel'}).click();
-    await page.waitForTimeout(100);
+    await until(() => studio.posts.length);
     assert.equal(studio.posts[0].url, '/api/cancel');
     studio.say({type: 'cancelled'});
     await page.getByText('The fit was cancelled').waitFor();
@@ -82,6 +84,36 @@ test('a reload during a fit shows that it runs', {skip}, () =>
     await page.getByText('iteration 3 of at most 50').waitFor();
   }));
 
+// Frames come late on a busy machine: the event then arrives before the panels
+// listen.
+test('an event is shown that comes before the page has drawn itself', {skip}, () =>
+  session(async (page, studio) => {
+    studio.say(kProgress);
+    await page.getByText('iteration 3 of at most 50').waitFor();
+    await page.addInitScript(() => {
+      const frame = requestAnimationFrame.bind(window), later = setTimeout.bind(window);
+      window.requestAnimationFrame = f => later(() => frame(f), 700);
+      window.setTimeout = (f, ms, ...rest) => later(f, Math.max(ms ?? 0, 700), ...rest);
+    });
+    await page.reload();
+    await page.getByText('iteration 3 of at most 50').waitFor({timeout: 20000});
+  }));
+
+test('a fit that ended between the document and the events is shown', {skip}, async () => {
+  const models = [1, 2];
+  const studio = await startStudio(html, () => withModels(models.length > 1 ? models.shift() : models[0]));
+  const context = await browser.newContext();
+  context.setDefaultTimeout(kPatience_ms);
+  try {
+    const page = await context.newPage();
+    await page.goto(studio.url);
+    await page.waitForFunction(() => document.querySelectorAll('.controls select')[1]?.options.length === 2);
+  } finally {
+    await context.close();
+    await studio.goAway();
+  }
+});
+
 test('a refused request is told with its hint', {skip}, () =>
   session(async (page, studio) => {
     // Another browser was faster.
@@ -92,13 +124,12 @@ test('a refused request is told with its hint', {skip}, () =>
 
 test('the page outlives the server, and takes up again', {skip}, () =>
   session(async (page, studio, state) => {
-    await page.waitForTimeout(300);
     await studio.goAway();
     await page.getByText('The server does not answer; what is shown stays').waitFor();
     assert.match(await page.locator('#verdict').innerText(), /An effect is missing/);
     state.models = 2;
     await studio.comeBack();
-    await page.getByText('The server does not answer; what is shown stays').waitFor({state: 'detached', timeout: 20000});
+    await page.getByText('The server does not answer; what is shown stays').waitFor({state: 'detached'});
     await page.waitForFunction(() => document.querySelectorAll('.controls select')[1].options.length === 2);
   }));
 
@@ -115,7 +146,7 @@ test('before the first model the page says what runs, and can start again', {ski
     await page.getByText('the model as given:').or(page.locator('.progress')).first().waitFor();
     studio.say({type: 'cancelled'});
     await page.getByRole('button', {name: 'Fit the model as given'}).click();
-    await page.waitForTimeout(100);
+    await until(() => studio.posts.length);
     assert.equal(studio.posts.at(-1).url, '/api/start');
     state.models = 1;
     studio.say({type: 'done', model: 0});

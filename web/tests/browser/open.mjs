@@ -16,9 +16,22 @@ export function writeReport(name, document) {
   return file;
 }
 
+// For a busy machine: what comes at all comes within it.
+export const kPatience_ms = 120000;
+
+// Until `holds`, which is asked often.
+export async function until(holds) {
+  for (const end = Date.now() + kPatience_ms; Date.now() < end;) {
+    if (await holds()) return;
+    await new Promise(resolve => setTimeout(resolve, 20));
+  }
+  throw new Error(`in vain: ${holds}`);
+}
+
 // `requests` are those beyond the file itself.
 export async function openFile(browser, file, {width = 1280, height = 900, colorScheme = 'light'} = {}) {
   const context = await browser.newContext({viewport: {width, height}, colorScheme, offline: true, acceptDownloads: true});
+  context.setDefaultTimeout(kPatience_ms);
   const page = await context.newPage();
   const requests = [], complaints = watch(page);
   const url = pathToFileURL(file).href;

@@ -2,7 +2,7 @@
 import {createServer} from 'node:http';
 
 export async function startStudio(html, pageNow) {
-  const streams = new Set(), posts = [], requests = [];
+  const streams = new Set(), posts = [], requests = [], waiting = [];
   let now = {type: 'idle'}, refusal = null;
   const json = (response, status, body) => {
     response.writeHead(status, {'Content-Type': 'application/json'});
@@ -19,6 +19,7 @@ export async function startStudio(html, pageNow) {
       response.writeHead(200, {'Content-Type': 'text/event-stream'});
       response.write(`data: ${JSON.stringify(now)}\n\n`);
       streams.add(response);
+      for (const tell of waiting.splice(0)) tell();
       request.on('close', () => streams.delete(response));
     } else if (request.method === 'POST') {
       let body = '';
@@ -41,6 +42,8 @@ export async function startStudio(html, pageNow) {
   port = server.address().port;
   return {
     url: `http://127.0.0.1:${port}/`, posts, requests,
+    // Once a page listens to the events.
+    followed: () => streams.size ? Promise.resolve() : new Promise(resolve => waiting.push(resolve)),
     refuse(answer) { refusal = answer; },
     say(event) {
       now = ['done', 'cancelled', 'failed'].includes(event.type) ? {type: 'idle'} : event;
