@@ -146,10 +146,9 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
     fit.next_command = command;
     models.push_back(PageModel(source, fit, nullptr));
   }
-  // The last that was judged, beside what it came from.
+  // The model as given says what was missing; beside it, what came of that.
   if (!diagnosis.steps.empty()) {
-    page["current"] = diagnosis.steps.size();
-    page["compared"] = 0;
+    page["compared"] = diagnosis.steps.size();
     models[diagnosis.steps.size()]["verdict"] =
         ToString(diagnosis.final_verdict);
   }

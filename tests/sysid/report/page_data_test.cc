@@ -149,8 +149,8 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
   EXPECT_EQ(models[1]["effects"], Json::array({"viscous_damping@joint1"}));
   EXPECT_EQ(models[1]["verdict"], "adequate");
   EXPECT_EQ(models[2]["title"], "final fit, whole runs");
-  EXPECT_EQ((*page_)["current"], 1);
-  EXPECT_EQ((*page_)["compared"], 0);
+  EXPECT_EQ((*page_)["current"], 0);
+  EXPECT_EQ((*page_)["compared"], 1);
   const Json& step = (*page_)["steps"].at(0);
   EXPECT_EQ(step["model"], 1);
   EXPECT_EQ(step["trainBefore"], models[0]["trainError"]);
@@ -328,7 +328,7 @@ TEST_F(DiagnosedPage, HasTheFilesOfEveryModel) {
     ASSERT_EQ(model["files"].size(), 4u);
     for (const Json& file : model["files"]) {
       const bool left_out = file["name"] == "prediction.csv" &&
-                            model["id"] != (*page_)["current"];
+                            model["id"] != (*page_)["compared"];
       EXPECT_EQ(file["text"].is_null(), left_out) << file["name"];
     }
     EXPECT_EQ(

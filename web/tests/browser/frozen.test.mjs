@@ -161,10 +161,10 @@ test('the URDF is saved as it is in the document', {skip}, () => {
   const document = planarPage();
   return visit('planar.html', document, async page => {
     const [download] = await Promise.all([
-      page.waitForEvent('download'), page.locator('.files').getByRole('button', {name: /identified.urdf/}).click()]);
+      page.waitForEvent('download'), page.locator('.files').first().getByRole('button', {name: /identified.urdf/}).click()]);
     assert.equal(download.suggestedFilename(), 'identified.urdf');
     assert.equal(await readFile(await download.path(), 'utf8'), document.models[0].files[0].text);
-    assert.equal(await page.locator('.files').getByText('prediction.csv').count(), 0, 'a file without text');
+    assert.equal(await page.locator('.files').first().getByText('prediction.csv').count(), 0, 'a file without text');
     assert.match(await text(page, '#take-away'), /sysid_diagnose --model pendulum2_planar/);
   });
 });
