@@ -45,13 +45,16 @@ export function fmtTime(t: number): string {
   return Number.isFinite(t) ? String(Number(t.toFixed(3))) : '–';
 }
 
-// Ticks with as many places as tell them apart.
+// Ticks with as many places as tell them apart, and tell each of them exactly: a
+// step of 0.25 has two.
 export function fmtTicks(ticks: number[]): string[] {
   if (ticks.length < 2) return ticks.map(t => fmt(t));
   const step = Math.abs(ticks[1] - ticks[0]);
   const largest = Math.max(...ticks.map(Math.abs));
   if (!(step > 0) || (largest < 1e-3 || step >= 1e5)) return ticks.map(t => fmt(t, 3));
-  const places = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+  let places = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+  const most = Math.min(9, places + 2);
+  while (places < most && ticks.some(t => Math.abs(Number(t.toFixed(places)) - t) > 1e-6 * step)) ++places;
   return ticks.map(t => String(Number(t.toFixed(places))));
 }
 

@@ -32,6 +32,9 @@ test('p-values end at 1e-12', () => {
 test('ticks have the places that tell them apart', () => {
   assert.deepEqual(f.fmtTicks([1000.2, 1000.4, 1000.6]), ['1000.2', '1000.4', '1000.6']);
   assert.deepEqual(f.fmtTicks([0, 0.05, 0.1]), ['0', '0.05', '0.1']);
+  assert.deepEqual(f.fmtTicks([-0.25, 0, 0.25, 0.5, 0.75]), ['-0.25', '0', '0.25', '0.5', '0.75']);
+  assert.deepEqual(f.fmtTicks([0, 2.5, 5]), ['0', '2.5', '5']);
+  assert.deepEqual(f.fmtTicks([-0.75, -0.25, 0.25]), ['-0.75', '-0.25', '0.25']);
   assert.deepEqual(f.fmtTicks([1700000000, 1700000002]), ['1700000000', '1700000002']);
 });
 
