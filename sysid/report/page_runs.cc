@@ -173,12 +173,11 @@ Json PredictionJson(const std::map<std::string, double>& noise,
                  : RowMatrixXd::Constant(shown.size(),
                                          mechanism.nq + mechanism.nv, kNone);
   const RowMatrixXd q = states.leftCols(mechanism.nq);
-  return {
-      {"cuts", CutsJson(shown, place)},
-      {"channels", channels},
-      {"q", SeriesOfColumns(q)},
-      {"qd", SeriesOfColumns(states.rightCols(mechanism.nv))},
-      {"measuredQ", SeriesOfColumns(MeasuredPositions(mechanism, shown, q))}};
+  return {{"cuts", CutsJson(shown, place)},
+          {"channels", channels},
+          {"q", DrawnColumns(q)},
+          {"qd", DrawnColumns(states.rightCols(mechanism.nv))},
+          {"measuredQ", DrawnColumns(MeasuredPositions(mechanism, shown, q))}};
 }
 
 }  // namespace

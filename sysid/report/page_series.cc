@@ -35,6 +35,17 @@ float Single(double value) {
                                : std::numeric_limits<float>::quiet_NaN();
 }
 
+Json OfColumns(const RowMatrixXd& values,
+               Json (*series)(const std::vector<double>&)) {
+  Json list = Json::array();
+  for (int c = 0; c < values.cols(); ++c) {
+    std::vector<double> column(values.rows());
+    Eigen::VectorXd::Map(column.data(), values.rows()) = values.col(c);
+    list.push_back(series(column));
+  }
+  return list;
+}
+
 }  // namespace
 
 Json Series(const std::vector<double>& values) {
@@ -59,14 +70,35 @@ Json TimeSeries(std::vector<double> times) {
   return series;
 }
 
-Json SeriesOfColumns(const RowMatrixXd& values) {
-  Json list = Json::array();
-  for (int c = 0; c < values.cols(); ++c) {
-    std::vector<double> column(values.rows());
-    Eigen::VectorXd::Map(column.data(), values.rows()) = values.col(c);
-    list.push_back(Series(column));
+Json DrawnSeries(const std::vector<double>& values) {
+  constexpr std::uint16_t kMissing = 65535;
+  double lower = std::numeric_limits<double>::infinity(), upper = -lower;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    lower = std::min(lower, value);
+    upper = std::max(upper, value);
   }
-  return list;
+  if (!(lower <= upper)) lower = upper = 0.0;
+  const double step = upper > lower ? (upper - lower) / (kMissing - 1) : 1.0;
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(2 * values.size());
+  for (const double value : values) {
+    const auto place =
+        std::isfinite(value)
+            ? static_cast<std::uint16_t>(std::lround((value - lower) / step))
+            : kMissing;
+    bytes.push_back(static_cast<std::uint8_t>(place));
+    bytes.push_back(static_cast<std::uint8_t>(place >> 8));
+  }
+  return {{"u16", Base64(bytes)}, {"step", step}, {"offset", lower}};
+}
+
+Json SeriesOfColumns(const RowMatrixXd& values) {
+  return OfColumns(values, Series);
+}
+
+Json DrawnColumns(const RowMatrixXd& values) {
+  return OfColumns(values, DrawnSeries);
 }
 
 }  // namespace sysid

@@ -14,5 +14,10 @@ Json Series(const std::vector<double>& values);
 Json TimeSeries(std::vector<double> times);
 // Of each column of a matrix.
 Json SeriesOfColumns(const RowMatrixXd& values);
+// The same in 65535 steps between the least and the largest value, two bytes a
+// number: what is only drawn.
+Json DrawnSeries(const std::vector<double>& values);
+// Of each column of a matrix, to be drawn.
+Json DrawnColumns(const RowMatrixXd& values);
 
 }  // namespace sysid

@@ -1,30 +1,42 @@
 // From the document to numbers: decoding, and what the panels derive from it.
 import type {
-  CandidateData, ForceData, ModelData, PageData, RunData, Series,
+  CandidateData, DrawnSeries, ForceData, ModelData, PageData, RunData, Series,
 } from './page_data';
 
 export type Numbers = Float32Array | Float64Array;
 
-const decoded = new WeakMap<Series, Numbers>();
+const decoded = new WeakMap<Series | DrawnSeries, Numbers>();
 
 // Decoded once, however often it is asked for.
-export function decode(series: Series): Numbers {
+export function decode(series: Series | DrawnSeries): Numbers {
   let values = decoded.get(series);
   if (!values) {
-    const text = atob(series.f32);
-    const bytes = new Uint8Array(text.length & ~3);
-    for (let i = 0; i < bytes.length; ++i) bytes[i] = text.charCodeAt(i);
-    if (new Uint8Array(new Uint16Array([1]).buffer)[0] !== 1) swapWords(bytes);
-    values = new Float32Array(bytes.buffer);
-    const offset = series.offset ?? 0;
-    if (offset !== 0) values = Float64Array.from(values, v => v + offset);
+    values = 'u16' in series ? steps(series) : singles(series);
     decoded.set(series, values);
   }
   return values;
 }
 
-function swapWords(bytes: Uint8Array) {
-  for (let i = 0; i < bytes.length; i += 4) bytes.subarray(i, i + 4).reverse();
+function singles(series: Series): Numbers {
+  const values = new Float32Array(bytesOf(series.f32, 4).buffer);
+  const offset = series.offset ?? 0;
+  return offset === 0 ? values : Float64Array.from(values, v => v + offset);
+}
+
+function steps({u16, step, offset}: DrawnSeries): Numbers {
+  const places = new Uint16Array(bytesOf(u16, 2).buffer);
+  return Float32Array.from(places, place => place === 65535 ? NaN : offset + step * place);
+}
+
+// Of whole words, in the order of this machine.
+function bytesOf(base64: string, word: number): Uint8Array<ArrayBuffer> {
+  const text = atob(base64);
+  const bytes = new Uint8Array(text.length - text.length % word);
+  for (let i = 0; i < bytes.length; ++i) bytes[i] = text.charCodeAt(i);
+  if (new Uint8Array(new Uint16Array([1]).buffer)[0] !== 1) {
+    for (let i = 0; i < bytes.length; i += word) bytes.subarray(i, i + word).reverse();
+  }
+  return bytes;
 }
 
 // The inlined document, or null where the page has to ask a server.

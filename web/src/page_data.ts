@@ -10,6 +10,14 @@ export interface Series {
   offset?: number;
 }
 
+// Of what is only drawn: offset + step times a little-endian uint16, base64;
+// 65535 is missing.
+export interface DrawnSeries {
+  u16: string;
+  step: number;
+  offset: number;
+}
+
 export interface PageData {
   schema: "sysid.page/1";
   program: string; // "sysid_fit", "sysid_diagnose", "sysid_studio"
@@ -96,9 +104,9 @@ export interface PredictionData {
   // The states of the prediction and those nearest the measurement, nq and nv
   // each, for the 3D view and the phase portrait. `measured` has NaN where a
   // joint is not measured.
-  q: Series[];
-  qd: Series[];
-  measuredQ: Series[];
+  q: DrawnSeries[];
+  qd: DrawnSeries[];
+  measuredQ: DrawnSeries[];
 }
 
 export interface ParameterData {

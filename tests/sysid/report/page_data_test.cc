@@ -28,7 +28,9 @@ std::vector<double> Decode(const Json& series) {
   std::vector<std::uint8_t> bytes;
   std::uint32_t bits = 0;
   int count = 0;
-  for (const char c : series.at("f32").get<std::string>()) {
+  const bool drawn = series.contains("u16");
+  const std::string text = series.at(drawn ? "u16" : "f32");
+  for (const char c : text) {
     if (c == '=') break;
     bits = bits << 6 | static_cast<std::uint32_t>(digits.find(c));
     count += 6;
@@ -37,6 +39,14 @@ std::vector<double> Decode(const Json& series) {
     bytes.push_back(static_cast<std::uint8_t>(bits >> count));
   }
   std::vector<double> values;
+  for (size_t i = 0; drawn && i + 2 <= bytes.size(); i += 2) {
+    const int place = bytes[i] | bytes[i + 1] << 8;
+    values.push_back(place == 65535
+                         ? NAN
+                         : series.at("offset").get<double>() +
+                               place * series.at("step").get<double>());
+  }
+  if (drawn) return values;
   for (size_t i = 0; i + 4 <= bytes.size(); i += 4) {
     const std::uint32_t single = bytes[i] | bytes[i + 1] << 8 |
                                  bytes[i + 2] << 16 |
@@ -52,6 +62,12 @@ TEST(Series, AreLittleEndianSinglesInBase64) {
   EXPECT_EQ(Series({}).at("f32"), "");
   EXPECT_EQ(Series({1.0}).at("f32"), "AACAPw==");
   EXPECT_TRUE(std::isnan(Decode(Series({INFINITY})).front()));
+  const Json drawn = DrawnSeries({-1.0, NAN, 0.0, 1.0});
+  EXPECT_EQ(drawn.at("u16"), "AAD///9//v8=");  // 0, missing, 32767, 65534
+  EXPECT_EQ(drawn.at("offset"), -1.0);
+  EXPECT_EQ(drawn.at("step"), 2.0 / 65534);
+  EXPECT_EQ(DrawnSeries({5.0, 5.0}).at("u16"), "AAAAAA==");
+  EXPECT_EQ(DrawnSeries({NAN}).at("u16"), "//8=");
 }
 
 TEST(TimeSeries, TellSamplesApartThatLieFarFromZero) {
@@ -201,7 +217,9 @@ TEST_F(DiagnosedPage, PredictsWhatTheTableDoes) {
       Decode((*page_)["runs"][0]["channels"][0]["measured"][0]);
   const auto predicted =
       Decode(model["predictions"][0]["channels"][0]["predicted"][0]);
-  const auto q = Decode(model["predictions"][0]["q"][0]);
+  const Json& drawn = model["predictions"][0]["q"][0];
+  const auto q = Decode(drawn);
+  const double half = 0.5 * drawn.at("step").get<double>();
   for (size_t k = 0; k < t.size(); ++k) {
     ASSERT_TRUE(std::getline(rows, row));
     double cells[5];
@@ -214,7 +232,7 @@ TEST_F(DiagnosedPage, PredictsWhatTheTableDoes) {
     EXPECT_NEAR(t[k], cells[2], 1e-6);
     EXPECT_NEAR(measured[k], cells[3], 1e-6);
     EXPECT_NEAR(predicted[k], cells[4], 1e-6);
-    EXPECT_NEAR(q[k], cells[4], 1e-6);
+    EXPECT_NEAR(q[k], cells[4], half + 1e-6);
   }
 }
 
@@ -300,6 +318,8 @@ TEST_F(DiagnosedPage, HasEveryKeyThatThePageReads) {
   expect("ChannelData", page["runs"][0]["channels"][0]);
   expect("ModelData", model);
   expect("PredictionData", model["predictions"][0]);
+  expect("Series", page["runs"][0]["t"]);
+  expect("DrawnSeries", model["predictions"][0]["q"][0]);
   expect("ParameterData", model["parameters"][0]);
   expect("CandidateData", model["candidates"][0]);
   expect("ForceData", model["force"][0]);

@@ -10,6 +10,10 @@ test('decodes base64 float32 with missing values', () => {
   assert.deepEqual([...values], [1.5, NaN, -2]);
 });
 
+test('decodes steps of what is only drawn', () => {
+  assert.deepEqual([...data.decode({u16: 'AAD///9//v8=', step: 2 / 65534, offset: -1})], [-1, NaN, 0, 1]);
+});
+
 test('decodes nothing to nothing', () => {
   assert.equal(data.decode({f32: ''}).length, 0);
 });
