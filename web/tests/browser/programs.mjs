@@ -18,6 +18,7 @@ process.on('exit', () => {
   for (const child of children) child.kill('SIGKILL');
   rmSync(folder, {recursive: true, force: true});
 });
+for (const signal of ['SIGINT', 'SIGTERM', 'SIGHUP']) process.once(signal, () => process.exit(1));
 
 export const run = name => join(runs, `${name}.csv`);
 
