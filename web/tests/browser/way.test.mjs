@@ -56,8 +56,11 @@ async function errors(page) {
   return found.map(t => Number(t.match(/^([\d.]+) × noise/)[1]));
 }
 
-async function download(page, name, where) {
-  const [got] = await Promise.all([page.waitForEvent('download'), page.locator('.files a').getByText(name, {exact: true}).click()]);
+// Of the model that is shown: of several, its files come first.
+async function download(page, name, model, where) {
+  const link = page.locator(`.files a[download="${name}"]`).first();
+  assert.equal(await link.getAttribute('href'), `/api/models/${model}/${name}`);
+  const [got] = await Promise.all([page.waitForEvent('download'), link.click()]);
   assert.equal(got.suggestedFilename(), name);
   await got.saveAs(join(where, name));
   return join(where, name);
@@ -79,8 +82,8 @@ test('from a wrong model to a right one, and back to the command line', {skip}, 
     assert.deepEqual(await titles(page), ['as given', `+ ${kMissing}`]);
 
     const taken = newFolder();
-    const urdf = await download(page, 'identified.urdf', taken);
-    await download(page, 'identified.sysid.yaml', taken);
+    const urdf = await download(page, 'identified.urdf', 1, taken);
+    await download(page, 'identified.sysid.yaml', 1, taken);
     const fit = JSON.parse(await ask('sysid_fit', ...flags('hidden').slice(2), '--model', urdf, '--json', '-'));
     assert.ok(fit.error.train.normalized_rms < 1.1, JSON.stringify(fit.error));
     assert.ok(fit.error.holdout.normalized_rms < 1.1, JSON.stringify(fit.error));
