@@ -125,6 +125,9 @@ test('a model that is adequate has nothing to add', {skip}, () =>
     for (const error of await errors(page)) assert.ok(error < 1.1, `${error} × noise`);
     for (const id of ['which', 'add']) assert.match(await text(page, `#${id}`), /nothing is missing that this data can show/);
     assert.equal(await page.getByRole('button', {name: /^Add /}).count(), 0);
+    await page.getByText('Add an effect all the same').click();
+    assert.ok(await page.getByRole('button', {name: /^Add /}).count() > 0);
+    assert.doesNotMatch(await text(page, '#verdict'), /cannot tell/);
     assert.equal(await tile(page, 'First missing effect'), undefined);
   }));
 
