@@ -1,4 +1,5 @@
 // Panel 6: add an effect, remove it again, and see the error fall.
+import type {ComponentChildren} from 'preact';
 import {candidateName, modelWithId} from '../data';
 import {fmtError, fmtTimes, fmtUnit} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
@@ -7,7 +8,7 @@ import {add, isRunning, refusal, remove} from '../server';
 import {compared, current, studio, useStore} from '../state';
 import {Choice, Command, Empty, Panel} from './panel';
 import {Progress} from './progress';
-import {noCandidates} from './which';
+import {kNothingMissing, noCandidates} from './which';
 
 const kOffered = 8;
 
@@ -34,15 +35,26 @@ function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
     <Progress event={event} />
     {said && <p class="warning" role="alert">{said}</p>}
     {model.candidates.length === 0 && <Empty>{noCandidates(page, model)}</Empty>}
-    <ul class="offers">
+    {model.candidates.length > 0 && <Offers model={model}><ul class="offers">
       {model.candidates.slice(0, kOffered).map(c => {
         const name = toAdd(c);
         return <li key={name}><button type="button" class="primary" disabled={busy} onClick={() => void add(model.id, name)}>Add {name}</button>
           <span class="note">predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span></li>;
       })}
+    </ul></Offers>}
+    <ul class="offers">
       {model.effects.map(name => <li key={`-${name}`}>
         <button type="button" disabled={busy} onClick={() => void remove(model.id, name)}>Remove {name}</button></li>)}
     </ul>
+  </>;
+}
+
+// An adequate model lacks nothing: its candidates are there for who asks.
+function Offers({model, children}: {model: ModelData; children: ComponentChildren}) {
+  if (model.verdict !== 'adequate') return <>{children}</>;
+  return <>
+    <Empty>{kNothingMissing}</Empty>
+    <details><summary>Add an effect all the same</summary>{children}</details>
   </>;
 }
 
@@ -55,7 +67,7 @@ function toAdd(c: CandidateData): string {
 function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
   if (!model.candidates.length) return <Empty>{noCandidates(page, model)}</Empty>;
   return (
-    <ul class="offers frozen">
+    <Offers model={model}><ul class="offers frozen">
       {model.candidates.slice(0, kOffered).map((c, i) => {
         const name = toAdd(c);
         const body = <Command text={c.command} label={`command that adds ${name}`} />;
@@ -63,7 +75,7 @@ function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
           ? <><span>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span>{body}</>
           : <details><summary>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</summary>{body}</details>}</li>;
       })}
-    </ul>
+    </ul></Offers>
   );
 }
 

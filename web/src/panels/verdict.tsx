@@ -80,7 +80,7 @@ function CannotBeTold({model}: {model: ModelData}) {
   const lines: string[] = model.notIdentifiable.map(
     group => `The data do not tell ${list(group)} ${group.length > 1 ? 'apart' : 'at all'}.`);
   const first = model.candidates[0];
-  if (first?.indistinguishableFrom.length) {
+  if (model.verdict !== 'adequate' && first?.indistinguishableFrom.length) {
     lines.push(`This data cannot tell ${candidateName(first)} from ${list(first.indistinguishableFrom)}.`
       + (first.separatedBy ? ` What would: ${first.separatedBy}.` : ''));
   }

@@ -27,6 +27,7 @@ export function Which({page}: {page: PageData}) {
   const all = model.candidates.map(candidateName);
   return (
     <Panel id="which" title="5 Which effect" how={kHow} wide>
+      {model.verdict === 'adequate' && <Empty>{kNothingMissing} What follows could hide in the noise: it would be seen from the sizes given.</Empty>}
       <p class="buttons">
         <button type="button" onClick={() => setOpen(new Set(all))}>Show all pictures</button>
         <button type="button" onClick={() => setOpen(new Set())}>Hide all pictures</button>
@@ -38,9 +39,11 @@ export function Which({page}: {page: PageData}) {
   );
 }
 
+export const kNothingMissing = 'The model is adequate: nothing is missing that this data can show.';
+
 export function noCandidates(page: PageData, model: ModelData): string {
   if (model.verdict === 'adequate') {
-    return 'The model is adequate: nothing is missing that this data can show, so that there are no candidates.';
+    return kNothingMissing;
   }
   if (page.program === 'sysid_fit') {
     return 'sysid_fit does not ask which effect is missing: sysid_diagnose with the same flags does.';

@@ -12,6 +12,7 @@ export const without = executable ? false
 export function launch({webgl = true} = {}) {
   return chromium.launch({
     executablePath: executable,
+    timeout: 120000,  // a loaded machine is slow
     timeout: 120000,
     args: [
       // Chromium refuses its sandbox to root.

@@ -1,4 +1,5 @@
 // Opens the page in Chromium and watches what it asks for and complains of.
+import assert from 'node:assert/strict';
 import {mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {dirname, join} from 'node:path';
@@ -28,7 +29,7 @@ export async function until(holds) {
   throw new Error(`in vain: ${holds}`);
 }
 
-// `requests` are those beyond the file itself.
+// `requests` are those beyond the file itself; `paint_ms` is until all is drawn.
 export async function openFile(browser, file, {width = 1280, height = 900, colorScheme = 'light'} = {}) {
   const context = await browser.newContext({viewport: {width, height}, colorScheme, offline: true, acceptDownloads: true});
   context.setDefaultTimeout(kPatience_ms);
@@ -36,10 +37,11 @@ export async function openFile(browser, file, {width = 1280, height = 900, color
   const requests = [], complaints = watch(page);
   const url = pathToFileURL(file).href;
   page.on('request', r => { if (r.url() !== url && !/^(data|blob):/.test(r.url())) requests.push(r.url()); });
+  const begun = performance.now();
   await page.goto(url);
   await page.waitForSelector('#take-away');
   await settled(page);
-  return {page, context, requests, complaints};
+  return {page, context, requests, complaints, paint_ms: performance.now() - begun};
 }
 
 export function watch(page) {
@@ -59,3 +61,21 @@ export function settled(page) {
 }
 
 export const ranges = page => page.$$eval('.time-plot .uplot', plots => plots.map(p => p.dataset.range));
+
+// Milliseconds that zooming in and out by the keyboard takes, each time drawn.
+export const zooming = page => page.evaluate(async () => {
+  const plot = document.querySelector('.time-plot');
+  const begun = performance.now();
+  for (const key of ['+', '+', '+', '-', '-', '-', '+', '0']) {
+    plot.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true}));
+    await new Promise(requestAnimationFrame);
+  }
+  return performance.now() - begun;
+});
+
+// How much longer the long one may take; generous, as machines are loaded.
+export function compareTimes({short, long}, what) {
+  const paint = long.paint / short.paint, zoom = long.zoom / short.zoom;
+  console.log(`${what}, 100,000 against 1,000 samples: first paint ${paint.toFixed(1)} times, zoom ${zoom.toFixed(1)} times as long`);
+  assert.ok(zoom < 10 && paint < 15, JSON.stringify({short, long}));
+}
