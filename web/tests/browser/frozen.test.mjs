@@ -4,7 +4,7 @@ import {readFile} from 'node:fs/promises';
 import {after, before, test} from 'node:test';
 import {fitPage, planarPage, sphericalPage} from '../fixture.mjs';
 import {launch, without} from './chromium.mjs';
-import {html, kPatience_ms, openFile, ranges, settled, writeReport} from './open.mjs';
+import {compareTimes, html, kPatience_ms, openFile, ranges, settled, writeReport, zooming} from './open.mjs';
 
 const skip = without;
 let browser;
@@ -254,23 +254,18 @@ test('without WebGL the mechanism says so, and the rest works', {skip}, async ()
   }
 });
 
-// Each time is the median of several, alternately, so that what else the machine
-// does weighs on both. The bounds are generous, and a page that draws every sample
-// needs 100 times as long.
-const kRepeats = 3, kMostZoom = 15, kMostPaint = 30;
-const median = list => [...list].sort((a, b) => a - b)[list.length >> 1];
-
 test('100,000 samples are drawn with as few points as pixels ask for', {skip}, async () => {
-  const times = {short: {paint: [], zoom: []}, long: {paint: [], zoom: []}};
-  const files = {short: writeReport('short.html', planarPage({seconds: 10})), long: writeReport('long.html', planarPage({seconds: 1000}))};
-  for (let i = 0; i < kRepeats; ++i) {
-    for (const name of ['short', 'long']) {
-      await visit(`${name}.html`, planarPage({seconds}), async (page, {paint_ms}) => {
-      const points = await page.$$eval('.time-plot .uplot', plots => plots.map(p => Number(p.dataset.points)));
-      const width = await page.$eval('.time-plot', e => e.clientWidth);
-      assert.ok(Math.max(...points) <= 2 * width, `${points} points on ${width} pixels`);
-      times[name] = {paint: paint_ms, zoom: await zooming(page)};
-    });
-  }
-  compareTimes(times, 'a fixture');
+  const seconds = {short: 10, long: 1000};
+  const files = {};
+  for (const name of ['short', 'long']) files[name] = writeReport(`${name}.html`, planarPage({seconds: seconds[name]}));
+  await compareTimes('a fixture', async name => {
+    const {page, context, complaints, paint_ms} = await openFile(browser, files[name]);
+    const points = await page.$$eval('.time-plot .uplot', plots => plots.map(p => Number(p.dataset.points)));
+    const width = await page.$eval('.time-plot', e => e.clientWidth);
+    assert.ok(Math.max(...points) <= 2 * width, `${points} points on ${width} pixels`);
+    const zoom = await zooming(page);
+    assert.deepEqual(complaints, []);
+    await context.close();
+    return {paint: paint_ms, zoom};
+  });
 });
