@@ -139,8 +139,9 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["predictions"] = PredictionsJson(source, fit);
   model["channels"] = ToJson(found.train.channels);
   model["segments"] = ToJson(found.train.segments);
-  model["horizon"] =
-      ToJson(diagnosis ? diagnosis->where.horizon : found.horizon);
+  model["horizon"] = ToJson(diagnosis     ? diagnosis->where.horizon
+                            : fit.horizon ? *fit.horizon
+                                          : found.horizon);
   model["parameters"] = ParametersJson(source, fit);
   model["correlation"] = Correlation(found.covariance(determined, determined));
   model["correlationNames"] = names;

@@ -1,5 +1,10 @@
 #include "sysid/studio/studio_folder.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -118,9 +123,27 @@ Json ReadJson(const std::string& file) {
 
 }  // namespace
 
+FolderLock::FolderLock(const std::string& folder)
+    : descriptor_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  // A file system that knows no locks has none to refuse.
+  if (descriptor_ < 0 || flock(descriptor_, LOCK_EX | LOCK_NB) == 0 ||
+      errno != EWOULDBLOCK) {
+    return;
+  }
+  close(descriptor_);
+  throw InputError(folder, "another sysid_studio saves its session there",
+                   "end that one first, or save to another folder (--out)");
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ >= 0) close(descriptor_);
+}
+
 StudioFolder::StudioFolder(const StudioSetup& setup) : folder_(setup.folder) {
   if (folder_.empty()) return;
   session_ = Describe(setup);
+  if (!std::filesystem::exists(folder_)) CheckWritableFolder(folder_);
+  lock_ = FolderLock(folder_);
   if (std::filesystem::exists(File(kIndex))) {
     Read();
     CheckWritableFolder(folder_);

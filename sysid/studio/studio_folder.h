@@ -9,6 +9,25 @@
 
 namespace sysid {
 
+// A folder that is this program's alone, as long as it lives (flock(2) on the
+// folder itself: nothing is left there, however the program ends).
+class FolderLock {
+ public:
+  FolderLock() = default;  // of none
+  // Throws InputError where another program holds it.
+  explicit FolderLock(const std::string& folder);
+  FolderLock(FolderLock&& other) noexcept
+      : descriptor_(std::exchange(other.descriptor_, -1)) {}
+  FolderLock& operator=(FolderLock&& other) noexcept {
+    std::swap(descriptor_, other.descriptor_);
+    return *this;
+  }
+  ~FolderLock();
+
+ private:
+  int descriptor_ = -1;
+};
+
 // The folder in which a session is saved as it happens: studio.json says of
 // what model and runs, and lists the models; model-0.json, model-1.json, ...
 // are those. Every file is written whole or not at all, a model before the list
@@ -17,7 +36,8 @@ class StudioFolder {
  public:
   // Opens the folder of the setup, which is made where it is not there yet (an
   // empty name: nothing is saved). Throws InputError for one that holds another
-  // session, or broken files; nothing is then written.
+  // session, or broken files, or in which another studio saves; nothing is then
+  // written.
   explicit StudioFolder(const StudioSetup& setup);
 
   // Those that were saved, which are the first of the session. Once.
@@ -36,6 +56,7 @@ class StudioFolder {
   void WriteIndex(int models) const;
 
   std::string folder_;
+  FolderLock lock_;
   Json session_;  // what it is a session of
   std::vector<std::shared_ptr<const StudioModel>> models_;
 };

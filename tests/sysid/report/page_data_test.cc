@@ -165,6 +165,7 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
   EXPECT_EQ(models[1]["effects"], Json::array({"viscous_damping@joint1"}));
   EXPECT_EQ(models[1]["verdict"], "adequate");
   EXPECT_EQ(models[2]["title"], "final fit, whole runs");
+  for (const Json& model : models) EXPECT_FALSE(model["horizon"].empty());
   EXPECT_EQ((*page_)["current"], 0);
   EXPECT_EQ((*page_)["compared"], 1);
   const Json& step = (*page_)["steps"].at(0);

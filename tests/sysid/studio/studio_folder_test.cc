@@ -109,6 +109,16 @@ TEST(StudioFolder, IsNoPlaceForAnotherSession) {
   Studio{own};
 }
 
+TEST(StudioFolder, IsOneStudiosAtATime) {
+  const ProgramFolder folder;
+  const StudioSetup setup = RubbingPendulum(folder.Path("s"));
+  {
+    const Studio studio(setup);
+    ExpectRefused(folder, setup, "s", "another sysid_studio saves");
+  }
+  Studio{setup};
+}
+
 TEST(StudioFolder, NamesTheFileThatIsBroken) {
   const ProgramFolder folder;
   const StudioSetup own = RubbingPendulum(folder.Path("s"));
