@@ -48,7 +48,13 @@ class Helpers {
     const std::lock_guard<std::mutex> lock(mutex_);
     open_.push_back(call);
     places_ += call->places_;
-    for (; idle_ < places_; ++idle_) std::thread(&Helpers::Help, this).detach();
+    try {
+      for (; idle_ < places_; ++idle_) {
+        std::thread(&Helpers::Help, this).detach();
+      }
+    } catch (const std::exception&) {
+      // No more threads to be had: those that are there do it.
+    }
     wake_.notify_all();
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <thread>
+#include <utility>
 
 #include "glog/logging.h"
 #include "models/state.h"
@@ -51,20 +52,31 @@ class Watcher final : public ceres::IterationCallback {
       progress_({doing_, first_ + summary.iteration, most_,
                  std::sqrt(2.0 * cost_ / dof_)});
     }
-    // Only steps that were taken count (Ceres also stops where a refused one
-    // happens to cost the same). The cost is a negative log-likelihood: less
-    // than kInsignificant is no news, however small the cost itself has become
-    // (data without noise).
-    constexpr double kInsignificant = 1e-6;
-    if (summary.step_is_successful && summary.iteration > 0 &&
-        summary.cost_change <
-            std::max(kInsignificant, tolerance_ * summary.cost)) {
-      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-    }
-    return ceres::SOLVER_CONTINUE;
+    const bool was_taken = std::exchange(
+        taken_, summary.step_is_successful || summary.iteration == 0);
+    return summary.iteration > 0 && Gain(summary, was_taken) < Insignificant()
+               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
+               : ceres::SOLVER_CONTINUE;
   }
 
  private:
+  // The cost is a negative log-likelihood: less than 1e-6 is no news, however
+  // small the cost itself has become (data without noise).
+  double Insignificant() const { return std::max(1e-6, tolerance_ * cost_); }
+
+  // What a step gained that was taken. Of one that was refused what it
+  // promised, if the one before it was taken: then the radius is no reason to
+  // promise little, and where only rounding refuses there is nothing left to
+  // gain. (Ceres would also stop where a refused step happens to cost the
+  // same.)
+  static double Gain(const ceres::IterationSummary& step, bool was_taken) {
+    if (step.step_is_successful) return step.cost_change;
+    const double promised = step.cost_change / step.relative_decrease;
+    return step.step_is_valid && was_taken && promised >= 0.0
+               ? promised
+               : std::numeric_limits<double>::infinity();
+  }
+
   std::string doing_;
   double start_time_s_, dof_;
   int most_;
@@ -75,6 +87,7 @@ class Watcher final : public ceres::IterationCallback {
   std::vector<HistoryEntry>* history_;
   int first_;
   double cost_ = 0.0;
+  bool taken_ = true;  // the last step
 };
 
 std::string Message(const ceres::Solver::Summary& summary, int most) {

@@ -1,8 +1,12 @@
 #include "sysid/estimation/parallel.h"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -83,6 +87,33 @@ TEST(ParallelFor, KeepsItsThreads) {
   }
   // Helpers that earlier tests left may take turns.
   EXPECT_LT(born, kRounds / 2);
+}
+
+// Address space for a few stacks more, and work for 400 threads.
+[[noreturn]] void WorkWithFewThreads() {
+  long pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  const rlim_t now = static_cast<rlim_t>(pages) * 4096;
+  const rlimit few = {now + (64 << 20), now + (64 << 20)};
+  std::atomic<int> done = 0;
+  const bool ok =
+      setrlimit(RLIMIT_AS, &few) == 0 && ParallelFor(1000, 400, [&](int) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        ++done;
+        return true;
+      });
+  std::_Exit(ok && done == 1000 ? 0 : 1);
+}
+
+TEST(ParallelForDeathTest, DoesWithTheThreadsThatAreToBeHad) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer needs the address space";
+#endif
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "the sanitizer needs the address space";
+#endif
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  EXPECT_EXIT(WorkWithFewThreads(), testing::ExitedWithCode(0), "");
 }
 
 TEST(ParallelFor, MayBeNestedAndCalledByManyThreads) {
