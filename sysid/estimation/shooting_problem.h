@@ -18,7 +18,7 @@ namespace sysid {
 struct Progress {
   std::string doing;
   int iteration = 0;
-  int of = 0;  // 0: unknown
+  int of = 0;  // at most, in what is being done; 0: unknown
   double error = 0.0;
 };
 

@@ -49,7 +49,7 @@ class Watcher final : public ceres::IterationCallback {
           {first_ + summary.iteration, cost_, Now() - start_time_s_, theta_});
     }
     if (progress_) {
-      progress_({doing_, first_ + summary.iteration, most_,
+      progress_({doing_, first_ + summary.iteration, first_ + most_,
                  std::sqrt(2.0 * cost_ / dof_)});
     }
     const bool was_taken = std::exchange(

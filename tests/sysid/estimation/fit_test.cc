@@ -301,6 +301,9 @@ TEST(Fit, ReportsItsProgress) {
   FitRuns(start, FreeFrom(start, {{"link1.length", 0.55}}), {run}, options);
   ASSERT_FALSE(seen.empty());
   EXPECT_FALSE(seen.back().doing.empty());
+  for (const Progress& progress : seen) {
+    EXPECT_LE(progress.iteration, progress.of) << progress.doing;
+  }
 }
 
 // At the minimum of a long run rounding decides whether a step is taken. One
