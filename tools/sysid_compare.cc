@@ -12,6 +12,7 @@
 #include "sysid/report/comparison_report.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
+#include "tools/interrupt.h"
 #include "tools/program.h"
 #include "tools/stochastic_flags.h"
 
@@ -124,6 +125,7 @@ int Main() {
   request.solver = "lm";  // whatever a specification says
   Session session = OpenSession(request, catalogue);
   ComparisonOptions options = OptionsFromFlags(session);
+  CheckMixtureSize(session, options.mixture);
   CheckOutputs(request, session);
   if (!FLAGS_figure.empty()) {
     CheckIsNoInput("--figure", FLAGS_figure, request.traj);
@@ -135,9 +137,11 @@ int Main() {
   }
   const std::vector<std::string> moved = MovedStarts(session);
   session.notices.insert(session.notices.end(), moved.begin(), moved.end());
-  for (const std::string& notice : session.notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(session.notices);
+  const Interrupt interrupt(
+      "what there is of the comparison is written; once more ends at once");
+  session.options.stop = interrupt.token();
+  session.options.keep_best = true;
   ProgressLine line;
   options.progress = [&](const Progress& p) { line.Show(p); };
   const ShootingProblem problem(session.model, session.free, session.runs,
@@ -146,17 +150,25 @@ int Main() {
   line.Clear();
   const std::string json = ComparisonJson(session, comparison);
   const std::string figure = ComparisonFigure(session, comparison);
-  if (!FLAGS_out.empty()) {
-    const std::filesystem::path out = FLAGS_out;
-    WriteFileAtomically((out / "comparison.json").string(), json);
-    WriteFileAtomically((out / "comparison.svg").string(), figure);
-  }
-  if (!FLAGS_figure.empty()) WriteFileAtomically(FLAGS_figure, figure);
-  if (to_stdout) {
-    WriteStdout(json);
-  } else {
-    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
-    WriteStdout(ComparisonText(session, comparison));
+  FileOutputs files;
+  files.Write([&] {
+    if (!FLAGS_out.empty()) {
+      const std::filesystem::path out = FLAGS_out;
+      WriteFileAtomically((out / "comparison.json").string(), json);
+      WriteFileAtomically((out / "comparison.svg").string(), figure);
+    }
+    if (!FLAGS_figure.empty()) WriteFileAtomically(FLAGS_figure, figure);
+    if (!FLAGS_json.empty() && !to_stdout) {
+      WriteFileAtomically(FLAGS_json, json);
+    }
+  });
+  WriteStdout(to_stdout ? json : ComparisonText(session, comparison));
+  files.Rethrow();
+  const int starts = static_cast<int>(comparison.trials.size());
+  if (starts < comparison.asked) {
+    std::fprintf(stderr, "error: interrupted after %d of %d starts\n", starts,
+                 comparison.asked);
+    return kExitNoResult;
   }
   for (const SolverRun& run : comparison.runs) {
     if (run.fit.converged) continue;

@@ -1,8 +1,6 @@
 // Serves the interactive page of a model and its runs on loopback
 // (contracts.md section 1).
 
-#include <pthread.h>
-
 #include <csignal>
 #include <cstdio>
 #include <string>
@@ -17,6 +15,7 @@
 #include "sysid/studio/server.h"
 #include "sysid/studio/studio.h"
 #include "tools/fit_flags.h"
+#include "tools/interrupt.h"
 #include "tools/program.h"
 
 DEFINE_int32(port, 8080, "port on 127.0.0.1; 0: any free one");
@@ -83,24 +82,6 @@ std::string PageOrWhyNot() {
          "it has only <a href=\"/api/page\">its data</a>.";
 }
 
-// Ctrl-C, or a polite kill; blocked in this thread and those that it starts.
-class Interrupt {
- public:
-  Interrupt() {
-    sigemptyset(&signals_);
-    sigaddset(&signals_, SIGINT);
-    sigaddset(&signals_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-  }
-  void Await() const {
-    int signal = 0;
-    sigwait(&signals_, &signal);
-  }
-
- private:
-  sigset_t signals_;
-};
-
 int Main() {
   if (!FLAGS_json.empty()) {
     throw InputError("--json", "is nothing that sysid_studio writes",
@@ -108,18 +89,17 @@ int Main() {
   }
   StudioSetup setup = OpenSetup();
   const std::vector<std::string> notices = setup.session.notices;
-  const Interrupt interrupt;
+  const sigset_t interrupts = BlockInterrupts();
   // Before anything is written.
   StudioServer server(PageOrWhyNot());
   const int port = server.Listen(FLAGS_port, "--port");
   Studio studio(std::move(setup));
-  for (const std::string& notice : notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(notices);
   if (studio.models() == 0) studio.Start();
   WriteStdout("http://127.0.0.1:" + std::to_string(port) + "/\n");
   std::thread serving([&] { server.Serve(&studio); });
-  interrupt.Await();
+  int signal = 0;
+  sigwait(&interrupts, &signal);
   studio.Close();
   server.Stop();
   serving.join();

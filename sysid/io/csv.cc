@@ -14,6 +14,8 @@ namespace sysid {
 namespace {
 
 constexpr size_t kMaxLine = size_t{1} << 20;
+// Each is looked up among all others: names that come twice, near names.
+constexpr size_t kMostColumns = 10000;
 
 bool IsSpace(char c) { return c == ' ' || c == '\t'; }
 
@@ -216,6 +218,12 @@ void CsvFile::ReadHeader() {
     header_.push_back(std::string(cell));
   });
   header_line_ = cursor.row_line();
+  if (header_.size() > kMostColumns) {
+    throw InputError(
+        HeaderPlace(static_cast<int>(kMostColumns)),
+        std::to_string(header_.size()) + " columns; 10000 are the most",
+        "is this a run, with a row a sample? Keep the columns that are used");
+  }
   data_begin_ = cursor.at();
   data_line_ = cursor.line();
   for (size_t i = 0; i < header_.size(); ++i) {

@@ -16,7 +16,8 @@ class CsvFile {
  public:
   // Reads the file and its header. Throws InputError for a file that is
   // missing, a folder, unreadable, empty, binary (it holds a NUL byte), for a
-  // line of more than 1 MiB and for a column name that appears twice.
+  // line of more than 1 MiB, for more than 10000 columns and for a column name
+  // that appears twice.
   explicit CsvFile(const std::string& path);
   // The same from text; `path` only names it in errors.
   CsvFile(const std::string& path, std::string text);

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "models/error.h"
+#include "sysid/io/memory.h"
 
 namespace sysid {
 namespace {
@@ -41,13 +42,20 @@ std::string ReadTextFile(const std::string& path) {
     throw InputError(path,
                      std::string("cannot be opened: ") + std::strerror(error));
   }
-  struct stat status;
+  struct stat status {};
   if (fstat(file.get(), &status) == 0 && S_ISDIR(status.st_mode)) {
     throw InputError(path, "is a folder, not a file", "name a file in it");
   }
+  const std::string what = "a text of that size";
+  const std::string hint = "is this the file that you mean?";
+  CheckMemory(2.0 * static_cast<double>(status.st_size), path, what, hint);
   std::string text;
   while (true) {
     const size_t size = text.size();
+    // A pipe does not say how much comes; the text doubles as it grows.
+    if (size == text.capacity()) {
+      CheckMemory(3.0 * static_cast<double>(size), path, what, hint);
+    }
     text.resize(size + kChunk);
     const ssize_t got = read(file.get(), text.data() + size, kChunk);
     if (got < 0) {

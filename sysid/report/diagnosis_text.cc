@@ -190,6 +190,15 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   const Judgement& base = diagnosis.base;
   std::string text = Format("The error is %.3g times the noise (held out %.3g)",
                             base.train_error(), base.holdout_error());
+  if (!diagnosis.interrupted.empty()) {
+    text += ", and the search for what is missing was interrupted while " +
+            diagnosis.interrupted;
+    if (!diagnosis.proposed.empty()) {
+      text +=
+          "; " + Join(diagnosis.proposed, " and ") + " was the best by then";
+    }
+    return text + "." + AfterSteps(diagnosis);
+  }
   if (diagnosis.verdict == Verdict::kAdequate) {
     text += ": nothing is missing that matters to it";
     for (const CandidateEffect& candidate : diagnosis.candidates) {
@@ -279,7 +288,10 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   text += Format("  noise %.3g, segments of %s, each from its own state\n",
                  diagnosis.base.fit.noise,
                  SegmentLengths(diagnosis.base.fit).c_str());
-  text += WhereText(diagnosis.where) + WhichText(diagnosis);
+  text += WhereText(diagnosis.where);
+  const bool looked =
+      diagnosis.interrupted.empty() || !diagnosis.candidates.empty();
+  if (looked) text += WhichText(diagnosis);
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
   if (!diagnosis.steps.empty()) text += StepsText(diagnosis);
   if (final != nullptr) {
