@@ -26,21 +26,24 @@ std::string ReadError(const std::string& text, const std::vector<int>& wanted) {
 }
 
 TEST(CsvTest, ReadsHeaderNumbersAndLineNumbers) {
-  const CsvFile file = File("# made by hand\nt,a, b \n0,1,2\n\n1,3,4\n\n");
+  CsvFile file = File("# made by hand\nt,a, b \n0,1,2\n\n1,3,4\n\n");
   EXPECT_THAT(file.header(), ElementsAre("t", "a", "b"));
   EXPECT_EQ(file.header_line(), 2);
   EXPECT_EQ(file.last_comment(), "made by hand");
   const CsvFile::Table table = file.ReadColumns({0, 2});
-  EXPECT_THAT(table.lines, ElementsAre(3, 5));
+  EXPECT_EQ(file.Place(0, 2), "run.csv:3:3");
+  EXPECT_EQ(file.Place(1, 0), "run.csv:5:1");
+  EXPECT_EQ(file.RowName(1), "line 5");
   EXPECT_THAT(table.columns[0], ElementsAre(0, 1));
   EXPECT_THAT(table.columns[1], ElementsAre(2, 4));
 }
 
 TEST(CsvTest, TakesEveryKindOfLineEnd) {
   for (const std::string end : {"\n", "\r\n", "\r"}) {
-    const CsvFile::Table table =
-        Read("t,a" + end + "# c" + end + "0,1" + end + "1,2", {0, 1});
-    EXPECT_THAT(table.lines, ElementsAre(3, 4));
+    CsvFile file = File("t,a" + end + "# c" + end + "0,1" + end + "1,2");
+    const CsvFile::Table table = file.ReadColumns({0, 1});
+    EXPECT_EQ(file.RowName(0), "line 3");
+    EXPECT_EQ(file.RowName(1), "line 4");
     EXPECT_THAT(table.columns[1], ElementsAre(1, 2));
   }
 }
@@ -50,12 +53,13 @@ TEST(CsvTest, DropsTheByteOrderMark) {
 }
 
 TEST(CsvTest, ReadsQuotedCells) {
-  const CsvFile file = File(
+  CsvFile file = File(
       "\"t\",\"a, \"\"b\"\"\",c\n\"0\",\"1.5\",\"two\nlines\"\n1, \"2\" ,x\n");
   EXPECT_THAT(file.header(), ElementsAre("t", "a, \"b\"", "c"));
   const CsvFile::Table table = file.ReadColumns({0, 1});
   EXPECT_THAT(table.columns[1], ElementsAre(1.5, 2));
-  EXPECT_THAT(table.lines, ElementsAre(2, 4));
+  EXPECT_EQ(file.RowName(0), "line 2");
+  EXPECT_EQ(file.RowName(1), "line 4");
 }
 
 TEST(CsvTest, ReadsEveryFormOfNumber) {
@@ -134,7 +138,7 @@ TEST(CsvTest, ReportsAQuotationMarkThatIsNotClosed) {
 TEST(CsvTest, ReportsAnEndlessLine) {
   const std::string text =
       "run.csv:2:1: a line of more than 1 MiB\n"
-      "  hint: this is not a comma-separated text with one row a line";
+      "  hint: this is not a separated text with one row a line";
   EXPECT_EQ(ReadError("a\n" + std::string((1 << 20) + 1, '1'), {0}), text);
   EXPECT_EQ(ReadError("a\n\"" + std::string((1 << 20) + 1, '1') + "\"", {0}),
             text);
@@ -166,7 +170,7 @@ TEST(CsvTest, ShowsCellsSafely) {
 
 TEST(CsvTest, WritesCellsThatReadBack) {
   for (const std::string text : {"a", "a,b", "say \"a\"", " a "}) {
-    const CsvFile file = File(CsvCell(text) + ",x\n");
+    CsvFile file = File(CsvCell(text) + ",x\n");
     EXPECT_EQ(file.header()[0], std::string(Trim(text)));
   }
   EXPECT_EQ(ShortestText(0.1), "0.1");
