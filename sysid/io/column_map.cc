@@ -32,8 +32,19 @@ ColumnSource ResolveEntry(const ColumnMapping& entry,
       fault.hint);
 }
 
-// Where the entry that begins at `begin` ends: at a comma outside of quotes. A
-// quotation mark opens where an operand may begin, and only if it is closed.
+// Where the parenthesis at `begin` is closed; `begin` if it is not.
+size_t ParenthesisEnd(const std::string& text, size_t begin) {
+  int depth = 0;
+  for (size_t i = begin; i < text.size(); ++i) {
+    if (text[i] == '(') ++depth;
+    if (text[i] == ')' && --depth == 0) return i;
+  }
+  return begin;
+}
+
+// Where the entry that begins at `begin` ends: at a comma outside of quotes and
+// parentheses ("pos(:,2)"). Both open only if they are closed, a quotation mark
+// only where an operand may begin.
 size_t EntryEnd(const std::string& text, size_t begin) {
   char before = ',';
   for (size_t i = begin; i < text.size(); ++i) {
@@ -43,6 +54,8 @@ size_t EntryEnd(const std::string& text, size_t begin) {
         std::string_view("=+-*/(").find(before) != std::string_view::npos) {
       const size_t close = text.find(c, i + 1);
       if (close != std::string::npos) i = close;
+    } else if (c == '(') {
+      i = ParenthesisEnd(text, i);
     }
     if (c != ' ') before = c;
   }

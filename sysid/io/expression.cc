@@ -16,9 +16,7 @@ namespace {
 // Deep enough for anything written by hand; the parser recurses.
 constexpr int kDeepest = 50;
 
-bool IsOperator(char c) {
-  return c == '+' || c == '-' || c == '*' || c == '/';
-}
+bool IsOperator(char c) { return c == '+' || c == '-' || c == '*' || c == '/'; }
 
 // What may stand behind a column or number.
 bool EndsOperand(char c) { return c == ' ' || c == ')' || IsOperator(c); }
@@ -42,9 +40,10 @@ class ExpressionParser {
     if (Sum() < 0) return false;
     SkipSpaces();
     if (at_ < text_.size()) {
-      Fail(at_, text_[at_] == ')' ? "a ')' that closes nothing"
-                                  : "an operator (+ - * /) is expected before " +
-                                        Shown(text_.substr(at_)));
+      Fail(at_, text_[at_] == ')'
+                    ? "a ')' that closes nothing"
+                    : "an operator (+ - * /) is expected before " +
+                          Shown(text_.substr(at_)));
       return false;
     }
     if (out_->columns_.empty()) {
@@ -62,10 +61,10 @@ class ExpressionParser {
   int Fail(size_t at, std::string what, std::string hint = "") {
     fault_->at = at;
     fault_->what = std::move(what);
-    fault_->hint =
-        hint.empty() ? "write column*number, (column-90)*0.0174532925 or "
-                       "column1-column2; put odd names in quotes"
-                     : std::move(hint);
+    fault_->hint = hint.empty()
+                       ? "write column*number, (column-90)*0.0174532925 or "
+                         "column1-column2; put odd names in quotes"
+                       : std::move(hint);
     return kNone;
   }
 
@@ -209,8 +208,7 @@ class ExpressionParser {
     while (end < text_.size() && !IsOperator(text_[end]) && text_[end] != ')') {
       ++end;
     }
-    return FailColumn(at_,
-                      std::string(Trim(text_.substr(at_, end - at_))));
+    return FailColumn(at_, std::string(Trim(text_.substr(at_, end - at_))));
   }
 
   int FailColumn(size_t at, const std::string& name) {
@@ -235,9 +233,7 @@ class ExpressionParser {
     return Add({Op::kColumn, index, 0, 0.0});
   }
 
-  bool IsNumber(int node) const {
-    return out_->nodes_[node].op == Op::kNumber;
-  }
+  bool IsNumber(int node) const { return out_->nodes_[node].op == Op::kNumber; }
 
   int Negate(int node) {
     if (!IsNumber(node)) return Add({Op::kNegate, node, 0, 0.0});
@@ -304,10 +300,10 @@ double Expression::Evaluate(std::span<const double> cells) const {
   std::array<double, kMostNodes> values;
   for (size_t i = 0; i < nodes_.size(); ++i) {
     const Node& node = nodes_[i];
-    values[i] = node.op == Op::kColumn   ? cells[node.left]
-                : node.op == Op::kNumber ? node.number
-                                         : Apply(node.op, values[node.left],
-                                                 values[node.right]);
+    values[i] = node.op == Op::kColumn ? cells[node.left]
+                : node.op == Op::kNumber
+                    ? node.number
+                    : Apply(node.op, values[node.left], values[node.right]);
   }
   return values[nodes_.size() - 1];
 }

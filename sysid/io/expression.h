@@ -52,8 +52,8 @@ class Expression {
   // An operation on nodes before it; the last node is the value.
   struct Node {
     Op op = Op::kNumber;
-    int left = 0;        // index of a node; of a column into columns_
-    int right = 0;       // index of a node
+    int left = 0;   // index of a node; of a column into columns_
+    int right = 0;  // index of a node
     double number = 0.0;
   };
   static constexpr int kMostNodes = 1000;

@@ -4,8 +4,10 @@
 #include <utility>
 
 #include "models/error.h"
+#include "sysid/io/bag_file.h"
 #include "sysid/io/byte_source.h"
 #include "sysid/io/csv.h"
+#include "sysid/io/mat_file.h"
 #include "sysid/io/table_file.h"
 
 namespace sysid {
@@ -26,6 +28,8 @@ struct Format {
 };
 
 constexpr Format kFormats[] = {
+    {BeginsMatFile, OpenMatFile},
+    {BeginsBagFile, OpenBagFile},
     {[](std::string_view) { return true; }, OpenCsv},
 };
 

@@ -75,7 +75,8 @@ char FindSeparator(const std::string& path, std::string_view text,
   constexpr size_t kEnough = size_t{1} << 17;
   std::string_view head = text.substr(0, kEnough);
   // A cut row is none; but the header of a very wide file is kept.
-  if (head.size() < text.size() && std::count(head.begin(), head.end(), '\n') < 2)
+  if (head.size() < text.size() &&
+      std::count(head.begin(), head.end(), '\n') < 2)
     head = text;
   std::vector<Trial> best;
   for (const char separator : {',', ';', '\t'}) {
@@ -100,17 +101,16 @@ char FindSeparator(const std::string& path, std::string_view text,
   // One separator in the header, but other cells in the first row: it is said
   // there, with the right name.
   for (const char separator : {';', '\t'}) {
-    if (commas.names == 1 && Try(separator, head).names > 1)
-      return separator;
+    if (commas.names == 1 && Try(separator, head).names > 1) return separator;
   }
   if (commas.names == 1 && spaces.names > 1 && spaces.cells > 1 &&
       commas.cells == 1 && spaces.numbers == spaces.cells) {
-    throw InputError(
-        path + ":" + std::to_string(header_line) + ":1",
-        "the rows are separated by spaces, but the header has " +
-            std::to_string(spaces.names) + " words and the first row " +
-            CountOf(spaces.cells, "number"),
-        "put names that hold spaces in quotation marks");
+    throw InputError(path + ":" + std::to_string(header_line) + ":1",
+                     "the rows are separated by spaces, but the header has " +
+                         std::to_string(spaces.names) +
+                         " words and the first row " +
+                         CountOf(spaces.cells, "number"),
+                     "put names that hold spaces in quotation marks");
   }
   return ',';
 }
@@ -128,8 +128,7 @@ bool ReadPlainLayout(const std::string& path, TextRows* rows,
                                 "comments or blanks",
                      "a run is a header such as t,joint1.q and a row a sample");
   }
-  const char separator =
-      FindSeparator(path, rows->Ahead(), rows->line());
+  const char separator = FindSeparator(path, rows->Ahead(), rows->line());
   rows->set_separator(separator);
   layout->header = ReadCells(rows);
   layout->header_line = rows->row_line();

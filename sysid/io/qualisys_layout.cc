@@ -26,9 +26,8 @@ namespace {
 
 bool IsFact(const std::string& word) {
   return !word.empty() && word != "Frame" && word != "Time" &&
-         std::all_of(word.begin(), word.end(), [](char c) {
-           return (c >= 'A' && c <= 'Z') || c == '_';
-         });
+         std::all_of(word.begin(), word.end(),
+                     [](char c) { return (c >= 'A' && c <= 'Z') || c == '_'; });
 }
 
 double Number(const std::string& text) {
@@ -59,9 +58,8 @@ bool ReadQualisysLayout(const std::string& path, TextRows* rows,
   while (true) {
     rows->SkipEmptyLines(nullptr);
     const std::string_view next = rows->Ahead();
-    const bool is_word =
-        !next.empty() && ((next[0] >= 'A' && next[0] <= 'Z') ||
-                          (next[0] >= 'a' && next[0] <= 'z'));
+    const bool is_word = !next.empty() && ((next[0] >= 'A' && next[0] <= 'Z') ||
+                                           (next[0] >= 'a' && next[0] <= 'z'));
     if (!is_word) break;
     std::vector<std::string> cells = ReadCells(rows);
     while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
@@ -89,9 +87,9 @@ bool ReadQualisysLayout(const std::string& path, TextRows* rows,
   if (!columns.empty()) {
     before = columns.size() - std::min(columns.size(), numbers);
   } else if (!rows->AtEnd()) {
-    TextRows first(ByteSource(
-        path, std::string(rows->Ahead().substr(
-                  0, rows->Ahead().find_first_of("\r\n")))));
+    TextRows first(
+        ByteSource(path, std::string(rows->Ahead().substr(
+                             0, rows->Ahead().find_first_of("\r\n")))));
     first.set_separator('\t');
     std::vector<std::string> cells = ReadCells(&first);
     if (cells.size() > numbers && cells.back().empty()) cells.pop_back();
@@ -119,12 +117,11 @@ bool ReadQualisysLayout(const std::string& path, TextRows* rows,
     layout->rate_hz = frequency;
     layout->header.push_back("t");
   }
-  layout->notices.push_back(
-      "an export of QTM: t is " +
-      (has_time ? "its time"
-                : "the number of the row / " + ShortestText(frequency) +
-                      " Hz") +
-      ", lengths are in mm (map them by *0.001)");
+  layout->notices.push_back("an export of QTM: t is " +
+                            (has_time ? "its time"
+                                      : "the number of the row / " +
+                                            ShortestText(frequency) + " Hz") +
+                            ", lengths are in mm (map them by *0.001)");
   return true;
 }
 

@@ -4,8 +4,7 @@ namespace sysid {
 
 std::vector<std::string> ReadCells(TextRows* rows) {
   std::vector<std::string> cells;
-  rows->ReadRow(
-      [&](int, std::string_view cell) { cells.emplace_back(cell); });
+  rows->ReadRow([&](int, std::string_view cell) { cells.emplace_back(cell); });
   return cells;
 }
 

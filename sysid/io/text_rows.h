@@ -53,7 +53,9 @@ class TextRows {
   }
   // All that is left is in the buffer, and that is nothing.
   bool Exhausted() const { return at_ >= buffer_.size(); }
-  bool AtLineEnd() const { return buffer_[at_] == '\n' || buffer_[at_] == '\r'; }
+  bool AtLineEnd() const {
+    return buffer_[at_] == '\n' || buffer_[at_] == '\r';
+  }
   bool AtCellEnd() const {
     return (separator_ == ' ' ? IsBlank(buffer_[at_])
                               : buffer_[at_] == separator_) ||

@@ -50,7 +50,7 @@ TEST(ExpressionTest, ReadsArithmetic) {
       {"2*a+b", 7, true},
       {"a+b*2", 8, true},
       {"(a+b)*2", 10, true},
-      {"a-b-t", -2, false},
+      {"a - b - t", -2, false},
       {"t/a/b", 1.0 / 2 / 3, true},
       {"-a*b", -6, true},
       {"a*-2 - 1e-3", -4.001, true},
@@ -75,14 +75,27 @@ TEST(ExpressionTest, TheLongestColumnThatIsThereWins) {
     std::string text;
     double value;
   } cases[] = {
-      {"a-b", 4},       {"a-b*2", 8},         {"a - b", -1},
-      {"a -b", -1},     {"/js/pos[0]*2", 10}, {"-/js/pos[0]/2", -2.5},
-      {"two words", 6}, {"two words*2", 12},  {"-c", 7},
-      {"-c*2", 14},     {"2*-c", 14},         {"say \"x\"*2", 16},
-      {"rpm*", 10},     {"(deg)*2", 22},      {"((deg)+1)*2", 24},
+      {"a-b", 4},
+      {"a-b*2", 8},
+      {"a - b", -1},
+      {"a -b", -1},
+      {"/js/pos[0]*2", 10},
+      {"-/js/pos[0]/2", -2.5},
+      {"two words", 6},
+      {"two words*2", 12},
+      {"-c", 7},
+      {"-c*2", 14},
+      {"2*-c", 14},
+      {"say \"x\"*2", 16},
+      {"rpm*", 10},
+      {"(deg)*2", 22},
+      {"((deg)+1)*2", 24},
       // A number is one, unless it is all there is.
-      {"1e3", 9},       {"1e3*a", 2000},      {"'1e3'*a", 18},
-      {"'a'-b", -1},    {"\"a\" - 'b'", -1},
+      {"1e3", 9},
+      {"1e3*a", 2000},
+      {"'1e3'*a", 18},
+      {"'a'-b", -1},
+      {"\"a\" - 'b'", -1},
   };
   for (const auto& c : cases) EXPECT_EQ(Value(c.text), c.value) << c.text;
 }
@@ -218,11 +231,10 @@ TEST(ExpressionTest, AgreesWithAReferenceOnRandomExpressions) {
     ExpressionFault fault;
     if (!ParseExpression(text, Header(), &expression, &fault)) {
       // What has no meaning is refused for that alone.
-      EXPECT_THAT(fault.what,
-                  ::testing::AnyOf(::testing::StartsWith("there is no column"),
-                                   "a factor that is zero",
-                                   "a division by zero",
-                                   "a number that is not finite"))
+      EXPECT_THAT(fault.what, ::testing::AnyOf(
+                                  ::testing::StartsWith("there is no column"),
+                                  "a factor that is zero", "a division by zero",
+                                  "a number that is not finite"))
           << text;
       continue;
     }
