@@ -107,8 +107,10 @@ double CsvFile::ReadNumber(std::string_view cell, int field) {
   }
   if (rows_.separator() == ',' || !ParseDecimalComma(cell, &value)) {
     fail(" is not a number",
-         "a number looks like -1.5e-3; leave the cell empty where nothing was "
-         "measured");
+         !layout_.width_hint.empty()
+             ? layout_.width_hint
+             : "a number looks like -1.5e-3; leave the cell empty where "
+               "nothing was measured");
   }
   if (decimal_ == Decimal::kPoint) {
     fail(" has a decimal comma, but numbers before it decimal points",

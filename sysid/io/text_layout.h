@@ -24,7 +24,7 @@ struct TextLayout {
   // First of three columns each, a marker's position: three zeros are a marker
   // that was not seen.
   std::vector<int> zero_is_missing;
-  // The hint for a row of another length, "" for the usual one.
+  // The hint for a row that is none of it, "" for the usual ones.
   std::string width_hint;
 
   // Cells of a row.
