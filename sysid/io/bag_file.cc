@@ -45,8 +45,9 @@ void BagFile::ReadMessages(
     }
     ++state.number;
     const auto fail = [&](const std::string& what) {
-      throw InputError(path_, "message " + std::to_string(state.number) +
-                                  " of " + topic_ + " " + what,
+      throw InputError(path_,
+                       "message " + std::to_string(state.number) + " of " +
+                           topic_ + " " + what,
                        "is it a sensor_msgs/JointState of ROS 1?");
     };
     RosBytes bytes(message.data);
@@ -86,16 +87,16 @@ std::string BagFile::ChooseTopic(
   }
   if (!topic.empty()) {
     if (std::find(fit.begin(), fit.end(), topic) != fit.end()) return topic;
-    throw InputError(path_ + ":" + topic,
-                     "no topic " + Shown(topic) + " of the type " +
-                         std::string(kType),
-                     NameHint(topic, fit));
+    throw InputError(
+        path_ + ":" + topic,
+        "no topic " + Shown(topic) + " of the type " + std::string(kType),
+        NameHint(topic, fit));
   }
   if (fit.size() == 1) return fit[0];
-  throw InputError(path_,
-                   "several topics of the type " + std::string(kType) + ": " +
-                       Join(fit),
-                   "choose one: " + path_ + ":" + fit[0]);
+  throw InputError(
+      path_,
+      "several topics of the type " + std::string(kType) + ": " + Join(fit),
+      "choose one: " + path_ + ":" + fit[0]);
 }
 
 BagFile::BagFile(const std::string& path, const std::string& topic)
@@ -111,8 +112,7 @@ BagFile::BagFile(const std::string& path, const std::string& topic)
     if (!start_ns_) start_ns_ = state.stamp_ns;
     for (int kind = 0; kind < 3; ++kind) {
       for (size_t i = 0; i < state.values[kind].size(); ++i) {
-        const std::string name =
-            std::string(state.names[i]) + kSuffixes[kind];
+        const std::string name = std::string(state.names[i]) + kSuffixes[kind];
         const int next = static_cast<int>(header_.size());
         if (columns_.emplace(name, next).second) header_.push_back(name);
       }
@@ -163,11 +163,11 @@ void BagFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
         const bool is_wanted =
             std::find(wanted.begin(), wanted.end(), column) != wanted.end();
         if (!std::isinf(value) || !is_wanted) continue;
-        throw InputError(path_ + ":" + topic_ + ": message " +
-                             std::to_string(state.number),
-                         Shown(ShortestText(value)) + " in " + Shown(name) +
-                             " is not finite",
-                         "nan is a missing measurement");
+        throw InputError(
+            path_ + ":" + topic_ + ": message " + std::to_string(state.number),
+            Shown(ShortestText(value)) + " in " + Shown(name) +
+                " is not finite",
+            "nan is a missing measurement");
       }
     }
     if (is_new) {

@@ -57,10 +57,10 @@ class BagReader {
 
   [[noreturn]] void Fail(const std::string& what,
                          std::string_view hint = kHint) const {
-    throw InputError(source_.path(),
-                     what + " (in the record at byte " +
-                         std::to_string(record_) + ")",
-                     std::string(hint));
+    throw InputError(
+        source_.path(),
+        what + " (in the record at byte " + std::to_string(record_) + ")",
+        std::string(hint));
   }
   bool ReadExactly(size_t n, std::string* into);
   uint32_t ReadLength(const char* what);
@@ -219,8 +219,8 @@ void BagReader::ReadMessage(const Fields& fields, std::string_view data) const {
     Fail("a message of the connection " + std::to_string(number) +
          ", which is not there");
   }
-  visit_({&connection->second, int64_t{seconds} * 1000000000 + nanoseconds,
-          data});
+  visit_(
+      {&connection->second, int64_t{seconds} * 1000000000 + nanoseconds, data});
 }
 
 }  // namespace

@@ -145,8 +145,7 @@ class MatFile : public TableFile {
   void AddArray(const std::string& variable, const std::string& name,
                 const matvar_t& v);
   void CheckSize(const std::string& name, const matvar_t& v) const;
-  void ReadVariable(const std::string& variable,
-                    const std::vector<int>& wanted,
+  void ReadVariable(const std::string& variable, const std::vector<int>& wanted,
                     std::vector<std::vector<double>>* numbers) const;
 
   uint64_t size_;
@@ -164,8 +163,10 @@ void MatFile::CheckSize(const std::string& name, const matvar_t& v) const {
   if (rows * columns / kBestRatio <= size_) return;
   throw InputError(path_ + ":" + name,
                    "claims " + std::to_string(rows) + " x " +
-                       std::to_string(columns) + " numbers, more than a file "
-                       "of " + std::to_string(size_) + " bytes can hold",
+                       std::to_string(columns) +
+                       " numbers, more than a file "
+                       "of " +
+                       std::to_string(size_) + " bytes can hold",
                    kHint);
 }
 
@@ -269,11 +270,11 @@ void MatFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
     const Column& column = columns_[w];
     variables.insert(column.variable);
     if (column.rows == first.rows) continue;
-    throw InputError(HeaderPlace(w),
-                     "has " + CountOf(static_cast<long>(column.rows), "sample") +
-                         ", but " + Shown(first.name) + " " +
-                         std::to_string(first.rows),
-                     "columns that are read together have one length");
+    throw InputError(
+        HeaderPlace(w),
+        "has " + CountOf(static_cast<long>(column.rows), "sample") + ", but " +
+            Shown(first.name) + " " + std::to_string(first.rows),
+        "columns that are read together have one length");
   }
   for (const std::string& variable : variables) {
     ReadVariable(variable, wanted, &numbers);
@@ -288,8 +289,8 @@ void MatFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
     for (size_t i = 0; i < wanted.size(); ++i) {
       cells[i] = numbers[i][row];
       if (!std::isinf(cells[i])) continue;
-      throw InputError(Place(static_cast<int>(row), wanted[i]),
-                       "is not finite", "NaN is a missing measurement");
+      throw InputError(Place(static_cast<int>(row), wanted[i]), "is not finite",
+                       "NaN is a missing measurement");
     }
     visit(cells);
   }

@@ -28,11 +28,10 @@ constexpr char kType[] = "sensor_msgs/JointState";
 std::string Swing(int messages, uint32_t connection = 0) {
   std::string records;
   for (int i = 0; i < messages; ++i) {
-    records += W::Message(
-        connection, 1000 + i,
-        W::JointState(1600000000 + i / 2, i % 2 * 500000000,
-                      {"joint1", "joint2"}, {0.1 * i, 2.0}, {0.2, 3.0},
-                      {0.5, -0.5}));
+    records += W::Message(connection, 1000 + i,
+                          W::JointState(1600000000 + i / 2, i % 2 * 500000000,
+                                        {"joint1", "joint2"}, {0.1 * i, 2.0},
+                                        {0.2, 3.0}, {0.5, -0.5}));
   }
   return records;
 }
@@ -102,9 +101,10 @@ TEST(BagFileTest, MessagesMayHaveOtherJoints) {
 }
 
 TEST(BagFileTest, CountsByReceiptWhereStampsAreMissing) {
-  const std::string records = W::Connection(0, "/js", kType) +
-                              W::Message(0, 7, W::JointState(0, 0, {"a"}, {1})) +
-                              W::Message(0, 9, W::JointState(0, 0, {"a"}, {4}));
+  const std::string records =
+      W::Connection(0, "/js", kType) +
+      W::Message(0, 7, W::JointState(0, 0, {"a"}, {1})) +
+      W::Message(0, 9, W::JointState(0, 0, {"a"}, {4}));
   const ScratchFile file("run.bag", W::Bag(records));
   BagFile bag(file.path(), "");
   EXPECT_THAT(bag.ReadColumns({0}).columns[0], ElementsAre(0, 2));
@@ -112,9 +112,10 @@ TEST(BagFileTest, CountsByReceiptWhereStampsAreMissing) {
 }
 
 TEST(BagFileTest, ReportsTimeThatRepeatsWithItsMessages) {
-  const std::string records = W::Connection(0, "/js", kType) +
-                              W::Message(0, 7, W::JointState(5, 0, {"joint1"}, {1})) +
-                              W::Message(0, 9, W::JointState(5, 0, {"joint1"}, {4}));
+  const std::string records =
+      W::Connection(0, "/js", kType) +
+      W::Message(0, 7, W::JointState(5, 0, {"joint1"}, {1})) +
+      W::Message(0, 9, W::JointState(5, 0, {"joint1"}, {4}));
   const ScratchFile file("run.bag", W::Bag(records));
   EXPECT_THAT(
       ErrorText([&] { ReadRun(file.path(), {}, Hinges(), nullptr); }),

@@ -43,10 +43,9 @@ class BagWriter {
   }
   static std::string Message(uint32_t number, uint32_t seconds,
                              const std::string& data) {
-    return Record({{"op", Op(2)},
-                   {"conn", U32(number)},
-                   {"time", U32(seconds) + U32(0)}},
-                  data);
+    return Record(
+        {{"op", Op(2)}, {"conn", U32(number)}, {"time", U32(seconds) + U32(0)}},
+        data);
   }
   // `compression` "none", with `data` as it is, or another with `data`
   // compressed from `size` bytes.

@@ -14,10 +14,10 @@ namespace {
 std::string Bzip2(std::string plain) {
   std::vector<char> out(plain.size() + plain.size() / 50 + 1000);
   unsigned size = static_cast<unsigned>(out.size());
-  EXPECT_EQ(BZ2_bzBuffToBuffCompress(out.data(), &size, plain.data(),
-                                     static_cast<unsigned>(plain.size()), 9, 0,
-                                     0),
-            BZ_OK);
+  EXPECT_EQ(
+      BZ2_bzBuffToBuffCompress(out.data(), &size, plain.data(),
+                               static_cast<unsigned>(plain.size()), 9, 0, 0),
+      BZ_OK);
   return std::string(out.data(), size);
 }
 

@@ -66,9 +66,8 @@ TEST_P(MatFileTest, ReadsVectorsAndMatricesByTheirNames) {
          Matrix("t", 1, 3, {0, 0.5, 1}),
          Matrix("wide", 2, 3, {1, 2, 3, 4, 5, 6})});
   const auto file = Open();
-  EXPECT_THAT(file->header(),
-              ElementsAre("i", "m", "pos(:,1)", "pos(:,2)", "t", "wide(1,:)",
-                          "wide(2,:)"));
+  EXPECT_THAT(file->header(), ElementsAre("i", "m", "pos(:,1)", "pos(:,2)", "t",
+                                          "wide(1,:)", "wide(2,:)"));
   const TableFile::Table table = file->ReadColumns({4, 3, 5, 6, 0});
   EXPECT_THAT(table.columns[0], ElementsAre(0, 0.5, 1));
   EXPECT_THAT(table.columns[1], ElementsAre(4, 5, 6));
@@ -103,9 +102,8 @@ TEST_P(MatFileTest, ReadsStructures) {
   Mat_VarSetStructFieldByName(array, "v", 1, Matrix("v", 2, 1, {7, 8}));
   Write({log, array});
   const auto file = Open();
-  EXPECT_THAT(file->header(),
-              ElementsAre("log.Time", "log.Data(:,1)", "log.Data(:,2)",
-                          "y(1).v", "y(2).v"));
+  EXPECT_THAT(file->header(), ElementsAre("log.Time", "log.Data(:,1)",
+                                          "log.Data(:,2)", "y(1).v", "y(2).v"));
   const TableFile::Table table = file->ReadColumns({0, 2, 4});
   EXPECT_THAT(table.columns[0], ElementsAre(0, 1));
   EXPECT_THAT(table.columns[1], ElementsAre(3, 4));
@@ -119,14 +117,15 @@ TEST_P(MatFileTest, LeavesOutWhatIsNoArrayOfNumbers) {
          Matrix("t", 2, 1, {0, 1})});
   const auto file = Open();
   EXPECT_THAT(file->header(), ElementsAre("t"));
-  EXPECT_THAT(
-      file->notices(),
-      ElementsAre("left out what is no array of real numbers: note"));
+  EXPECT_THAT(file->notices(),
+              ElementsAre("left out what is no array of real numbers: note"));
 }
 
 TEST_P(MatFileTest, ReportsColumnsOfOtherLengths) {
   Write({Matrix("q", 2, 1, {0, 1}), Matrix("t", 3, 1, {0, 1, 2})});
-  EXPECT_EQ(ErrorText([&] { Open()->ReadColumns({0, 1}); }),
+  EXPECT_EQ(ErrorText([&] {
+              Open()->ReadColumns({0, 1});
+            }),
             file_.path() +
                 ":t: has 3 samples, but 'q' 2\n"
                 "  hint: columns that are read together have one length");

@@ -122,11 +122,11 @@ TEST(PlainLayoutTest, ReportsRowsOfAnotherLengthInTheirWords) {
 }
 
 TEST(PlainLayoutTest, KnowsACommentThatIsAHeaderByItsSeparator) {
-  EXPECT_THAT(
-      ErrorText([] {
-        ParseRun("run.csv", "# t joint1.q\n0 1\n1 2\n", {}, Hinges(), nullptr);
-      }),
-      HasSubstr("the comment 't joint1.q' reads like the header"));
+  EXPECT_THAT(ErrorText([] {
+                ParseRun("run.csv", "# t joint1.q\n0 1\n1 2\n", {}, Hinges(),
+                         nullptr);
+              }),
+              HasSubstr("the comment 't joint1.q' reads like the header"));
 }
 
 // Rows that cross the borders of the blocks that are held.
@@ -195,11 +195,11 @@ TEST(MotiveLayoutTest, NamesColumnsByObjectAndAxis) {
 }
 
 TEST(MotiveLayoutTest, AMarkerIsAFrame) {
-  const sysid::Run run = ParseRun(
-      "run.csv", kMotive,
-      ParseColumnMap(
-          "tip.px=tip.X*0.001,tip.py=-tip.Z*0.001,tip.pz=tip.Y*0.001"),
-      Hinges(), nullptr);
+  const sysid::Run run =
+      ParseRun("run.csv", kMotive,
+               ParseColumnMap(
+                   "tip.px=tip.X*0.001,tip.py=-tip.Z*0.001,tip.pz=tip.Y*0.001"),
+               Hinges(), nullptr);
   ASSERT_EQ(run.channels.size(), 1u);
   EXPECT_EQ(run.channels[0].kind, ChannelKind::kFramePosition);
   EXPECT_EQ(run.channels[0].name, "tip");
@@ -211,14 +211,14 @@ TEST(MotiveLayoutTest, AMarkerIsAFrame) {
 TEST(MotiveLayoutTest, ReadsOtherVersions) {
   // Motive 3 has a row of parents and may have time codes; some files lack the
   // words of the rows.
-  EXPECT_THAT(File("Format Version,1.25,Length Units,Meters\n\n"
-                   ",Type,,Marker,Marker,Marker\n"
-                   ",Name,,\"a, b\",\"a, b\",\"a, b\"\n,ID,,9,9,9\n"
-                   ",Parent,,,,\n,,,Position,Position,Position\n"
-                   "Frame,Time (Seconds),TimeCode,X,Y,Z\n0,0,1:2,1,2,3\n")
-                  .header(),
-              ElementsAre("Frame", "t", "TimeCode", "a, b.X", "a, b.Y",
-                          "a, b.Z"));
+  EXPECT_THAT(
+      File("Format Version,1.25,Length Units,Meters\n\n"
+           ",Type,,Marker,Marker,Marker\n"
+           ",Name,,\"a, b\",\"a, b\",\"a, b\"\n,ID,,9,9,9\n"
+           ",Parent,,,,\n,,,Position,Position,Position\n"
+           "Frame,Time (Seconds),TimeCode,X,Y,Z\n0,0,1:2,1,2,3\n")
+          .header(),
+      ElementsAre("Frame", "t", "TimeCode", "a, b.X", "a, b.Y", "a, b.Z"));
   EXPECT_THAT(File("Format Version,1.23\n\n,,Marker,Marker,Marker\n"
                    ",,a,a,a\n,,1,1,1\n,,Position,Position,Position\n"
                    "Frame,Time (Seconds),X,Y,Z\n")
@@ -242,10 +242,10 @@ constexpr char kVicon[] =
 
 TEST(ViconLayoutTest, MakesTimeOfTheFrames) {
   CsvFile file = File(kVicon);
-  EXPECT_THAT(file.header(),
-              ElementsAre("Frame", "Sub Frame", "arm:tip.X", "arm:tip.Y",
-                          "arm:tip.Z", "arm:elbow.X", "arm:elbow.Y",
-                          "arm:elbow.Z", "t"));
+  EXPECT_THAT(
+      file.header(),
+      ElementsAre("Frame", "Sub Frame", "arm:tip.X", "arm:tip.Y", "arm:tip.Z",
+                  "arm:elbow.X", "arm:elbow.Y", "arm:elbow.Z", "t"));
   const TableFile::Table table = file.ReadColumns({8, 5});
   EXPECT_THAT(table.columns[0], ElementsAre(0.51, 0.52, 0.54));
   EXPECT_THAT(table.columns[1], ElementsAre(4, IsNan(), 4));
@@ -280,8 +280,9 @@ std::string Qualisys(const std::string& columns, const std::string& rows) {
 }
 
 TEST(QualisysLayoutTest, ZerosAreAMarkerThatWasNotSeen) {
-  CsvFile file = File(Qualisys("", "1\t2\t3\t4\t5\t6\n0.000\t0.000\t0.000\t4\t0"
-                                   "\t0\n1\t2\t3\t0\t0\t0\t\n"));
+  CsvFile file = File(Qualisys("",
+                               "1\t2\t3\t4\t5\t6\n0.000\t0.000\t0.000\t4\t0"
+                               "\t0\n1\t2\t3\t0\t0\t0\t\n"));
   EXPECT_THAT(file.header(),
               ElementsAre("tip.X", "tip.Y", "tip.Z", "the elbow.X",
                           "the elbow.Y", "the elbow.Z", "t"));
@@ -306,11 +307,10 @@ TEST(QualisysLayoutTest, ReadsFramesAndTimesWhereTheyStand) {
                   .ReadColumns({1})
                   .columns[0],
               ElementsAre(0.25));
-  EXPECT_THAT(
-      File(Qualisys("Time\t X\t Y\t Z\t X\t Y\t Z\n", "0.25\t" + row))
-          .ReadColumns({0})
-          .columns[0],
-      ElementsAre(0.25));
+  EXPECT_THAT(File(Qualisys("Time\t X\t Y\t Z\t X\t Y\t Z\n", "0.25\t" + row))
+                  .ReadColumns({0})
+                  .columns[0],
+              ElementsAre(0.25));
   EXPECT_THAT(
       File(Qualisys("Frame\t X\t Y\t Z\t X\t Y\t Z\n", "7\t" + row)).header(),
       testing::Contains("Frame"));
