@@ -417,7 +417,9 @@ Run RunReader::Read() {
 Run ReadRun(const std::string& path, const ColumnMap& columns,
             const Mechanism& mechanism, std::vector<std::string>* notices) {
   const std::unique_ptr<TableFile> file = OpenTable(path);
-  return RunReader(file.get(), columns, mechanism, notices).Read();
+  Run run = RunReader(file.get(), columns, mechanism, notices).Read();
+  run.name = path;  // with the topic of a bag
+  return run;
 }
 
 Run ParseRun(const std::string& path, const std::string& text,
