@@ -175,7 +175,7 @@ void BagFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
       std::fill(row.begin(), row.end(), kMissing);
       std::fill(is_set.begin(), is_set.end(), 0);
       row_ns = now_ns;
-      row[0] = 1e-9 * static_cast<double>(now_ns - *start_ns_);
+      row[0] = static_cast<double>(now_ns - *start_ns_) / 1e9;
       numbers_.Add(state.number);
     }
     for (const auto& [column, value] : values) {
