@@ -61,10 +61,9 @@ std::string Bag() {
   for (int k = 0; k < kRows; ++k) {
     const std::vector<double> row = Row(k);
     const int ns = static_cast<int>((k % 4) * 250000000);
-    records += W::Message(
-        0, 100 + k,
-        W::JointState(50 + k / 4, ns, {"joint1", "joint2"}, {row[1], row[2]},
-                      {}, {row[3], 0.0}));
+    records += W::Message(0, 100 + k,
+                          W::JointState(50 + k / 4, ns, {"joint1", "joint2"},
+                                        {row[1], row[2]}, {}, {row[3], 0.0}));
   }
   return W::Bag(W::Chunk("none", records, records.size()));
 }
@@ -144,8 +143,7 @@ TEST_P(OpenTableTest, ReportsAColumnThatIsNotThere) {
               HasSubstr("has no column 'joint3.q' (for 't'"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Formats, OpenTableTest,
-                         testing::ValuesIn(Formats()),
+INSTANTIATE_TEST_SUITE_P(Formats, OpenTableTest, testing::ValuesIn(Formats()),
                          [](const auto& info) { return info.param.name; });
 
 TEST(OpenTablePipeTest, TextMayBeAPipeAndBagsMayNot) {
@@ -159,8 +157,8 @@ TEST(OpenTablePipeTest, TextMayBeAPipeAndBagsMayNot) {
       std::ofstream(place.path(), std::ios::binary)
           << (is_bag ? Bag().substr(0, 1000) : Text(',', '.'));
     });
-    const std::string text = ErrorText(
-        [&] { ReadRun(place.path(), {}, Hinges(), nullptr); });
+    const std::string text =
+        ErrorText([&] { ReadRun(place.path(), {}, Hinges(), nullptr); });
     writer.join();
     EXPECT_EQ(text, is_bag ? place.path() +
                                  ": is a ROS bag, which cannot be a pipe\n"

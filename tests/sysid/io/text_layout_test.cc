@@ -208,6 +208,15 @@ TEST(MotiveLayoutTest, AMarkerIsAFrame) {
   EXPECT_TRUE(run.channels[0].values.row(2).array().isNaN().all());
 }
 
+TEST(MotiveLayoutTest, HintsAtTheFramesOfAModel) {
+  EXPECT_THAT(
+      ErrorText([] { ParseRun("run.csv", kMotive, {}, Hinges(), nullptr); }),
+      HasSubstr("run.csv:7:1: no column measures anything of chain\n"
+                "  hint: a marker is a frame: --columns tip.px=arm.X*0.001,"
+                "tip.py=arm.Y*0.001,tip.pz=arm.Z*0.001 if it is in mm and z "
+                "is up"));
+}
+
 TEST(MotiveLayoutTest, ReadsOtherVersions) {
   // Motive 3 has a row of parents and may have time codes; some files lack the
   // words of the rows.
