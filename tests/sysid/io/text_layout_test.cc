@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <random>
 #include <string>
 #include <vector>
 
@@ -335,6 +336,31 @@ TEST(QualisysLayoutTest, ReportsWhatItCannotRead) {
               HasSubstr("neither a column Time nor a FREQUENCY"));
   EXPECT_THAT(ReadError(Qualisys("", "1\t2\t3\t4\t5\t6\t7\t8\t9\n")),
               HasSubstr("9 columns for 2 markers"));
+}
+
+// Cuts and random bytes, among them those that mean something: read, or refused
+// in our words.
+TEST(TextLayoutTest, SurvivesDamage) {
+  const std::string bytes = ",;\t\"\n\r #.-0eX";
+  std::mt19937 random(1);
+  for (const std::string& text :
+       {std::string(kMotive), std::string(kVicon),
+        Qualisys("Frame\tTime\n", "1\t0\t1\t2\t3\t4\t5\t6\n"),
+        std::string("t;q\n0;1,5\n1;2,5\n"), std::string("t q\n0 1\n1 2\n")}) {
+    int refused = 0;
+    for (int i = 0; i < 2000; ++i) {
+      std::string damaged = text;
+      if (i % 5 == 0) damaged.resize(random() % text.size());
+      for (int k = 0; k < 2 && !damaged.empty(); ++k) {
+        damaged[random() % damaged.size()] =
+            k == 0 ? bytes[random() % bytes.size()]
+                   : static_cast<char>(random());
+      }
+      if (ReadError(damaged) != "no error") ++refused;
+    }
+    EXPECT_GT(refused, 200) << text;
+    EXPECT_LT(refused, 2000) << text;
+  }
 }
 
 }  // namespace
