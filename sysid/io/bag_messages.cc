@@ -174,6 +174,12 @@ void BagReader::ReadChunk(const Fields& fields, std::string data) {
   std::string plain;
   const std::string fault = bzip2 ? DecompressBzip2(data, size, &plain)
                                   : DecompressLz4(data, size, &plain);
+  if (fault == kNoDecompression) {
+    Fail("a chunk cannot be decompressed: " + fault,
+         bzip2 ? "install libbz2-dev and build again, or `rosbag decompress` it"
+               : "install liblz4-dev and build again, or `rosbag decompress` "
+                 "it");
+  }
   if (!fault.empty()) Fail("a chunk cannot be decompressed: " + fault);
   data.clear();
   data.shrink_to_fit();

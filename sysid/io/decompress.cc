@@ -13,17 +13,19 @@
 namespace sysid {
 namespace {
 
-constexpr size_t kBlock = size_t{1} << 18;
+[[maybe_unused]] constexpr size_t kBlock = size_t{1} << 18;
 
 // Room for the next block, at most one byte more than `size`: enough to see
 // that there is more.
-char* Grow(size_t used, size_t size, std::string* out, size_t* room) {
+[[maybe_unused]] char* Grow(size_t used, size_t size, std::string* out,
+                            size_t* room) {
   *room = std::min(kBlock, size + 1 - used);
   out->resize(used + *room);
   return out->data() + used;
 }
 
-std::string Finish(size_t used, size_t size, std::string* out) {
+[[maybe_unused]] std::string Finish(size_t used, size_t size,
+                                    std::string* out) {
   out->resize(std::min(used, out->size()));
   return used == size ? "" : "it does not come to the size that it claims";
 }
@@ -56,8 +58,7 @@ std::string DecompressBzip2(std::string_view bytes, size_t size,
 }
 #else
 std::string DecompressBzip2(std::string_view, size_t, std::string*) {
-  return "it needs libbz2-dev, without which this sysid was built; `rosbag "
-         "decompress` helps";
+  return kNoDecompression;
 }
 #endif
 
@@ -87,8 +88,7 @@ std::string DecompressLz4(std::string_view bytes, size_t size,
 }
 #else
 std::string DecompressLz4(std::string_view, size_t, std::string*) {
-  return "it needs liblz4-dev, without which this sysid was built; `rosbag "
-         "decompress` helps";
+  return kNoDecompression;
 }
 #endif
 

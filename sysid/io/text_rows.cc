@@ -18,12 +18,13 @@ TextRows::TextRows(ByteSource source) : source_(std::move(source)) {
 // Makes sure that a whole line lies in the buffer, or more than kMaxLine of it.
 void TextRows::Fill() {
   if (all_read_ || buffer_.size() - at_ > 2 * kMaxLine) return;
+  constexpr size_t kBlock = size_t{1} << 16;
   buffer_.erase(0, at_);
   at_ = 0;
   while (!all_read_ && buffer_.size() < 4 * kMaxLine) {
     const size_t size = buffer_.size();
-    buffer_.resize(size + kMaxLine);
-    const size_t got = source_.Read(buffer_.data() + size, kMaxLine);
+    buffer_.resize(size + kBlock);
+    const size_t got = source_.Read(buffer_.data() + size, kBlock);
     buffer_.resize(size + got);
     all_read_ = got == 0;
     if (std::memchr(buffer_.data() + size, 0, got)) {

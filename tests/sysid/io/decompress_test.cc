@@ -1,12 +1,18 @@
 #include "sysid/io/decompress.h"
 
 #include <bzlib.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <lz4frame.h>
 
 #include <random>
 #include <string>
 #include <vector>
+
+#include "sysid/io/bag_file.h"
+#include "tests/support/error_text.h"
+#include "tests/sysid/io/bag_writer.h"
+#include "tests/sysid/io/scratch_file.h"
 
 namespace sysid {
 namespace {
@@ -62,6 +68,29 @@ void ExpectMethod(const std::string& packed, Decompress decompress) {
 TEST(DecompressTest, Bzip2) { ExpectMethod(Bzip2(Text()), DecompressBzip2); }
 
 TEST(DecompressTest, Lz4) { ExpectMethod(Lz4(Text()), DecompressLz4); }
+
+TEST(DecompressTest, BagsMayBeCompressed) {
+  using W = BagWriter;
+  std::string records = W::Connection(0, "/js", "sensor_msgs/JointState");
+  for (int i = 0; i < 500; ++i) {
+    records += W::Message(0, 1, W::JointState(10 + i, 0, {"a"}, {0.5 * i}));
+  }
+  for (const bool bzip2 : {true, false}) {
+    const std::string packed = bzip2 ? Bzip2(records) : Lz4(records);
+    const std::string kind = bzip2 ? "bz2" : "lz4";
+    const ScratchFile file("run.bag",
+                           W::Bag(W::Chunk(kind, packed, records.size())));
+    const TableFile::Table table = BagFile(file.path(), "").ReadColumns({0, 1});
+    ASSERT_EQ(table.rows(), 500);
+    EXPECT_EQ(table.columns[0][499], 499.0);
+    EXPECT_EQ(table.columns[1][499], 249.5);
+    const ScratchFile wrong("wrong.bag",
+                            W::Bag(W::Chunk(kind, packed, 1000000000)));
+    EXPECT_THAT(ErrorText([&] { BagFile(wrong.path(), ""); }),
+                testing::HasSubstr("a chunk cannot be decompressed: it does "
+                                   "not come to the size that it claims"));
+  }
+}
 
 }  // namespace
 }  // namespace sysid
