@@ -10,6 +10,9 @@
 namespace sysid {
 namespace {
 
+// Each is looked up among all others: names that come twice, near names.
+constexpr size_t kMostColumns = 10000;
+
 const char* NameOf(char separator) {
   return separator == ',' ? "comma" : separator == ';' ? "semicolon" : "tab";
 }
@@ -26,6 +29,12 @@ CsvFile::CsvFile(ByteSource source)
   layout_ = ReadTextLayout(path_, &rows_);
   header_ = layout_.header;
   notices_ = layout_.notices;
+  if (header_.size() > kMostColumns) {
+    throw InputError(
+        HeaderPlace(static_cast<int>(kMostColumns)),
+        std::to_string(header_.size()) + " columns; 10000 are the most",
+        "is this a run, with a row a sample? Keep the columns that are used");
+  }
   for (size_t i = 0; i < header_.size(); ++i) {
     const auto first = std::find(header_.begin(), header_.end(), header_[i]);
     const int at = static_cast<int>(first - header_.begin());

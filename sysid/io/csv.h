@@ -25,7 +25,8 @@ class CsvFile : public TableFile {
  public:
   // Reads the header. Throws InputError for a file that is missing, a folder,
   // unreadable, empty, binary (it holds a NUL byte), for a line of more than 1
-  // MiB, a column name that appears twice and a separator that could be two.
+  // MiB, more than 10000 columns, a column name that appears twice and a
+  // separator that could be two.
   explicit CsvFile(const std::string& path);
   explicit CsvFile(ByteSource source);
   // The same from text; `path` only names it in errors.

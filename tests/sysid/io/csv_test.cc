@@ -116,6 +116,16 @@ TEST(CsvTest, ReportsAColumnNameThatAppearsTwice) {
   EXPECT_THAT(File("t,,\n0,1,2\n").header(), ElementsAre("t", "", ""));
 }
 
+TEST(CsvTest, ReportsTooManyColumns) {
+  std::string header = "c0";
+  for (int i = 1; i < 10001; ++i) header += ",c" + std::to_string(i);
+  EXPECT_EQ(
+      ErrorText([&] { File(header + "\n"); }),
+      "run.csv:1:10001: 10001 columns; 10000 are the most\n"
+      "  hint: is this a run, with a row a sample? Keep the columns that are "
+      "used");
+}
+
 TEST(CsvTest, ReportsAnEmptyFile) {
   const std::string hint =
       "\n  hint: a run is a header such as t,joint1.q and a row a sample";

@@ -66,6 +66,18 @@ TEST(PlainLayoutTest, FindsTheSeparator) {
   ExpectPair("t , q\n0 , 1\n", {0}, {1}, {});
 }
 
+TEST(PlainLayoutTest, ReadsTheExampleOfTheDocumentation) {
+  const sysid::Run run = ParseRun(
+      "run.csv",
+      "# lines that begin with # are comments\n"
+      "Zeit;Winkel 1;\"Moment; Motor\"\n0;0,125;1,5\n0,01;0,126;1,5\n",
+      ParseColumnMap("t=Zeit,joint1.q=Winkel 1,joint1.tau='Moment; Motor'"),
+      Hinges(), nullptr);
+  EXPECT_THAT(run.t, ElementsAre(0, 0.01));
+  EXPECT_EQ(run.channels[0].values(1, 0), 0.126);
+  EXPECT_EQ(run.effort(1, 0), 1.5);
+}
+
 TEST(PlainLayoutTest, NamesMayHoldOtherSeparators) {
   EXPECT_THAT(File("t,a;b\n0,1\n").header(), ElementsAre("t", "a;b"));
   EXPECT_THAT(File("t;pos x,y\n0;1\n").header(), ElementsAre("t", "pos x,y"));
