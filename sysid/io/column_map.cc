@@ -64,6 +64,11 @@ size_t EntryEnd(const std::string& text, size_t begin) {
 
 }  // namespace
 
+std::string ColumnSource::Describe() const {
+  return (expression.is_column() ? "column " : "") + Shown(text) +
+         (text == name ? "" : " (" + name + ")");
+}
+
 ColumnMap ParseColumnMap(const std::string& text, const std::string& place) {
   ColumnMap map;
   if (Trim(text).empty()) return map;

@@ -35,6 +35,8 @@ struct ColumnSource {
   std::string text;  // of the expression: the column's name where it is one
   // The first column that the expression uses: where errors point.
   int column() const { return expression.columns()[0]; }
+  // "column 'pos1' (joint1.q)".
+  std::string Describe() const;
 };
 
 // Reads the map's expressions (expression.h) against a header. `path` names the

@@ -11,7 +11,7 @@
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/degrees.h"
-#include "sysid/io/run_columns.h"
+#include "sysid/io/run_sources.h"
 #include "sysid/io/suggest_columns.h"
 #include "sysid/io/table_file.h"
 
@@ -25,24 +25,15 @@ class RunReader {
   RunReader(TableFile* file, const ColumnMap& map, const Mechanism& mechanism,
             std::vector<std::string>* notices)
       : file_(*file), map_(map), mechanism_(mechanism), notices_(notices) {
-    FindSources();
-    FindGroups();
-    NoteUnknownColumns();
+    std::string ignored;
+    in_ = FindRunSources(*file, map, mechanism, &ignored);
+    if (!ignored.empty()) Notice(ignored);
   }
 
   Run Read();
 
  private:
-  // A group of the mechanism's that the file has, by index into sources_.
-  struct Found {
-    ColumnGroup group;
-    std::vector<int> sources;
-  };
-
-  void FindSources();
-  void FindGroups();
-  void NoteUnknownColumns();
-  int FindSource(const std::string& name) const;
+  using Found = RunSources::Group;
 
   void ReadRows(Run* run);
   void ReadRow(std::span<const double> cells, Run* run);
@@ -55,10 +46,11 @@ class RunReader {
   void CheckDegrees(const Run& run);
 
   std::string Place(int source, int row) const {
-    return file_.Place(row, sources_[source].column());
+    return file_.Place(row, in_.sources[source].column());
   }
-  // "column 'pos1' (joint1.q)".
-  std::string Describe(int source) const;
+  std::string Describe(int source) const {
+    return in_.sources[source].Describe();
+  }
   void Notice(const std::string& text) const {
     if (notices_ != nullptr) notices_->push_back(file_.path() + ": " + text);
   }
@@ -67,116 +59,15 @@ class RunReader {
   const ColumnMap& map_;
   const Mechanism& mechanism_;
   std::vector<std::string>* notices_;
-  std::vector<ColumnSource> sources_;
-  std::vector<Found> channels_;
-  std::vector<Found> efforts_;
+  RunSources in_;
   // The columns that are asked for, and by source where its own are in them.
   std::vector<int> wanted_;
   std::vector<size_t> first_cell_;
 };
 
-int RunReader::FindSource(const std::string& name) const {
-  for (size_t i = 0; i < sources_.size(); ++i) {
-    if (sources_[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
-}
-
-std::string RunReader::Describe(int source) const {
-  const ColumnSource& s = sources_[source];
-  return (s.expression.is_column() ? "column " : "") + Shown(s.text) +
-         (s.text == s.name ? "" : " (" + s.name + ")");
-}
-
-// The map first, then the columns that have our names.
-void RunReader::FindSources() {
-  const std::vector<std::string>& header = file_.header();
-  sources_ = ResolveColumns(map_, header, file_.path(), mechanism_);
-  const std::vector<std::string> names = RunColumnNames(mechanism_);
-  for (size_t i = 0; i < header.size(); ++i) {
-    const bool ours =
-        std::find(names.begin(), names.end(), header[i]) != names.end();
-    if (!ours || FindSource(header[i]) >= 0) continue;
-    ColumnSource source;
-    source.name = header[i];
-    source.expression = Expression::OfColumn(static_cast<int>(i));
-    source.text = header[i];
-    sources_.push_back(source);
-  }
-  if (FindSource("t") < 0) {
-    throw InputError(file_.HeaderPlace(0), "there is no time column 't'",
-                     TimeHint(mechanism_, header, map_));
-  }
-}
-
-void RunReader::FindGroups() {
-  for (const ColumnGroup& group : RunColumnGroups(mechanism_)) {
-    Found found{group, {}};
-    std::string missing;
-    int present = -1;
-    for (const std::string& column : group.columns) {
-      found.sources.push_back(FindSource(column));
-      if (found.sources.back() >= 0) {
-        present = found.sources.back();
-      } else if (missing.empty()) {
-        missing = column;
-      }
-    }
-    if (present < 0) continue;
-    if (!missing.empty()) {
-      throw InputError(
-          file_.HeaderPlace(sources_[present].column()),
-          "there is " + Describe(present) + ", but no column '" + missing + "'",
-          "the columns " + Join(group.columns) +
-              " belong together: give all or none");
-    }
-    (group.is_effort ? efforts_ : channels_).push_back(found);
-  }
-  if (!channels_.empty()) return;
-  throw InputError(
-      file_.HeaderPlace(0),
-      "no column measures anything of " +
-          (mechanism_.name.empty() ? "the model" : mechanism_.name),
-      MeasuredHint(mechanism_, file_.header(),
-                   sources_[FindSource("t")].column(), map_));
-}
-
-void RunReader::NoteUnknownColumns() {
-  const std::vector<std::string>& header = file_.header();
-  const std::vector<std::string> names = RunColumnNames(mechanism_);
-  std::vector<std::string> ignored;
-  for (size_t i = 0; i < header.size(); ++i) {
-    const bool used = std::any_of(
-        sources_.begin(), sources_.end(), [&](const ColumnSource& source) {
-          const std::vector<int>& columns = source.expression.columns();
-          return std::find(columns.begin(), columns.end(),
-                           static_cast<int>(i)) != columns.end();
-        });
-    if (used || header[i].empty() || header[i] == "t") continue;
-    std::string text = header[i];
-    if (FindSource(header[i]) >= 0) {
-      text += " (mapped from another column)";
-    } else if (HasRunColumnSuffix(header[i])) {
-      const ColumnNameFault fault = ExplainUnknownColumn(header[i], mechanism_);
-      text += " (" + fault.what + "; " + fault.hint + ")";
-    }
-    ignored.push_back(text);
-  }
-  if (ignored.empty()) return;
-  constexpr size_t kMostNames = 24;
-  const size_t more = ignored.size() - std::min(ignored.size(), kMostNames);
-  if (more > 0) {
-    ignored.resize(kMostNames);
-    ignored.push_back("and " + std::to_string(more) + " more");
-  }
-  Notice(
-      (ignored.size() == 1 ? "ignored the column " : "ignored the columns ") +
-      Join(ignored));
-}
-
 // NaN where a cell of it is missing.
 double RunReader::Value(int source, std::span<const double> cells) const {
-  const Expression& expression = sources_[source].expression;
+  const Expression& expression = in_.sources[source].expression;
   const std::span<const double> own =
       cells.subspan(first_cell_[source], expression.columns().size());
   const double value = expression.Evaluate(own);
@@ -188,7 +79,7 @@ double RunReader::Value(int source, std::span<const double> cells) const {
 }
 
 void RunReader::ReadTime(double t, Run* run) const {
-  const int time = FindSource("t");
+  const int time = in_.Find("t");
   const int row = run->size();
   if (std::isnan(t)) {
     throw InputError(Place(time, row), "no time in " + Describe(time),
@@ -230,15 +121,15 @@ void RunReader::ReadRow(std::span<const double> cells, Run* run) {
     const double number = Value(source, cells);
     if (std::isinf(number)) {
       throw InputError(Place(source, row),
-                       Shown(sources_[source].text) + " (" +
-                           sources_[source].name + ") is not finite here",
+                       Shown(in_.sources[source].text) + " (" +
+                           in_.sources[source].name + ") is not finite here",
                        "is there a division by a column that is zero?");
     }
     return number;
   };
-  ReadTime(value(FindSource("t")), run);
-  for (size_t c = 0; c < channels_.size(); ++c) {
-    const Found& found = channels_[c];
+  ReadTime(value(in_.Find("t")), run);
+  for (size_t c = 0; c < in_.channels.size(); ++c) {
+    const Found& found = in_.channels[c];
     auto into = run->channels[c].values.row(row);
     for (size_t i = 0; i < found.sources.size(); ++i) {
       into[found.group.slots[i]] = value(found.sources[i]);
@@ -248,7 +139,7 @@ void RunReader::ReadRow(std::span<const double> cells, Run* run) {
     }
   }
   run->effort.row(row).setZero();
-  for (const Found& found : efforts_) {
+  for (const Found& found : in_.efforts) {
     auto into = run->effort.row(row).segment(
         mechanism_.joints[found.group.target].v_index, found.sources.size());
     for (size_t i = 0; i < found.sources.size(); ++i) {
@@ -261,12 +152,12 @@ void RunReader::ReadRow(std::span<const double> cells, Run* run) {
 }
 
 void RunReader::ReadRows(Run* run) {
-  for (const ColumnSource& source : sources_) {
+  for (const ColumnSource& source : in_.sources) {
     first_cell_.push_back(wanted_.size());
     const std::vector<int>& columns = source.expression.columns();
     wanted_.insert(wanted_.end(), columns.begin(), columns.end());
   }
-  for (const Found& found : channels_) {
+  for (const Found& found : in_.channels) {
     Channel channel;
     channel.kind = found.group.kind;
     channel.target = found.group.target;
@@ -293,7 +184,7 @@ void RunReader::ReadRows(Run* run) {
 void RunReader::CheckChannel(const Found& found, Channel* channel) const {
   const ColumnGroup& group = found.group;
   if (channel->values.array().isNaN().all()) {
-    throw InputError(file_.HeaderPlace(sources_[found.sources[0]].column()),
+    throw InputError(file_.HeaderPlace(in_.sources[found.sources[0]].column()),
                      "nothing was measured in " + Join(group.columns) +
                          (group.columns.size() == 1
                               ? ": every cell is empty or nan"
@@ -344,7 +235,7 @@ void RunReader::HoldEffort(const Found& found, RowMatrixXd* effort) {
   }
   if (held == rows) {
     throw InputError(
-        file_.HeaderPlace(sources_[found.sources[0]].column()),
+        file_.HeaderPlace(in_.sources[found.sources[0]].column()),
         "nothing was measured in " + Join(group.columns) + ": every " +
             (group.columns.size() == 1 ? "cell" : "row") + " is empty or nan",
         "remove the column where the quantity was not measured");
@@ -381,18 +272,18 @@ void RunReader::CheckDegrees(const Run& run) {
         has_velocity ? column(run.channels[i + 1]) : std::vector<double>());
     if (report.verdict == DegreesVerdict::kNo) continue;
     const bool velocity = report.verdict == DegreesVerdict::kVelocity;
-    const int source = channels_[velocity ? i + 1 : i].sources[0];
-    const Expression& expression = sources_[source].expression;
+    const int source = in_.channels[velocity ? i + 1 : i].sources[0];
+    const Expression& expression = in_.sources[source].expression;
     if (expression.has_factor()) continue;
-    const std::string& name = sources_[source].name;
-    const std::string& text = sources_[source].text;
+    const std::string& name = in_.sources[source].name;
+    const std::string& text = in_.sources[source].text;
     const std::string from = expression.is_column() ? text : "(" + text + ")";
     if (report.verdict == DegreesVerdict::kPerhaps) {
       Notice(Describe(source) + " may be in degrees: " + report.reason +
              "; if so: " + DegreesFlag(name, from, map_));
       continue;
     }
-    throw InputError(file_.HeaderPlace(sources_[source].column()),
+    throw InputError(file_.HeaderPlace(in_.sources[source].column()),
                      Describe(source) + " looks like degrees" +
                          (velocity ? " per second" : "") +
                          ", not radians: " + report.reason,
@@ -404,10 +295,10 @@ Run RunReader::Read() {
   Run run;
   run.name = file_.path();
   ReadRows(&run);
-  for (size_t c = 0; c < channels_.size(); ++c) {
-    CheckChannel(channels_[c], &run.channels[c]);
+  for (size_t c = 0; c < in_.channels.size(); ++c) {
+    CheckChannel(in_.channels[c], &run.channels[c]);
   }
-  for (const Found& found : efforts_) HoldEffort(found, &run.effort);
+  for (const Found& found : in_.efforts) HoldEffort(found, &run.effort);
   CheckDegrees(run);
   return run;
 }
