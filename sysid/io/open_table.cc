@@ -6,6 +6,7 @@
 #include "models/error.h"
 #include "sysid/io/bag_file.h"
 #include "sysid/io/byte_source.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/mat_file.h"
 #include "sysid/io/table_file.h"
@@ -48,6 +49,10 @@ std::unique_ptr<TableFile> OpenTable(const std::string& path) {
   const std::string first(source.Peek(kFirstBytes));
   for (const Format& format : kFormats) {
     if (!format.begins(first)) continue;
+    if (!part.empty() && format.open != OpenBagFile) {
+      throw InputError(path, "is no ROS bag, and has no topics",
+                       "name it without " + Shown(":" + part));
+    }
     return format.open(std::move(source), part);
   }
   return nullptr;  // the last format takes all

@@ -46,21 +46,20 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
     }
     if (present < 0) continue;
     if (!missing.empty()) {
-      throw InputError(
-          file.HeaderPlace(in->sources[present].column()),
-          "there is " + in->sources[present].Describe() + ", but no column '" + missing + "'",
-          "the columns " + Join(group.columns) +
-              " belong together: give all or none");
+      throw InputError(file.HeaderPlace(in->sources[present].column()),
+                       "there is " + in->sources[present].Describe() +
+                           ", but no column '" + missing + "'",
+                       "the columns " + Join(group.columns) +
+                           " belong together: give all or none");
     }
     (group.is_effort ? in->efforts : in->channels).push_back(found);
   }
   if (!in->channels.empty()) return;
-  throw InputError(
-      file.HeaderPlace(0),
-      "no column measures anything of " +
-          (mechanism.name.empty() ? "the model" : mechanism.name),
-      MeasuredHint(mechanism, file.header(),
-                   in->sources[in->Find("t")].column(), map));
+  throw InputError(file.HeaderPlace(0),
+                   "no column measures anything of " +
+                       (mechanism.name.empty() ? "the model" : mechanism.name),
+                   MeasuredHint(mechanism, file.header(),
+                                in->sources[in->Find("t")].column(), map));
 }
 
 std::string IgnoredColumns(const std::vector<std::string>& header,

@@ -167,5 +167,16 @@ TEST(OpenTablePipeTest, TextMayBeAPipeAndBagsMayNot) {
   }
 }
 
+TEST(OpenTableTopicTest, OnlyBagsHaveTopics) {
+  const ScratchFile file("text.bag", Text(',', '.'));
+  EXPECT_EQ(ErrorText([&] { OpenTable(file.path() + ":/js"); }),
+            file.path() +
+                ":/js: is no ROS bag, and has no topics\n"
+                "  hint: name it without ':/js'");
+  EXPECT_EQ(ErrorText([] { OpenTable("/nowhere/run.bag:/js"); }),
+            "/nowhere/run.bag: there is no such file\n"
+            "  hint: check the name and the folder that you are in");
+}
+
 }  // namespace
 }  // namespace sysid
