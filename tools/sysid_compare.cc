@@ -32,7 +32,7 @@ constexpr char kHelp[] =
     --truth link1.length=0.81,link2.length=0.304 --figure figure.svg
 
   --model NAME|FILE.urdf  --traj A.csv,B.csv  --spec FILE.yaml
-  --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=col[*f],...
+  --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=expr,...
   --integrator rk4|semi_implicit_euler  --step S  --segment S  --noise S
   --residual heading|rotation  --threads N         as of sysid_fit
   --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150

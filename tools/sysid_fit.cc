@@ -39,7 +39,7 @@ constexpr char kHelp[] =
   --add effect@target,...    effects to add, with the error before and after;
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
-  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
   --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
                              Gaussians (docs/stochastic.md)
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150

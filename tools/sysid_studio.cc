@@ -47,7 +47,7 @@ served; Ctrl-C ends it.
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
                              what is fixed by name is taken for right
   --add effect@target,...    effects that are in the model already
-  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
