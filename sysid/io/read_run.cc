@@ -112,8 +112,7 @@ void RunReader::Reserve(Run* run) {
   // What is grown and not yet written to takes nothing.
   CheckMemory(0.5 * sizeof(double) * numbers * static_cast<double>(rows),
               file_.path(), "a run of so many rows",
-              "keep fewer of them, or give the columns that are not used "
-              "another name");
+              "keep fewer samples, or fewer columns");
   for (Channel& channel : run->channels) {
     channel.values.conservativeResize(rows, channel.values.cols());
   }
