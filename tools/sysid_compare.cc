@@ -47,6 +47,7 @@ constexpr char kHelp[] =
                              of two parameters the likelihood on a grid
   --json FILE|-              machine-readable result
   --out DIR                  comparison.json, comparison.svg
+Ctrl-C writes what there is of the comparison, once more ends at once.
 Exit code: 0 done, 1 a solver has no usable result, 2 bad input.
 )";
 

@@ -53,6 +53,7 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, diagnosis.json, fit.json,
                              prediction.csv, identified.urdf
+Ctrl-C writes what was judged so far, once more ends at once.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 

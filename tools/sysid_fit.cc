@@ -53,6 +53,7 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
                              identified.urdf
+Ctrl-C writes the best point so far, once more ends at once.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
@@ -128,6 +129,7 @@ void CheckSampling(const std::string& solver) {
 
 // The samples are made before any is written: their URDFs and a line each.
 void CheckSampleSize(const Session& session) {
+  if (FLAGS_sample == 0) return;
   const double urdf = static_cast<double>(WriteUrdf(session.model).size());
   CheckMemory(FLAGS_sample * (urdf + 100.0 * session.free.size()), "--sample",
               "to draw that many URDFs", "draw fewer at a time, by --seed");

@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <csignal>
+#include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/running_program.h"
@@ -39,6 +41,19 @@ class InterruptTest : public ::testing::Test {
   static Arguments Endless() {
     return Model() + Arguments{"--solver", "adam", "--epochs", "1000000"};
   }
+  // A fit once `signals` says that it had begun: a signal before that ends any
+  // program, and how long it takes to begin depends on the machine.
+  static std::unique_ptr<RunningProgram> AfterItBegan(
+      const Arguments& arguments,
+      const std::function<bool(RunningProgram*)>& signals) {
+    std::unique_ptr<RunningProgram> fit;
+    for (int wait_ms = 1500; wait_ms < 60000; wait_ms *= 2) {
+      fit = std::make_unique<RunningProgram>(*folder_, SYSID_FIT, arguments);
+      EXPECT_FALSE(fit->EndsWithin(milliseconds(wait_ms)));
+      if (signals(fit.get())) break;
+    }
+    return fit;
+  }
   static Json Read(const std::string& name) {
     return Json::parse(folder_->Read(name));
   }
@@ -49,10 +64,11 @@ ProgramFolder* InterruptTest::folder_ = nullptr;
 
 TEST_F(InterruptTest, WritesTheBestPointAndMarksIt) {
   for (const int signal : {SIGINT, SIGTERM}) {
-    RunningProgram fit(*folder_, SYSID_FIT,
-                       Endless() + Arguments{"--out", "adam"});
-    ASSERT_FALSE(fit.EndsWithin(milliseconds(1500)));
-    EXPECT_EQ(fit.End(signal), 1);
+    const auto running = AfterItBegan(
+        Endless() + Arguments{"--out", "adam"},
+        [&](RunningProgram* fit) { return fit->End(signal) != 128 + signal; });
+    RunningProgram& fit = *running;
+    EXPECT_EQ(fit.Await(), 1);
     EXPECT_THAT(fit.Rest(), HasSubstr("link1.length"));
     EXPECT_THAT(fit.Errors(),
                 HasSubstr("interrupted: the best point so far is written; once "
@@ -72,12 +88,14 @@ TEST_F(InterruptTest, WritesTheBestPointAndMarksIt) {
 TEST_F(InterruptTest, EndsAtOnceTheSecondTime) {
   // An epoch of half a minute or more: the first signal is not answered before
   // the second comes.
-  RunningProgram fit(*folder_, SYSID_FIT,
-                     Model() + Arguments{"--solver", "gmm", "--draws", "10000",
-                                         "--threads", "1", "--out", "gmm"});
-  ASSERT_FALSE(fit.EndsWithin(milliseconds(1500)));
-  fit.Signal(SIGINT);
-  ASSERT_FALSE(fit.EndsWithin(milliseconds(300)));
+  const auto running =
+      AfterItBegan(Model() + Arguments{"--solver", "gmm", "--draws", "10000",
+                                       "--threads", "1", "--out", "gmm"},
+                   [](RunningProgram* fit) {
+                     fit->Signal(SIGINT);
+                     return !fit->EndsWithin(milliseconds(300));
+                   });
+  RunningProgram& fit = *running;
   fit.Signal(SIGINT);
   ASSERT_TRUE(fit.EndsWithin(milliseconds(5000)));
   EXPECT_EQ(fit.Await(), 128 + SIGINT);
