@@ -20,6 +20,7 @@
 #include "tools/program.h"
 
 DEFINE_int32(port, 8080, "port on 127.0.0.1; 0: any free one");
+DECLARE_uint64(seed);
 DEFINE_string(candidates, "", "effects to consider; all where not given");
 
 namespace sysid {
@@ -71,6 +72,7 @@ StudioSetup OpenSetup() {
   setup.candidates = candidates;
   setup.page = PageFromFlags("sysid_studio", session);
   setup.folder = FLAGS_out;
+  setup.seed = FLAGS_seed;
   return setup;
 }
 

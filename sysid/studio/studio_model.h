@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -21,6 +22,7 @@ struct StudioSetup {
   std::vector<std::shared_ptr<const Effect>> candidates;
   PageSource page;     // its commands
   std::string folder;  // where it is saved; empty: nowhere
+  std::uint64_t seed = 1;  // of the session: one of another is another
 
   explicit StudioSetup(const Session& s) : session(s), problem(s.model) {}
 };
