@@ -9,12 +9,14 @@
 #include "models/state.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/shooting_segment.h"
+#include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
 namespace {
 
 constexpr int kCount = static_cast<int>(std::size(kHorizons));
-constexpr int kDraws = 2;  // a state
+constexpr int kDraws = 2;      // a state
+constexpr double kFree = 1.0;  // of StateBelief: no twist is held
 
 struct Sum {
   double squares = 0.0, dof = 0.0;
@@ -84,11 +86,13 @@ void Start::Add(ScratchPool* pool, std::mt19937_64* random,
                 std::vector<Sum>* sums) const {
   RowMatrixXd J;
   if (last_ <= first_ || !Derivative(pool, &J)) return;
-  // What the window does not show (a spin) stays as it is.
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(J.rows(),
-                                                                 J.cols());
-  solver.setThreshold(1e-9);
-  solver.compute(J);
+  // (J; B) dx = (w; 0): of what the window does not show (a spin) the belief
+  // keeps the estimate near, as it does where states are estimated.
+  const std::vector<double> belief = StateBelief(problem_, kFree);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(J.rows() + J.cols(), J.cols());
+  rows.topRows(J.rows()) = J;
+  for (int i = 0; i < J.cols(); ++i) rows(J.rows() + i, i) = 1.0 / belief[i];
+  const Eigen::HouseholderQR<Eigen::MatrixXd> solver(rows);
   const SegmentRollout rollout(&problem_.model(), &problem_.map(),
                                &data_.measurements, first_, last_,
                                problem_.options().rollout);
@@ -96,8 +100,8 @@ void Start::Add(ScratchPool* pool, std::mt19937_64* random,
   if (!Roll(rollout, x_, &there)) return;
   std::normal_distribution<double> normal;
   for (int draw = 0; draw < kDraws; ++draw) {
-    Eigen::VectorXd w(J.rows());
-    for (double& number : w) number = normal(*random);
+    Eigen::VectorXd w = Eigen::VectorXd::Zero(rows.rows());
+    for (int i = 0; i < J.rows(); ++i) w[i] = normal(*random);
     const Eigen::VectorXd dx = solver.solve(w);
     Eigen::VectorXd x = x_;
     BoxPlus<double>(problem_.model(), x_.data(), dx.data(), x.data());

@@ -18,9 +18,10 @@ inline constexpr int kMostHorizonStarts = 40;
 // them wrong, the motion lets that grow (in chaos exponentially), and what is
 // predicted is compared with measurements that are noisy themselves. For a
 // state x of the point, J the whitened derivative of the window's measurements
-// by its tangent, and w standard normal,
+// by its tangent, B the inverse standard deviations of StateBelief, and w
+// standard normal,
 //
-//   dx = (J^T J)^+ J^T w,                                               (6.5)
+//   dx = (J^T J + B^T B)^-1 J^T w,                                      (6.5)
 //   rms(h)^2 = mean |y(x [+] dx, h) - y(x, h)|^2 + sigma^2,
 //
 // in a few draws a state, always the same ones. Only an estimate: of the growth
