@@ -55,7 +55,9 @@ export function fmtRange(from: number, to: number): string {
 export function sentence(text: string): string {
   const whole = text.trim();
   if (!whole) return '';
-  return whole[0].toUpperCase() + whole.slice(1) + (/[.!?]$/.test(whole) ? '' : '.');
+  // Names stay as they are: link1.mass, coulomb_friction@joint1.
+  const first = /^[a-z]+( |$)/.test(whole) ? whole[0].toUpperCase() : whole[0];
+  return first + whole.slice(1) + (/[.!?]$/.test(whole) ? '' : '.');
 }
 
 // Ticks with as many places as tell them apart, and tell each of them exactly: a

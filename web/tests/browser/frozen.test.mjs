@@ -65,7 +65,7 @@ test('what makes a fit not to be trusted comes before the verdict, and says so',
     const verdict = await text(page, '#verdict');
     const at = part => { const i = verdict.search(part); assert.ok(i >= 0, `${part} in ${verdict}`); return i; };
     assert.ok(at(/Not to be trusted/) < at(/An effect is missing/));
-    assert.ok(at(/Link1\.inertia_scale ended at its bound\./) < at(/An effect is missing/));
+    assert.ok(at(/link1\.inertia_scale ended at its bound\./) < at(/An effect is missing/));
     assert.equal(verdict.match(/link1\.mass/g).length, 1, 'once');
     await choose(page, 'Model', '+ coulomb_friction@joint2');
     await settled(page);
@@ -76,7 +76,7 @@ test('a parameter at its bound is distrusted also where no diagnosis says so', {
   const document = fitPage();
   document.models[0].parameters[0].atBound = true;
   return visit('bound.html', document, async page =>
-    assert.match(await text(page, '#verdict .distrust'), /Link1\.length ended at its bound\./));
+    assert.match(await text(page, '#verdict .distrust'), /link1\.length ended at its bound\./));
 });
 
 test('the page opens with what is true at the end', {skip}, () =>

@@ -65,6 +65,7 @@ test('a range has as many places as its ends need', () => {
 
 test('a sentence of a program has a capital and an end', () => {
   assert.equal(f.sentence('the last step gained nothing'), 'The last step gained nothing.');
+  assert.equal(f.sentence('link1.mass ended at its bound'), 'link1.mass ended at its bound.');
   assert.equal(f.sentence('Are they?'), 'Are they?');
   assert.equal(f.sentence(''), '');
 });
