@@ -132,5 +132,6 @@ int Main() {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main,
+                           {"json", "solver"});
 }

@@ -38,8 +38,8 @@ class Start {
         run_(run),
         data_(*problem.runs()[run]),
         first_(sample),
-        last_(After(data_.run.t, data_.run.t[sample] +
-                                     kHorizons[kCount - 1] * 1.01) -
+        last_(After(data_.run.t,
+                    data_.run.t[sample] + kHorizons[kCount - 1] * 1.01) -
               1),
         x_(x) {}
 
@@ -109,8 +109,7 @@ void Start::Add(ScratchPool* pool, std::mt19937_64* random,
     for (const SegmentRow& row : rollout.rows()) {
       if (!IsPositionLike(data_.run.channels[row.channel].kind)) continue;
       const double ahead = data_.run.t[row.sample] - data_.run.t[first_];
-      const double dof =
-          ResidualDof(data_.measurements.residuals[row.channel]);
+      const double dof = ResidualDof(data_.measurements.residuals[row.channel]);
       double squares = dof * std::pow(data_.sigma[row.channel], 2);
       for (int i = row.first; i < row.first + row.size; ++i) {
         squares += std::pow(moved[i] - there[i], 2);

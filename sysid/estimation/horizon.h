@@ -21,7 +21,7 @@ inline constexpr int kMostHorizonStarts = 40;
 // by its tangent, B the inverse standard deviations of StateBelief, and w
 // standard normal,
 //
-//   dx = (J^T J + B^T B)^-1 J^T w,                                      (6.5)
+//   dx = (J^T J + B^T B)^-1 J^T w,                                      (8.1)
 //   rms(h)^2 = mean |y(x [+] dx, h) - y(x, h)|^2 + sigma^2,
 //
 // in a few draws a state, always the same ones. Only an estimate: of the growth

@@ -178,9 +178,9 @@ std::string StepsText(const Diagnosis& diagnosis) {
 std::string AfterSteps(const Diagnosis& diagnosis) {
   const std::vector<std::string> added = diagnosis.added();
   if (added.empty() || added == diagnosis.proposed) return "";
-  return " With " + Join(added) +
-         " it ends at " + Times(diagnosis.last().train_error()) +
-         " (held out " + Times(diagnosis.last().holdout_error()) + ").";
+  return " With " + Join(added) + " it ends at " +
+         Times(diagnosis.last().train_error()) + " (held out " +
+         Times(diagnosis.last().holdout_error()) + ").";
 }
 
 }  // namespace
@@ -211,8 +211,8 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   if (diagnosis.verdict == Verdict::kUnexplained) {
     text += ", and no effect of the catalogue explains it";
     if (with != nullptr) {
-      text += "; " + proposed +
-              ", the best of them, leaves " + Times(with->holdout);
+      text += "; " + proposed + ", the best of them, leaves " +
+              Times(with->holdout);
     }
     return text + ": the unexplained forces show what is left." +
            AfterSteps(diagnosis);

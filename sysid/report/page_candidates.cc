@@ -33,10 +33,11 @@ Json Confirmed(const Confirmation& confirmed) {
 }
 
 // Why a linearisation's prediction is none: a candidate that is added can only
-// lower the error, so one that does not is predicted from too far away.
+// lower the error, so one that clearly raises it is predicted from too far
+// away; and a fall that three digits do not show is none.
 std::string WhyNoPrediction(const ScreenedEffect& screened, double error) {
-  constexpr double kClose = 1.01;
-  if (screened.predicted_error < error) return "";
+  constexpr double kClose = 1.01, kSeen = 1 - 1e-3;
+  if (screened.predicted_error < kSeen * error) return "";
   return screened.predicted_error < kClose * error
              ? "to first order it gains nothing"
              : "the model is too far from this data for a prediction";

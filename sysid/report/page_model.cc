@@ -144,8 +144,8 @@ Json PageWholeRuns(const FinalFit& final) {
       {"sentence", FitSentence(*final.problem, fit, holdout)},
       {"good", ReachesNoise(*final.problem, fit)},
       {"trainError", Finite(fit.train.total.normalized_rms)},
-      {"holdoutError", holdout ? Finite(holdout->errors.total.normalized_rms)
-                               : Json(nullptr)},
+      {"holdoutError",
+       holdout ? Finite(holdout->errors.total.normalized_rms) : Json(nullptr)},
       {"parameters", parameters}};
 }
 

@@ -39,9 +39,8 @@ int TryPort(int port, std::string* why) {
 bool Connections::Enter(int socket) {
   const std::lock_guard lock(mutex_);
   if (all_.size() >= most_) {
-    const auto oldest =
-        std::find_if(all_.begin(), all_.end(),
-                     [](const Connection& c) { return !c.asked; });
+    const auto oldest = std::find_if(
+        all_.begin(), all_.end(), [](const Connection& c) { return !c.asked; });
     if (oldest == all_.end()) return false;
     // Its thread sees the end, and closes it.
     shutdown(oldest->socket, SHUT_RDWR);
@@ -80,8 +79,9 @@ bool BoundedSocket::Wait(short event, milliseconds patience) const {
   pollfd ready{socket_, event, 0};
   int found = 0;
   do {
-    found = poll(&ready, 1, static_cast<int>(std::max<milliseconds::rep>(
-                                0, patience.count())));
+    found = poll(
+        &ready, 1,
+        static_cast<int>(std::max<milliseconds::rep>(0, patience.count())));
   } while (found < 0 && errno == EINTR);
   return found == 1 && (ready.revents & event) != 0;
 }

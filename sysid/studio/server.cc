@@ -24,6 +24,7 @@ constexpr size_t kLargestBody = 64 << 10;
 constexpr int kMostStreams = 8;
 // Each holds a thread, while it lasts; a page needs a few.
 constexpr size_t kMostConnections = 256;
+constexpr int kMostWaiting = 128;  // for their thread
 // A request is some hundred bytes, and comes from this machine.
 constexpr std::chrono::milliseconds kRequestTime{3000};
 constexpr std::chrono::milliseconds kAnswerTime{5000};
@@ -166,6 +167,10 @@ class BoundedServer final : public httplib::Server {
   BoundedServer() {
     new_task_queue = [this] { return new ThreadEach(&connections_); };
   }
+
+  // httplib lets five wait to be accepted: the next, in a crowd, would try
+  // again after a second.
+  void LetWait(int connections) { ::listen(svr_sock_, connections); }
 
  private:
   bool process_and_close_socket(socket_t socket) override {
@@ -387,7 +392,10 @@ int StudioServer::Listen(int port, const std::string& place) {
              server.bind_to_port(kHost, port)) {
     http_->port = port;
   }
-  if (http_->port > 0) return http_->port;
+  if (http_->port > 0) {
+    server.LetWait(kMostWaiting);
+    return http_->port;
+  }
   std::string ignored;
   const int free = TryPort(0, &ignored);
   throw InputError(

@@ -229,11 +229,12 @@ void StudioFolder::CheckSame(const Json& saved) const {
     const std::vector<std::string> changed =
         ChangedIn(saved.at(kind), session_.at(kind));
     if (!changed.empty()) {
-      throw InputError(File(kIndex),
-                       "was begun with other numbers in " + Join(changed) +
-                           (changed.size() > 1 ? ", which have" : ", which has") +
-                           " changed since",
-                       hint);
+      throw InputError(
+          File(kIndex),
+          "was begun with other numbers in " + Join(changed) +
+              (changed.size() > 1 ? ", which have" : ", which has") +
+              " changed since",
+          hint);
     }
     throw InputError(File(kIndex),
                      std::string("is a session of other ") +

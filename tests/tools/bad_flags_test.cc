@@ -194,8 +194,8 @@ TEST_F(BadFlagsTest, AnEffectThatNothingOfTheModelFeels) {
 }
 
 TEST_F(BadFlagsTest, OutputsThatCannotBeWritten) {
-  ExpectFlags({"--out", "run.csv"}, "--out", "'run.csv': ",
-              "a file, not a folder");
+  ExpectFlags({"--out", "run.csv"}, "--out",
+              "'run.csv': ", "a file, not a folder");
   ExpectFlags({"--out", "run.csv/result"}, "--out",
               "'run.csv/result': the folder cannot be made",
               "a file, not a folder");

@@ -38,9 +38,9 @@ struct True {
 
 // Of a model that is true: EvaluateHorizon, which estimates its states from the
 // noisy windows, and this, which never looks at them, are two roads to one
-// number. Each is a mean over some forty states of squares whose spread is about
-// their mean (in chaos more: a few states make the most of it), so that the
-// ratio of two roots is within exp(3 sqrt(2 / 40) / 2) = 1.4; twice that in
+// number. Each is a mean over some forty states of squares whose spread is
+// about their mean (in chaos more: a few states make the most of it), so that
+// the ratio of two roots is within exp(3 sqrt(2 / 40) / 2) = 1.4; twice that in
 // chaos.
 TEST(EstimateNoiseHorizon, IsWhatATrueModelReaches) {
   for (const auto& [name, amplitude, factor] :

@@ -280,8 +280,8 @@ TEST(StudioServer, BoundsTheStreams) {
   EXPECT_EQ(status, 200);
 }
 
-// Whoever opens connections and says nothing keeps nobody out: with more of them
-// than there may be, the oldest go.
+// Whoever opens connections and says nothing keeps nobody out: with more of
+// them than there may be, the oldest go.
 TEST(StudioServer, AnswersBesideManyThatSayNothing) {
   constexpr int kSilent = 300;
   Served served(RubbingPendulum());

@@ -23,7 +23,7 @@ const kColumns: Column<ParameterData>[] = [
 ];
 
 // Within the bounds, which the estimate cannot leave.
-function interval({ci95: [low, high], lower, upper}: ParameterData) {
+export function interval({ci95: [low, high], lower, upper}: Pick<ParameterData, 'ci95' | 'lower' | 'upper'>) {
   if (low === null && high === null) return '–';
   const cutLow = low !== null && lower !== null && low < lower;
   const cutHigh = high !== null && upper !== null && high > upper;

@@ -6,6 +6,7 @@ import type {ModelData, PageData, WholeRunsData} from '../page_data';
 import {fileAddress} from '../server';
 import {compared, current, useStore} from '../state';
 import {Command, Empty, Panel} from './panel';
+import {interval} from './parameters';
 
 export function TakeAway({page}: {page: PageData}) {
   const m = useStore(current), c = useStore(compared);
@@ -53,7 +54,7 @@ function Files({page, model}: {page: PageData; model: ModelData}) {
 
 // What is in the files, beside what the other panels say.
 function WholeRuns({model, whole}: {model: ModelData; whole: WholeRunsData}) {
-  const shown = (name: string) => model.parameters.find(p => p.name === name)?.value;
+  const shown = (name: string) => model.parameters.find(p => p.name === name);
   return (
     <div class="table-scroll"><table>
       <caption>{model.title}: values on this page and in the files</caption>
@@ -62,8 +63,8 @@ function WholeRuns({model, whole}: {model: ModelData; whole: WholeRunsData}) {
         <tr><th scope="row">error of fitted runs</th><td>× noise</td><td class="number">{fmtTimes(model.trainError)}</td><td class="number">{fmtTimes(whole.trainError)}</td><td class="number">–</td></tr>
         <tr><th scope="row">error of held-out runs</th><td>× noise</td><td class="number">{fmtTimes(model.holdoutError)}</td><td class="number">{fmtTimes(whole.holdoutError)}</td><td class="number">–</td></tr>
         {whole.parameters.map(p => <tr key={p.name}><th scope="row">{p.name}</th><td>{unitText(p.unit) || '–'}</td>
-          <td class="number">{fmt(shown(p.name), 6)}</td><td class="number">{fmt(p.value, 6)}</td>
-          <td class="number">{p.ci95[0] === null && p.ci95[1] === null ? '–' : `${fmt(p.ci95[0], 6)} to ${fmt(p.ci95[1], 6)}`}</td></tr>)}
+          <td class="number">{fmt(shown(p.name)?.value, 6)}</td><td class="number">{fmt(p.value, 6)}</td>
+          <td class="number">{interval({ci95: p.ci95, lower: shown(p.name)?.lower ?? null, upper: shown(p.name)?.upper ?? null})}</td></tr>)}
       </tbody>
     </table></div>
   );

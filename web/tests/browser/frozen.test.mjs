@@ -168,6 +168,13 @@ test('on paper the heads of the candidates are text, and the run is named', {ski
     assert.equal(await page.$eval('.matrix td', e => getComputedStyle(e).printColorAdjust), 'exact');
   }));
 
+test('an interval ends at the bound that the estimate cannot pass', {skip}, () => {
+  const document = planarPage();
+  Object.assign(document.models[0].parameters[0], {ci95: [-0.487, 2.446], lower: 0.01, upper: null});
+  return visit('interval.html', document, async page =>
+    assert.match(await text(page, '#parameters'), /0\.01 to 2\.446\s+cut at its bound\s+from 0\.01/));
+});
+
 test('choosing another model changes every panel', {skip}, () =>
   visit('planar.html', planarPage(), async page => {
     await choose(page, 'Model', '+ coulomb_friction@joint2');
