@@ -8,7 +8,8 @@ import {TimePlot, type Curve} from '../plots/time_plot';
 import {Legend} from '../plots/xy_chart';
 import {Empty, Panel} from './panel';
 
-const kHow = 'Above: what was measured and what the model predicts, each segment from a state of its own (segments are shaded in turn). '
+const how = (joined: boolean) => `Above: what was measured and what the model predicts, ${joined
+  ? 'as one trajectory (the segments of its fit, which are joined, are shaded in turn)' : 'each segment from a state of its own (segments are shaded in turn)'}. `
   + 'Below: the residual in units of the noise; a good model stays within the band of ± 2. '
   + 'Drag over a curve to zoom all of them, double-click for the whole run, Ctrl and wheel zooms.';
 
@@ -25,7 +26,7 @@ export function Compare({page}: {page: PageData}) {
   ];
   const missing = pair.some(i => !page.models[i].predictions[r]);
   return (
-    <Panel id="compare" title="2 Compare" how={kHow}>
+    <Panel id="compare" title="2 Compare" how={how(page.models[m].joined)}>
       <p class="shown"><strong>{runLabel(page, r)}</strong>{shown.heldOut ? ', held out' : ', fitted'}</p>
       {shown.channels.some(x => x.components[0] === 'z_x') && <p class="note">{kHeading}</p>}
       <Legend layers={legend} />

@@ -86,6 +86,7 @@ test('the page opens with what is true at the end', {skip}, () =>
     assert.match(await text(page, '#verdict .tiles'), /over segments of 2 s, each from its own state/);
     await page.getByRole('button', {name: 'Show the final model'}).click();
     await settled(page);
+    assert.match(await text(page, '#compare .how'), /as one trajectory/);
     assert.match(await text(page, '#verdict .tiles'), /8\.75 × noise\s+of one trajectory over each run/);
   }));
 
