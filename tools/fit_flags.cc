@@ -137,7 +137,7 @@ void CheckOutputs(const FitRequest& request, const Session& session) {
     CheckIsNoInput("--json", FLAGS_json, inputs);
     CheckWritableFile(FLAGS_json);
   }
-  if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out);
+  if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out, "--out");
 }
 
 }  // namespace sysid

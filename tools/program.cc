@@ -128,7 +128,7 @@ void CheckIsNoInput(const std::string& flag, const std::string& file,
   }
 }
 
-bool ParseFlags(int argc, char** argv) {
+bool ParseFlags(int argc, char** argv, const std::vector<std::string>& unused) {
   const std::vector<std::string> own = OwnFlags();
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -149,7 +149,11 @@ bool ParseFlags(int argc, char** argv) {
         SetFlag(positive, "false");
         continue;
       }
-      throw InputError("--" + name, "unknown flag", NameHint(name, own));
+      std::vector<std::string> known;
+      for (const std::string& flag : own) {
+        if (!IsOwn(flag, unused)) known.push_back(flag);
+      }
+      throw InputError("--" + name, "unknown flag", NameHint(name, known));
     }
     if (equals != std::string::npos) {
       SetFlag(name, body.substr(equals + 1));
@@ -166,14 +170,15 @@ bool ParseFlags(int argc, char** argv) {
 }
 
 int RunProgram(int argc, char** argv, const std::string& help,
-               const std::function<int()>& work) {
+               const std::function<int()>& work,
+               const std::vector<std::string>& unused) {
   // A file that outgrows `ulimit -f` is an error of its write, not the end.
   std::signal(SIGXFSZ, SIG_IGN);
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports each bad step
   try {
-    if (ParseFlags(argc, argv)) {
+    if (ParseFlags(argc, argv, unused)) {
       WriteStdout(help);
       return kExitDone;
     }

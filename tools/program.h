@@ -21,8 +21,10 @@ inline constexpr int kExitBadInput = 2;
 // Throws InputError, naming the flag, for one that is unknown (with the nearest
 // known), has no value (or an empty one) or one that it cannot take, comes
 // twice, and for arguments that belong to no flag. True where --help was asked
-// for.
-bool ParseFlags(int argc, char** argv);
+// for. `unused`: flags that this program shares with others but refuses itself
+// (no hint names them).
+bool ParseFlags(int argc, char** argv,
+                const std::vector<std::string>& unused = {});
 
 // Whether a flag was given, and how it was written ("" where it was not).
 bool FlagGiven(const std::string& name);
@@ -57,7 +59,8 @@ void CheckIsNoInput(const std::string& flag, const std::string& file,
 // text on standard error and exit code 2, and any other exception (Cancelled:
 // nothing came of an interrupted fit) into one line and exit code 1.
 int RunProgram(int argc, char** argv, const std::string& help,
-               const std::function<int()>& work);
+               const std::function<int()>& work,
+               const std::vector<std::string>& unused = {});
 
 // A live progress line on standard error where that is a terminal, else
 // nothing. Clear() ends it before other output.

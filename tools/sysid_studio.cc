@@ -19,6 +19,7 @@
 #include "tools/program.h"
 
 DEFINE_int32(port, 8080, "port on 127.0.0.1; 0: any free one");
+DECLARE_uint64(seed);
 DEFINE_string(candidates, "", "effects to consider; all where not given");
 
 namespace sysid {
@@ -70,6 +71,7 @@ StudioSetup OpenSetup() {
   setup.candidates = candidates;
   setup.page = PageFromFlags("sysid_studio", session);
   setup.folder = FLAGS_out;
+  setup.seed = FLAGS_seed;
   return setup;
 }
 
@@ -110,5 +112,6 @@ int Main() {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main,
+                           {"json", "solver"});
 }

@@ -64,6 +64,11 @@ std::string ToldApartBy(const Screening& screening, int a, int b) {
            "like these; " +
            shows;
   }
+  if (one.effect->ShowsIn() == other.effect->ShowsIn()) {
+    return "both show in " + one.effect->ShowsIn() +
+           ", and only how they grow over it tells them apart: the wider its "
+           "range, the better";
+  }
   return shows + "; " + other.name() + " in " + other.effect->ShowsIn();
 }
 

@@ -9,6 +9,7 @@
 
 #include "models/state.h"
 #include "sysid/estimation/holdout.h"
+#include "sysid/estimation/horizon.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
@@ -228,15 +229,12 @@ double AutocorrelationTime(
 
 std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
                                           const Eigen::VectorXd& theta) {
-  constexpr double kHorizons[] = {0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0};
-  constexpr double kWindow = 0.2;  // s, from which a state is estimated
-  constexpr int kMostStarts = 40;  // a run
   ShootingPoint windows =
-      CutPoint(problem, theta, AllStatesFromData(problem), kWindow);
+      CutPoint(problem, theta, AllStatesFromData(problem), kHorizonWindow);
   std::vector<SegmentPlace> starts;
   for (size_t r = 0; r < problem.runs().size(); ++r) {
     const int segments = windows.runs[r].segments();
-    const int stride = std::max(1, segments / kMostStarts);
+    const int stride = std::max(1, segments / kMostHorizonStarts);
     for (int k = 0; k < segments; k += stride) {
       starts.push_back({static_cast<int>(r), k});
     }

@@ -195,22 +195,27 @@ void WriteFileAtomically(const std::string& path, const std::string& text) {
   if (error != 0) ThrowSystem(path, kWhat, error, FolderHint(path, error));
 }
 
-void CheckWritableFolder(const std::string& folder) {
-  if (folder.empty()) throw InputError("", "a folder without a name");
+void CheckWritableFolder(const std::string& folder, const std::string& flag) {
+  if (folder.empty()) throw InputError(flag, "a folder without a name");
+  const auto refuse = [&](const std::string& what, int error,
+                          const std::string& hint) {
+    if (flag.empty()) ThrowSystem(folder, what, error, hint);
+    ThrowSystem(flag, "'" + folder + "': " + what, error,
+                hint.empty() ? "choose a folder that you may write to" : hint);
+  };
   std::error_code code;
   fs::create_directories(folder, code);
   if (code || !IsFolder(folder)) {
     const int error = code ? code.value() : ENOTDIR;
-    ThrowSystem(folder, "the folder cannot be made", error,
-                FolderHint(folder, error));
+    refuse("the folder cannot be made", error, FolderHint(folder, error));
   }
   RemoveAbandoned(folder);
   const int error = Probe((fs::path(folder) / "probe").string());
   if (error != 0) {
-    ThrowSystem(folder, "files cannot be written into the folder", error,
-                error == ENOSPC || error == EDQUOT
-                    ? FolderHint(folder, error)
-                    : "choose a folder that you may write to");
+    refuse("files cannot be written into the folder", error,
+           error == ENOSPC || error == EDQUOT
+               ? FolderHint(folder, error)
+               : "choose a folder that you may write to");
   }
 }
 

@@ -19,7 +19,8 @@ void WriteFileAtomically(const std::string& path, const std::string& text);
 
 // Before long work: makes the folder, with its parents, and proves that files
 // can be written there. Throws InputError.
-void CheckWritableFolder(const std::string& folder);
+void CheckWritableFolder(const std::string& folder,
+                         const std::string& flag = "");
 
 // Before long work: proves that the file could be written (its folder must be
 // there). Leaves a file that is there as it is. Throws InputError.

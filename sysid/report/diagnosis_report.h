@@ -23,6 +23,11 @@ NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final);
 // The verdict in words.
 std::string DiagnosisSentence(const Diagnosis& diagnosis);
 
+// Where the search ended, and what became of that model when it was fitted to
+// whole runs; and whether all of that is at the noise.
+std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final);
+bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final);
+
 // diagnosis.json of contracts.md section 6.
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
                           const FinalFit* final, const std::string& next);

@@ -3,6 +3,7 @@
 
 #include "models/error.h"
 #include "sysid/report/diagnosis_report.h"
+#include "sysid/report/fit_report.h"
 #include "sysid/report/text.h"
 
 namespace sysid {
@@ -177,10 +178,9 @@ std::string StepsText(const Diagnosis& diagnosis) {
 std::string AfterSteps(const Diagnosis& diagnosis) {
   const std::vector<std::string> added = diagnosis.added();
   if (added.empty() || added == diagnosis.proposed) return "";
-  return " With " + Join(added) +
-         Format(" it ends at %.3g (held out %.3g).",
-                diagnosis.last().train_error(),
-                diagnosis.last().holdout_error());
+  return " With " + Join(added) + " it ends at " +
+         Times(diagnosis.last().train_error()) + " (held out " +
+         Times(diagnosis.last().holdout_error()) + ").";
 }
 
 }  // namespace
@@ -188,8 +188,9 @@ std::string AfterSteps(const Diagnosis& diagnosis) {
 std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   if (!diagnosis.usable) return "The model could not be fitted to this data.";
   const Judgement& base = diagnosis.base;
-  std::string text = Format("The error is %.3g times the noise (held out %.3g)",
-                            base.train_error(), base.holdout_error());
+  std::string text = "The error is " + Times(base.train_error()) +
+                     " times the noise (held out " +
+                     Times(base.holdout_error()) + ")";
   if (!diagnosis.interrupted.empty()) {
     text += ", and the search for what is missing was interrupted while " +
             diagnosis.interrupted;
@@ -219,8 +220,8 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   if (diagnosis.verdict == Verdict::kUnexplained) {
     text += ", and no effect of the catalogue explains it";
     if (with != nullptr) {
-      text += "; " + proposed +
-              Format(", the best of them, leaves %.3g", with->holdout);
+      text += "; " + proposed + ", the best of them, leaves " +
+              Times(with->holdout);
     }
     return text + ": the unexplained forces show what is left." +
            AfterSteps(diagnosis);
@@ -229,9 +230,46 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
           (diagnosis.proposed.size() > 1 ? " are missing, which only together "
                                            "explain it; with them"
                                          : " is missing; with it");
-  text +=
-      Format(" the error is %.3g (held out %.3g).", with->train, with->holdout);
+  text += " the error is " + Times(with->train) + " (held out " +
+          Times(with->holdout) + ").";
   return text + AfterSteps(diagnosis);
+}
+
+std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
+  const Judgement& last = diagnosis.last();
+  std::string text;
+  if (!diagnosis.steps.empty()) {
+    const std::vector<std::string> added = diagnosis.added();
+    text = "The search ended with " +
+           (added.empty() ? std::string("no effect") : Join(added, " and ")) +
+           ": over segments of " + SegmentLengths(last.fit) +
+           ", each from its own state, the error is " +
+           Times(last.train_error()) + " times the noise (held out " +
+           Times(last.holdout_error()) + "), and " +
+           (diagnosis.final_verdict == Verdict::kAdequate
+                ? "nothing is missing that matters to it. "
+                : "the model still misses something. ");
+  }
+  text += "Fitted once more, as one trajectory over each whole run";
+  if (!final.denied.empty()) text += ", without " + Join(final.denied, " and ");
+  std::string whole = FitSentence(*final.problem, final.fit,
+                                  final.holdout ? &*final.holdout : nullptr);
+  whole[0] = 't';
+  text += ", " + whole;
+  const Verdict verdict =
+      diagnosis.steps.empty() ? diagnosis.verdict : diagnosis.final_verdict;
+  if (verdict == Verdict::kAdequate &&
+      !ReachesNoise(*final.problem, final.fit)) {
+    text += " What is small over a segment adds up over a whole run.";
+  }
+  return text;
+}
+
+bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final) {
+  const Verdict verdict =
+      diagnosis.steps.empty() ? diagnosis.verdict : diagnosis.final_verdict;
+  return verdict == Verdict::kAdequate &&
+         ReachesNoise(*final.problem, final.fit);
 }
 
 NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {

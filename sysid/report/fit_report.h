@@ -20,6 +20,10 @@ namespace sysid {
 std::vector<ParameterEstimate> ReportedParameters(const Session& session,
                                                   const Fit& fit);
 
+// Whether a fit converged, and its error is no more than noise, as far as the
+// data tells it.
+bool ReachesNoise(const ShootingProblem& problem, const Fit& fit);
+
 // The error beside the noise and what it says of the model, in a sentence.
 std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
                         const Holdout* holdout);

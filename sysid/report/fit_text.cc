@@ -42,7 +42,7 @@ std::string ParameterTable(const Fit& fit) {
 // says (its differences overlap): an error within that may be noise, too.
 enum class Floor { kReached, kPerhaps, kMissed };
 
-Floor ReachesNoise(const ShootingProblem& problem, const Fit& fit) {
+Floor FloorOf(const ShootingProblem& problem, const Fit& fit) {
   const double dof = std::max(1.0, problem.DofPerSample() * fit.samples);
   const double chance = 0.5 / dof;
   const double estimate = problem.options().noise > 0 ? 0.0 : 9.0 * chance;
@@ -99,14 +99,18 @@ std::string WorstLine(const RunErrors& errors) {
 
 }  // namespace
 
+bool ReachesNoise(const ShootingProblem& problem, const Fit& fit) {
+  return fit.converged && FloorOf(problem, fit) != Floor::kMissed;
+}
+
 std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
                         const Holdout* holdout) {
-  std::string text = Format("The error is %.3g times the noise",
-                            fit.train.total.normalized_rms);
+  std::string text = "The error is " + Times(fit.train.total.normalized_rms) +
+                     " times the noise";
   if (holdout != nullptr) {
-    text += Format(" (held out %.3g)", holdout->errors.total.normalized_rms);
+    text += " (held out " + Times(holdout->errors.total.normalized_rms) + ")";
   }
-  return text + ": " + ErrorVerdict(fit, ReachesNoise(problem, fit)) + ".";
+  return text + ": " + ErrorVerdict(fit, FloorOf(problem, fit)) + ".";
 }
 
 std::string FitText(const Session& session, const ShootingProblem& problem,
@@ -143,7 +147,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   }
   text += "\n\n" + ParameterTable(fit) + "\n";
   const double error = fit.train.total.normalized_rms;
-  const Floor floor = ReachesNoise(problem, fit);
+  const Floor floor = FloorOf(problem, fit);
   std::string verdict = Format("error %.3g times the noise", error);
   if (OneNoise(fit)) {
     verdict += Format(" (rms %.3g beside a noise of %.3g)", fit.train.total.rms,
@@ -158,7 +162,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     verdict.pop_back();
   }
   verdict += ": " + ErrorVerdict(fit, floor);
-  const bool good = fit.converged && floor != Floor::kMissed;
+  const bool good = ReachesNoise(problem, fit);
   text += "  " + paint(good ? kGreen : kRed, verdict) + "\n";
   if (added != nullptr) {
     text += "  adding " + Join(added->effects) +

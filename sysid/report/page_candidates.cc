@@ -32,6 +32,17 @@ Json Confirmed(const Confirmation& confirmed) {
           {"parameters", parameters}};
 }
 
+// Why a linearisation's prediction is none: a candidate that is added can only
+// lower the error, so one that clearly raises it is predicted from too far
+// away; and a fall that three digits do not show is none.
+std::string WhyNoPrediction(const ScreenedEffect& screened, double error) {
+  constexpr double kClose = 1.01, kSeen = 1 - 1e-3;
+  if (screened.predicted_error < kSeen * error) return "";
+  return screened.predicted_error < kClose * error
+             ? "to first order it gains nothing"
+             : "the model is too far from this data for a prediction";
+}
+
 // The effect, with the other where only both help.
 std::string ToAdd(const CandidateEffect& candidate) {
   const std::string name = candidate.screened.name();
@@ -58,6 +69,8 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
     const ScreenedEffect& screened = candidate.screened;
     const Confirmation* confirmed =
         candidate.confirmed ? &*candidate.confirmed : nullptr;
+    const std::string why =
+        WhyNoPrediction(screened, diagnosis.base.train_error());
     Json force = Json::array();
     for (const std::vector<double>& curve : candidate.force) {
       force.push_back(Series(curve));
@@ -69,7 +82,9 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
          {"score", Finite(screened.score)},
          {"dof", screened.dof},
          {"pValue", Finite(screened.p_value)},
-         {"predictedError", Finite(screened.predicted_error)},
+         {"predictedError",
+          why.empty() ? Finite(screened.predicted_error) : Json(nullptr)},
+         {"noPrediction", why},
          {"expected", Expected(screened)},
          {"confirmed", confirmed ? Confirmed(*confirmed) : Json(nullptr)},
          {"accepted", confirmed != nullptr && confirmed->accepted},

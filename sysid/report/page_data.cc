@@ -36,7 +36,7 @@ Json AddedStep(const AddedEffects& added, int model) {
   step.train_after = added.train_after;
   step.holdout_before = added.holdout_before;
   step.holdout_after = added.holdout_after;
-  return PageStep(step, model);
+  return PageStep(step, model, -1);
 }
 
 }  // namespace
@@ -97,13 +97,17 @@ Json PageHeader(const PageSource& source) {
   page["current"] = 0;
   page["compared"] = nullptr;
   page["steps"] = Json::array();
+  page["conclusion"] = nullptr;
   return page;
 }
 
-Json PageStep(const DiagnosisStep& step, int model) {
+Json PageStep(const DiagnosisStep& step, int model, int from) {
+  // A linearisation that promises no fall promises nothing.
+  const bool falls = step.predicted < step.train_before;
   return {{"title", ChangeTitle(step)},
           {"model", model},
-          {"predicted", ErrorOr(step.predicted)},
+          {"from", from < 0 ? Json(nullptr) : Json(from)},
+          {"predicted", falls ? ErrorOr(step.predicted) : Json(nullptr)},
           {"trainBefore", ErrorOr(step.train_before)},
           {"trainAfter", ErrorOr(step.train_after)},
           {"holdoutBefore", ErrorOr(step.holdout_before)},
@@ -128,7 +132,7 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
   const JudgedModel base =
       OpenJudgement(*source.session, problem, diagnosis.base);
   PageFit given = base.Show(0, "as given");
-  given.with_prediction_csv = diagnosis.steps.empty();
+  given.with_prediction_csv = final == nullptr && diagnosis.steps.empty();
   given.next_command = command;
   models.push_back(PageModel(source, given, &diagnosis));
   for (const DiagnosisStep& step : diagnosis.steps) {
@@ -139,15 +143,20 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
         EvaluateHorizon(*step.after->problem, step.after->fit.point.theta);
     PageFit fit = judged.Show(id, ChangeTitle(step));
     fit.horizon = &horizon;
-    fit.with_prediction_csv = step.after == diagnosis.steps.back().after;
+    fit.with_prediction_csv =
+        final == nullptr && step.after == diagnosis.steps.back().after;
     fit.next_command = command;
     models.push_back(PageModel(source, fit, nullptr));
-    page["steps"].push_back(PageStep(step, id));
+    page["steps"].push_back(PageStep(step, id, id - 1));
   }
   if (final != nullptr) {
+    models.back()["wholeRuns"] = PageWholeRuns(*final);
     PageFit fit = ShowFinal(*final, static_cast<int>(models.size()));
     fit.next_command = command;
+    fit.with_prediction_csv = true;  // the one that lies beside the page
     models.push_back(PageModel(source, fit, nullptr));
+    page["conclusion"] = {{"sentence", EndSentence(diagnosis, *final)},
+                          {"good", EndsWell(diagnosis, *final)}};
   }
   // The model as given says what was missing; beside it, what came of that.
   if (!diagnosis.steps.empty()) {

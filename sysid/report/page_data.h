@@ -84,8 +84,13 @@ std::vector<ModelFile> ModelFiles();
 // The text of one of them; empty for another name.
 std::string ModelFileText(const PageFit& fit, const std::string& name);
 
-// A StepData: a change that led to model `model`.
-Json PageStep(const DiagnosisStep& step, int model);
+// ModelData.wholeRuns: what became of a model of segments that was fitted once
+// more, to whole runs.
+Json PageWholeRuns(const FinalFit& final);
+
+// A StepData: a change that led from a model to another; `from` -1: from one
+// that is not shown.
+Json PageStep(const DiagnosisStep& step, int model, int from);
 
 // Whole documents.
 Json FitPage(const PageSource& source, const PageFit& fit);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/estimation/horizon.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/page_candidates.h"
@@ -41,6 +42,21 @@ Json OwnerOf(const std::string& parameter, const PageSource& source,
     }
   }
   return nullptr;
+}
+
+// The errors against the horizon beside those that noise alone would make.
+Json HorizonJson(const std::vector<HorizonError>& horizon, const PageFit& fit) {
+  Json list = ToJson(horizon);
+  if (horizon.empty()) return list;
+  const std::vector<HorizonError> noise =
+      EstimateNoiseHorizon(*fit.problem, fit.fit->point);
+  for (Json& entry : list) {
+    entry["noise_rms"] = nullptr;
+    for (const HorizonError& h : noise) {
+      if (entry["horizon_s"] == h.horizon_s) entry["noise_rms"] = Finite(h.rms);
+    }
+  }
+  return list;
 }
 
 Json ParametersJson(const PageSource& source, const PageFit& fit) {
@@ -114,6 +130,25 @@ std::string ModelFileText(const PageFit& fit, const std::string& name) {
   return "";
 }
 
+Json PageWholeRuns(const FinalFit& final) {
+  const Fit& fit = final.fit;
+  const Holdout* holdout = final.holdout ? &*final.holdout : nullptr;
+  Json parameters = Json::array();
+  for (const ParameterEstimate& p : ReportedParameters(final.session, fit)) {
+    parameters.push_back({{"name", p.name},
+                          {"unit", p.unit},
+                          {"value", Finite(p.value)},
+                          {"ci95", {Finite(p.ci95[0]), Finite(p.ci95[1])}}});
+  }
+  return {
+      {"sentence", FitSentence(*final.problem, fit, holdout)},
+      {"good", ReachesNoise(*final.problem, fit)},
+      {"trainError", Finite(fit.train.total.normalized_rms)},
+      {"holdoutError",
+       holdout ? Finite(holdout->errors.total.normalized_rms) : Json(nullptr)},
+      {"parameters", parameters}};
+}
+
 Json PageModel(const PageSource& source, const PageFit& fit,
                const Diagnosis* diagnosis) {
   const Fit& found = *fit.fit;
@@ -136,12 +171,15 @@ Json PageModel(const PageSource& source, const PageFit& fit,
                                 : FitSentence(*fit.problem, found, fit.holdout);
   model["doubts"] = diagnosis ? diagnosis->doubts : std::vector<std::string>();
   model["segment_s"] = Finite(found.segment_s);
+  model["joined"] = std::isfinite(found.defect);
+  model["wholeRuns"] = nullptr;
   model["predictions"] = PredictionsJson(source, fit);
   model["channels"] = ToJson(found.train.channels);
   model["segments"] = ToJson(found.train.segments);
-  model["horizon"] = ToJson(diagnosis     ? diagnosis->where.horizon
-                            : fit.horizon ? *fit.horizon
-                                          : found.horizon);
+  model["horizon"] = HorizonJson(diagnosis     ? diagnosis->where.horizon
+                                 : fit.horizon ? *fit.horizon
+                                               : found.horizon,
+                                 fit);
   model["parameters"] = ParametersJson(source, fit);
   model["correlation"] = Correlation(found.covariance(determined, determined));
   model["correlationNames"] = names;

@@ -16,6 +16,12 @@ std::string Format(const char* format, ...) {
   return text;
 }
 
+std::string Times(double error) {
+  if (!(error >= 999.5) || error >= 1e9) return Format("%.3g", error);
+  const double unit = std::pow(10.0, std::floor(std::log10(error)) - 2.0);
+  return Format("%.0f", std::round(error / unit) * unit);
+}
+
 // As many digits as the standard error makes meaningful, and two more.
 std::string Value(double value, double std_error) {
   if (!std::isfinite(value)) return "-";

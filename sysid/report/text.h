@@ -18,6 +18,9 @@ inline constexpr const char* kReset = "\033[0m";
 
 __attribute__((format(printf, 1, 2))) std::string Format(const char* format,
                                                          ...);
+// An error in multiples of the noise, in a sentence: three digits, and never an
+// exponent where people read on ("1090").
+std::string Times(double error);
 std::string Plural(int count, const std::string& word);
 
 // As many digits as the standard error makes meaningful, and two more.

@@ -1,18 +1,17 @@
 #include "sysid/studio/server.h"
 
 #include <httplib.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cerrno>
-#include <cstring>
+#include <condition_variable>
 #include <thread>
 
 #include "models/error.h"
 #include "sysid/report/json.h"
 #include "sysid/report/page_data.h"
+#include "sysid/studio/connection.h"
 
 namespace sysid {
 namespace {
@@ -23,8 +22,12 @@ using httplib::Response;
 constexpr char kHost[] = "127.0.0.1";
 constexpr size_t kLargestBody = 64 << 10;
 constexpr int kMostStreams = 8;
-// Streams hold a thread each; the others answer.
-constexpr int kThreads = kMostStreams + 8;
+// Each holds a thread, while it lasts; a page needs a few.
+constexpr size_t kMostConnections = 256;
+constexpr int kMostWaiting = 128;  // for their thread
+// A request is some hundred bytes, and comes from this machine.
+constexpr std::chrono::milliseconds kRequestTime{3000};
+constexpr std::chrono::milliseconds kAnswerTime{5000};
 // A browser that went away is noticed when nothing can be written to it.
 constexpr std::chrono::milliseconds kHeartbeat{2000};
 
@@ -94,30 +97,99 @@ Json BodyOf(const Request& request) {
   return body;
 }
 
-// httplib's own would let a second server have the same port.
-void SetSocketOptions(socket_t socket) {
-  const int yes = 1;
-  setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof(yes));
-}
+// A connection as httplib reads and writes it.
+class ConnectionStream final : public httplib::Stream {
+ public:
+  ConnectionStream(int socket, Connections* connections)
+      : socket_(socket, kRequestTime, kAnswerTime), connections_(connections) {}
 
-// Whether a port of this machine can be had: it, or 0 with the system's reason.
-// Port 0: any free one.
-int TryPort(int port, std::string* why) {
-  const int fd = socket(AF_INET, SOCK_STREAM, 0);
-  SetSocketOptions(fd);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port = htons(static_cast<std::uint16_t>(port));
-  socklen_t size = sizeof(address);
-  auto* generic = reinterpret_cast<sockaddr*>(&address);
-  // With SO_REUSEADDR several may bind a port, but only one listens.
-  const bool found = fd >= 0 && bind(fd, generic, size) == 0 &&
-                     listen(fd, 1) == 0 && getsockname(fd, generic, &size) == 0;
-  if (!found) *why = std::strerror(errno);
-  if (fd >= 0) close(fd);
-  return found ? ntohs(address.sin_port) : 0;
-}
+  bool is_readable() const override { return socket_.CanRead(); }
+  bool is_writable() const override { return socket_.CanWrite(); }
+  ssize_t read(char* data, size_t size) override {
+    return socket_.Read(data, size);
+  }
+  ssize_t write(const char* data, size_t size) override {
+    if (!asked_) connections_->Asked(socket_.socket());
+    asked_ = true;
+    return socket_.Write(data, size);
+  }
+  // Nobody asks: all are of this machine.
+  void get_remote_ip_and_port(std::string& ip, int& port) const override {
+    ip = kHost;
+    port = 0;
+  }
+  void get_local_ip_and_port(std::string& ip, int& port) const override {
+    ip = kHost;
+    port = 0;
+  }
+  socket_t socket() const override { return socket_.socket(); }
+
+ private:
+  BoundedSocket socket_;
+  Connections* connections_;
+  bool asked_ = false;
+};
+
+// A thread for each connection: what waits in a queue would wait for the slow
+// ones before it.
+class ThreadEach final : public httplib::TaskQueue {
+ public:
+  explicit ThreadEach(Connections* connections) : connections_(connections) {}
+
+  void enqueue(std::function<void()> answer) override {
+    {
+      const std::lock_guard lock(mutex_);
+      ++running_;
+    }
+    std::thread([this, answer = std::move(answer)] {
+      answer();
+      const std::lock_guard lock(mutex_);
+      --running_;
+      ended_.notify_all();
+    }).detach();
+  }
+  void shutdown() override {
+    connections_->CloseSilent();
+    std::unique_lock lock(mutex_);
+    ended_.wait(lock, [this] { return running_ == 0; });
+  }
+
+ private:
+  Connections* connections_;
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  int running_ = 0;
+};
+
+// httplib's server, but that its connections are bounded, in number and time.
+class BoundedServer final : public httplib::Server {
+ public:
+  BoundedServer() {
+    new_task_queue = [this] { return new ThreadEach(&connections_); };
+  }
+
+  // httplib lets five wait to be accepted: the next, in a crowd, would try
+  // again after a second.
+  void LetWait(int connections) { ::listen(svr_sock_, connections); }
+
+ private:
+  bool process_and_close_socket(socket_t socket) override {
+    bool answered = false;
+    if (connections_.Enter(socket)) {
+      ConnectionStream stream(socket, &connections_);
+      bool closed = false;
+      // One request a connection: one that waits for its next would hold a
+      // thread.
+      answered = process_request(stream, true, closed, nullptr);
+      connections_.Leave(socket);
+    }
+    ::shutdown(socket, SHUT_RDWR);
+    close(socket);
+    return answered;
+  }
+
+  Connections connections_{kMostConnections};
+};
 
 }  // namespace
 
@@ -136,19 +208,13 @@ struct StudioServer::Http {
   const std::string page;
   int port = 0;
   std::atomic<int> streams = 0;
-  httplib::Server server;
+  BoundedServer server;
 };
 
 void StudioServer::Http::Configure() {
-  server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
-  server.set_socket_options(SetSocketOptions);
+  server.set_socket_options(ReuseAddress);
   server.set_tcp_nodelay(true);
   server.set_payload_max_length(kLargestBody);
-  // A connection that waits for its next request would hold a thread.
-  server.set_keep_alive_max_count(1);
-  server.set_keep_alive_timeout(1);
-  server.set_read_timeout(2);
-  server.set_write_timeout(5);
   server.set_default_headers({{"Content-Security-Policy", kPolicy},
                               {"X-Content-Type-Options", "nosniff"},
                               {"X-Frame-Options", "DENY"},
@@ -318,7 +384,7 @@ StudioServer::StudioServer(const std::string& page)
 StudioServer::~StudioServer() = default;
 
 int StudioServer::Listen(int port, const std::string& place) {
-  httplib::Server& server = http_->server;
+  BoundedServer& server = http_->server;
   std::string why = "out of range";
   if (port == 0) {
     http_->port = server.bind_to_any_port(kHost);
@@ -326,7 +392,10 @@ int StudioServer::Listen(int port, const std::string& place) {
              server.bind_to_port(kHost, port)) {
     http_->port = port;
   }
-  if (http_->port > 0) return http_->port;
+  if (http_->port > 0) {
+    server.LetWait(kMostWaiting);
+    return http_->port;
+  }
   std::string ignored;
   const int free = TryPort(0, &ignored);
   throw InputError(

@@ -19,6 +19,8 @@ namespace {
 
 constexpr char kIndex[] = "studio.json";
 constexpr char kSchema[] = "sysid.studio/1";
+constexpr char kNoSession[] =
+    "parts of a session are missing in it, or of another kind";
 
 // FNV-1a: tells files apart that a user may mistake, not those of an attacker.
 class Digest {
@@ -100,9 +102,22 @@ Json Describe(const StudioSetup& setup) {
         {"segment", options.segment},
         {"noise", options.noise},
         {"residual", static_cast<int>(options.orientation)},
-        {"loss", static_cast<int>(options.loss)}}}};
+        {"loss", static_cast<int>(options.loss)},
+        {"seed", setup.seed}}}};
   // As it is read back.
   return Json::parse(Dump(described));
+}
+
+// The runs of the same names of which the numbers are others; empty where the
+// lists do not name the same.
+std::vector<std::string> ChangedIn(const Json& saved, const Json& now) {
+  std::vector<std::string> changed;
+  if (saved.size() != now.size()) return changed;
+  for (size_t i = 0; i < now.size(); ++i) {
+    if (saved[i].at("name") != now[i].at("name")) return {};
+    if (saved[i] != now[i]) changed.push_back(now[i].at("name"));
+  }
+  return changed;
 }
 
 std::string NamesIn(const Json& runs) {
@@ -115,7 +130,7 @@ Json ReadJson(const std::string& file) {
   const std::string text = ReadTextFile(file);
   try {
     return Json::parse(text);
-  } catch (const Json::exception& error) {
+  } catch (const Json::exception&) {
     throw InputError(file, "is broken: it is no JSON",
                      "restore it, or save to another folder (--out)");
   }
@@ -142,11 +157,11 @@ FolderLock::~FolderLock() {
 StudioFolder::StudioFolder(const StudioSetup& setup) : folder_(setup.folder) {
   if (folder_.empty()) return;
   session_ = Describe(setup);
-  if (!std::filesystem::exists(folder_)) CheckWritableFolder(folder_);
+  if (!std::filesystem::exists(folder_)) CheckWritableFolder(folder_, "--out");
   lock_ = FolderLock(folder_);
   if (std::filesystem::exists(File(kIndex))) {
     Read();
-    CheckWritableFolder(folder_);
+    CheckWritableFolder(folder_, "--out");
     return;
   }
   if (std::filesystem::exists(File(NameOf(0)))) {
@@ -155,7 +170,7 @@ StudioFolder::StudioFolder(const StudioSetup& setup) : folder_(setup.folder) {
                          kIndex + " that says of what session it is",
                      "restore that, or save to another folder (--out)");
   }
-  CheckWritableFolder(folder_);
+  CheckWritableFolder(folder_, "--out");
   WriteIndex(0);
 }
 
@@ -193,8 +208,8 @@ void StudioFolder::Read() {
       }
       models_.push_back(std::move(model));
     }
-  } catch (const Json::exception& error) {
-    throw InputError(File(kIndex), std::string("is broken: ") + error.what(),
+  } catch (const Json::exception&) {
+    throw InputError(File(kIndex), std::string("is broken: ") + kNoSession,
                      "restore it, or save to another folder (--out)");
   }
 }
@@ -211,12 +226,26 @@ void StudioFolder::CheckSame(const Json& saved) const {
   }
   for (const char* kind : {"runs", "holdout"}) {
     if (saved.at(kind) == session_.at(kind)) continue;
+    const std::vector<std::string> changed =
+        ChangedIn(saved.at(kind), session_.at(kind));
+    if (!changed.empty()) {
+      throw InputError(
+          File(kIndex),
+          "was begun with other numbers in " + Join(changed) +
+              (changed.size() > 1 ? ", which have" : ", which has") +
+              " changed since",
+          hint);
+    }
     throw InputError(File(kIndex),
                      std::string("is a session of other ") +
                          (std::string(kind) == "runs" ? "" : "held-out ") +
                          "runs: " + NamesIn(saved.at(kind)) +
                          " (as they were then)",
                      hint);
+  }
+  for (const auto& [key, value] : session_.at("options").items()) {
+    if (saved.at("options").at(key) == value) continue;
+    throw InputError(File(kIndex), "was begun with another --" + key, hint);
   }
   for (const auto& [key, value] : session_.items()) {
     if (saved.at(key) == value) continue;

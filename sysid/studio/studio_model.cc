@@ -125,7 +125,7 @@ Json StepOf(const StudioChange& change, const Diagnosis& diagnosis, int id) {
   step.holdout_before = change.from->Error("holdoutError");
   step.train_after = diagnosis.base.train_error();
   step.holdout_after = diagnosis.base.holdout_error();
-  return PageStep(step, id);
+  return PageStep(step, id, change.from->id);
 }
 
 std::string TitleOf(const std::vector<std::string>& effects) {
@@ -191,6 +191,7 @@ StudioModel FitStudioModel(
   PageFit fit = judged.Show(id, TitleOf(model.effects));
   fit.next_command = NextCommand(source, diagnosis, final);
   model.page = PageModel(source, fit, &diagnosis);
+  model.page["wholeRuns"] = PageWholeRuns(final);
   model.step = StepOf(change, diagnosis, id);
   const PageFit whole = ShowFinal(final, id);
   for (const ModelFile& file : ModelFiles()) {

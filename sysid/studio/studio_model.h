@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -19,8 +20,9 @@ struct StudioSetup {
   Session session;           // as opened: the model as given
   DiagnosisProblem problem;  // of OpenDiagnosis
   std::vector<std::shared_ptr<const Effect>> candidates;
-  PageSource page;     // its commands
-  std::string folder;  // where it is saved; empty: nowhere
+  PageSource page;         // its commands
+  std::string folder;      // where it is saved; empty: nowhere
+  std::uint64_t seed = 1;  // of the session: one of another is another
 
   explicit StudioSetup(const Session& s) : session(s), problem(s.model) {}
 };

@@ -61,8 +61,10 @@ StudioModel StudioModelFrom(const Json& json, const std::string& file) {
     model.Error("trainError");
     model.Error("holdoutError");
     return model;
-  } catch (const Json::exception& error) {
-    throw InputError(file, std::string("is broken: ") + error.what(),
+  } catch (const Json::exception&) {
+    throw InputError(file,
+                     "is broken: parts of a model are missing in it, or of "
+                     "another kind",
                      "restore it, or save to another folder (--out)");
   }
 }

@@ -194,10 +194,13 @@ TEST_F(BadFlagsTest, AnEffectThatNothingOfTheModelFeels) {
 }
 
 TEST_F(BadFlagsTest, OutputsThatCannotBeWritten) {
-  ExpectFlags({"--out", "run.csv"}, "run.csv", "", "a file, not a folder");
-  ExpectFlags({"--out", "run.csv/result"}, "run.csv/result",
-              "the folder cannot be made", "a file, not a folder");
-  ExpectFlags({"--out", "/proc/result"}, "/proc/result", "cannot be made", "");
+  ExpectFlags({"--out", "run.csv"}, "--out",
+              "'run.csv': ", "a file, not a folder");
+  ExpectFlags({"--out", "run.csv/result"}, "--out",
+              "'run.csv/result': the folder cannot be made",
+              "a file, not a folder");
+  ExpectFlags({"--out", "/proc/result"}, "--out",
+              "'/proc/result': the folder cannot be made", "");
   ExpectFlags({"--json", "nowhere/fit.json"}, "nowhere/fit.json",
               "cannot be written: No such file or directory",
               "make the folder 'nowhere' first");

@@ -15,8 +15,10 @@
 namespace sysid {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
+using ::testing::Not;
 using Json = nlohmann::json;
 
 int PortOf(const std::string& address) {
@@ -111,6 +113,13 @@ TEST_F(StudioTest, RefusesBadInput) {
           "is free");
   refused(Damped() + Arguments{"--candidates", "frictoin"}, "--candidates",
           "unknown effect 'frictoin'", "");
+  // Whose hint names no flag that is refused, too.
+  const ProgramResult automatic =
+      folder_->Run(SYSID_STUDIO, Damped() + Arguments{"--auto"});
+  EXPECT_EQ(automatic.exit_code, 2);
+  EXPECT_THAT(automatic.err,
+              AllOf(HasSubstr("--auto: unknown flag"), HasSubstr("candidates"),
+                    Not(HasSubstr("json")), Not(HasSubstr("solver"))));
   refused(Damped() + Arguments{"--json", "a.json"}, "--json", "is nothing",
           "--out");
 }

@@ -32,9 +32,9 @@ export function diverging(f: number): string {
   return `rgb(${end.map(c => Math.round(255 + Math.abs(x) * (c - 255))).join(',')})`;
 }
 
-// Where an error stands between the noise floor (0) and `max` (1), by its
-// logarithm.
-export function errorFraction(error: number, max: number): number {
-  if (!(error > 1)) return 0;
-  return Math.log(error) / Math.log(Math.max(max, 2));
+// Where an error stands between `min` (0), the noise floor or more, and `max`
+// (1), by its logarithm.
+export function errorFraction(error: number, max: number, min = 1): number {
+  if (!(error > min)) return 0;
+  return Math.log(error / min) / Math.log(Math.max(max / min, 2));
 }

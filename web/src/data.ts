@@ -1,7 +1,8 @@
 // From the document to numbers: decoding, and what the panels derive from it.
 import type {
-  CandidateData, DrawnSeries, ForceData, ModelData, PageData, RunData, Series,
+  CandidateData, DrawnSeries, ForceData, ModelData, PageData, RunData, Series, StepData,
 } from './page_data';
+import {fmt, fmtError, fmtTimes} from './format';
 
 export type Numbers = Float32Array | Float64Array;
 
@@ -49,7 +50,58 @@ export function checked(page: PageData): PageData {
   if (page.schema !== 'sysid.page/1') {
     throw new Error(`This page reads sysid.page/1, and the document is ${page.schema}.`);
   }
+  return withOwnTitles(page);
+}
+
+// Models that have the same effects have one title: told apart by their place.
+function withOwnTitles(page: PageData): PageData {
+  const seen = new Map<string, number>();
+  for (const model of page.models) {
+    const before = seen.get(model.title) ?? 0;
+    seen.set(model.title, before + 1);
+    if (before) model.title += ` (model ${model.id + 1})`;
+  }
   return page;
+}
+
+// Files' names, with as much of their folders as tells them apart.
+export function runLabels(names: string[]): string[] {
+  const parts = names.map(n => n.split('/').filter(p => p !== ''));
+  const last = (i: number, k: number) => parts[i].slice(-k).join('/');
+  return names.map((name, i) => {
+    for (let k = 1; k < parts[i].length; ++k) {
+      if (!names.some((other, j) => other !== name && last(j, k) === last(i, k))) return last(i, k);
+    }
+    return name;
+  });
+}
+
+export function runLabel(page: PageData, run: number): string {
+  return runLabels(page.runs.map(r => r.name))[run];
+}
+
+// The steps that led from the first model to one, in order.
+export function wayTo(page: PageData, id: number): StepData[] {
+  const way: StepData[] = [];
+  for (let at: number | null = id; at !== null && way.length <= page.steps.length;) {
+    const step: StepData | undefined = page.steps.find(s => s.model === at);
+    if (!step) break;
+    way.unshift(step);
+    at = step.from;
+  }
+  return way;
+}
+
+// What a candidate promises, or why it promises nothing.
+export function prediction(model: ModelData, c: CandidateData): string {
+  return c.predictedError === null ? `no prediction: ${c.noPrediction || 'there is none'}`
+    : `predicted: ${fmtError(model.trainError)} → ${fmtTimes(c.predictedError)}`;
+}
+
+// Over what the errors of a model are.
+export function errorsOver(model: ModelData): string {
+  return model.joined ? 'of one trajectory over each run'
+    : `over segments of ${fmt(model.segment_s, 3)} s, each from its own state`;
 }
 
 // The index of the sample nearest to `t`; `times` increases.
@@ -90,7 +142,14 @@ export interface ErrorMap {
   rows: string[]; // channels
   edges: number[]; // s, one more than there are columns
   cells: number[][]; // [row][column]: rms in units of the noise, NaN: no data
+  min: number; // that nearly all exceed, at least 1: where colours begin
   max: number;
+}
+
+// What all but a twentieth of the errors exceed, and at least the noise.
+export function leastError(errors: Iterable<number>): number {
+  const sorted = Array.from(errors).filter(Number.isFinite).sort((a, b) => a - b);
+  return Math.max(1, sorted[Math.floor(sorted.length / 20)] ?? 1);
 }
 
 // The rms of the residual over equal pieces of time, channel by channel.
@@ -116,7 +175,7 @@ export function errorMap(page: PageData, model: number, run: number, columns: nu
   const finite = cells.flat().filter(Number.isFinite);
   return {
     rows: page.runs[run].channels.map(channelLabel),
-    edges, cells, max: finite.reduce((a, b) => Math.max(a, b), 1),
+    edges, cells, min: leastError(finite), max: finite.reduce((a, b) => Math.max(a, b), 1),
   };
 }
 
@@ -192,4 +251,15 @@ export function worstChannel(model: ModelData) {
 export function worstSegment(model: ModelData) {
   return model.segments.reduce<ModelData['segments'][number] | null>(
       (worst, s) => !worst || s.normalized_rms > worst.normalized_rms ? s : worst, null);
+}
+
+type Course = ModelData['histories'][number]['points'];
+
+// With a gap before each stage of Levenberg-Marquardt: no step of its own raises
+// the cost, so that one that rises is that of the next, longer segments. (Of
+// Adam the cost may rise by chance.)
+export function inStages(solver: string, points: Course): Course {
+  if (!/^(lm|levenberg)/i.test(solver)) return points;
+  return points.flatMap((p, i) => i && p.cost > points[i - 1].cost * (1 + 1e-9)
+    ? [{iteration: p.iteration, time_s: p.time_s, cost: NaN}, p] : [p]);
 }

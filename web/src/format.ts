@@ -18,9 +18,9 @@ export function fmtUnit(x: number | null | undefined, unit: string, digits = 4):
   return text === '–' || unit === '' || unit === '-' ? text : `${text} ${unitText(unit)}`;
 }
 
-// With real exponents: "m/s^2" is m/s².
+// With real exponents: "m/s^2" is m/s². Nothing for no unit, "-".
 export function unitText(unit: string): string {
-  return unit.replaceAll('^2', '²').replaceAll('^3', '³');
+  return unit === '-' ? '' : unit.replaceAll('^2', '²').replaceAll('^3', '³');
 }
 
 // An error as a multiple of the noise, with its zeros: 1.00.
@@ -43,6 +43,21 @@ export function fmtP(p: number | null): string {
 // A time of a run in s, to the millisecond.
 export function fmtTime(t: number): string {
   return Number.isFinite(t) ? String(Number(t.toFixed(3))) : '–';
+}
+
+// Two times with as many places as their distance asks for, and three at least.
+export function fmtRange(from: number, to: number): string {
+  const places = Math.min(9, Math.max(3, 2 - Math.floor(Math.log10(to - from || 1))));
+  return [from, to].map(t => `${Number(t.toFixed(places))} s`).join(' to ');
+}
+
+// What a program says, as a sentence of its own.
+export function sentence(text: string): string {
+  const whole = text.trim();
+  if (!whole) return '';
+  // Names stay as they are: link1.mass, coulomb_friction@joint1.
+  const first = /^[a-z]+( |$)/.test(whole) ? whole[0].toUpperCase() : whole[0];
+  return first + whole.slice(1) + (/[.!?]$/.test(whole) ? '' : '.');
 }
 
 // Ticks with as many places as tell them apart, and tell each of them exactly: a

@@ -34,6 +34,9 @@ export interface PageData {
   current: number;
   compared: number | null;
   steps: StepData[]; // the waterfall: what was added and removed
+  // Where a search ended, and what became of that model over whole runs (the
+  // last of `models`); null: there was none.
+  conclusion: { sentence: string; good: boolean } | null;
 }
 
 export interface MechanismData {
@@ -80,11 +83,16 @@ export interface ModelData {
   verdict: "adequate" | "missing_effect" | "unexplained" | null; // null: not asked
   sentence: string; // the verdict in words, with the numbers
   doubts: string[];
-  segment_s: number; // over which errors and predictions are, each from its own state
+  segment_s: number; // over which errors and predictions are
+  joined: boolean; // to one trajectory a run; else each segment from its own state
+  // What became of it when it was fitted once more, to whole runs; live: what
+  // `files` are of. Null: it was not.
+  wholeRuns: WholeRunsData | null;
   predictions: PredictionData[]; // one a run, as in PageData.runs
   channels: { name: string; unit: string; rms: number; normalized_rms: number; noise: number }[];
   segments: { trajectory: string; t_start: number; t_end: number; normalized_rms: number }[];
-  horizon: { horizon_s: number; rms: number }[];
+  // `noise_rms`: what noise alone would make of it, were the model true.
+  horizon: { horizon_s: number; rms: number; noise_rms: number | null }[];
   parameters: ParameterData[];
   correlation: (number | null)[][]; // of `parameters` that are identifiable; their
   correlationNames: string[]; // names, in order
@@ -95,6 +103,14 @@ export interface ModelData {
   force: ForceData[]; // unexplained generalised forces
   files: { name: string; type: string; text: string | null }[]; // to take away; live: GET /api/models/ID/NAME
   nextCommand: string; // "" where there is nothing to do
+}
+
+export interface WholeRunsData {
+  sentence: string; // as ModelData.sentence
+  good: boolean; // at the noise
+  trainError: number | null;
+  holdoutError: number | null;
+  parameters: { name: string; unit: string; value: number | null; ci95: [number | null, number | null] }[];
 }
 
 export interface PredictionData {
@@ -130,7 +146,8 @@ export interface CandidateData {
   score: number;
   dof: number;
   pValue: number;
-  predictedError: number | null;
+  predictedError: number | null; // null: none, for the reason that follows
+  noPrediction: string; // "" else
   expected: { name: string; unit: string; value: number; stdError: number | null; detectable: number | null }[];
   // After a refit; null where it was not refitted.
   confirmed: {
@@ -166,6 +183,7 @@ export interface ForceData {
 export interface StepData {
   title: string; // "+ coulomb_friction@joint1", "- viscous_damping@joint1"
   model: number; // that it led to
+  from: number | null; // that it began with; null: none that is here
   predicted: number | null;
   trainBefore: number | null;
   trainAfter: number | null;

@@ -138,7 +138,7 @@ function candidates(force) {
   const velocities = force.map(f => f.velocityValues);
   const law = f => velocities.map((v, i) => series(force[i].joint === 'joint2' ? v.map(f) : v.map(() => 0)));
   const make = (effect, target, text, predicted, name, unit, value, more = {}) => ({
-    effect, target, law: text, score: 1e5 / predicted, dof: 1, pValue: predicted > 4 ? 1e-7 : 0, predictedError: predicted,
+    effect, target, law: text, score: 1e5 / predicted, dof: 1, pValue: predicted > 4 ? 1e-7 : 0, predictedError: predicted, noPrediction: predicted === null ? 'to first order it gains nothing' : '',
     expected: [{name, unit, value, stdError: value * 0.01, detectable: Math.abs(value) * 0.004}],
     confirmed: null, accepted: false, refused: '', indistinguishableFrom: [], separatedBy: '', force: [],
     command: `sysid_fit --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --add ${effect}@${target}`, ...more,
@@ -179,10 +179,26 @@ function history(solver, iterations, rate, floor) {
   return {solver, points: Array.from({length: iterations}, (_, i) => ({iteration: i, cost: floor + 4e4 * Math.exp(-rate * i), time_s: 0.01 * (i + 1)}))};
 }
 
+// Short segments, then long ones, whose cost is higher.
+function stages(solver) {
+  const short = history(solver, 5, 1.6, 300).points, long = history(solver, 4, 2, 8e4).points;
+  return {solver, points: [...short, ...long.map((p, i) => ({...p, iteration: 5 + i, time_s: 0.06 + 0.03 * i}))]};
+}
+
+// As one trajectory a run.
+function wholeRuns(withEffect, found) {
+  return {
+    sentence: `The error is ${withEffect ? '1.00' : '61.2'} times the noise (held out ${found.holdoutError.toPrecision(3)}): ${withEffect ? 'at the noise floor' : 'the model misses something'}.`,
+    good: withEffect, trainError: withEffect ? 1.0 : 61.2, holdoutError: found.holdoutError,
+    parameters: [{name: 'link1.length', unit: 'm', value: 0.50021, ci95: [0.50015, 0.50027]}],
+  };
+}
+
 function files(title) {
   return [
     {name: 'identified.urdf', type: 'application/xml', text: kPlanarUrdf},
     {name: 'fit.json', type: 'application/json', text: JSON.stringify({schema: 'sysid.fit/1', title}, null, 1)},
+    {name: 'identified.sysid.yaml', type: 'application/yaml', text: 'model: identified.urdf\n'},
     {name: 'prediction.csv', type: 'text/csv', text: null},
   ];
 }
@@ -208,12 +224,12 @@ export function planarPage({seconds = 8, live = false} = {}) {
       sentence: withEffect
         ? `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): nothing is missing that this data can show.`
         : `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): coulomb_friction@joint2 is missing; with it the error is 1.00 (held out 1.01).`,
-      doubts: [], segment_s: kSegment_s, predictions: predictions.map(p => p.data),
-      horizon: [0.1, 0.2, 0.5, 1, 2].map(h => ({horizon_s: h, rms: kNoise * (withEffect ? 1.02 : 1 + 12 * h ** 1.6)})),
+      doubts: [], segment_s: kSegment_s, joined: false, wholeRuns: live ? wholeRuns(withEffect, found) : null, predictions: predictions.map(p => p.data),
+      horizon: [0.1, 0.2, 0.5, 1, 2].map(h => ({horizon_s: h, rms: kNoise * (withEffect ? 1.02 : 1 + 12 * h ** 1.6), noise_rms: kNoise * (1 + 0.3 * h)})),
       parameters: parameters(withEffect),
       correlation: withEffect ? [[1, -0.83, 0.21], [-0.83, 1, null], [0.21, null, 1]] : [[1, -0.82], [-0.82, 1]],
       correlationNames: parameters(withEffect).map(p => p.name), notIdentifiable: [['link1.mass', 'link2.mass']],
-      histories: [history('Levenberg-Marquardt', 9, 1.6, 800), history('Adam', 80, 0.09, 900)],
+      histories: [stages('lm'), history('Adam', 80, 0.09, 900)],
       candidates: withEffect ? [] : candidates(force), force: withEffect ? [] : force.map(f => f.data),
       files: files(id), nextCommand: withEffect ? '' : 'sysid_fit --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --add coulomb_friction@joint2',
     };
@@ -225,7 +241,7 @@ export function planarPage({seconds = 8, live = false} = {}) {
     notices: [], noise: kNoise,
     mechanism: {urdf: kPlanarUrdf, joints: [0, 1].map(i => ({name: `joint${i + 1}`, type: 'continuous', unit: 'rad', effortUnit: 'N m', q: i, v: i}))},
     runs: runs.map(r => r.data), models, current: 0, compared: 1,
-    steps: [{title: '+ coulomb_friction@joint2', model: 1, predicted: 1.04, trainBefore: models[0].trainError,
+    conclusion: null, steps: [{title: '+ coulomb_friction@joint2', model: 1, from: 0, predicted: 1.04, trainBefore: models[0].trainError,
       trainAfter: models[1].trainError, holdoutBefore: models[0].holdoutError, holdoutAfter: models[1].holdoutError}],
   };
 }
@@ -236,6 +252,20 @@ export function fitPage() {
   const model = {...page.models[0], verdict: null, candidates: [], force: [], horizon: [], holdoutError: null, nextCommand: 'sysid_diagnose --model pendulum2_planar --traj run_1.csv',
     sentence: 'The error of the fitted runs is far above the noise: the model misses something.'};
   return {...page, program: 'sysid_fit', models: [model], steps: [], current: 0, compared: null, runs: page.runs.map(r => ({...r, heldOut: false}))};
+}
+
+// What sysid_diagnose --auto leaves of a search that did not mend the model: the
+// first fit at its bounds, the last fit of whole runs far from the noise.
+export function failedPage() {
+  const page = planarPage();
+  const [given, added] = page.models;
+  const doubted = {...given, doubts: ['link1.inertia_scale ended at its bound', 'the data cannot tell apart link1.mass, link2.mass'],
+    candidates: given.candidates.map((c, i) => ({...c, predictedError: null, noPrediction: 'the model is too far from this data for a prediction', pValue: i ? c.pValue : 1}))};
+  const whole = {...wholeRuns(false, added), trainError: 8.75, sentence: 'The error is 8.75 times the noise (held out 9.1): the model misses something.'};
+  const final = {...added, id: 2, title: 'final fit, whole runs', verdict: null, sentence: whole.sentence, trainError: 8.75, holdoutError: 9.1, joined: true};
+  return {...page, models: [doubted, {...added, wholeRuns: whole}, final],
+    conclusion: {good: false, sentence: 'The search ended with coulomb_friction@joint2: over segments of 2 s, each from its own state, the error is 1.00 times the noise (held out 1.01), and nothing is missing that matters to it. '
+      + 'Fitted once more, as one trajectory over each whole run, the error is 8.75 times the noise (held out 9.1): the model misses something. What is small over a segment adds up over a whole run.'}};
 }
 
 // A spherical pendulum that swings on a cone; the second joint unmeasured.

@@ -11,16 +11,20 @@
 #include <set>
 #include <sstream>
 
+#include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/report/page_candidates.h"
 #include "sysid/report/page_series.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
 namespace sysid {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 std::vector<double> Decode(const Json& series) {
   const std::string digits =
@@ -170,6 +174,7 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
   EXPECT_EQ((*page_)["compared"], 1);
   const Json& step = (*page_)["steps"].at(0);
   EXPECT_EQ(step["model"], 1);
+  EXPECT_EQ(step["from"], 0);
   EXPECT_EQ(step["trainBefore"], models[0]["trainError"]);
   EXPECT_EQ(step["trainAfter"], models[1]["trainError"]);
   EXPECT_EQ(step["holdoutAfter"], models[1]["holdoutError"]);
@@ -177,6 +182,80 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
     EXPECT_EQ(parameter["ofEffect"], parameter["name"] == "joint1.damping"
                                          ? Json("viscous_damping@joint1")
                                          : Json(nullptr));
+  }
+}
+
+// The page opens with the model as given; what came of the search must not be
+// looked for.
+TEST_F(DiagnosedPage, SaysWhereTheSearchEnded) {
+  const Json& conclusion = (*page_)["conclusion"];
+  EXPECT_EQ(conclusion["good"], true);
+  const std::string sentence = conclusion["sentence"];
+  EXPECT_THAT(sentence, StartsWith("The search ended with viscous_damping@"
+                                   "joint1: over segments of "));
+  EXPECT_THAT(sentence, HasSubstr("nothing is missing that matters to it. "
+                                  "Fitted once more, as one trajectory over "
+                                  "each whole run, the error is "));
+  const Json& models = (*page_)["models"];
+  EXPECT_FALSE(models[0]["joined"]);
+  EXPECT_TRUE(models[2]["joined"]);
+  EXPECT_TRUE(models[0]["wholeRuns"].is_null());
+  const Json& whole = models[1]["wholeRuns"];
+  EXPECT_EQ(whole["trainError"], models[2]["trainError"]);
+  EXPECT_EQ(whole["holdoutError"], models[2]["holdoutError"]);
+  EXPECT_EQ(whole["sentence"], models[2]["sentence"]);
+  ASSERT_EQ(whole["parameters"].size(), models[2]["parameters"].size());
+  EXPECT_EQ(whole["parameters"][0]["value"],
+            models[2]["parameters"][0]["value"]);
+}
+
+// A final fit of whole runs that fails is said to, whatever segments say.
+TEST_F(DiagnosedPage, DoesNotCallAFinalFitThatFailsAnEnd) {
+  const double error = final_->fit.train.total.normalized_rms;
+  final_->fit.train.total.normalized_rms = 8.754;
+  EXPECT_FALSE(EndsWell(*diagnosis_, *final_));
+  EXPECT_THAT(EndSentence(*diagnosis_, *final_),
+              AllOf(HasSubstr("the error is 8.75 times the noise"),
+                    HasSubstr("the model misses something. What is small over "
+                              "a segment adds up over a whole run.")));
+  final_->fit.train.total.normalized_rms = error;
+  EXPECT_TRUE(EndsWell(*diagnosis_, *final_));
+}
+
+TEST_F(DiagnosedPage, PredictsNothingWhereItPromisesNothing) {
+  const Json& model = (*page_)["models"][0];
+  const double error = model["trainError"];
+  int with = 0;
+  for (const Json& candidate : model["candidates"]) {
+    const bool has = !candidate["predictedError"].is_null();
+    EXPECT_EQ(candidate["noPrediction"] == "", has) << candidate["effect"];
+    if (has) {
+      EXPECT_LT(candidate["predictedError"], error);
+    }
+    with += has ? 1 : 0;
+  }
+  EXPECT_GT(with, 0);
+  // Seen from a model that is nearer than the linearisation.
+  Diagnosis near(diagnosis_->base.fit.model);
+  near.candidates = {diagnosis_->candidates.front()};
+  near.candidates[0].screened.predicted_error = 1200;
+  near.base.fit.train.total.normalized_rms = 1090;
+  const Json candidate =
+      CandidatesJson(SourceOf(*session_, *diagnosis_->base.problem), near)[0];
+  EXPECT_TRUE(candidate["predictedError"].is_null());
+  EXPECT_THAT(candidate["noPrediction"].get<std::string>(),
+              HasSubstr("too far from this data"));
+  DiagnosisStep step;
+  step.predicted = 1200;
+  step.train_before = 1090;
+  EXPECT_TRUE(PageStep(step, 1, 0)["predicted"].is_null());
+}
+
+TEST_F(DiagnosedPage, SaysWhatNoiseAloneWouldMakeOfTheHorizon) {
+  for (const Json& model : (*page_)["models"]) {
+    for (const Json& h : model["horizon"]) {
+      EXPECT_GE(h["noise_rms"].get<double>(), 0.99 * kSetupNoise);
+    }
   }
 }
 
@@ -325,6 +404,7 @@ TEST_F(DiagnosedPage, HasEveryKeyThatThePageReads) {
   expect("CandidateData", model["candidates"][0]);
   expect("ForceData", model["force"][0]);
   expect("StepData", page["steps"][0]);
+  expect("WholeRunsData", page["models"][1]["wholeRuns"]);
   expect("Series", page["runs"][0]["t"]);
 }
 
@@ -349,7 +429,7 @@ TEST_F(DiagnosedPage, HasTheFilesOfEveryModel) {
     ASSERT_EQ(model["files"].size(), 4u);
     for (const Json& file : model["files"]) {
       const bool left_out = file["name"] == "prediction.csv" &&
-                            model["id"] != (*page_)["compared"];
+                            model["id"] != (*page_)["models"].size() - 1;
       EXPECT_EQ(file["text"].is_null(), left_out) << file["name"];
     }
     EXPECT_EQ(

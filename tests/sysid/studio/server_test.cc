@@ -1,6 +1,9 @@
 #include "sysid/studio/server.h"
 
 #include <gmock/gmock.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include "models/error.h"
 #include "tests/sysid/studio/studio_setup.h"
@@ -275,6 +278,28 @@ TEST(StudioServer, BoundsTheStreams) {
     status = Reader(served).status();
   }
   EXPECT_EQ(status, 200);
+}
+
+// Whoever opens connections and says nothing keeps nobody out: with more of
+// them than there may be, the oldest go.
+TEST(StudioServer, AnswersBesideManyThatSayNothing) {
+  constexpr int kSilent = 300;
+  Served served(RubbingPendulum());
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(static_cast<std::uint16_t>(served.port()));
+  std::vector<int> silent;
+  for (int i = 0; i < kSilent; ++i) {
+    silent.push_back(socket(AF_INET, SOCK_STREAM, 0));
+    ASSERT_EQ(connect(silent.back(), reinterpret_cast<sockaddr*>(&address),
+                      sizeof(address)),
+              0);
+  }
+  EXPECT_EQ(served.Client().Get("/api/page")->status, 200);
+  char byte;
+  EXPECT_EQ(recv(silent.front(), &byte, 1, 0), 0);
+  for (const int fd : silent) close(fd);
 }
 
 TEST(StudioServer, NamesAFreePortWhereOneIsInUse) {

@@ -87,6 +87,13 @@ TEST(StudioFolder, IsNoPlaceForAnotherSession) {
     StudioSetup other = own;
     other.session.runs[0].channels[0].values(7, 0) += 1e-9;
     ExpectRefused(folder, other, "s/studio.json",
+                  "was begun with other numbers in run1.csv, which has "
+                  "changed since");
+  }
+  {
+    StudioSetup other = own;
+    other.session.runs.pop_back();
+    ExpectRefused(folder, other, "s/studio.json",
                   "is a session of other runs: run1.csv, run2.csv");
   }
   {
@@ -104,7 +111,13 @@ TEST(StudioFolder, IsNoPlaceForAnotherSession) {
     StudioSetup other = own;
     other.session.options.segment = 0.5;
     ExpectRefused(folder, other, "s/studio.json",
-                  "was begun with other options");
+                  "was begun with another --segment");
+  }
+  {
+    StudioSetup other = own;
+    other.seed = 2;
+    ExpectRefused(folder, other, "s/studio.json",
+                  "was begun with another --seed");
   }
   Studio{own};
 }
@@ -136,7 +149,8 @@ TEST(StudioFolder, NamesTheFileThatIsBroken) {
   folder.Write("s/studio.json", index.substr(0, index.size() / 2));
   ExpectRefused(folder, own, "s/studio.json", "is broken: it is no JSON");
   folder.Write("s/studio.json", "{}");
-  ExpectRefused(folder, own, "s/studio.json", "is broken");
+  ExpectRefused(folder, own, "s/studio.json",
+                "is broken: parts of a session are missing");
   folder.Write("s/studio.json", with(index, "studio/1", "studio/2"));
   ExpectRefused(folder, own, "s/studio.json", "is of another version");
   folder.Write("s/studio.json", with(index, "model-0.json", "../a.json"));
@@ -146,7 +160,8 @@ TEST(StudioFolder, NamesTheFileThatIsBroken) {
   folder.Write("s/model-0.json", model.substr(0, model.size() / 2));
   ExpectRefused(folder, own, "s/model-0.json", "is broken: it is no JSON");
   folder.Write("s/model-0.json", with(model, "\"candidates\"", "\"c\""));
-  ExpectRefused(folder, own, "s/model-0.json", "is broken");
+  ExpectRefused(folder, own, "s/model-0.json",
+                "is broken: parts of a model are missing");
   folder.Write("s/model-0.json", with(model, "\"id\": 0", "\"id\": 1"));
   ExpectRefused(folder, own, "s/model-0.json", "is broken");
   folder.Write("s/model-0.json", model);

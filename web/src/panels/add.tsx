@@ -1,6 +1,6 @@
 // Panel 6: add an effect, remove it again, and see the error fall.
 import type {ComponentChildren} from 'preact';
-import {candidateName, modelWithId} from '../data';
+import {candidateName, modelWithId, prediction, wayTo} from '../data';
 import {fmtError, fmtTimes, fmtUnit} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {Waterfall, type Fall} from '../plots/waterfall';
@@ -18,7 +18,7 @@ export function Add({page}: {page: PageData}) {
   return (
     <Panel id="add" title="6 Add" wide how={page.live
       ? 'A button adds the effect and fits again; the page then shows the new model beside the one it came of, which stays.'
-      : 'This page is frozen: copy a command and run it to add the effect and fit again, or start sysid_studio with the same flags to do it here by a button.'}>
+      : 'This page is frozen: copy a command and run it to add the effect and fit again; sysid_studio, by the last of these commands, does it by a button.'}>
       {page.live ? <LiveAdd page={page} model={model} /> : <FrozenAdd page={page} model={model} />}
       <h3>How the error fell</h3>
       <Steps page={page} />
@@ -39,7 +39,7 @@ function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
       {model.candidates.slice(0, kOffered).map(c => {
         const name = toAdd(c);
         return <li key={name}><button type="button" class="primary" disabled={busy} onClick={() => void add(model.id, name)}>Add {name}</button>
-          <span class="note">predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span></li>;
+          <span class="note">{prediction(model, c)}</span></li>;
       })}
     </ul></Offers>}
     <ul class="offers">
@@ -64,40 +64,61 @@ function toAdd(c: CandidateData): string {
   return other ? `${candidateName(c)},${other}` : candidateName(c);
 }
 
+// The same runs and options; what only its program knows left out.
+export function studioCommand(page: PageData): string {
+  return page.command.replace(/^\S+/, 'sysid_studio').replace(/ --auto(?= |$)/, '');
+}
+
 function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
-  if (!model.candidates.length) return <Empty>{noCandidates(page, model)}</Empty>;
+  return <>
+    {model.candidates.length ? <FrozenOffers model={model} /> : <Empty>{noCandidates(page, model)}</Empty>}
+    <p>To add and remove by a button:</p>
+    <Command text={studioCommand(page)} label="command of the studio" />
+  </>;
+}
+
+function FrozenOffers({model}: {model: ModelData}) {
   return (
     <Offers model={model}><ul class="offers frozen">
       {model.candidates.slice(0, kOffered).map((c, i) => {
         const name = toAdd(c);
         const body = <Command text={c.command} label={`command that adds ${name}`} />;
         return <li key={name}>{i === 0
-          ? <><span>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</span>{body}</>
-          : <details><summary>Add {name}: predicted {fmtError(model.trainError)} → {fmtTimes(c.predictedError)}</summary>{body}</details>}</li>;
+          ? <><span>Add {name}; {prediction(model, c)}</span>{body}</>
+          : <details><summary>Add {name}; {prediction(model, c)}</summary>{body}</details>}</li>;
       })}
     </ul></Offers>
   );
 }
 
+const titleOf = (page: PageData, id: number | null) =>
+  (id === null ? undefined : modelWithId(page, id)?.title) ?? 'without it';
+
 function Steps({page}: {page: PageData}) {
+  const m = useStore(current);
   if (!page.steps.length) {
     return <Empty>No effect was added or removed yet: {page.live ? 'a button above does.' : 'sysid_diagnose --auto adds what is missing, sysid_studio adds it by a button.'}</Empty>;
   }
-  const first = page.steps[0];
+  // Of models beside each other, the way to the one that is shown.
+  const way = [page.models[m].id, page.steps[page.steps.length - 1].model]
+    .map(id => wayTo(page, id)).find(w => w.length) ?? page.steps;
+  const first = way[0];
   const falls: Fall[] = [
-    {title: page.models[0]?.title ?? 'as given', train: first.trainBefore, holdout: first.holdoutBefore,
+    {title: titleOf(page, first.from), train: first.trainBefore, holdout: first.holdoutBefore,
      predicted: null, trainBefore: null, holdoutBefore: null},
-    ...page.steps.map(s => ({title: s.title, train: s.trainAfter, holdout: s.holdoutAfter,
+    ...way.map(s => ({title: s.title, train: s.trainAfter, holdout: s.holdoutAfter,
       predicted: s.predicted, trainBefore: s.trainBefore, holdoutBefore: s.holdoutBefore})),
   ];
   return <>
     <Waterfall falls={falls} />
+    {way.length < page.steps.length && <p class="note">The bars are the way to {titleOf(page, way[way.length - 1].model)}; the table has every step.</p>}
     <div class="table-scroll"><table>
       <caption>Errors before and after each step, × noise</caption>
-      <thead><tr>{['step', 'predicted', 'fitted, before', 'fitted, after', 'held out, before', 'held out, after'].map((h, i) =>
-        <th scope="col" key={h} class={i ? 'number' : ''}>{h}</th>)}<th scope="col">show</th></tr></thead>
+      <thead><tr>{['step', 'of', 'predicted', 'fitted, before', 'fitted, after', 'held out, before', 'held out, after'].map((h, i) =>
+        <th scope="col" key={h} class={i > 1 ? 'number' : ''}>{h}</th>)}<th scope="col">show</th></tr></thead>
       <tbody>{page.steps.map((s, i) => <tr key={i}>
         <th scope="row">{s.title}</th>
+        <td>{titleOf(page, s.from)}</td>
         {[s.predicted, s.trainBefore, s.trainAfter, s.holdoutBefore, s.holdoutAfter].map((v, k) =>
           <td class="number" key={k}>{fmtError(v)}</td>)}
         <td><ShowStep page={page} id={s.model} title={s.title} /></td>

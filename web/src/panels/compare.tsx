@@ -1,6 +1,6 @@
 // Panel 2: measured against predicted, and the residual below it.
 import {useEffect, useMemo, useRef} from 'preact/hooks';
-import {channelLabel, decode, nearest, type Numbers} from '../data';
+import {channelLabel, decode, nearest, runLabel, type Numbers} from '../data';
 import {fmt, fmtTime, fmtUnit} from '../format';
 import type {PageData} from '../page_data';
 import {compared, current, cursor, run, useStore} from '../state';
@@ -8,9 +8,12 @@ import {TimePlot, type Curve} from '../plots/time_plot';
 import {Legend} from '../plots/xy_chart';
 import {Empty, Panel} from './panel';
 
-const kHow = 'Above: what was measured and what the model predicts, each segment from a state of its own (segments are shaded in turn). '
+const how = (joined: boolean) => `Above: what was measured and what the model predicts, ${joined
+  ? 'as one trajectory (the segments of its fit, which are joined, are shaded in turn)' : 'each segment from a state of its own (segments are shaded in turn)'}. `
   + 'Below: the residual in units of the noise; a good model stays within the band of ± 2. '
   + 'Drag over a curve to zoom all of them, double-click for the whole run, Ctrl and wheel zooms.';
+
+const kHeading = 'z_x, z_y and z_z are the parts of a link’s heading: of the unit vector along it, in the axes of its joint. They have no unit.';
 
 export function Compare({page}: {page: PageData}) {
   const r = useStore(run), m = useStore(current), c = useStore(compared);
@@ -23,7 +26,9 @@ export function Compare({page}: {page: PageData}) {
   ];
   const missing = pair.some(i => !page.models[i].predictions[r]);
   return (
-    <Panel id="compare" title="2 Compare" how={kHow}>
+    <Panel id="compare" title="2 Compare" how={how(page.models[m].joined)}>
+      <p class="shown"><strong>{runLabel(page, r)}</strong>{shown.heldOut ? ', held out' : ', fitted'}</p>
+      {shown.channels.some(x => x.components[0] === 'z_x') && <p class="note">{kHeading}</p>}
       <Legend layers={legend} />
       {missing ? <Empty>This model has no prediction of {shown.name}: fit it again with {page.program} --out.</Empty>
         : shown.channels.map((channel, i) => channel.components.map((component, k) => (

@@ -1,6 +1,6 @@
 // What all panels share: the run, the models, the time cursor.
-import {duration} from '../data';
-import {fmtTime} from '../format';
+import {duration, runLabels} from '../data';
+import {fmtRange} from '../format';
 import type {PageData} from '../page_data';
 import {
   compared, current, cursor, panBy, playing, run, setCursor, setRun, setZoom,
@@ -10,11 +10,12 @@ import {Choice} from './panel';
 
 export function Controls({page}: {page: PageData}) {
   const r = useStore(run), m = useStore(current), c = useStore(compared);
+  const names = runLabels(page.runs.map(x => x.name));
   const models = page.models.map((model, i) => ({value: i, text: model.title}));
   return (
     <div class="controls" role="region" aria-label="What is shown">
       <Choice label="Run" value={r} onChange={setRun}
-        options={page.runs.map((x, i) => ({value: i, text: x.heldOut ? `${x.name} (held out)` : x.name}))} />
+        options={page.runs.map((x, i) => ({value: i, text: x.heldOut ? `${names[i]} (held out)` : names[i], title: x.name}))} />
       <Choice label="Model" value={m} options={models} onChange={v => current.set(v)} />
       <Choice label="Compared with" value={c ?? -1} onChange={v => compared.set(v < 0 ? null : v)}
         options={[{value: -1, text: 'none'}, ...models]} />
@@ -33,7 +34,7 @@ export function Controls({page}: {page: PageData}) {
 
 function ZoomRange({page, r}: {page: PageData; r: number}) {
   const range = useStore(zoom) ?? duration(page.runs[r]);
-  return <output class="zoom-range" aria-label="Times shown">{fmtTime(range[0])} s to {fmtTime(range[1])} s</output>;
+  return <output class="zoom-range" aria-label="Times shown">{fmtRange(range[0], range[1])}</output>;
 }
 
 function Playback({page, r}: {page: PageData; r: number}) {

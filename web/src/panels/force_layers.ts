@@ -43,6 +43,27 @@ function padded(values: Numbers, n: number): number[] {
   return Array.from({length: n}, (_, i) => i < values.length ? values[i] : NaN);
 }
 
+const kCurvePoints = 120;
+
+// Knots lie so close that a law that is steep between them (friction where the
+// motion turns) would zigzag: the mean of each piece of the range.
+function averaged(x: number[], y: number[]): [number[], number[]] {
+  if (x.length < 2 * kCurvePoints) return [x, y];
+  const low = x[0], width = (x[x.length - 1] - low) / kCurvePoints || 1;
+  const ax: number[] = [], ay: number[] = [];
+  for (let i = 0, next = 0; i < x.length; i = next) {
+    const piece = Math.floor((x[i] - low) / width);
+    let sumX = 0, sumY = 0;
+    for (next = i; next < x.length && Math.floor((x[next] - low) / width) === piece; ++next) {
+      sumX += x[next];
+      sumY += y[next];
+    }
+    ax.push(sumX / (next - i));
+    ay.push(sumY / (next - i));
+  }
+  return [ax, ay];
+}
+
 // A curve where the law is a function of x, else dots.
 function lawLayer(c: CandidateData, x: number[], y: number[], color: string): Layer {
   const order = x.map((_, i) => i).filter(i => Number.isFinite(x[i]) && Number.isFinite(y[i]))
@@ -55,5 +76,6 @@ function lawLayer(c: CandidateData, x: number[], y: number[], color: string): La
     if (i) way += Math.abs(v - sy[i - 1]);
   });
   const curve = way <= 6 * (high - low);
-  return {label: candidateName(c), color, x: sx, y: sy, kind: curve ? 'line' : 'points', size: curve ? 2.5 : 4, opacity: curve ? 1 : 0.6};
+  const [x2, y2] = curve ? averaged(sx, sy) : [sx, sy];
+  return {label: candidateName(c), color, x: x2, y: y2, kind: curve ? 'line' : 'points', size: curve ? 2.5 : 4, opacity: curve ? 1 : 0.6};
 }

@@ -14,7 +14,7 @@ export function Mechanism({page}: {page: PageData}) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const scene = useRef<MechanismScene | null>(null);
   const [failure, setFailure] = useState('');
-  const [info, setInfo] = useState({grid: 0, meshes: [] as string[], max: 1});
+  const [info, setInfo] = useState({grid: 0, meshes: [] as string[], min: 1, max: 1});
   const [exaggeration, setExaggeration] = useState(1);
   const r = useStore(run), m = useStore(current);
   const urdf = page.mechanism.urdf;
@@ -53,7 +53,7 @@ export function Mechanism({page}: {page: PageData}) {
     if (!made) return;
     made.show({page, model: m, run: r, exaggeration});
     made.at(cursor.value);
-    setInfo({grid: made.grid, meshes: made.meshes, max: made.maxError});
+    setInfo({grid: made.grid, meshes: made.meshes, min: made.minError, max: made.maxError});
   }, [page, m, r, exaggeration, urdf]);
 
   const key = (e: KeyboardEvent) => {
@@ -71,7 +71,7 @@ export function Mechanism({page}: {page: PageData}) {
       <div class="row">
         <Choice label="Difference shown" value={exaggeration} onChange={setExaggeration}
           options={[1, 3, 10, 30, 100].map(x => ({value: x, text: x === 1 ? 'as it is' : `${x} times as large`}))} />
-        <ErrorScale max={info.max} />
+        <ErrorScale min={info.min} max={info.max} />
       </div>
       <div class="view">
         <canvas ref={canvas} tabIndex={0} role="img" onKeyDown={key}

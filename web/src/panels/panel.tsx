@@ -1,12 +1,13 @@
 // What every panel has: a heading, and a sentence on how to read it.
 import {Component, type ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
+import {printing, useStore} from '../state';
 
 export function Panel({id, title, how, wide, children}: {
   id: string; title: string; how: ComponentChildren; wide?: boolean; children: ComponentChildren;
 }) {
   return (
-    <section id={id} class={wide ? 'panel wide' : 'panel'} aria-labelledby={`${id}-title`}>
+    <section id={id} class={wide ? 'panel wide' : 'panel'} tabIndex={-1} aria-labelledby={`${id}-title`}>
       <h2 id={`${id}-title`}>{title}</h2>
       <p class="how">{how}</p>
       {children}
@@ -33,7 +34,7 @@ export function Empty({children}: {children: ComponentChildren}) {
 }
 
 export function Choice<T extends string | number>({label, value, options, onChange}: {
-  label: string; value: T; options: {value: T; text: string}[]; onChange: (value: T) => void;
+  label: string; value: T; options: {value: T; text: string; title?: string}[]; onChange: (value: T) => void;
 }) {
   return (
     <label class="choice">
@@ -43,7 +44,7 @@ export function Choice<T extends string | number>({label, value, options, onChan
         const option = options.find(o => String(o.value) === text);
         if (option) onChange(option.value);
       }}>
-        {options.map(o => <option key={o.value} value={String(o.value)} selected={o.value === value}>{o.text}</option>)}
+        {options.map(o => <option key={o.value} title={o.title} value={String(o.value)} selected={o.value === value}>{o.text}</option>)}
       </select>
     </label>
   );
@@ -96,6 +97,8 @@ export function DataTable<Row>({caption, columns, rows, rowKey, detail}: {
   detail?: (row: Row) => ComponentChildren;
 }) {
   const [order, setOrder] = useState<{key: string; down: boolean} | null>(null);
+  // Chromium repeats no buttons in the head of a table's next page.
+  const paper = useStore(printing);
   const column = columns.find(c => c.key === order?.key);
   const sorted = column?.sort ? sortedBy(rows, column.sort, order!.down) : rows;
   const press = (key: string) =>
@@ -108,7 +111,7 @@ export function DataTable<Row>({caption, columns, rows, rowKey, detail}: {
           <tr>{columns.map(c => (
             <th key={c.key} scope="col" class={c.number ? 'number' : ''}
               aria-sort={!c.sort ? undefined : order?.key !== c.key ? 'none' : order.down ? 'descending' : 'ascending'}>
-              {c.sort ? (
+              {c.sort && !paper ? (
                 <button type="button" class="sort" onClick={() => press(c.key)}>
                   {c.name}<span aria-hidden="true">{order?.key !== c.key ? ' ↕' : order.down ? ' ↓' : ' ↑'}</span>
                 </button>

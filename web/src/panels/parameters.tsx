@@ -1,7 +1,8 @@
 // Panel 7: what was estimated, how well, and how the solvers got there.
 import {useState} from 'preact/hooks';
 import {diverging, kOkabeIto} from '../colors';
-import {fmt, list, unitText} from '../format';
+import {inStages} from '../data';
+import {fmt, list, sentence, unitText} from '../format';
 import type {ModelData, PageData, ParameterData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
 import {current, useStore} from '../state';
@@ -15,11 +16,20 @@ const kColumns: Column<ParameterData>[] = [
   {key: 'initial', name: 'start', number: true, sort: p => p.initial, cell: p => fmt(p.initial)},
   {key: 'value', name: 'value', number: true, sort: p => p.value, cell: p => fmt(p.value, 6)},
   {key: 'std', name: 'standard error', number: true, sort: p => p.stdError, cell: p => fmt(p.stdError, 2)},
-  {key: 'ci', name: '95 % interval', number: true, cell: p => p.ci95[0] === null && p.ci95[1] === null ? '–' : `${fmt(p.ci95[0], 6)} to ${fmt(p.ci95[1], 6)}`},
+  {key: 'ci', name: '95 % interval', number: true, cell: p => interval(p)},
   {key: 'bounds', name: 'bounds', number: true, cell: p => bounds(p)},
   {key: 'state', name: 'remark', cell: p => [
     p.atBound && 'at its bound', !p.identifiable && 'not determined by the data'].filter(Boolean).join(', ') || '–'},
 ];
+
+// Within the bounds, which the estimate cannot leave.
+export function interval({ci95: [low, high], lower, upper}: Pick<ParameterData, 'ci95' | 'lower' | 'upper'>) {
+  if (low === null && high === null) return '–';
+  const cutLow = low !== null && lower !== null && low < lower;
+  const cutHigh = high !== null && upper !== null && high > upper;
+  return <>{fmt(cutLow ? lower : low, 6)} to {fmt(cutHigh ? upper : high, 6)}
+    {(cutLow || cutHigh) && <span class="note">cut at its bound{cutLow && cutHigh ? 's' : ''}</span>}</>;
+}
 
 function bounds(p: ParameterData): string {
   if (p.lower === null && p.upper === null) return 'none';
@@ -43,11 +53,13 @@ export function Parameters({page}: {page: PageData}) {
   );
 }
 
+const kMostBeside = 3; // more need the width of the page
+
 function Correlation({model}: {model: ModelData}) {
   const names = model.correlationNames;
   if (names.length < 2) return <Empty>A correlation needs two parameters that the data determine.</Empty>;
   return (
-    <div class="table-scroll"><table class="matrix">
+    <div class={names.length > kMostBeside ? 'table-scroll across' : 'table-scroll'}><table class="matrix">
       <caption>Correlation of the estimates (no unit; blue negative, orange positive)</caption>
       <thead><tr><td />{names.map(n => <th scope="col" key={n}><span>{n}</span></th>)}</tr></thead>
       <tbody>{names.map((n, i) => <tr key={n}>
@@ -62,10 +74,13 @@ function Correlation({model}: {model: ModelData}) {
   );
 }
 
+const kStages = 'The line breaks where the next stage begins, of longer segments or of more tightly joined ones: its cost is another, and usually a higher one. Within a stage it falls.';
+
 function Convergence({model}: {model: ModelData}) {
   const [over, setOver] = useState<'iteration' | 'time_s'>('iteration');
   const histories = model.histories.filter(h => h.points.length > 0);
   if (!histories.length) return <Empty>The course of the fit was not kept.</Empty>;
+  const courses = histories.map(h => inStages(h.solver, h.points));
   const solvers = histories.map(h => h.solver);
   return (
     <div>
@@ -73,11 +88,12 @@ function Convergence({model}: {model: ModelData}) {
         {value: 'iteration', text: 'iterations'}, {value: 'time_s', text: 'time'}]} />
       <XyChart title={`Convergence: ${list(solvers)}`} logY
         xLabel={over === 'iteration' ? 'iteration' : 'time, s'} yLabel="cost, no unit"
-        layers={histories.map((h, i) => ({
-          label: h.solver, color: kOkabeIto[i % kOkabeIto.length], kind: 'line' as const, dash: i ? `${4 + 3 * i} 3` : undefined,
-          x: h.points.map(p => p[over]), y: h.points.map(p => p.cost),
+        layers={courses.map((points, i) => ({
+          label: histories[i].solver, color: kOkabeIto[i % kOkabeIto.length], kind: 'line' as const, dash: i ? `${4 + 3 * i} 3` : undefined,
+          x: points.map(p => p[over]), y: points.map(p => p.cost),
         }))}>
-        <p class="note">{model.termination}{solvers.length < 2 && ' sysid_compare runs Adam beside it.'}</p>
+        {courses.some((c, i) => c.length > histories[i].points.length) && <p class="note">{kStages}</p>}
+        <p class="note">{sentence(model.termination)}{solvers.length < 2 && ' sysid_compare runs Adam beside it.'}</p>
       </XyChart>
     </div>
   );

@@ -1,7 +1,7 @@
 // Panel 1: how good is the model, in one sentence and a few numbers.
 import type {ComponentChildren} from 'preact';
-import {candidateName, positionUnit, worstChannel, worstSegment} from '../data';
-import {fmt, fmtError, fmtTime, fmtTimes, fmtUnit, list} from '../format';
+import {candidateName, errorsOver, positionUnit, prediction, runLabel, worstChannel, worstSegment} from '../data';
+import {fmt, fmtError, fmtTime, fmtTimes, fmtUnit, list, sentence} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {current, setCursor, setRun, setZoom, useStore} from '../state';
 import {Panel} from './panel';
@@ -16,23 +16,54 @@ export function Verdict({page}: {page: PageData}) {
   return (
     <Panel id="verdict" title="1 Verdict" wide
       how="Errors are multiples of the measurement noise: 1 × noise is as good as the sensor allows, 5 × noise means that the model is wrong by five times what the sensor cannot see. Held-out runs were never fitted.">
+      <Distrust model={model} />
       <p class="sentence">
         {model.verdict && <strong class={`badge ${model.verdict}`}>{kWords[model.verdict]}</strong>} {model.sentence}
       </p>
-      {!model.converged && <p class="warning">The fit did not converge: {model.termination}</p>}
+      <End page={page} model={model} />
       <dl class="tiles">
-        <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} />
+        <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} note={errorsOver(model)} />
         <Tile name="Error of the held-out runs" value={fmtTimes(model.holdoutError)}
-          note={model.holdoutError === null ? 'nothing was held out' : ''} />
+          note={model.holdoutError === null ? 'nothing was held out' : `over segments of ${fmt(model.segment_s, 3)} s, each from its own state`} />
         {first && model.verdict !== 'adequate' && <FirstTile model={model} first={first} />}
         <WorstTile page={page} model={model} />
         <Tile name="Noise" value={fmtUnit(page.noise, positionUnit(page), 3)} note="standard deviation of a measured position" />
       </dl>
       <CannotBeTold model={model} />
-      {[...model.doubts, ...page.notices].map(d => <p class="doubt" key={d}>{d}</p>)}
+      {page.notices.map(d => <p class="doubt" key={d}>{sentence(d)}</p>)}
       <Channels model={model} />
     </Panel>
   );
+}
+
+// Why the fit is not to be trusted: before all else, for all else is its word.
+function Distrust({model}: {model: ModelData}) {
+  const why = model.doubts.length ? model.doubts : [
+    ...(model.converged ? [] : [`the fit did not converge: ${model.termination}`]),
+    ...model.parameters.filter(p => p.atBound).map(p => `${p.name} ended at its bound`),
+  ];
+  if (!why.length) return null;
+  return (
+    <div class="distrust" role="note" aria-label="Not to be trusted">
+      <strong>Not to be trusted</strong>
+      <ul>{why.map(d => <li key={d}>{sentence(d)}</li>)}</ul>
+    </div>
+  );
+}
+
+// What is true at the end, which the model that is shown first does not say.
+function End({page, model}: {page: PageData; model: ModelData}) {
+  const m = useStore(current), last = page.models.length - 1;
+  if (page.conclusion) {
+    const {sentence: text, good} = page.conclusion;
+    return <p class="sentence end">
+      <strong class={`badge ${good ? 'adequate' : 'unexplained'}`}>{good ? 'In the end: adequate' : 'In the end it still fails'}</strong> {text}{' '}
+      {m !== last && <button type="button" onClick={() => current.set(last)}>Show the final model</button>}
+    </p>;
+  }
+  if (!model.wholeRuns) return null;
+  return <p class="end">Fitted once more, as one trajectory over each whole run: {model.wholeRuns.sentence}
+    {!model.wholeRuns.good && model.verdict === 'adequate' && ' What is small over a segment adds up over a whole run.'}</p>;
 }
 
 function Tile({name, value, note, children, isName}: {
@@ -55,7 +86,7 @@ function WorstTile({page, model}: {page: PageData; model: ModelData}) {
     <Tile name="Worst channel" isName value={channel.name}
       note={`${fmtTimes(channel.normalized_rms)}, ${fmtUnit(channel.rms, channel.unit, 3)} rms`}>
       {segment && <span class="note">
-        worst in {segment.trajectory} from {fmtTime(segment.t_start)} s to {fmtTime(segment.t_end)} s: {fmtTimes(segment.normalized_rms)}{' '}
+        worst in {index >= 0 ? runLabel(page, index) : segment.trajectory} from {fmtTime(segment.t_start)} s to {fmtTime(segment.t_end)} s: {fmtTimes(segment.normalized_rms)}{' '}
         {index >= 0 && <button type="button" onClick={show}>Show it</button>}
       </span>}
     </Tile>
@@ -63,21 +94,20 @@ function WorstTile({page, model}: {page: PageData; model: ModelData}) {
 }
 
 function FirstTile({model, first}: {model: ModelData; first: CandidateData}) {
-  const drop = first.predictedError === null ? ''
-    : `predicted: ${fmtError(model.trainError)} → ${fmtTimes(first.predictedError)}`;
   const confirmed = first.confirmed && `after a refit: ${fmtTimes(first.confirmed.train)}`
     + (first.confirmed.holdout === null ? '' : `, held out ${fmtTimes(first.confirmed.holdout)}`)
     + (first.confirmed.togetherWith && `, together with ${first.confirmed.togetherWith}`);
   return (
     <Tile name={model.verdict === 'missing_effect' ? 'First missing effect' : 'Best candidate, which does not explain it'}
-      isName value={<>{first.effect}<wbr />@{first.target}</>} note={drop}>
+      isName value={<>{first.effect}<wbr />@{first.target}</>} note={prediction(model, first)}>
       {confirmed && <span class="note">{confirmed}</span>}
     </Tile>
   );
 }
 
 function CannotBeTold({model}: {model: ModelData}) {
-  const lines: string[] = model.notIdentifiable.map(
+  // Among the doubts already, where there are any.
+  const lines: string[] = (model.doubts.length ? [] : model.notIdentifiable).map(
     group => `The data do not tell ${list(group)} ${group.length > 1 ? 'apart' : 'at all'}.`);
   const first = model.candidates[0];
   if (model.verdict !== 'adequate' && first?.indistinguishableFrom.length) {
@@ -94,7 +124,7 @@ function Channels({model}: {model: ModelData}) {
     <details>
       <summary>Errors of all channels</summary>
       <div class="table-scroll"><table>
-        <caption>Errors over segments of {fmt(model.segment_s)} s, each predicted from its own state</caption>
+        <caption>Errors over segments of {fmt(model.segment_s, 3)} s{model.joined ? ', joined to one trajectory a run' : ', each predicted from its own state'}</caption>
         <thead><tr><th scope="col">channel</th><th scope="col" class="number">error, × noise</th><th scope="col" class="number">rms</th><th scope="col" class="number">noise</th></tr></thead>
         <tbody>{model.channels.map(c => <tr key={c.name}>
           <th scope="row">{c.name}</th><td class="number">{fmtError(c.normalized_rms)}</td>

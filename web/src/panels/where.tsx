@@ -3,9 +3,9 @@
 import {useMemo, useState} from 'preact/hooks';
 import {cividis, errorFraction, kOkabeIto} from '../colors';
 import {
-  candidateName, decode, errorMap, forceName, jointError, meanSquare, positionUnit, tilt,
+  candidateName, decode, errorMap, forceName, jointError, leastError, meanSquare, positionUnit, prediction, runLabel, tilt,
 } from '../data';
-import {fmtTimes, list, unitText} from '../format';
+import {list, unitText} from '../format';
 import type {ForceData, JointData, ModelData, PageData} from '../page_data';
 import {ErrorScale, HeatMap} from '../plots/heat_map';
 import {XyChart, type Layer} from '../plots/xy_chart';
@@ -15,7 +15,7 @@ import {Choice, Empty, Panel} from './panel';
 
 const kMapColumns = 100, kPhasePoints = 3000, kPhaseBins = 12, kLawsAtFirst = 2;
 
-const kHow = 'Dark blue is the noise floor, yellow the largest error. An error that comes with a speed, a position or an effort, and not at random, tells of what is missing; '
+const kHow = 'Dark blue is the noise floor, or the least error where all are above it; yellow is the largest error. An error that comes with a speed, a position or an effort, and not at random, tells of what is missing; '
   + 'so does the shape of the force that would explain it.';
 
 export function Where({page}: {page: PageData}) {
@@ -24,8 +24,8 @@ export function Where({page}: {page: PageData}) {
   const map = useMemo(() => model.predictions[r] ? errorMap(page, m, r, kMapColumns) : null, [page, m, r]);
   return (
     <Panel id="where" title="4 Where" how={kHow} wide>
-      {map ? <HeatMap map={map} title={`Error of ${page.runs[r].name} by channel and time: ${model.title}`} />
-        : <Empty>This model has no prediction of {page.runs[r].name}.</Empty>}
+      {map ? <HeatMap map={map} title={`Error of ${runLabel(page, r)} by channel and time: ${model.title}`} />
+        : <Empty>This model has no prediction of {runLabel(page, r)}.</Empty>}
       <div class="grid-of-charts">
         {page.mechanism.joints.length > 0 && <Phase page={page} m={m} r={r} />}
         <Horizon page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
@@ -44,12 +44,12 @@ function JointChoice({page}: {page: PageData}) {
 function Phase({page, m, r}: {page: PageData; m: number; r: number}) {
   const j = useStore(joint);
   const data = page.mechanism.joints[j];
-  const {layers, max} = useMemo(() => phaseLayers(page, m, r, data), [page, m, r, data]);
+  const {layers, min, max} = useMemo(() => phaseLayers(page, m, r, data), [page, m, r, data]);
   const [x, y] = data.type === 'spherical'
     ? ['tilt, rad', 'angular speed, rad/s'] : [`position, ${data.unit}`, `velocity, ${data.unit}/s`];
   return (
     <div>
-      <div class="row"><JointChoice page={page} /><ErrorScale max={max} /></div>
+      <div class="row"><JointChoice page={page} /><ErrorScale min={min} max={max} /></div>
       {layers.length
         ? <XyChart title={`Phase portrait of ${data.name}, coloured by its error`} xLabel={x} yLabel={y} layers={layers} ground />
         : <Empty>{data.name} was not predicted in this run, so that it has no phase portrait.</Empty>}
@@ -58,14 +58,15 @@ function Phase({page, m, r}: {page: PageData; m: number; r: number}) {
 }
 
 // One layer for each colour, so that thousands of points are a dozen paths.
-function phaseLayers(page: PageData, m: number, r: number, data: JointData): {layers: Layer[]; max: number} {
-  const prediction = page.models[m].predictions[r];
-  if (!prediction || !prediction.q.length) return {layers: [], max: 1};
+function phaseLayers(page: PageData, m: number, r: number, data: JointData): {layers: Layer[]; min: number; max: number} {
+  const shown = page.models[m].predictions[r];
+  if (!shown || !shown.q.length) return {layers: [], min: 1, max: 1};
   const error = jointError(page, m, r, data.name);
   const n = error.length;
   const spherical = data.type === 'spherical';
-  const q = prediction.q.slice(data.q, data.q + (spherical ? 4 : 1)).map(decode);
-  const qd = prediction.qd.slice(data.v, data.v + (spherical ? 3 : 1)).map(decode);
+  const q = shown.q.slice(data.q, data.q + (spherical ? 4 : 1)).map(decode);
+  const qd = shown.qd.slice(data.v, data.v + (spherical ? 3 : 1)).map(decode);
+  const min = leastError(error);
   let max = 1;
   for (const e of error) if (e > max) max = e;
   const bins = Array.from({length: kPhaseBins}, () => ({x: [] as number[], y: [] as number[]}));
@@ -74,7 +75,7 @@ function phaseLayers(page: PageData, m: number, r: number, data: JointData): {la
   for (let i = 0; i < n; i += every) {
     const x = spherical ? tilt(q[0][i], q[1][i]) : q[0][i];
     const y = spherical ? Math.hypot(qd[0][i], qd[1][i], qd[2][i]) : qd[0][i];
-    const f = errorFraction(error[i], max);
+    const f = errorFraction(error[i], max, min);
     const bin = Number.isNaN(error[i]) ? grey : bins[Math.min(kPhaseBins - 1, Math.floor(f * kPhaseBins))];
     bin.x.push(x);
     bin.y.push(y);
@@ -82,8 +83,12 @@ function phaseLayers(page: PageData, m: number, r: number, data: JointData): {la
   const layers: Layer[] = bins.map((b, i) => ({
     label: '', color: cividis((i + 0.5) / kPhaseBins), kind: 'points' as const, size: 4, ...b}));
   return {layers: [{label: '', color: '#999', kind: 'points' as const, size: 3, ...grey}, ...layers]
-    .filter(l => l.x.length), max};
+    .filter(l => l.x.length), min, max};
 }
+
+const kNoiseHow = 'Noise is in the states from which the model predicts, too, and what is wrong with them grows with the motion’s own sensitivity, in chaos many times over. '
+  + 'The dotted curve is what that alone would make of the error (estimated from a few draws). A complete model stays near it; what rises clearly above it tells of something missing.';
+const kNoNoiseHow = 'Even a complete model rises above the noise, by the motion’s own sensitivity to the states from which it predicts: compare models, not one with the noise.';
 
 function Horizon({page, models}: {page: PageData; models: number[]}) {
   const layers: Layer[] = [], without: string[] = [];
@@ -95,13 +100,18 @@ function Horizon({page, models}: {page: PageData; models: number[]}) {
       x: horizon.map(h => h.horizon_s), y: horizon.map(h => h.rms),
     });
   });
+  const noise = page.models[models[0]].horizon.filter(h => h.noise_rms !== null && h.noise_rms !== undefined);
+  if (layers.length && noise.length) {
+    layers.push({label: `${page.models[models[0]].title}: what noise alone would make`, color: 'var(--quiet)', kind: 'line', dash: '2 3',
+      x: noise.map(h => h.horizon_s), y: noise.map(h => h.noise_rms!)});
+  }
   const gap = without.length > 0 && `There is no error against the horizon of ${list(without.map(t => `“${t}”`))}.`;
   if (!layers.length) return <Empty>{gap} sysid_diagnose and sysid_fit --out give it for the models with which they begin and end.</Empty>;
   return (
     <XyChart title="Error against how far ahead the model predicts" xLabel="horizon, s"
       yLabel={`rms error, ${positionUnit(page)}`} layers={layers} logX logY
       rules={[{y: page.noise, label: 'noise'}]}>
-      <p class="note">A line that rises from the noise tells of something missing; one that stays there, of a complete model.{gap && ` ${gap}`}</p>
+      <p class="note">{noise.length ? kNoiseHow : kNoNoiseHow}{gap && ` ${gap}`}</p>
     </XyChart>
   );
 }
@@ -132,7 +142,7 @@ function Force({page, model}: {page: PageData; model: ModelData}) {
             const name = candidateName(c);
             return <label key={name}><input type="checkbox" checked={on.includes(name)} onChange={() => toggle(name)} />
               <span class="swatch" style={{background: kOkabeIto[(i + 1) % kOkabeIto.length]}} aria-hidden="true" />
-              {name} <span class="note">{c.law}; predicted {fmtTimes(c.predictedError)}</span></label>;
+              {name} <span class="note">{c.law}; {prediction(model, c)}</span></label>;
           })}
           {!laws.length && 'no candidate acts on this joint by a force'}
         </fieldset>

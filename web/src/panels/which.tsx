@@ -9,7 +9,8 @@ import {forceLayers, quantityName} from './force_layers';
 import {DataTable, Empty, Panel, type Column} from './panel';
 
 const kHow = 'Each row is an effect that the model could lack. Predicted is the error (× noise) that a refit with it should reach, by a linearisation; confirmed is what a refit did reach, first on the fitted runs, then on the held-out ones. '
-  + 'The p-value is the chance of such a score where the effect is absent. Believe what lowers the held-out error.';
+  + 'The p-value is the chance of such a score where the effect is absent, to first order too: far from the noise it says little, and the refit decides. '
+  + 'Believe what is accepted: it lowers the held-out error, and its parameters are plausible and clear of none.';
 
 export function Which({page}: {page: PageData}) {
   const model = page.models[useStore(current)];
@@ -25,9 +26,11 @@ export function Which({page}: {page: PageData}) {
     setOpen(next);
   };
   const all = model.candidates.map(candidateName);
+  const without = [...new Set(model.candidates.filter(c => c.predictedError === null && c.noPrediction).map(c => c.noPrediction))];
   return (
     <Panel id="which" title="5 Which effect" how={kHow} wide>
       {model.verdict === 'adequate' && <Empty>{kNothingMissing} What follows could hide in the noise: it would be seen from the sizes given.</Empty>}
+      {without.map(why => <p class="note" key={why}>No prediction (–): {why}.</p>)}
       <p class="buttons">
         <button type="button" onClick={() => setOpen(new Set(all))}>Show all pictures</button>
         <button type="button" onClick={() => setOpen(new Set())}>Hide all pictures</button>
@@ -54,16 +57,16 @@ export function noCandidates(page: PageData, model: ModelData): string {
 function columns(shown: Set<string>, toggle: (name: string) => void): Column<CandidateData>[] {
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
-      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}
-      <span class="law">{c.law}</span>
+      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{c.refused && <span class="badge">refused</span>}
+      <span class="law">{c.law}</span>{c.refused && <span class="note">refused: {c.refused}</span>}
       <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
         {shown.has(candidateName(c)) ? 'Hide picture' : 'Show picture'}<span class="hidden"> of {candidateName(c)}</span></button></>},
-    {key: 'predicted', name: 'predicted', unit: '× noise', number: true, sort: c => c.predictedError, cell: c => fmtError(c.predictedError)},
+    {key: 'predicted', name: 'predicted', unit: '× noise', number: true, sort: c => c.predictedError, cell: c => <>{fmtError(c.predictedError)}{c.predictedError === null && <span class="hidden"> {c.noPrediction}</span>}</>},
     {key: 'expected', name: 'expected parameters', unit: '± 95 %', cell: c => <ul class="plain">{c.expected.map(e =>
       <li key={e.name}>{e.name} <span class="whole">{fmt(e.value)}</span>{' '}
         <span class="whole">{e.stdError !== null && `± ${fmt(1.96 * e.stdError, 2)} `}{unitText(e.unit)}</span>
         {e.detectable !== null && <span class="note">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
-    {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => fmtP(c.pValue)},
+    {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => <>{fmtP(c.pValue)}{c.accepted && c.pValue > 0.01 && <span class="note">the refit decides</span>}</>},
     {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmtError(c.confirmed?.train)},
     {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
     {key: 'same', name: 'cannot be told from', cell: c => c.indistinguishableFrom.length
@@ -78,7 +81,6 @@ function Picture({page, model, candidate}: {page: PageData; model: ModelData; ca
   const name = candidateName(candidate);
   return (
     <div>
-      {candidate.refused && <p class="doubt">Not accepted: {candidate.refused}</p>}
       {candidate.confirmed && <p class="note">After the refit: {list(candidate.confirmed.parameters.map(
         p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}{candidate.confirmed.togetherWith && `, together with ${candidate.confirmed.togetherWith}, as neither helps alone`}.</p>}
       {places.length === 0 && <Empty>{name} does not act as a force on a joint that can be drawn, or no unexplained force was found: judge it by its errors.</Empty>}

@@ -24,7 +24,7 @@ export function HeatMap({map, title}: {map: ErrorMap; title: string}) {
   return (
     <figure class="chart">
       <figcaption>{title}</figcaption>
-      <ErrorScale max={map.max} />
+      <ErrorScale min={map.min} max={map.max} />
       <div ref={ref} tabIndex={0} role="group" onKeyDown={timeKey}
         aria-label={`${title}. Arrow keys move the time cursor.`}>
         <svg width={width} height={h + kBottom} viewBox={`0 0 ${width} ${h + kBottom}`} role="img" aria-label={title}>
@@ -32,7 +32,7 @@ export function HeatMap({map, title}: {map: ErrorMap; title: string}) {
             <text x={left - 6} y={r * kRow + kRow / 2 + 4} text-anchor="end">{map.rows[r]}</text>
             {row.map((v, c) => Number.isFinite(v) && (
               <rect key={c} x={px(map.edges[c])} y={r * kRow + 1} width={w / row.length + 0.5} height={kRow - 2}
-                fill={cividis(errorFraction(v, map.max))}>
+                fill={cividis(errorFraction(v, map.max, map.min))}>
                 <title>{`${map.rows[r]}, ${fmtTime(map.edges[c])} s to ${fmtTime(map.edges[c + 1])} s: ${fmtTimes(v)}`}</title>
               </rect>
             ))}
@@ -53,13 +53,13 @@ function CursorMark({px, height}: {px: (t: number) => number; height: number}) {
   return <line class="cursor-mark" x1={x} x2={x} y1={0} y2={height} />;
 }
 
-// The colours of errors, from the noise floor up.
-export function ErrorScale({max}: {max: number}) {
+// The colours of errors, from the noise floor up, or from the least of them.
+export function ErrorScale({min, max}: {min: number; max: number}) {
   const steps = Array.from({length: 24}, (_, i) => i / 23);
-  const top = Math.max(max, 2);
+  const top = Math.max(max, 2 * min);
   return (
     <p class="scale">
-      <span>≤ 1 × noise</span>
+      <span>≤ {fmtTimes(min)}</span>
       <svg width="120" height="12" aria-hidden="true">
         {steps.map((f, i) => <rect key={i} x={i * 5} y={0} width={5.5} height={12} fill={cividis(f)} />)}
       </svg>

@@ -69,6 +69,7 @@ export class MechanismScene {
     this.at(this.time);
   }
 
+  get minError(): number { return this.map?.min ?? 1; }
   get maxError(): number { return this.map?.max ?? 1; }
 
   at(time: number) {
@@ -105,7 +106,7 @@ export class MechanismScene {
         .map((channel, r) => channel.joint === joint.name ? map.cells[r][c] : NaN)
         .filter(Number.isFinite);
       const color = errors.length
-        ? cividisRgb(errorFraction(Math.max(...errors), map.max))
+        ? cividisRgb(errorFraction(Math.max(...errors), map.max, map.min))
         : [140, 140, 140] as [number, number, number];
       this.solid.paint(j, color);
       this.ghost.paint(j, [230, 159, 0]);

@@ -63,7 +63,7 @@ export function XyChart(props: XyChartProps) {
   const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
   const xNames = names(xTicks, sx.log), yNames = names(yTicks, sy.log);
   return (
-    <figure class="chart">
+    <figure class={props.ground ? 'chart on-ground' : 'chart'}>
       <figcaption>{props.title}</figcaption>
       <Legend layers={props.layers} />
       <div ref={ref}>

@@ -2,9 +2,9 @@
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {after, before, test} from 'node:test';
-import {fitPage, planarPage, sphericalPage} from '../fixture.mjs';
+import {failedPage, fitPage, planarPage, sphericalPage} from '../fixture.mjs';
 import {launch, without} from './chromium.mjs';
-import {compareTimes, html, kPatience_ms, openFile, ranges, settled, writeReport, zooming} from './open.mjs';
+import {compareTimes, html, kPatience_ms, openFile, ranges, settled, until, writeReport, zooming} from './open.mjs';
 
 const skip = without;
 let browser;
@@ -59,6 +59,122 @@ test('the verdict has its numbers, the worst joint and what cannot be told apart
     assert.match(await text(page, '.zoom-range'), /^\d+ s to \d+ s$/);
     assert.equal(await page.locator('.controls select').first().evaluate(e => e.selectedOptions[0].textContent.includes('run_')), true);
   }));
+
+test('what makes a fit not to be trusted comes before the verdict, and says so', {skip}, () =>
+  visit('failed.html', failedPage(), async page => {
+    const verdict = await text(page, '#verdict');
+    const at = part => { const i = verdict.search(part); assert.ok(i >= 0, `${part} in ${verdict}`); return i; };
+    assert.ok(at(/Not to be trusted/) < at(/An effect is missing/));
+    assert.ok(at(/link1\.inertia_scale ended at its bound\./) < at(/An effect is missing/));
+    assert.equal(verdict.match(/link1\.mass/g).length, 1, 'once');
+    await choose(page, 'Model', '+ coulomb_friction@joint2');
+    await settled(page);
+    assert.doesNotMatch(await text(page, '#verdict'), /Not to be trusted/);
+  }));
+
+test('a parameter at its bound is distrusted also where no diagnosis says so', {skip}, () => {
+  const document = fitPage();
+  document.models[0].parameters[0].atBound = true;
+  return visit('bound.html', document, async page =>
+    assert.match(await text(page, '#verdict .distrust'), /link1\.length ended at its bound\./));
+});
+
+test('the page opens with what is true at the end', {skip}, () =>
+  visit('failed.html', failedPage(), async page => {
+    const end = await text(page, '#verdict .end');
+    assert.match(end, /^In the end it still fails.*8\.75 times the noise/s);
+    assert.match(await text(page, '#verdict .tiles'), /over segments of 2 s, each from its own state/);
+    await page.getByRole('button', {name: 'Show the final model'}).click();
+    await settled(page);
+    assert.match(await text(page, '#compare .how'), /as one trajectory/);
+    assert.match(await text(page, '#verdict .tiles'), /8\.75 × noise\s+of one trajectory over each run/);
+  }));
+
+test('a candidate that promises no fall has no prediction, and says why', {skip}, () =>
+  visit('failed.html', failedPage(), async page => {
+    assert.match(await text(page, '#which'), /No prediction \(–\): the model is too far from this data/);
+    assert.match(await text(page, '#verdict'), /no prediction: the model is too far/);
+    assert.match(await text(page, '#add'), /no prediction: the model is too far/);
+    for (const id of ['verdict', 'which', 'add']) assert.doesNotMatch(await text(page, `#${id}`), /→ –/, id);
+    assert.match(await page.$eval('#which tbody tr', e => e.innerText), /accepted.*1\s+the refit decides/s);
+  }));
+
+test('a refused candidate says so, and why, unasked', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const row = page.locator('#which tbody tr').filter({hasText: 'viscous_damping'}).first();
+    assert.match(await row.innerText(), /refused\s.*refused: the held-out error falls less/s);
+  }));
+
+test('the error against the horizon stands beside what noise makes of it', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const where = await text(page, '#where');
+    assert.match(where, /as given: what noise alone would make/);
+    assert.match(where, /A complete model stays near it/);
+    assert.doesNotMatch(where, /one that stays there, of a complete model/);
+  }));
+
+test('the cost of another stage is drawn as another line', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    assert.match(await text(page, '#parameters'), /The line breaks where the next stage begins/);
+    const lines = await page.$$eval('#parameters svg[aria-label^="Convergence"] svg path[fill=none]', list => list.map(e => e.getAttribute('d').match(/M/g).length));
+    assert.deepEqual(lines, [2, 1], 'Levenberg-Marquardt in two stages, Adam in one');
+    assert.match(await text(page, '#parameters'), /The cost no longer falls\. sysid_compare|The cost no longer falls\./);
+  }));
+
+test('the URDF and its specification are saved together', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const names = [];
+    page.on('download', d => names.push(d.suggestedFilename()));
+    await page.getByRole('button', {name: 'Save the URDF and its YAML'}).first().click();
+    await until(() => names.length === 2);
+    assert.deepEqual(names.sort(), ['identified.sysid.yaml', 'identified.urdf']);
+    assert.match(await text(page, '#take-away'), /The two belong together/);
+  }));
+
+test('models of the same effects have titles of their own, and the bars are the way to one of them', {skip}, () => {
+  const document = planarPage();
+  const [given, added] = document.models;
+  document.models.push({...given, id: 2});
+  document.steps.push({...document.steps[0], title: '- coulomb_friction@joint2', model: 2, from: 1},
+    {...document.steps[0], title: '+ quadratic_drag@joint2', model: 3, from: 0});
+  document.models.push({...added, id: 3, title: '+ quadratic_drag@joint2'});
+  return visit('siblings.html', document, async page => {
+    const titles = await page.locator('.controls').getByLabel('Model', {exact: true}).evaluate(e => [...e.options].map(o => o.textContent));
+    assert.deepEqual(titles, ['as given', '+ coulomb_friction@joint2', 'as given (model 3)', '+ quadratic_drag@joint2']);
+    const bars = () => page.$$eval('#add figure svg > g > text > title', list => list.map(e => e.textContent));
+    await choose(page, 'Model', 'as given (model 3)');
+    await settled(page);
+    assert.deepEqual(await bars(), ['as given', '+ coulomb_friction@joint2', '- coulomb_friction@joint2']);
+    await choose(page, 'Model', '+ quadratic_drag@joint2');
+    await settled(page);
+    assert.deepEqual(await bars(), ['as given', '+ quadratic_drag@joint2']);
+    assert.match(await text(page, '#add'), /the table has every step/);
+  });
+});
+
+test('a frozen page gives the command of the studio, without what that does not take', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const commands = await page.$$eval('#add pre', list => list.map(e => e.innerText));
+    assert.equal(commands.at(-1), 'sysid_studio --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --out result');
+  }));
+
+test('on paper the heads of the candidates are text, and the run is named', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    await page.emulateMedia({media: 'print'});
+    await page.waitForFunction(() => document.documentElement.classList.contains('printing'));
+    await settled(page);
+    assert.equal(await page.locator('#which thead button').count(), 0);
+    assert.match(await text(page, '#which thead'), /effect.*predicted.*confirmed/s);
+    assert.match(await text(page, '#compare .shown'), /run_1\.csv, fitted/);
+    assert.equal(await page.$eval('.matrix td', e => getComputedStyle(e).printColorAdjust), 'exact');
+  }));
+
+test('an interval ends at the bound that the estimate cannot pass', {skip}, () => {
+  const document = planarPage();
+  Object.assign(document.models[0].parameters[0], {ci95: [-0.487, 2.446], lower: 0.01, upper: null});
+  return visit('interval.html', document, async page =>
+    assert.match(await text(page, '#parameters'), /0\.01 to 2\.446\s+cut at its bound\s+from 0\.01/));
+});
 
 test('choosing another model changes every panel', {skip}, () =>
   visit('planar.html', planarPage(), async page => {
@@ -151,7 +267,7 @@ test('each candidate has its picture, or says why not', {skip}, () =>
 
 test('the waterfall tells the step, predicted and achieved', {skip}, () =>
   visit('planar.html', planarPage(), async page => {
-    assert.match(await text(page, '#add'), /\+ coulomb_friction@joint2\s+1\.04\s+44\.\d\s+(0\.99\d|1\.0\d)/);
+    assert.match(await text(page, '#add'), /\+ coulomb_friction@joint2\s+as given\s+1\.04\s+44\.\d\s+(0\.99\d|1\.0\d)/);
     await page.getByRole('button', {name: 'Show + coulomb_friction@joint2'}).click();
     await settled(page);
     assert.match(await text(page, '#verdict'), /Adequate/);
@@ -235,7 +351,7 @@ test('a document that cannot be read is named', {skip}, async () => {
 
 test('a panel that fails says so, and the others stay', {skip}, async () => {
   const document = planarPage();
-  document.models[0].parameters = null;
+  document.models[0].correlationNames = null;
   const {page, context} = await openFile(browser, writeReport('broken.html', document));
   assert.match(await text(page, 'main'), /A panel cannot be shown/);
   assert.match(await text(page, '#verdict'), /44\.\d × noise/);

@@ -46,7 +46,7 @@ test('a click adds the effect, and the error falls', {skip}, () =>
     assert.deepEqual(studio.posts, [{url: '/api/add', body: {model: 0, effect: 'coulomb_friction@joint2'}, type: 'application/json'}]);
     studio.say(kProgress);
     await page.getByText('iteration 3 of at most 50').waitFor();
-    assert.match(await page.locator('.progress').innerText(), /refitting, 4\.2 s.*error 12\.3 × noise/);
+    assert.match(await page.locator('.progress').innerText(), /refitting, \d+\.\d s.*error 12\.3 × noise/s);
     assert.equal(await offer(page).isDisabled(), true);
     state.models = 2;
     studio.say({type: 'done', model: 1});
@@ -59,6 +59,24 @@ test('a click adds the effect, and the error falls', {skip}, () =>
     assert.deepEqual(complaints, []);
   }));
 
+test('the clock runs though nothing is reported, and no bound is passed', {skip}, () =>
+  session(async (page, studio) => {
+    const seconds = async () => Number((await page.locator('.progress p').innerText()).match(/, ([\d.]+) s/)[1]);
+    studio.say({...kProgress, iteration: 26, of: 10});
+    await page.getByText('iteration 26').waitFor();
+    assert.doesNotMatch(await page.locator('.progress').innerText(), /at most/);
+    assert.equal(await page.$eval('.progress progress', e => e.hasAttribute('value')), false);
+    const first = await seconds();
+    await until(async () => await seconds() > first);
+  }));
+
+test('the files of a studio say of which fit they are, and its values', {skip}, () =>
+  session(async page => {
+    assert.match(await page.locator('#take-away').innerText(), /but of one more, of one trajectory over each whole run/);
+    assert.match(await page.locator('#take-away').innerText(), /link1\.length\s+m\s+0\.50012\s+0\.50021/);
+    assert.match(await page.locator('#verdict .end').innerText(), /61\.2 times the noise/);
+  }));
+
 test('a fit is cancelled, and said to be', {skip}, () =>
   session(async (page, studio) => {
     studio.say(kProgress);
@@ -68,6 +86,7 @@ test('a fit is cancelled, and said to be', {skip}, () =>
     studio.say({type: 'cancelled'});
     await page.getByText('The fit was cancelled').waitFor();
     assert.equal(await offer(page).isEnabled(), true);
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'add');
   }));
 
 test('a fit that failed says why', {skip}, () =>
@@ -137,7 +156,7 @@ test('files come from the server', {skip}, () =>
   session(async page => {
     const link = page.locator('.files a').first();
     assert.equal(await link.getAttribute('href'), '/api/models/0/identified.urdf');
-    assert.equal(await page.locator('.files a').count(), 3);
+    assert.equal(await page.locator('.files a').count(), 4);
   }));
 
 test('before the first model the page says what runs, and can start again', {skip}, () =>

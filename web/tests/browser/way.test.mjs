@@ -78,7 +78,7 @@ test('from a wrong model to a right one, and back to the command line', {skip}, 
     await offer(page).click();
     await badge(page, 'adequate');
     for (const error of await errors(page)) assert.ok(error < 1.1, `${error} × noise after`);
-    assert.match(await text(page, '#add'), new RegExp(`\\+ ${kMissing}\\s+[01]\\.\\d+\\s+[3-9]\\.\\d+\\s+[01]\\.\\d+`));
+    assert.match(await text(page, '#add'), new RegExp(`\\+ ${kMissing}\\s+as given\\s+[01]\\.\\d+\\s+[3-9]\\.\\d+\\s+[01]\\.\\d+`));
     assert.deepEqual(await titles(page), ['as given', `+ ${kMissing}`]);
 
     const taken = newFolder();

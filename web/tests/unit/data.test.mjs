@@ -85,3 +85,30 @@ test('names the worst channel and segment', () => {
   assert.equal(data.worstChannel(model).name, 'joint2');
   assert.equal(data.worstSegment(model).normalized_rms, Math.max(...model.segments.map(s => s.normalized_rms)));
 });
+
+test('the colours of errors begin where nearly all are', () => {
+  assert.equal(data.leastError([0.2, 0.9, 5]), 1);
+  assert.equal(data.leastError([NaN]), 1);
+  assert.equal(data.leastError(Float32Array.from({length: 100}, (_, i) => 50 + i)), 55);
+});
+
+test('runs are named by their files, and by folders only where they must be', () => {
+  assert.deepEqual(data.runLabels(['/a/b/one.csv', '/a/b/two.csv']), ['one.csv', 'two.csv']);
+  assert.deepEqual(data.runLabels(['a/x/one.csv', 'a/y/one.csv', 'two.csv']), ['x/one.csv', 'y/one.csv', 'two.csv']);
+  assert.deepEqual(data.runLabels(['one.csv', 'a/one.csv']), ['one.csv', 'a/one.csv']);
+  assert.deepEqual(data.runLabels(['one.csv', 'one.csv']), ['one.csv', 'one.csv']);
+});
+
+test('the way to a model goes by those that it came of', () => {
+  const page = planarPage();
+  page.steps.push({...page.steps[0], title: 'b', model: 3, from: 0}, {...page.steps[0], title: 'c', model: 4, from: 1});
+  assert.deepEqual(data.wayTo(page, 4).map(s => s.title), ['+ coulomb_friction@joint2', 'c']);
+  assert.deepEqual(data.wayTo(page, 3).map(s => s.title), ['b']);
+  assert.deepEqual(data.wayTo(page, 0), []);
+});
+
+test('a cost that rises begins another stage of Levenberg-Marquardt, and none of Adam', () => {
+  const points = [9, 4, 4, 80, 70].map((cost, iteration) => ({iteration, cost, time_s: iteration}));
+  assert.deepEqual(data.inStages('lm', points).map(p => p.cost), [9, 4, 4, NaN, 80, 70]);
+  assert.equal(data.inStages('Adam', points), points);
+});

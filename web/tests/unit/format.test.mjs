@@ -57,3 +57,20 @@ test('the noise floor is dark and the largest error bright', () => {
   assert.equal(cividis(errorFraction(0.8, 10)), 'rgb(0,34,78)');
   assert.equal(cividis(errorFraction(10, 10)), 'rgb(254,232,56)');
 });
+
+test('a range has as many places as its ends need', () => {
+  assert.equal(f.fmtRange(0, 8), '0 s to 8 s');
+  assert.equal(f.fmtRange(0.53011, 0.53042), '0.53011 s to 0.53042 s');
+});
+
+test('a sentence of a program has a capital and an end', () => {
+  assert.equal(f.sentence('the last step gained nothing'), 'The last step gained nothing.');
+  assert.equal(f.sentence('link1.mass ended at its bound'), 'link1.mass ended at its bound.');
+  assert.equal(f.sentence('Are they?'), 'Are they?');
+  assert.equal(f.sentence(''), '');
+});
+
+test('what has no unit is given none', () => {
+  assert.equal(f.unitText('-'), '');
+  assert.equal(f.fmtUnit(22, '-'), '22');
+});

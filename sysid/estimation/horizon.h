@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "sysid/estimation/evaluation.h"
+
+namespace sysid {
+
+// Where EvaluateHorizon looks: at so many seconds ahead of states that are
+// estimated from windows of this length, so many of them a run at most.
+inline constexpr double kHorizons[] = {0.05, 0.1, 0.2, 0.5,
+                                       1.0,  2.0, 5.0, 10.0};
+inline constexpr double kHorizonWindow = 0.2;  // s
+inline constexpr int kMostHorizonStarts = 40;
+
+// What EvaluateHorizon would find if the model were true, and knew its
+// parameters: the noise of the windows makes the states that are estimated from
+// them wrong, the motion lets that grow (in chaos exponentially), and what is
+// predicted is compared with measurements that are noisy themselves. For a
+// state x of the point, J the whitened derivative of the window's measurements
+// by its tangent, B the inverse standard deviations of StateBelief, and w
+// standard normal,
+//
+//   dx = (J^T J + B^T B)^-1 J^T w,                                      (8.1)
+//   rms(h)^2 = mean |y(x [+] dx, h) - y(x, h)|^2 + sigma^2,
+//
+// in a few draws a state, always the same ones. Only an estimate: of the growth
+// where it is large few states count. Horizons for which there is no data are
+// left out.
+std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
+                                               const ShootingPoint& point);
+
+}  // namespace sysid

@@ -1,0 +1,84 @@
+#include "sysid/estimation/horizon.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/support/fit_setup.h"
+
+namespace sysid {
+namespace {
+
+// A run of the model itself, and the trajectory that it is of.
+struct True {
+  True(const std::string& name, double amplitude, double noise,
+       double duration = 10.0)
+      : model(Shipped(name)) {
+    SimulationOptions simulation;
+    simulation.duration = duration;
+    simulation.noise = noise;
+    simulation.seed = 5;
+    const Eigen::VectorXd start = RandomState(model, amplitude, 5);
+    EstimationOptions options;
+    options.noise = noise;
+    options.rollout.step = 0.005;
+    problem = std::make_unique<ShootingProblem>(
+        model, std::vector<FreeParameter>(),
+        std::vector<sysid::Run>{Simulate(model, start, simulation)}, options);
+    ShootingPoint::Nodes nodes;
+    nodes.samples = {0, problem->runs()[0]->run.size() - 1};
+    nodes.states = start.transpose();
+    point.theta.resize(0);
+    point.runs.push_back(nodes);
+  }
+  Model model;
+  std::unique_ptr<ShootingProblem> problem;
+  ShootingPoint point;
+};
+
+// Of a model that is true: EvaluateHorizon, which estimates its states from the
+// noisy windows, and this, which never looks at them, are two roads to one
+// number. Each is a mean over some forty states of squares whose spread is
+// about their mean (in chaos more: a few states make the most of it), so that
+// the ratio of two roots is within exp(3 sqrt(2 / 40) / 2) = 1.4; twice that in
+// chaos.
+TEST(EstimateNoiseHorizon, IsWhatATrueModelReaches) {
+  for (const auto& [name, amplitude, factor] :
+       {std::tuple("pendulum1", 0.5, 1.4),
+        std::tuple("pendulum2_planar", 0.5, 1.4),
+        std::tuple("pendulum2_planar", 2.5, 2.8),
+        std::tuple("pendulum2", 0.5, 1.4)}) {
+    const True truth(name, amplitude, 1e-3);
+    const auto found = EvaluateHorizon(*truth.problem, truth.point.theta);
+    const auto noise = EstimateNoiseHorizon(*truth.problem, truth.point);
+    ASSERT_EQ(found.size(), noise.size()) << name;
+    for (size_t h = 0; h < found.size(); ++h) {
+      EXPECT_EQ(found[h].horizon_s, noise[h].horizon_s);
+      EXPECT_LT(std::abs(std::log(found[h].rms / noise[h].rms)),
+                std::log(factor))
+          << name << " at " << amplitude << ", " << found[h].horizon_s
+          << " s: " << found[h].rms << " and " << noise[h].rms;
+    }
+  }
+}
+
+// To first order twice the noise makes twice the error.
+TEST(EstimateNoiseHorizon, GrowsWithTheNoise) {
+  const True one("pendulum2_planar", 0.5, 1e-4);
+  const True two("pendulum2_planar", 0.5, 2e-4);
+  const auto a = EstimateNoiseHorizon(*one.problem, one.point);
+  const auto b = EstimateNoiseHorizon(*two.problem, two.point);
+  ASSERT_EQ(a.size(), b.size());
+  for (size_t h = 0; h < a.size(); ++h) {
+    EXPECT_NEAR(b[h].rms / a[h].rms, 2.0, 0.02) << a[h].horizon_s;
+  }
+}
+
+TEST(EstimateNoiseHorizon, SaysNothingOfWhatIsLongerThanTheRun) {
+  const True truth("pendulum1", 0.5, 1e-3, 1.5);
+  EXPECT_EQ(EstimateNoiseHorizon(*truth.problem, truth.point).back().horizon_s,
+            1.0);
+}
+
+}  // namespace
+}  // namespace sysid

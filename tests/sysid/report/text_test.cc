@@ -1,0 +1,20 @@
+#include "sysid/report/text.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace sysid {
+namespace {
+
+TEST(Times, HasThreeDigitsAndNoExponentInASentence) {
+  EXPECT_EQ(Times(0.98765), "0.988");
+  EXPECT_EQ(Times(999.4), "999");
+  EXPECT_EQ(Times(999.6), "1000");
+  EXPECT_EQ(Times(1094.9), "1090");
+  EXPECT_EQ(Times(54321.0), "54300");
+  EXPECT_EQ(Times(INFINITY), "inf");
+}
+
+}  // namespace
+}  // namespace sysid
