@@ -435,7 +435,7 @@ void DynamicsTangent::LinkForceColumns(const ParameterColumns& theta,
   }
 }
 
-// What the drives and the effects give: d tau, less d J_a qdd.
+// What the drives and the effects give, of (2.22): d tau, less d J_a qdd.
 void DynamicsTangent::EffortColumns(const ParameterColumns& theta,
                                     const Lanes* dq, const Lanes* dqd,
                                     const Lanes* dtau) {
@@ -479,6 +479,7 @@ void DynamicsTangent::ArticulateColumns(const ParameterColumns& theta,
     if (body.type == JointType::kSpherical) {
       d.x = b.D3_inverse * (d.tau - d.n);
       if (rooted) continue;
+      // Without an armature D is I: d n + I x is d tau.
       n = (b.has_armature ? d.n + b.I * d.x : d.tau) + Cross(d.psi, p.n);
       f = d.f + TransposedTimes(b.H, d.x) + Cross(d.psi, p.f);
     } else {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "models/printable.h"
+
 namespace sysid {
 namespace {
 
@@ -10,7 +12,7 @@ std::string Format(const std::string& place, const std::string& what,
                    const std::string& hint) {
   std::string text = place.empty() ? what : place + ": " + what;
   if (!hint.empty()) text += "\n  hint: " + hint;
-  return text;
+  return Printable(text);
 }
 
 // Levenshtein's distance.
@@ -30,6 +32,14 @@ int EditDistance(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
+
+std::string Printable(std::string text) {
+  for (char& c : text) {
+    if ((static_cast<unsigned char>(c) < ' ' && c != '\n') || c == 0x7f)
+      c = '?';
+  }
+  return text;
+}
 
 InputError::InputError(const std::string& place, const std::string& what,
                        const std::string& hint)

@@ -70,7 +70,7 @@ void StepTangent::SetMoves(const double* u) {
     const double x = u_i.squaredNorm();
     double b, c;  // (1 - cos|u|) / |u|^2, (|u| - sin|u|) / |u|^3
     if (x < 1e-2) {
-      // Next terms: |u|^10 / 4e9 and / 4e10, below rounding for |u| < 0.1.
+      // Next terms: |u|^12 / 12! and / 13!, below rounding for |u| < 0.1.
       b = 1.0 / 2 -
           x * (1.0 / 24 -
                x * (1.0 / 720 - x * (1.0 / 40320 - x * (1.0 / 3628800))));

@@ -37,9 +37,9 @@ struct BodyData {
   Matrix3<T> I, H, M;
   Vector3<T> n, f;
   Vector3<T> U_n, U_f;  // I^A S of a hinge or slide
-  T D_inverse;          // 1 / (S^T I^A S)
+  T D_inverse;          // 1 / D of (2.10), armature included
   T u;
-  Matrix3<T> D3_inverse;  // of a spherical joint
+  Matrix3<T> D3_inverse;  // the same of a spherical joint
   Matrix3<T> DH;          // its D^-1 H
   Vector3<T> u3;
 

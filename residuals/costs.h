@@ -41,7 +41,7 @@ void LiftToAmbient(const Model& model, const double* x,
 // Of a segment, in SI units: parameter blocks x_k, theta, and x_{k+1} where
 // another segment follows; residuals are the errors of SegmentRollout, then the
 // defect x_end [-] x_{k+1} (2 nv numbers) where another follows. No theta block
-// where the map is empty.
+// where the map is empty. Fits use ShootingSegmentCost, which tests hold to it.
 class SegmentCost final : public ceres::CostFunction {
  public:
   SegmentCost(const SegmentRollout* rollout, bool with_defect);

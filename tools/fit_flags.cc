@@ -16,7 +16,7 @@ DEFINE_string(spec, "", "fit specification, YAML");
 DEFINE_string(free, "", "parameters to fit, name or name=start");
 DEFINE_string(fix, "", "parameters to hold, name or name=value");
 DEFINE_string(add, "", "effects to add, effect@target");
-DEFINE_string(columns, "", "name=column[*factor] for foreign CSV files");
+DEFINE_string(columns, "", "name=expression of the file's columns");
 DEFINE_string(solver, "", "lm, adam or gmm");
 DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
 DEFINE_double(step, 0, "integration step, s");

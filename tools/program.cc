@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -14,6 +15,8 @@
 #include "gflags/gflags.h"
 #include "glog/logging.h"
 #include "models/error.h"
+#include "models/printable.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
@@ -94,6 +97,26 @@ void WriteStdout(const std::string& text) {
   }
 }
 
+void PrintNotices(const std::vector<std::string>& notices) {
+  for (const std::string& notice : notices) {
+    std::fprintf(stderr, "note: %s\n", Printable(notice).c_str());
+  }
+}
+
+bool FileOutputs::Write(const std::function<void()>& write) {
+  if (failed_) return false;
+  try {
+    write();
+  } catch (const InputError&) {
+    failed_ = std::current_exception();
+  }
+  return !failed_;
+}
+
+void FileOutputs::Rethrow() const {
+  if (failed_) std::rethrow_exception(failed_);
+}
+
 void CheckIsNoInput(const std::string& flag, const std::string& file,
                     const std::vector<std::string>& inputs) {
   for (const std::string& input : inputs) {
@@ -149,6 +172,8 @@ bool ParseFlags(int argc, char** argv, const std::vector<std::string>& unused) {
 int RunProgram(int argc, char** argv, const std::string& help,
                const std::function<int()>& work,
                const std::vector<std::string>& unused) {
+  // A file that outgrows `ulimit -f` is an error of its write, not the end.
+  std::signal(SIGXFSZ, SIG_IGN);
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports each bad step
@@ -161,6 +186,11 @@ int RunProgram(int argc, char** argv, const std::string& help,
   } catch (const InputError& error) {
     std::fprintf(stderr, "error: %s\n", error.what());
     return kExitBadInput;
+  } catch (const Cancelled&) {
+    std::fprintf(stderr,
+                 "error: interrupted before there was a first point: nothing "
+                 "was fitted, and no file was written\n");
+    return kExitNoResult;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "error: out of memory\n");
     return kExitNoResult;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <exception>
 #include <functional>
 #include <string>
 #include <vector>
@@ -35,13 +36,28 @@ bool IsStdout(const std::string& file);
 // Writes to standard output; throws InputError where that fails (a full disk).
 void WriteStdout(const std::string& text);
 
+// What was assumed or ignored, a line each, on standard error.
+void PrintNotices(const std::vector<std::string>& notices);
+
+// Writes files, whose disk may be full by now, and notes why that failed: so
+// that the result can still be printed. Rethrow() once it is.
+class FileOutputs {
+ public:
+  // False where this or an earlier one failed; that then was not called.
+  bool Write(const std::function<void()>& write);
+  void Rethrow() const;
+
+ private:
+  std::exception_ptr failed_;
+};
+
 // Throws InputError where the file that `flag` names is one of the inputs.
 void CheckIsNoInput(const std::string& flag, const std::string& file,
                     const std::vector<std::string>& inputs);
 
 // Runs a program's work: prints `help` for --help; turns InputError into its
-// text on standard error and exit code 2, and any other exception into one line
-// and exit code 1.
+// text on standard error and exit code 2, and any other exception (Cancelled:
+// nothing came of an interrupted fit) into one line and exit code 1.
 int RunProgram(int argc, char** argv, const std::string& help,
                const std::function<int()>& work,
                const std::vector<std::string>& unused = {});

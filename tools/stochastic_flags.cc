@@ -6,6 +6,7 @@
 #include "gflags/gflags.h"
 #include "models/error.h"
 #include "sysid/io/csv.h"
+#include "sysid/io/memory.h"
 #include "tools/program.h"
 
 DEFINE_double(learning_rate, 0.1, "Adam's, in parts of a parameter's size");
@@ -92,6 +93,18 @@ std::vector<std::string> MovedStarts(const Session& session) {
     }
   }
   return notices;
+}
+
+void CheckMixtureSize(const Session& session, const MixtureOptions& options) {
+  // What is kept of every epoch: weights, means and deviations of the kernels;
+  // of the epoch that runs: a draw's noise for each kernel.
+  const double n = static_cast<double>(session.free.size());
+  const double kernels = options.kernels * (2.0 * n + 1.0);
+  const double draws = options.draws * options.kernels * (n + 1.0);
+  CheckMemory(sizeof(double) * (options.epochs() * kernels + draws), "--epochs",
+              "the history of a mixture of that many epochs, kernels and "
+              "parameters",
+              "give fewer --epochs or --kernels");
 }
 
 void CheckSolverFlags(const std::string& solver) {

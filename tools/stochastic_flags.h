@@ -18,6 +18,9 @@ MixtureOptions MixtureOptionsFromFlags();
 // Notices of starts that Adam and the mixture move away from their bounds.
 std::vector<std::string> MovedStarts(const Session& session);
 
+// Throws InputError where this machine has no memory for such a mixture.
+void CheckMixtureSize(const Session& session, const MixtureOptions& options);
+
 // That no flag was given that the solver ("lm", "adam", "gmm") does not have.
 void CheckSolverFlags(const std::string& solver);
 

@@ -12,6 +12,7 @@
 #include "sysid/report/comparison_report.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
+#include "tools/interrupt.h"
 #include "tools/program.h"
 #include "tools/stochastic_flags.h"
 
@@ -31,7 +32,7 @@ constexpr char kHelp[] =
     --truth link1.length=0.81,link2.length=0.304 --figure figure.svg
 
   --model NAME|FILE.urdf  --traj A.csv,B.csv  --spec FILE.yaml
-  --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=col[*f],...
+  --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=expr,...
   --integrator rk4|semi_implicit_euler  --step S  --segment S  --noise S
   --residual heading|rotation  --threads N         as of sysid_fit
   --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
@@ -46,6 +47,7 @@ constexpr char kHelp[] =
                              of two parameters the likelihood on a grid
   --json FILE|-              machine-readable result
   --out DIR                  comparison.json, comparison.svg
+Ctrl-C writes what there is of the comparison, once more ends at once.
 Exit code: 0 done, 1 a solver has no usable result, 2 bad input.
 )";
 
@@ -124,6 +126,7 @@ int Main() {
   request.solver = "lm";  // whatever a specification says
   Session session = OpenSession(request, catalogue);
   ComparisonOptions options = OptionsFromFlags(session);
+  CheckMixtureSize(session, options.mixture);
   CheckOutputs(request, session);
   if (!FLAGS_figure.empty()) {
     CheckIsNoInput("--figure", FLAGS_figure, request.traj);
@@ -135,9 +138,11 @@ int Main() {
   }
   const std::vector<std::string> moved = MovedStarts(session);
   session.notices.insert(session.notices.end(), moved.begin(), moved.end());
-  for (const std::string& notice : session.notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(session.notices);
+  const Interrupt interrupt(
+      "what there is of the comparison is written; once more ends at once");
+  session.options.stop = interrupt.token();
+  session.options.keep_best = true;
   ProgressLine line;
   options.progress = [&](const Progress& p) { line.Show(p); };
   const ShootingProblem problem(session.model, session.free, session.runs,
@@ -146,17 +151,25 @@ int Main() {
   line.Clear();
   const std::string json = ComparisonJson(session, comparison);
   const std::string figure = ComparisonFigure(session, comparison);
-  if (!FLAGS_out.empty()) {
-    const std::filesystem::path out = FLAGS_out;
-    WriteFileAtomically((out / "comparison.json").string(), json);
-    WriteFileAtomically((out / "comparison.svg").string(), figure);
-  }
-  if (!FLAGS_figure.empty()) WriteFileAtomically(FLAGS_figure, figure);
-  if (to_stdout) {
-    WriteStdout(json);
-  } else {
-    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
-    WriteStdout(ComparisonText(session, comparison));
+  FileOutputs files;
+  files.Write([&] {
+    if (!FLAGS_out.empty()) {
+      const std::filesystem::path out = FLAGS_out;
+      WriteFileAtomically((out / "comparison.json").string(), json);
+      WriteFileAtomically((out / "comparison.svg").string(), figure);
+    }
+    if (!FLAGS_figure.empty()) WriteFileAtomically(FLAGS_figure, figure);
+    if (!FLAGS_json.empty() && !to_stdout) {
+      WriteFileAtomically(FLAGS_json, json);
+    }
+  });
+  WriteStdout(to_stdout ? json : ComparisonText(session, comparison));
+  files.Rethrow();
+  const int starts = static_cast<int>(comparison.trials.size());
+  if (starts < comparison.asked) {
+    std::fprintf(stderr, "error: interrupted after %d of %d starts\n", starts,
+                 comparison.asked);
+    return kExitNoResult;
   }
   for (const SolverRun& run : comparison.runs) {
     if (run.fit.converged) continue;

@@ -9,12 +9,14 @@
 
 #include "gflags/gflags.h"
 #include "models/error.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
+#include "tools/interrupt.h"
 #include "tools/program.h"
 
 DEFINE_bool(auto, false, "add effects until nothing is missing");
@@ -42,7 +44,7 @@ constexpr char kHelp[] =
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
                              what is fixed by name is taken for right
   --add effect@target,...    effects that are in the model already
-  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -51,17 +53,40 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, diagnosis.json, fit.json,
                              prediction.csv, identified.urdf
+Ctrl-C writes what was judged so far, once more ends at once.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
 void WriteOutputs(const PageSource& source, const DiagnosisProblem& problem,
-                  const Diagnosis& diagnosis, const FinalFit& final,
+                  const Diagnosis& diagnosis, const FinalFit* final,
                   const std::string& json) {
   const std::filesystem::path out = FLAGS_out;
   WriteFileAtomically((out / "diagnosis.json").string(), json);
-  WriteModelFiles(ShowFinal(final, 0));
-  WriteReport(
-      [&] { return DiagnosisPage(source, problem, diagnosis, &final); });
+  if (final != nullptr) {
+    WriteModelFiles(ShowFinal(*final, 0));
+  } else {
+    std::fprintf(stderr,
+                 "note: interrupted before the last fit: fit.json, "
+                 "prediction.csv and identified.urdf are not written\n");
+  }
+  WriteReport([&] { return DiagnosisPage(source, problem, diagnosis, final); });
+}
+
+// The last fit, as far as it came; none where that is nowhere.
+std::optional<FinalFit> FitFinalUnlessInterrupted(
+    const Session& session, const DiagnosisProblem& problem,
+    Diagnosis* diagnosis) {
+  std::optional<FinalFit> final;
+  try {
+    final = FitFinal(session, problem, *diagnosis);
+    if (final->fit.converged || !session.options.stop.stop_requested()) {
+      return final;
+    }
+  } catch (const Cancelled&) {
+  }
+  diagnosis->interrupted = "fitting whole runs, the last step";
+  diagnosis->doubts.push_back("interrupted while " + diagnosis->interrupted);
+  return final;
 }
 
 int Main() {
@@ -75,18 +100,21 @@ int Main() {
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);
-  for (const std::string& notice : session.notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(session.notices);
+  const Interrupt interrupt(
+      "what was judged so far is written; once more ends at once");
+  session.options.stop = problem.options.stop = interrupt.token();
+  session.options.keep_best = true;
   ProgressLine line;
   session.options.progress = [&](const Progress& p) { line.Show(p); };
   problem.options.progress = session.options.progress;
   DiagnosisOptions options;
   options.add = FLAGS_auto;
-  const Diagnosis diagnosis = Diagnose(problem, candidates, options);
+  options.keep_judged = true;
+  Diagnosis diagnosis = Diagnose(problem, candidates, options);
   std::optional<FinalFit> final;
-  if (FLAGS_auto || !FLAGS_out.empty()) {
-    final = FitFinal(session, problem, diagnosis);
+  if ((FLAGS_auto || !FLAGS_out.empty()) && diagnosis.interrupted.empty()) {
+    final = FitFinalUnlessInterrupted(session, problem, &diagnosis);
   }
   line.Clear();
   const FinalFit* fitted = final ? &*final : nullptr;
@@ -95,19 +123,29 @@ int Main() {
                            FlagWith("add", step.add) +
                            FlagWith("fix", step.fix);
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
+  FileOutputs files;
   if (!FLAGS_out.empty()) {
     PageSource source = PageFromFlags("sysid_diagnose", session);
     if (FLAGS_auto) source.command += " --auto";
     source.train = diagnosis.base.problem.get();
     source.holdout = &problem.holdout;
-    WriteOutputs(source, problem, diagnosis, *fitted, json);
+    files.Write(
+        [&] { WriteOutputs(source, problem, diagnosis, fitted, json); });
   }
   if (to_stdout) {
     WriteStdout(json);
   } else {
-    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    files.Write([&] {
+      if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    });
     WriteStdout(DiagnosisText(session, diagnosis, fitted, next,
                               isatty(STDOUT_FILENO) == 1));
+  }
+  files.Rethrow();
+  if (!diagnosis.interrupted.empty()) {
+    std::fprintf(stderr, "error: no usable result: interrupted while %s\n",
+                 diagnosis.interrupted.c_str());
+    return kExitNoResult;
   }
   if (!diagnosis.usable) {
     std::fprintf(stderr, "error: no usable result: %s\n",

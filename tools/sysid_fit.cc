@@ -8,11 +8,14 @@
 
 #include "gflags/gflags.h"
 #include "models/error.h"
+#include "models/urdf/write_urdf.h"
+#include "sysid/io/memory.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
 #include "sysid/session/diagnosis_session.h"
 #include "tools/fit_flags.h"
+#include "tools/interrupt.h"
 #include "tools/program.h"
 #include "tools/stochastic_flags.h"
 
@@ -36,7 +39,7 @@ constexpr char kHelp[] =
   --add effect@target,...    effects to add, with the error before and after;
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
-  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
   --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
                              Gaussians (docs/stochastic.md)
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
@@ -50,8 +53,12 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
                              identified.urdf
+Ctrl-C writes the best point so far, once more ends at once.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
+
+constexpr char kInterrupted[] =
+    "the best point so far is written; once more ends at once";
 
 // The fit for the page and the files.
 PageFit Show(const Session& session, const ShootingProblem& problem,
@@ -120,6 +127,14 @@ void CheckSampling(const std::string& solver) {
   }
 }
 
+// The samples are made before any is written: their URDFs and a line each.
+void CheckSampleSize(const Session& session) {
+  if (FLAGS_sample == 0) return;
+  const double urdf = static_cast<double>(WriteUrdf(session.model).size());
+  CheckMemory(FLAGS_sample * (urdf + 100.0 * session.free.size()), "--sample",
+              "to draw that many URDFs", "draw fewer at a time, by --seed");
+}
+
 int Main() {
   const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
@@ -130,14 +145,17 @@ int Main() {
   CheckSampling(session.solver);
   const AdamFitOptions adam = AdamOptionsFromFlags();
   const MixtureOptions gmm = MixtureOptionsFromFlags();
+  if (session.solver == "gmm") CheckMixtureSize(session, gmm);
+  CheckSampleSize(session);
   CheckOutputs(request, session);
   if (session.solver != "lm") {
     const std::vector<std::string> moved = MovedStarts(session);
     session.notices.insert(session.notices.end(), moved.begin(), moved.end());
   }
-  for (const std::string& notice : session.notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(session.notices);
+  const Interrupt interrupt(kInterrupted);
+  session.options.stop = interrupt.token();
+  session.options.keep_best = true;
   ProgressLine line;
   session.options.progress = [&](const Progress& p) { line.Show(p); };
   // The trial is by Levenberg-Marquardt; the others start where they are told.
@@ -163,16 +181,21 @@ int Main() {
       Show(session, problem, fit, held, tried, mixture ? &*mixture : nullptr);
   const std::string json = ModelFileText(shown, "fit.json");
   std::string written;
-  if (!FLAGS_out.empty()) written = WriteOutputs(shown);
-  if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
+  FileOutputs files;
+  const bool in_folder = files.Write([&] {
+    if (!FLAGS_out.empty()) written = WriteOutputs(shown);
+    if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
+  });
   if (to_stdout) {
     WriteStdout(json);
   } else {
-    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    files.Write([&] {
+      if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    });
     const bool colour = isatty(STDOUT_FILENO) == 1;
     std::string text = FitText(session, problem, fit, held, tried, colour);
     if (mixture) text += MixtureText(*mixture);
-    if (!FLAGS_out.empty()) {
+    if (!FLAGS_out.empty() && in_folder) {
       text +=
           "  written to " + FLAGS_out + ": " + written + SampleFiles() + "\n";
     }
@@ -181,6 +204,7 @@ int Main() {
     }
     WriteStdout(text);
   }
+  files.Rethrow();
   if (!fit.converged) {
     std::fprintf(stderr, "error: no usable result: %s\n",
                  fit.termination.c_str());

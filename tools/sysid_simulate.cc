@@ -11,6 +11,7 @@
 #include "models/find_model.h"
 #include "models/parameters.h"
 #include "sysid/io/csv.h"
+#include "sysid/io/memory.h"
 #include "sysid/io/read_run.h"
 #include "sysid/io/write_file.h"
 #include "sysid/io/write_run.h"
@@ -239,6 +240,17 @@ void AddNotices(const Model& model, const SimulationOptions& options,
       "none");
 }
 
+// The run, its states twice (two steps are compared), and its text.
+void CheckSize(const Model& model) {
+  constexpr double kCell = 24.0;  // characters of a number, at most
+  const double columns = 1.0 + model.nq() + model.nv();
+  const double numbers = columns + 2.0 * model.state_size();
+  CheckMemory(FLAGS_duration * FLAGS_rate *
+                  (sizeof(double) * numbers + kCell * columns),
+              "--duration", "a run of that many samples",
+              "give a shorter duration or a lower rate");
+}
+
 int Main() {
   if (FLAGS_model.empty()) {
     throw InputError(
@@ -274,10 +286,9 @@ int Main() {
     CheckIsNoInput("--out_csv", FLAGS_out_csv, {file, FLAGS_initial});
     CheckWritableFile(FLAGS_out_csv);
   }
+  CheckSize(model);
   AddNotices(model, options, &notices);
-  for (const std::string& notice : notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(notices);
   const Run run = Simulate(model, x0, options);
   std::string command = "sysid_simulate";
   for (const char* name :

@@ -1,8 +1,6 @@
 // Serves the interactive page of a model and its runs on loopback
 // (contracts.md section 1).
 
-#include <pthread.h>
-
 #include <csignal>
 #include <cstdio>
 #include <string>
@@ -17,6 +15,7 @@
 #include "sysid/studio/server.h"
 #include "sysid/studio/studio.h"
 #include "tools/fit_flags.h"
+#include "tools/interrupt.h"
 #include "tools/program.h"
 
 DEFINE_int32(port, 8080, "port on 127.0.0.1; 0: any free one");
@@ -49,7 +48,7 @@ served; Ctrl-C ends it.
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
                              what is fixed by name is taken for right
   --add effect@target,...    effects that are in the model already
-  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -85,24 +84,6 @@ std::string PageOrWhyNot() {
          "it has only <a href=\"/api/page\">its data</a>.";
 }
 
-// Ctrl-C, or a polite kill; blocked in this thread and those that it starts.
-class Interrupt {
- public:
-  Interrupt() {
-    sigemptyset(&signals_);
-    sigaddset(&signals_, SIGINT);
-    sigaddset(&signals_, SIGTERM);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-  }
-  void Await() const {
-    int signal = 0;
-    sigwait(&signals_, &signal);
-  }
-
- private:
-  sigset_t signals_;
-};
-
 int Main() {
   if (!FLAGS_json.empty()) {
     throw InputError("--json", "is nothing that sysid_studio writes",
@@ -110,18 +91,17 @@ int Main() {
   }
   StudioSetup setup = OpenSetup();
   const std::vector<std::string> notices = setup.session.notices;
-  const Interrupt interrupt;
+  const sigset_t interrupts = BlockInterrupts();
   // Before anything is written.
   StudioServer server(PageOrWhyNot());
   const int port = server.Listen(FLAGS_port, "--port");
   Studio studio(std::move(setup));
-  for (const std::string& notice : notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(notices);
   if (studio.models() == 0) studio.Start();
   WriteStdout("http://127.0.0.1:" + std::to_string(port) + "/\n");
   std::thread serving([&] { server.Serve(&studio); });
-  interrupt.Await();
+  int signal = 0;
+  sigwait(&interrupts, &signal);
   studio.Close();
   server.Stop();
   serving.join();

@@ -71,6 +71,8 @@ Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
   return joint;
 }
 
+constexpr size_t kMostText = size_t{64} << 20;
+
 }  // namespace
 
 Mechanism LoadUrdf(const std::string& path) {
@@ -87,7 +89,13 @@ Mechanism LoadUrdf(const std::string& path) {
   std::string text;
   std::vector<char> chunk(1 << 16);
   // Text has no NUL: stops there, for /dev/zero has no end.
-  while (file && text.find('\0') == std::string::npos) {
+  for (size_t read = 0; file && text.find('\0', read) == std::string::npos;) {
+    read = text.size();
+    if (read > kMostText) {
+      throw InputError(path, "is larger than 64 MiB",
+                       "is this the URDF that you mean? Meshes stand in files "
+                       "of their own");
+    }
     file.read(chunk.data(), static_cast<std::streamsize>(chunk.size()));
     text.append(chunk.data(), static_cast<size_t>(file.gcount()));
   }

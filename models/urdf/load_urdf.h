@@ -25,7 +25,8 @@ namespace sysid {
 // or not finite, a moving body without mass, negative masses, inertias that no
 // body can have, axes that are zero or off unit length by more than 1e-3 (less
 // is taken for rounding and normalised), negative damping and friction, lower
-// limits above upper ones, misspelt elements and attributes, no moving joint.
+// limits above upper ones, misspelt elements and attributes, no moving joint,
+// more than 1000 joints, a file of more than 64 MiB.
 Mechanism LoadUrdf(const std::string& path);
 
 // The same from text; messages call the file `path`.

@@ -246,11 +246,28 @@ UrdfJoint ReadJoint(const TiXmlElement* xml, const std::vector<UrdfLink>& links,
   return joint;
 }
 
+// Far beyond any machine; the work and the memory of the dynamics grow with the
+// square of the joints.
+void CheckCount(const TiXmlElement* robot, const std::string& path) {
+  constexpr int kMostJoints = 1000;
+  int joints = 0;
+  for (const TiXmlElement* xml = robot->FirstChildElement("joint"); xml;
+       xml = xml->NextSiblingElement("joint")) {
+    ++joints;
+  }
+  if (joints <= kMostJoints) return;
+  throw InputError(path,
+                   std::to_string(joints) + " joints; " +
+                       std::to_string(kMostJoints) + " are the most",
+                   "leave out what moves with another link anyway");
+}
+
 }  // namespace
 
 UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path) {
   TiXmlDocument document;
   const TiXmlElement* robot = ParseRobot(text, path, &document);
+  CheckCount(robot, path);
   UrdfFaults faults(path);
   const UrdfElement top(robot, "robot", &faults);
   UrdfOutline outline;

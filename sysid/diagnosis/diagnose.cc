@@ -42,6 +42,8 @@ class Search {
 
  private:
   void Report(const std::string& doing, int step, int of, double error) const;
+  void SearchOn(Diagnosis* diagnosis);
+  void KeepJudged(Diagnosis* diagnosis) const;
   Screening Screen(const Judgement& judgement) const;
   bool LookBack(const std::vector<std::string>& newest,
                 std::shared_ptr<Judgement>* model,
@@ -62,11 +64,13 @@ class Search {
   // Every model that the search has come from, by its effects: what led on from
   // there is no reason to go back, or it would go round.
   std::set<std::set<std::string>> been_;
+  mutable std::string doing_;  // as Report() heard last
 };
 
 void Search::Report(const std::string& doing, int step, int of,
                     double error) const {
   ThrowIfCancelled(problem_.options.stop);
+  doing_ = doing;
   if (problem_.options.progress) {
     problem_.options.progress({doing, step, of, error});
   }
@@ -288,17 +292,48 @@ std::optional<Judgement> Search::Lengthen(const Judgement& now) const {
   return longer;
 }
 
+// What a search that was stopped may still say. The model of the last step is
+// whole: a later one was in the making.
+void Search::KeepJudged(Diagnosis* diagnosis) const {
+  diagnosis->interrupted = doing_;
+  diagnosis->doubts.insert(
+      diagnosis->doubts.begin(),
+      "interrupted while " + doing_ + ": the search is not complete");
+  if (diagnosis->candidates.empty()) {
+    diagnosis->verdict = Decide(diagnosis->base, nullptr);
+  }
+  if (!diagnosis->steps.empty()) {
+    diagnosis->final = diagnosis->steps.back().after;
+  }
+  diagnosis->final_verdict = Decide(diagnosis->last(), nullptr);
+  diagnosis->where = {};
+  diagnosis->where.channels = diagnosis->base.fit.train.channels;
+  diagnosis->where.segments = diagnosis->base.fit.train.segments;
+}
+
 Diagnosis Search::Run() {
   Diagnosis diagnosis(problem_.model);
+  doing_ = "fitting the model as given";
   diagnosis.base = JudgeBase(problem_);
-  Shorten(&diagnosis);
-  Doubt(&diagnosis);
-  if (!diagnosis.usable) {
-    diagnosis.verdict = diagnosis.final_verdict = Verdict::kUnexplained;
-    diagnosis.where.channels = diagnosis.base.fit.train.channels;
-    diagnosis.where.segments = diagnosis.base.fit.train.segments;
-    return diagnosis;
+  try {
+    Shorten(&diagnosis);
+    Doubt(&diagnosis);
+    if (!diagnosis.usable) {
+      diagnosis.verdict = diagnosis.final_verdict = Verdict::kUnexplained;
+      diagnosis.where.channels = diagnosis.base.fit.train.channels;
+      diagnosis.where.segments = diagnosis.base.fit.train.segments;
+      return diagnosis;
+    }
+    SearchOn(&diagnosis);
+  } catch (const Cancelled&) {
+    if (!options_.keep_judged) throw;
+    KeepJudged(&diagnosis);
   }
+  return diagnosis;
+}
+
+void Search::SearchOn(Diagnosis* result) {
+  Diagnosis& diagnosis = *result;
   Judgement* now = &diagnosis.base;
   // The base in longer segments, or with what was added.
   std::shared_ptr<Judgement> model;
@@ -400,7 +435,6 @@ Diagnosis Search::Run() {
   diagnosis.where = FindWhere(diagnosis.base);
   AddForcesToCompare(diagnosis.base, kMostCompared, &diagnosis.where.force,
                      &diagnosis.candidates);
-  return diagnosis;
 }
 
 }  // namespace

@@ -37,6 +37,9 @@ struct Diagnosis {
   bool usable = true;
   // Why the fit is not to be trusted, first things first; empty where it is.
   std::vector<std::string> doubts;
+  // What was being done when the search was stopped (keep_judged): what it had
+  // judged by then stands, the verdict says nothing of the rest. Else empty.
+  std::string interrupted;
   Judgement base;
   Where where;                              // of the base
   std::vector<CandidateEffect> candidates;  // best first
@@ -58,6 +61,9 @@ struct Diagnosis {
 
 struct DiagnosisOptions {
   bool add = false;  // add effects until nothing is missing
+  // Where EstimationOptions::stop asks to end: what was judged so far instead
+  // of Cancelled, once the model as given was.
+  bool keep_judged = false;
 };
 
 // Throws InputError where the runs are too short or too still to decide

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <utility>
 
@@ -253,11 +254,15 @@ void Refitter::Refit(const Judgement& before,
   const int threads = std::max(1, std::min(count, problem_.options.threads));
   options.threads = std::max(1, problem_.options.threads / threads);
   options.max_iterations = kTrialIterations;
-  if (problem_.options.progress) {
+  std::mutex mutex;
+  int done = 0;
+  const auto report = [&] {
+    if (!problem_.options.progress) return;
     problem_.options.progress(
-        {"refitting " + std::to_string(count) + " candidates", 0, count,
+        {"refitting " + std::to_string(count) + " candidates", done, count,
          before.train_error()});
-  }
+  };
+  report();
   ParallelFor(count, threads, [&](int i) {
     Trial& trial = (*trials)[i];
     std::vector<const ScreenedEffect*> effects;
@@ -265,6 +270,9 @@ void Refitter::Refit(const Judgement& before,
     trial.after =
         JudgeWith(problem_, before, effects, Coarse(options, trial.predicted));
     trial.refused = WhyRefused(before, trial);
+    const std::lock_guard lock(mutex);
+    ++done;
+    report();
     return true;
   });
 }

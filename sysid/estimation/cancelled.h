@@ -2,13 +2,15 @@
 
 #include <exception>
 #include <stop_token>
+#include <string>
 
 namespace sysid {
 
 // Thrown out of a fit, a diagnosis or whatever else watches
 // EstimationOptions::stop, soon after that asked it to stop: at the next
 // iteration of a solver, or the next segment or candidate of other long work.
-// Nothing comes of what was begun.
+// Nothing comes of what was begun, unless EstimationOptions::keep_best or
+// DiagnosisOptions::keep_judged asks for what there is.
 class Cancelled final : public std::exception {
  public:
   const char* what() const noexcept override { return "cancelled"; }
@@ -16,6 +18,13 @@ class Cancelled final : public std::exception {
 
 inline void ThrowIfCancelled(const std::stop_token& stop) {
   if (stop.stop_requested()) throw Cancelled();
+}
+
+// What Fit::termination says of a fit that was stopped: "while joined segments"
+// is `when`.
+inline std::string InterruptedWords(const std::string& when) {
+  return "interrupted " + when +
+         ": this is the best point so far, and no minimum";
 }
 
 }  // namespace sysid

@@ -53,7 +53,7 @@ struct Fit {
 //
 // Never throws for numerics: Fit::converged and termination say what happened.
 // Throws Cancelled, as all fits and diagnoses do, where EstimationOptions::stop
-// asks for it.
+// asks for it; with keep_best only before the first step that was taken.
 Fit FitLevenbergMarquardt(ShootingProblem* problem);
 
 // Independent segments have nothing but their own data to say how a body spins

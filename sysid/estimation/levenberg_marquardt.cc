@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/estimation/fit_summary.h"
 #include "sysid/estimation/initial_states.h"
@@ -47,6 +48,8 @@ class StagedFit {
   std::shared_ptr<ShootingSegments> Segments();
   StageSummary Stage(const std::string& doing, double defect, double tolerance,
                      int most, double twist_hold = 0.0);
+  // What was reached when a stage was stopped; false where it is the start.
+  bool KeepBest();
   void Finish();
   void Predict();  // over horizons and whole runs
 
@@ -56,6 +59,7 @@ class StagedFit {
   std::vector<RowMatrixXd> from_data_;  // states at the samples of each run
   ShootingPoint point_;
   std::shared_ptr<ShootingSegments> segments_;
+  std::string stage_;  // the one that runs, in words
   Fit fit_;
 };
 
@@ -85,6 +89,7 @@ bool StagedFit::FreesEffects() const {
 StageSummary StagedFit::Stage(const std::string& doing, double defect,
                               double tolerance, int most, double twist_hold) {
   constexpr int kMostSteps = 4;
+  stage_ = doing;
   ShootingStage::Options options;
   options.far = twist_hold > 0.0 && std::isfinite(defect);
   options.twist_hold = std::max(1.0, twist_hold);
@@ -186,6 +191,19 @@ void StagedFit::SolveIndependent() {
   fit_.termination = last.message;
 }
 
+// Ceres leaves its last successful step in the point, so that is the best of
+// the stage that was stopped; the stages before ended at theirs.
+bool StagedFit::KeepBest() {
+  const int iterations =
+      fit_.history.empty() ? 0 : fit_.history.back().iteration;
+  if (!problem_->options().keep_best || iterations == 0) return false;
+  fit_.iterations = iterations;
+  fit_.converged = false;
+  fit_.termination = InterruptedWords("after " + std::to_string(iterations) +
+                                      " iterations, in the stage of " + stage_);
+  return true;
+}
+
 void StagedFit::Finish() {
   double states = 0.0;  // that were estimated
   for (const ShootingPoint::Nodes& nodes : point_.runs) {
@@ -247,7 +265,17 @@ Fit StagedFit::Run(bool joined) {
       CutPoint(*problem_, problem_->InitialTheta(), from_data_, kFirstLength);
   ShortenStep();
   fit_.termination = WhyHopeless(*problem_, point_, Segments().get());
-  if (fit_.termination.empty()) Solve(joined);
+  if (fit_.termination.empty()) {
+    try {
+      Solve(joined);
+    } catch (const Cancelled&) {
+      if (!joined || !KeepBest()) throw;
+    }
+  }
+  // What is left is short, and makes the point one that is worth keeping.
+  if (joined && problem_->options().keep_best) {
+    problem_->mutable_options()->stop = {};
+  }
   Finish();
   if (joined) Predict();
   return std::move(fit_);

@@ -18,7 +18,7 @@ namespace sysid {
 struct Progress {
   std::string doing;
   int iteration = 0;
-  int of = 0;  // 0: unknown
+  int of = 0;  // at most, in what is being done; 0: unknown
   double error = 0.0;
 };
 
@@ -38,6 +38,9 @@ struct EstimationOptions {
   std::function<void(const Progress&)> progress;  // may be empty
   // Asks a running fit to stop, which then throws Cancelled (cancelled.h).
   std::stop_token stop;
+  // FitLevenbergMarquardt, FitAdam and FitGaussianMixture return the best point
+  // so far instead, not converged, where there is one.
+  bool keep_best = false;
 };
 
 // A run as the estimators use it. `measurements.run` points into it, so it is

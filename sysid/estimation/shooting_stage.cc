@@ -37,7 +37,6 @@ class Watcher final : public ceres::IterationCallback {
 
   ceres::CallbackReturnType operator()(
       const ceres::IterationSummary& summary) override {
-    if (stop_.stop_requested()) return ceres::SOLVER_ABORT;
     // The first entry of a later stage is the same point as the last of the one
     // before, seen by another cost; it is no iteration.
     // A step that was refused leaves the cost as it was.
@@ -48,8 +47,10 @@ class Watcher final : public ceres::IterationCallback {
       history_->push_back(
           {first_ + summary.iteration, cost_, Now() - start_time_s_, theta_});
     }
+    // Not SOLVER_ABORT, which puts the point back to where it started.
+    if (stop_.stop_requested()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     if (progress_) {
-      progress_({doing_, first_ + summary.iteration, most_,
+      progress_({doing_, first_ + summary.iteration, first_ + most_,
                  std::sqrt(2.0 * cost_ / dof_)});
     }
     const bool was_taken = std::exchange(

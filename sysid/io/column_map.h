@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "models/mechanism.h"
+#include "sysid/io/expression.h"
 
 namespace sysid {
 
@@ -17,8 +18,9 @@ using ColumnMap = std::vector<ColumnMapping>;
 
 // "joint1.q=pos_meas1,t=time_ms*0.001". Spaces around names are dropped. The
 // expressions are taken as they are: what they mean depends on the file's
-// header (ResolveColumns). Throws InputError for an entry without '=', an empty
-// side, or a name that is given twice.
+// header (ResolveColumns). A comma in a column's name needs quotes around the
+// name: joint1.q='pos, deg'*2. Throws InputError for an entry without '=', an
+// empty side, or a name that is given twice.
 ColumnMap ParseColumnMap(const std::string& text,
                          const std::string& place = "--columns");
 
@@ -26,24 +28,23 @@ ColumnMap ParseColumnMap(const std::string& text,
 // names it does not have.
 ColumnMap MergeColumnMaps(const ColumnMap& base, const ColumnMap& winner);
 
-// Where one of our columns comes from: value = factor * cell + offset.
+// Where one of our columns comes from.
 struct ColumnSource {
   std::string name;  // ours
-  int column = -1;   // index into the header
-  double factor = 1.0;
-  double offset = 0.0;
-  bool has_factor = false;  // one was written, be it 1
+  Expression expression;
+  std::string text;  // of the expression: the column's name where it is one
+  // The first column that the expression uses: where errors point.
+  int column() const { return expression.columns()[0]; }
+  // "column 'pos1' (joint1.q)".
+  std::string Describe() const;
 };
 
-// Reads the map's expressions against a header:
-//   [-] column { (*|/) number } [ (+|-) number ]
-// A column that has exactly the name of the whole expression wins, then the
-// longest column that begins it: so "/joint_states/pos[0]" needs no quoting.
-// `path` names the file in errors.
+// Reads the map's expressions (expression.h) against a header. `path` names the
+// file in errors.
 //
 // Throws InputError at the entry's place for a name that is not one of the
 // mechanism's columns, a column that the header does not have (each with the
-// nearest) and a factor or offset that is not a finite number or a zero factor.
+// nearest) and an expression that cannot be read, with the character.
 std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
                                          const std::vector<std::string>& header,
                                          const std::string& path,

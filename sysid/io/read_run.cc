@@ -3,248 +3,197 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
+#include <memory>
+#include <span>
+#include <utility>
 
 #include "models/error.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/degrees.h"
-#include "sysid/io/run_columns.h"
+#include "sysid/io/memory.h"
+#include "sysid/io/run_sources.h"
 #include "sysid/io/suggest_columns.h"
+#include "sysid/io/table_file.h"
 
 namespace sysid {
 namespace {
 
-// Reads one file: what its columns mean, then what the numbers say.
+// Reads one file: what its columns mean, then its rows, each straight into the
+// run, then what the numbers say.
 class RunReader {
  public:
-  RunReader(const CsvFile& file, const ColumnMap& map,
-            const Mechanism& mechanism, std::vector<std::string>* notices)
-      : file_(file), map_(map), mechanism_(mechanism), notices_(notices) {
-    CheckHeader();
-    FindSources();
-    FindGroups();
-    NoteUnknownColumns();
+  RunReader(TableFile* file, const ColumnMap& map, const Mechanism& mechanism,
+            std::vector<std::string>* notices)
+      : file_(*file), map_(map), mechanism_(mechanism), notices_(notices) {
+    std::string ignored;
+    in_ = FindRunSources(*file, map, mechanism, &ignored);
+    if (!ignored.empty()) Notice(ignored);
   }
 
   Run Read();
 
  private:
-  // A group of the mechanism's that the file has, by index into sources_.
-  struct Found {
-    ColumnGroup group;
-    std::vector<int> sources;
-  };
+  using Found = RunSources::Group;
 
-  void CheckHeader() const;
-  void FindSources();
-  void FindGroups();
-  void NoteUnknownColumns();
-  int FindSource(const std::string& name) const;
-
-  void ReadTime(Run* run) const;
-  Channel ReadChannel(const Found& found) const;
-  void ReadEffort(const Found& found, RowMatrixXd* effort);
+  void ReadRows(Run* run);
+  void ReadRow(std::span<const double> cells, Run* run);
+  void ReadTime(double t, Run* run) const;
+  void Reserve(Run* run);
+  double Value(int source, std::span<const double> cells) const;
+  void CheckChannel(const Found& found, Channel* channel) const;
   void NormalizeOrientation(const Found& found, Channel* channel) const;
+  void HoldEffort(const Found& found, RowMatrixXd* effort);
   void CheckDegrees(const Run& run);
 
-  // Our value in a row, NaN where it is missing.
-  double Value(int source, int row) const {
-    const ColumnSource& s = sources_[source];
-    return s.factor * table_.columns[source][row] + s.offset;
-  }
   std::string Place(int source, int row) const {
-    return file_.Place(table_.lines[row], sources_[source].column);
+    return file_.Place(row, in_.sources[source].column());
   }
-  // "column 'pos1' (joint1.q)".
-  std::string Describe(int source) const;
+  std::string Describe(int source) const {
+    return in_.sources[source].Describe();
+  }
   void Notice(const std::string& text) const {
     if (notices_ != nullptr) notices_->push_back(file_.path() + ": " + text);
   }
 
-  const CsvFile& file_;
+  TableFile& file_;
   const ColumnMap& map_;
   const Mechanism& mechanism_;
   std::vector<std::string>* notices_;
-  std::vector<ColumnSource> sources_;
-  std::vector<Found> channels_;
-  std::vector<Found> efforts_;
-  CsvFile::Table table_;
+  RunSources in_;
+  // The columns that are asked for, and by source where its own are in them.
+  std::vector<int> wanted_;
+  std::vector<size_t> first_cell_;
 };
 
-void RunReader::CheckHeader() const {
-  const std::vector<std::string>& header = file_.header();
-  if (file_.HeaderIsNumbers()) {
-    const std::vector<std::string> names = RunColumnNames(mechanism_);
-    std::string hint = "put a row of names before it, such as t," +
-                       (names.size() > 1 ? names[1] : "joint1.q");
-    const std::string& comment = file_.last_comment();
-    if (std::count(comment.begin(), comment.end(), ',') + 1 ==
-            static_cast<int>(header.size()) &&
-        header.size() > 1) {
-      hint = "the comment " + Shown(comment) +
-             " reads like the header: take its '#' away";
-    }
-    throw InputError(file_.HeaderPlace(0),
-                     "there is no header: the first row is numbers (" +
-                         Shown(header[0]) +
-                         (header.size() > 1 ? ", ...)" : ")"),
-                     hint);
+// NaN where a cell of it is missing.
+double RunReader::Value(int source, std::span<const double> cells) const {
+  const Expression& expression = in_.sources[source].expression;
+  const std::span<const double> own =
+      cells.subspan(first_cell_[source], expression.columns().size());
+  const double value = expression.Evaluate(own);
+  if (std::isfinite(value)) return value;
+  for (const double cell : own) {
+    if (std::isnan(cell)) return value;
   }
-  for (const char separator : {';', '\t'}) {
-    if (header.size() > 1 || header[0].find(separator) == std::string::npos) {
-      continue;
+  return std::numeric_limits<double>::infinity();
+}
+
+void RunReader::ReadTime(double t, Run* run) const {
+  const int time = in_.Find("t");
+  const int row = run->size();
+  if (std::isnan(t)) {
+    throw InputError(Place(time, row), "no time in " + Describe(time),
+                     "every row needs its time: fill it in, or remove the "
+                     "row");
+  }
+  if (row > 0 && t <= run->t.back()) {
+    const std::string before = ShortestText(run->t.back());
+    const std::string at = " (" + file_.RowName(row - 1) + ")";
+    throw InputError(
+        Place(time, row),
+        t == run->t.back() ? "time repeats: " + before + " s again" + at
+                           : "time goes back: from " + before + " s" + at +
+                                 " to " + ShortestText(t) + " s",
+        "rows must be in the order of time; are two recordings in one file, "
+        "or is the time rounded?");
+  }
+  run->t.push_back(t);
+}
+
+// Room for twice as many rows; to grow such blocks moves pages, not numbers,
+// and pages that are not written to take no memory.
+void RunReader::Reserve(Run* run) {
+  const Eigen::Index rows = std::max<Eigen::Index>(64, 2 * run->effort.rows());
+  double numbers = static_cast<double>(run->effort.cols()) + 1.0;
+  for (const Channel& channel : run->channels) {
+    numbers += static_cast<double>(channel.values.cols());
+  }
+  // What is grown and not yet written to takes nothing.
+  CheckMemory(0.5 * sizeof(double) * numbers * static_cast<double>(rows),
+              file_.path(), "a run of so many rows",
+              "keep fewer samples, or fewer columns");
+  for (Channel& channel : run->channels) {
+    channel.values.conservativeResize(rows, channel.values.cols());
+  }
+  run->effort.conservativeResize(rows, run->effort.cols());
+}
+
+void RunReader::ReadRow(std::span<const double> cells, Run* run) {
+  const int row = run->size();
+  if (row == std::numeric_limits<int>::max()) {
+    throw InputError(file_.path(), "more than " + std::to_string(row) + " rows",
+                     "split it into several files");
+  }
+  if (row == run->effort.rows()) Reserve(run);
+  const auto value = [&](int source) {
+    const double number = Value(source, cells);
+    if (std::isinf(number)) {
+      throw InputError(Place(source, row),
+                       Shown(in_.sources[source].text) + " (" +
+                           in_.sources[source].name + ") is not finite here",
+                       "is there a division by a column that is zero?");
     }
-    throw InputError(file_.HeaderPlace(0),
-                     std::string("the columns are separated by ") +
-                         (separator == ';' ? "semicolons" : "tabs") +
-                         ", not by commas",
-                     "save it with commas between the columns and points in "
-                     "the numbers");
+    return number;
+  };
+  ReadTime(value(in_.Find("t")), run);
+  for (size_t c = 0; c < in_.channels.size(); ++c) {
+    const Found& found = in_.channels[c];
+    auto into = run->channels[c].values.row(row);
+    for (size_t i = 0; i < found.sources.size(); ++i) {
+      into[found.group.slots[i]] = value(found.sources[i]);
+    }
+    if (into.hasNaN()) {
+      into.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+  run->effort.row(row).setZero();
+  for (const Found& found : in_.efforts) {
+    auto into = run->effort.row(row).segment(
+        mechanism_.joints[found.group.target].v_index, found.sources.size());
+    for (size_t i = 0; i < found.sources.size(); ++i) {
+      into[found.group.slots[i]] = value(found.sources[i]);
+    }
+    if (into.hasNaN()) {
+      into.setConstant(std::numeric_limits<double>::quiet_NaN());
+    }
   }
 }
 
-int RunReader::FindSource(const std::string& name) const {
-  for (size_t i = 0; i < sources_.size(); ++i) {
-    if (sources_[i].name == name) return static_cast<int>(i);
+void RunReader::ReadRows(Run* run) {
+  for (const ColumnSource& source : in_.sources) {
+    first_cell_.push_back(wanted_.size());
+    const std::vector<int>& columns = source.expression.columns();
+    wanted_.insert(wanted_.end(), columns.begin(), columns.end());
   }
-  return -1;
-}
-
-std::string RunReader::Describe(int source) const {
-  const std::string& column = file_.header()[sources_[source].column];
-  const std::string& name = sources_[source].name;
-  return "column " + Shown(column) + (column == name ? "" : " (" + name + ")");
-}
-
-// The map first, then the columns that have our names.
-void RunReader::FindSources() {
-  const std::vector<std::string>& header = file_.header();
-  sources_ = ResolveColumns(map_, header, file_.path(), mechanism_);
-  const std::vector<std::string> names = RunColumnNames(mechanism_);
-  for (size_t i = 0; i < header.size(); ++i) {
-    const bool ours =
-        std::find(names.begin(), names.end(), header[i]) != names.end();
-    if (!ours || FindSource(header[i]) >= 0) continue;
-    ColumnSource source;
-    source.name = header[i];
-    source.column = static_cast<int>(i);
-    sources_.push_back(source);
+  for (const Found& found : in_.channels) {
+    Channel channel;
+    channel.kind = found.group.kind;
+    channel.target = found.group.target;
+    channel.name = found.group.name;
+    channel.values.resize(0, found.group.columns.size());
+    run->channels.push_back(std::move(channel));
   }
-  if (FindSource("t") < 0) {
-    throw InputError(file_.HeaderPlace(0), "there is no time column 't'",
-                     TimeHint(mechanism_, header, map_));
-  }
-}
-
-void RunReader::FindGroups() {
-  for (const ColumnGroup& group : RunColumnGroups(mechanism_)) {
-    Found found{group, {}};
-    std::string missing;
-    int present = -1;
-    for (const std::string& column : group.columns) {
-      found.sources.push_back(FindSource(column));
-      if (found.sources.back() >= 0) {
-        present = found.sources.back();
-      } else if (missing.empty()) {
-        missing = column;
-      }
-    }
-    if (present < 0) continue;
-    if (!missing.empty()) {
-      throw InputError(
-          file_.HeaderPlace(sources_[present].column),
-          "there is " + Describe(present) + ", but no column '" + missing + "'",
-          "the columns " + Join(group.columns) +
-              " belong together: give all or none");
-    }
-    (group.is_effort ? efforts_ : channels_).push_back(found);
-  }
-  if (!channels_.empty()) return;
-  throw InputError(
-      file_.HeaderPlace(0),
-      "no column measures anything of " +
-          (mechanism_.name.empty() ? "the model" : mechanism_.name),
-      MeasuredHint(mechanism_, file_.header(), sources_[FindSource("t")].column,
-                   map_));
-}
-
-void RunReader::NoteUnknownColumns() {
-  const std::vector<std::string>& header = file_.header();
-  const std::vector<std::string> names = RunColumnNames(mechanism_);
-  std::vector<std::string> ignored;
-  for (size_t i = 0; i < header.size(); ++i) {
-    const bool used = std::any_of(sources_.begin(), sources_.end(),
-                                  [&](const ColumnSource& source) {
-                                    return source.column == static_cast<int>(i);
-                                  });
-    if (used || header[i].empty() || header[i] == "t") continue;
-    std::string text = header[i];
-    if (FindSource(header[i]) >= 0) {
-      text += " (mapped from another column)";
-    } else if (HasRunColumnSuffix(header[i])) {
-      const ColumnNameFault fault = ExplainUnknownColumn(header[i], mechanism_);
-      text += " (" + fault.what + "; " + fault.hint + ")";
-    }
-    ignored.push_back(text);
-  }
-  if (ignored.empty()) return;
-  Notice(
-      (ignored.size() == 1 ? "ignored the column " : "ignored the columns ") +
-      Join(ignored));
-}
-
-void RunReader::ReadTime(Run* run) const {
-  const int time = FindSource("t");
-  for (int row = 0; row < table_.rows(); ++row) {
-    const double t = Value(time, row);
-    if (std::isnan(t)) {
-      throw InputError(Place(time, row), "no time in " + Describe(time),
-                       "every row needs its time: fill it in, or remove the "
-                       "row");
-    }
-    if (row > 0 && t <= run->t.back()) {
-      const std::string before = ShortestText(run->t.back());
-      const std::string at =
-          " (line " + std::to_string(table_.lines[row - 1]) + ")";
-      throw InputError(
-          Place(time, row),
-          t == run->t.back() ? "time repeats: " + before + " s again" + at
-                             : "time goes back: from " + before + " s" + at +
-                                   " to " + ShortestText(t) + " s",
-          "rows must be in the order of time; are two recordings in one file, "
-          "or is the time rounded?");
-    }
-    run->t.push_back(t);
-  }
+  run->effort.resize(0, mechanism_.nv);
+  file_.ReadRows(wanted_,
+                 [&](std::span<const double> cells) { ReadRow(cells, run); });
+  for (const std::string& notice : file_.notices()) Notice(notice);
   if (run->size() < 2) {
     throw InputError(file_.HeaderPlace(0),
                      run->t.empty() ? "there is a header but no row of data"
                                     : "there is only one row of data",
                      "a run needs at least two samples");
   }
+  for (Channel& channel : run->channels) {
+    channel.values.conservativeResize(run->size(), channel.values.cols());
+  }
+  run->effort.conservativeResize(run->size(), run->effort.cols());
 }
 
-Channel RunReader::ReadChannel(const Found& found) const {
+void RunReader::CheckChannel(const Found& found, Channel* channel) const {
   const ColumnGroup& group = found.group;
-  Channel channel;
-  channel.kind = group.kind;
-  channel.target = group.target;
-  channel.name = group.name;
-  channel.values.resize(table_.rows(), group.columns.size());
-  bool any = false;
-  for (int row = 0; row < table_.rows(); ++row) {
-    for (size_t i = 0; i < group.columns.size(); ++i) {
-      channel.values(row, group.slots[i]) = Value(found.sources[i], row);
-    }
-    if (channel.values.row(row).hasNaN()) {
-      channel.values.row(row).setConstant(
-          std::numeric_limits<double>::quiet_NaN());
-    } else {
-      any = true;
-    }
-  }
-  if (!any) {
-    throw InputError(file_.HeaderPlace(sources_[found.sources[0]].column),
+  if (channel->values.array().isNaN().all()) {
+    throw InputError(file_.HeaderPlace(in_.sources[found.sources[0]].column()),
                      "nothing was measured in " + Join(group.columns) +
                          (group.columns.size() == 1
                               ? ": every cell is empty or nan"
@@ -252,15 +201,14 @@ Channel RunReader::ReadChannel(const Found& found) const {
                      "remove the column where the quantity was not measured");
   }
   if (group.kind == ChannelKind::kOrientation) {
-    NormalizeOrientation(found, &channel);
+    NormalizeOrientation(found, channel);
   }
-  return channel;
 }
 
 void RunReader::NormalizeOrientation(const Found& found,
                                      Channel* channel) const {
   constexpr double kRounding = 0.01;
-  for (int row = 0; row < table_.rows(); ++row) {
+  for (int row = 0; row < channel->values.rows(); ++row) {
     const double norm = channel->values.row(row).norm();
     if (std::isnan(norm)) continue;
     if (std::abs(norm - 1.0) > kRounding) {
@@ -275,50 +223,50 @@ void RunReader::NormalizeOrientation(const Found& found,
   }
 }
 
-void RunReader::ReadEffort(const Found& found, RowMatrixXd* effort) {
+// A missing effort is the one before it.
+void RunReader::HoldEffort(const Found& found, RowMatrixXd* effort) {
   const ColumnGroup& group = found.group;
-  const int first = mechanism_.joints[group.target].v_index;
+  const int rows = static_cast<int>(effort->rows());
   int held = 0;
   int leading = 0;
-  for (int row = 0; row < table_.rows(); ++row) {
-    bool missing = false;
-    for (const int source : found.sources) {
-      missing = missing || std::isnan(Value(source, row));
-    }
-    if (missing) {
-      if (held == row) ++leading;
-      ++held;
-    }
-    for (size_t i = 0; i < group.columns.size(); ++i) {
-      const int v = first + group.slots[i];
-      if (!missing) {
-        (*effort)(row, v) = Value(found.sources[i], row);
-      } else if (row > 0) {
-        (*effort)(row, v) = (*effort)(row - 1, v);
-      }
+  for (int row = 0; row < rows; ++row) {
+    auto now = effort->row(row).segment(mechanism_.joints[group.target].v_index,
+                                        group.columns.size());
+    if (!now.hasNaN()) continue;
+    if (held == row) ++leading;
+    ++held;
+    if (row == 0) {
+      now.setZero();
+    } else {
+      now = effort->row(row - 1).segment(
+          mechanism_.joints[group.target].v_index, group.columns.size());
     }
   }
-  if (held == table_.rows()) {
+  if (held == rows) {
     throw InputError(
-        file_.HeaderPlace(sources_[found.sources[0]].column),
+        file_.HeaderPlace(in_.sources[found.sources[0]].column()),
         "nothing was measured in " + Join(group.columns) + ": every " +
             (group.columns.size() == 1 ? "cell" : "row") + " is empty or nan",
         "remove the column where the quantity was not measured");
   }
   if (held == 0) return;
-  Notice(std::to_string(held) + " of " + std::to_string(table_.rows()) +
-         " efforts in " + Join(group.columns) +
-         " are missing: each holds the value before it" +
+  Notice(std::to_string(held) + " of " + std::to_string(rows) + " efforts in " +
+         Join(group.columns) + " are missing: each holds the value before it" +
          (leading == 0 ? ""
                        : "; the first " + std::to_string(leading) +
                              " are taken as zero"));
 }
 
 void RunReader::CheckDegrees(const Run& run) {
-  const auto column = [](const Channel& channel) {
+  // Enough to see it, and no copy of a run of any length.
+  constexpr Eigen::Index kMost = Eigen::Index{1} << 20;
+  const auto column = [kMost](const Channel& channel) {
+    const Eigen::Index n = std::min(channel.values.size(), kMost);
     return std::vector<double>(channel.values.data(),
-                               channel.values.data() + channel.values.size());
+                               channel.values.data() + n);
   };
+  const std::vector<double> t(
+      run.t.begin(), run.t.begin() + std::min<Eigen::Index>(run.size(), kMost));
   for (size_t i = 0; i < run.channels.size(); ++i) {
     const Channel& position = run.channels[i];
     if (position.kind != ChannelKind::kPosition) continue;
@@ -329,20 +277,22 @@ void RunReader::CheckDegrees(const Run& run) {
         run.channels[i + 1].target == position.target;
     const Joint& joint = mechanism_.joints[position.target];
     const DegreesReport report = LookForDegrees(
-        joint, run.t, column(position),
+        joint, t, column(position),
         has_velocity ? column(run.channels[i + 1]) : std::vector<double>());
     if (report.verdict == DegreesVerdict::kNo) continue;
     const bool velocity = report.verdict == DegreesVerdict::kVelocity;
-    const int source = channels_[velocity ? i + 1 : i].sources[0];
-    if (sources_[source].has_factor) continue;
-    const std::string& name = sources_[source].name;
-    const std::string& from = file_.header()[sources_[source].column];
+    const int source = in_.channels[velocity ? i + 1 : i].sources[0];
+    const Expression& expression = in_.sources[source].expression;
+    if (expression.has_factor()) continue;
+    const std::string& name = in_.sources[source].name;
+    const std::string& text = in_.sources[source].text;
+    const std::string from = expression.is_column() ? text : "(" + text + ")";
     if (report.verdict == DegreesVerdict::kPerhaps) {
       Notice(Describe(source) + " may be in degrees: " + report.reason +
              "; if so: " + DegreesFlag(name, from, map_));
       continue;
     }
-    throw InputError(file_.HeaderPlace(sources_[source].column),
+    throw InputError(file_.HeaderPlace(in_.sources[source].column()),
                      Describe(source) + " looks like degrees" +
                          (velocity ? " per second" : "") +
                          ", not radians: " + report.reason,
@@ -351,17 +301,13 @@ void RunReader::CheckDegrees(const Run& run) {
 }
 
 Run RunReader::Read() {
-  std::vector<int> wanted;
-  for (const ColumnSource& source : sources_) wanted.push_back(source.column);
-  table_ = file_.ReadColumns(wanted);
   Run run;
   run.name = file_.path();
-  ReadTime(&run);
-  for (const Found& found : channels_) {
-    run.channels.push_back(ReadChannel(found));
+  ReadRows(&run);
+  for (size_t c = 0; c < in_.channels.size(); ++c) {
+    CheckChannel(in_.channels[c], &run.channels[c]);
   }
-  run.effort = RowMatrixXd::Zero(run.size(), mechanism_.nv);
-  for (const Found& found : efforts_) ReadEffort(found, &run.effort);
+  for (const Found& found : in_.efforts) HoldEffort(found, &run.effort);
   CheckDegrees(run);
   return run;
 }
@@ -370,15 +316,18 @@ Run RunReader::Read() {
 
 Run ReadRun(const std::string& path, const ColumnMap& columns,
             const Mechanism& mechanism, std::vector<std::string>* notices) {
-  const CsvFile file(path);
-  return RunReader(file, columns, mechanism, notices).Read();
+  const std::unique_ptr<TableFile> file = OpenTable(path);
+  Run run = RunReader(file.get(), columns, mechanism, notices).Read();
+  run.name = path;  // with the topic of a bag
+  return run;
 }
 
 Run ParseRun(const std::string& path, const std::string& text,
              const ColumnMap& columns, const Mechanism& mechanism,
              std::vector<std::string>* notices) {
-  const CsvFile file(path, text);
-  return RunReader(file, columns, mechanism, notices).Read();
+  CsvFile file(path, text);
+  file.CheckHeader();
+  return RunReader(&file, columns, mechanism, notices).Read();
 }
 
 }  // namespace sysid

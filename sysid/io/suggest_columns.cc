@@ -84,6 +84,23 @@ int FindTime(const std::vector<std::string>& header) {
   return -1;
 }
 
+// The marker that this column is x, y or z of ("tip" for "tip.Y", where the
+// other two are there), or "".
+std::string MarkerOf(const std::string& column,
+                     const std::vector<std::string>& header) {
+  if (column.size() < 3 || column[column.size() - 2] != '.') return "";
+  const std::string marker = column.substr(0, column.size() - 2);
+  const char axis = column.back();
+  if (axis < 'X' || axis > 'Z') return "";
+  for (const char* other : {".X", ".Y", ".Z"}) {
+    if (std::find(header.begin(), header.end(), marker + other) ==
+        header.end()) {
+      return "";
+    }
+  }
+  return marker;
+}
+
 // Hinges and slides in order, columns that look like positions in order.
 ColumnMap SuggestPositions(const Mechanism& mechanism,
                            const std::vector<std::string>& header,
@@ -94,7 +111,8 @@ ColumnMap SuggestPositions(const Mechanism& mechanism,
     if (group.is_effort || group.kind != ChannelKind::kPosition) continue;
     while (next < header.size() &&
            (static_cast<int>(next) == time_column || header[next].empty() ||
-            !LooksLikePosition(header[next]))) {
+            !LooksLikePosition(header[next]) ||
+            !MarkerOf(header[next], header).empty())) {
       ++next;
     }
     if (next == header.size()) break;
@@ -155,6 +173,21 @@ std::string MeasuredHint(const Mechanism& mechanism,
   const std::string would_be = "its columns would be " + Join(names);
   const ColumnMap added = SuggestPositions(mechanism, header, time_column);
   if (!added.empty()) return would_be + "; try " + ColumnsFlag(given, added);
+  for (const std::string& column : header) {
+    const std::string marker = MarkerOf(column, header);
+    // With a W it is a rotation.
+    if (marker.empty() || mechanism.links.empty() ||
+        std::find(header.begin(), header.end(), marker + ".W") !=
+            header.end()) {
+      continue;
+    }
+    const std::string& link = mechanism.links.back().name;
+    return "a marker is a frame: " +
+           ColumnsFlag(given, {{link + ".px", marker + ".X*0.001", ""},
+                               {link + ".py", marker + ".Y*0.001", ""},
+                               {link + ".pz", marker + ".Z*0.001", ""}}) +
+           " if it is in mm and z is up";
+  }
   return would_be + "; map yours by --columns NAME=COLUMN; " +
          ListColumns(header);
 }

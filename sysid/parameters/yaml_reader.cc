@@ -122,6 +122,9 @@ std::vector<YamlReader::Entry> YamlReader::Map(const YAML::Node& node,
       Fail(pair.first,
            "a key of " + what + " must be a name, not " + KindOf(pair.first));
     }
+    if (pair.first.Scalar().empty()) {
+      Fail(pair.first, "a key of " + what + " is empty", "write a name");
+    }
     if (!seen.insert(pair.first.Scalar()).second) {
       Fail(pair.first,
            Shown(pair.first.Scalar()) + " is given twice in " + what,

@@ -147,6 +147,10 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["segment_s"] = Finite(diagnosis.base.fit.segment_s);
   json["verdict"] = ToString(diagnosis.verdict);
   json["sentence"] = DiagnosisSentence(diagnosis);
+  json["interrupted"] = nullptr;
+  if (!diagnosis.interrupted.empty()) {
+    json["interrupted"] = diagnosis.interrupted;
+  }
   json["doubts"] = diagnosis.doubts;
   json["baseline"] = {{"train", ToJson(diagnosis.base.fit.train.total)},
                       {"holdout", ToJson(diagnosis.base.holdout.total)},

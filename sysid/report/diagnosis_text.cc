@@ -191,6 +191,15 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   std::string text = "The error is " + Times(base.train_error()) +
                      " times the noise (held out " +
                      Times(base.holdout_error()) + ")";
+  if (!diagnosis.interrupted.empty()) {
+    text += ", and the search for what is missing was interrupted while " +
+            diagnosis.interrupted;
+    if (!diagnosis.proposed.empty()) {
+      text +=
+          "; " + Join(diagnosis.proposed, " and ") + " was the best by then";
+    }
+    return text + "." + AfterSteps(diagnosis);
+  }
   if (diagnosis.verdict == Verdict::kAdequate) {
     text += ": nothing is missing that matters to it";
     for (const CandidateEffect& candidate : diagnosis.candidates) {
@@ -317,7 +326,10 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   text += Format("  noise %.3g, segments of %s, each from its own state\n",
                  diagnosis.base.fit.noise,
                  SegmentLengths(diagnosis.base.fit).c_str());
-  text += WhereText(diagnosis.where) + WhichText(diagnosis);
+  text += WhereText(diagnosis.where);
+  const bool looked =
+      diagnosis.interrupted.empty() || !diagnosis.candidates.empty();
+  if (looked) text += WhichText(diagnosis);
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
   if (!diagnosis.steps.empty()) text += StepsText(diagnosis);
   if (final != nullptr) {

@@ -35,6 +35,10 @@ void CheckUnit(const Run& run, double period, const ColumnMap& columns) {
     if (mapping.name != "t") continue;
     if (mapping.expression.find_first_of("*/") != std::string::npos) return;
     column = mapping.expression;
+    // "clock-5": the factor is for all of it.
+    if (column.find_first_of("+-") != std::string::npos) {
+      column = "(" + column + ")";
+    }
   }
   throw InputError(run.name,
                    "its samples are " + Seconds(period) +

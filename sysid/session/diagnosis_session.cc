@@ -8,6 +8,7 @@
 
 #include "models/error.h"
 #include "sysid/diagnosis/search_runs.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/io/csv.h"
 
 namespace sysid {
@@ -316,9 +317,15 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
     if (least.empty()) break;
     std::set<std::string> without = denied;
     without.insert(least);
-    FinalFit simpler = FitWithout(without, session, problem, diagnosis.last());
-    if (!IsAsGood(simpler.fit, final.fit)) break;
-    final = std::move(simpler);
+    try {
+      FinalFit simpler =
+          FitWithout(without, session, problem, diagnosis.last());
+      if (!IsAsGood(simpler.fit, final.fit)) break;
+      final = std::move(simpler);
+    } catch (const Cancelled&) {
+      if (!session.options.keep_best) throw;
+      break;
+    }
     denied = without;
   }
   final.denied = {denied.begin(), denied.end()};

@@ -154,6 +154,15 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
   if (request.threads < 0) {
     throw InputError("--threads", "must not be negative", "0 means all cores");
   }
+  // Each has a stack and buffers of its own.
+  constexpr int kMostThreads = 1024;
+  if (request.threads > kMostThreads) {
+    throw InputError(
+        "--threads",
+        "cannot be " + std::to_string(request.threads) + ": 1024 are the most",
+        "more threads than cores make nothing faster; 0 means all "
+        "cores");
+  }
   options->threads =
       request.threads > 0
           ? request.threads

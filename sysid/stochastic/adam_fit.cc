@@ -76,7 +76,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
       best = v;
     }
     descent.Note(epoch - 1, epochs, loss, samples, v);
-    if (epoch > epochs) break;
+    if (epoch > epochs || descent.Interrupted(epoch - 1)) break;
     fit->iterations = epoch;
     adam.Step(gradient, slower * LearningRate(options.adam, epoch), &v);
   }
@@ -87,6 +87,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
         "shorter --step or --segment may help";
     return descent.Finish(v);
   }
+  if (!fit->termination.empty()) return descent.Finish(v);  // interrupted
   const GaussNewtonStep step = descent.RemainingStep(v);
   fit->converged = IsDone(step) && failures == 0;
   if (fit->converged) {

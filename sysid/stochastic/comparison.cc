@@ -6,6 +6,7 @@
 #include <limits>
 #include <random>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/stochastic/words.h"
@@ -305,6 +306,7 @@ Comparison CompareSolvers(const ShootingProblem& problem,
   const std::uint64_t seed = options.mixture.seed;
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0.0, options.start_spread);
+  const std::stop_token& stop = problem.options().stop;
   for (int r = 0; r < options.repeat; ++r) {
     Eigen::VectorXd start = out.start;
     if (r > 0) {
@@ -312,18 +314,28 @@ Comparison CompareSolvers(const ShootingProblem& problem,
       for (double& component : v) component = normal(random);
       start = Values(problem, transformation.Theta(v));
     }
-    Solved solved = SolveAll(problem, start, options, seed + r);
+    std::optional<Solved> all;
+    try {
+      all = SolveAll(problem, start, options, seed + r);
+    } catch (const Cancelled&) {
+      if (r == 0 || !problem.options().keep_best) throw;
+    }
+    // A further start that was interrupted says nothing of the solvers.
+    if (r > 0 && stop.stop_requested()) break;
+    Solved& solved = *all;
     const Judge judge(problem, start, solved.step, from_rest);
     const Eigen::VectorXd reference =
         options.truth ? *options.truth : Determined(solved.runs[0]);
     for (SolverRun& run : solved.runs) Measure(judge, reference, &run);
     out.trials.push_back(Summary(solved.runs, seed + r, start));
+    out.asked = options.repeat;
     if (r > 0) continue;
     out.reference = reference;
     out.reference_is_truth = options.truth.has_value();
     out.runs = std::move(solved.runs);
     CompareUncertainty(problem, &out);
     if (n == 2 && values) out.landscape = MakeLandscape(judge, out);
+    if (stop.stop_requested()) break;
   }
   return out;
 }

@@ -94,7 +94,8 @@ struct Comparison {
   bool reference_is_truth = false;
   std::vector<SolverRun> runs;  // of the given start
   std::vector<UncertaintyComparison> uncertainty;
-  std::vector<ComparedStart> trials;   // the given start first
+  std::vector<ComparedStart> trials;  // the given start first
+  int asked = 1;  // starts; fewer trials: the others were interrupted
   std::optional<Landscape> landscape;  // of two parameters
 };
 

@@ -49,12 +49,24 @@ bool Descent::ShortenStep(const Eigen::VectorXd& v) {
   return shorter;
 }
 
+bool Descent::Interrupted(int epoch) {
+  const EstimationOptions& options = problem_->options();
+  if (!options.keep_best || epoch == 0 || !options.stop.stop_requested()) {
+    return false;
+  }
+  fit_.termination =
+      InterruptedWords("after " + std::to_string(epoch) + " epochs");
+  return true;
+}
+
 void Descent::Note(int epoch, int epochs, double loss, int samples,
                    const Eigen::VectorXd& v) {
   const double squares = loss * samples / (fit_.noise * fit_.noise);
   fit_.history.push_back(
       {epoch, 0.5 * squares, Seconds(), transformation_.Theta(v)});
-  ThrowIfCancelled(problem_->options().stop);
+  if (!problem_->options().keep_best) {
+    ThrowIfCancelled(problem_->options().stop);
+  }
   if (!problem_->options().progress) return;
   const double dof = std::max(1.0, problem_->DofPerSample() * samples);
   problem_->options().progress(
@@ -118,6 +130,8 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
 
 Fit Descent::Finish(const Eigen::VectorXd& v) {
   point_.theta = transformation_.Theta(v);
+  // What is left is short, and makes the point one that is worth keeping.
+  if (problem_->options().keep_best) problem_->mutable_options()->stop = {};
   fit_.defect = std::numeric_limits<double>::infinity();
   // The states were given.
   SummarizeFit(*problem_, point_, transformation_.size(), &fit_);

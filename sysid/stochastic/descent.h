@@ -37,6 +37,9 @@ class Descent {
   // to where they need it (a damping that has become stiff). True where it
   // changed.
   bool ShortenStep(const Eigen::VectorXd& v);
+  // Whether the fit is to end with what it has, after an epoch: a first step is
+  // always taken. Sets the termination.
+  bool Interrupted(int epoch);
   // Appends to the history and shows progress. `loss` is over `samples`.
   void Note(int epoch, int epochs, double loss, int samples,
             const Eigen::VectorXd& v);

@@ -327,8 +327,9 @@ MixtureFit MixtureDescent::Run() {
                   options_.online_samples;
       }
       if (!Epoch(epoch, FirstOnes(arrived))) break;
+      if (descent_.Interrupted(epoch)) break;
     }
-    Judge();
+    if (fit->termination.empty()) Judge();  // else interrupted
     RemarkOnDraws();
     RemarkOnKernels();
   }

@@ -15,12 +15,6 @@ namespace {
 
 using Effects = std::vector<std::shared_ptr<const Effect>>;
 
-constexpr char kModelSchema[] = "sysid.studio.model/1";
-
-bool Contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 std::vector<std::string> NamesOf(const Effects& effects) {
   std::vector<std::string> names;
   for (const auto& effect : effects) names.push_back(effect->name());
@@ -147,16 +141,6 @@ std::string NextCommand(const PageSource& source, const Diagnosis& diagnosis,
 
 }  // namespace
 
-double StudioModel::Error(const char* key) const {
-  const Json& value = page.at(key);
-  return value.is_number() ? value.get<double>() : 0.0;
-}
-
-std::string StudioChange::Title() const {
-  if (from == nullptr) return "as given";
-  return remove.empty() ? "+ " + Join(add, " + ") : "- " + remove;
-}
-
 PageSource SourceOf(const StudioSetup& setup, const ShootingProblem& noise) {
   PageSource source = setup.page;
   source.live = true;
@@ -164,38 +148,6 @@ PageSource SourceOf(const StudioSetup& setup, const ShootingProblem& noise) {
   source.train = &noise;
   source.holdout = &setup.problem.holdout;
   return source;
-}
-
-void CheckChange(const StudioSetup& setup, const StudioChange& change) {
-  if (change.from == nullptr) return;
-  const std::string place = "effect";
-  const std::string model = "model " + std::to_string(change.from->id);
-  if (!change.remove.empty() &&
-      !Contains(change.from->effects, change.remove)) {
-    throw InputError(place, "'" + change.remove + "' was not added to " + model,
-                     change.from->effects.empty()
-                         ? "it has no effects beyond the model as given"
-                         : NameHint(change.remove, change.from->effects));
-  }
-  const Catalogue catalogue;
-  for (size_t i = 0; i < change.add.size(); ++i) {
-    const std::string& name = change.add[i];
-    catalogue.Make(name, setup.session.model.mechanism(), place);  // or throws
-    if (Contains(change.from->effects, name) ||
-        std::count(change.add.begin(), change.add.end(), name) > 1) {
-      throw InputError(place, "'" + name + "' is in " + model + " already",
-                       "add another, or remove it");
-    }
-    if (change.from->candidates.count(name) == 0) {
-      std::vector<std::string> names;
-      for (const auto& [known, start] : change.from->candidates) {
-        names.push_back(known);
-      }
-      throw InputError(
-          place, "'" + name + "' is no candidate of " + model,
-          names.empty() ? "it has none" : "its candidates: " + Join(names));
-    }
-  }
 }
 
 StudioModel FitStudioModel(
@@ -247,66 +199,6 @@ StudioModel FitStudioModel(
   }
   ThrowIfCancelled(stop);
   return model;
-}
-
-namespace {
-
-Json StartJson(const StudioModel::Start& start) {
-  return {{"values", start.values}, {"idle", start.idle}};
-}
-
-StudioModel::Start StartFrom(const Json& json) {
-  StudioModel::Start start;
-  json.at("values").get_to(start.values);
-  json.at("idle").get_to(start.idle);
-  return start;
-}
-
-}  // namespace
-
-Json ToJson(const StudioModel& model) {
-  Json candidates = Json::object();
-  for (const auto& [name, start] : model.candidates) {
-    candidates[name] = StartJson(start);
-  }
-  return {{"schema", kModelSchema},
-          {"id", model.id},
-          {"parent", model.parent},
-          {"effects", model.effects},
-          {"start", StartJson(model.start)},
-          {"candidates", candidates},
-          {"step", model.step},
-          {"files", model.files},
-          {"page", model.page}};
-}
-
-StudioModel StudioModelFrom(const Json& json, const std::string& file) {
-  try {
-    StudioModel model;
-    if (json.at("schema") != kModelSchema) {
-      throw InputError(file, "is of another version",
-                       "save to another folder (--out)");
-    }
-    json.at("id").get_to(model.id);
-    json.at("parent").get_to(model.parent);
-    json.at("effects").get_to(model.effects);
-    model.start = StartFrom(json.at("start"));
-    for (const auto& [name, start] : json.at("candidates").items()) {
-      model.candidates[name] = StartFrom(start);
-    }
-    model.step = json.at("step");
-    json.at("files").get_to(model.files);
-    model.page = json.at("page");
-    model.page.at("candidates");
-    model.Error("trainError");
-    model.Error("holdoutError");
-    return model;
-  } catch (const Json::exception&) {
-    throw InputError(file,
-                     "is broken: parts of a model are missing in it, or of "
-                     "another kind",
-                     "restore it, or save to another folder (--out)");
-  }
 }
 
 }  // namespace sysid

@@ -124,11 +124,11 @@ class Problem:
 def main():
     library, folder = sys.argv[1:]
     problem = Problem(library, folder)
-    options = {"method": problem.options["method"]}
+    # Ours ends at the same relative gain.
+    options = {"method": problem.options["method"], "ftol": 1e-6}
     if len(problem.sigma_defect) > 0:
         options["jac_sparsity"] = problem.sparsity()
         options["x_scale"] = "jac"
-        options["ftol"] = 1e-6
     start = problem.start()
     problem.residuals(start)
     problem.rolled = 0

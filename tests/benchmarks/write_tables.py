@@ -15,7 +15,8 @@ import sys
 
 # Of each program: what the columns are called, counter by counter.
 COLUMNS = {
-    "physics": [("mj_forward", "mj_forward, ns"), ("ratio", "ratio")],
+    "physics": [("mj_forward", "mj_forward, ns"), ("ratio", "ratio"),
+                ("over_plain", "over the plain rollout")],
     "fit": [("iterations", "iterations"), ("reference", "SciPy + MuJoCo, ms"),
             ("ratio", "times faster"), ("error", "error, std. errors"),
             ("their_error", "theirs"), ("alone", "one thread, ms"),

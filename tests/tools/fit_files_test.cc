@@ -157,7 +157,7 @@ TEST_F(FitFilesTest, PredictionsFollowEachOtherInTime) {
                  {"--model", "cartpole", "--duration", "1", "--seed", seed});
   }
   Fit({"--model", "cartpole", "--traj", "1.csv,2.csv", "--holdout", "3.csv"});
-  const CsvFile file(folder_.Path("result/prediction.csv"));
+  CsvFile file(folder_.Path("result/prediction.csv"));
   const std::vector<std::string>& header = file.header();
   std::vector<int> all;
   for (size_t i = 0; i < header.size(); ++i) all.push_back(i);

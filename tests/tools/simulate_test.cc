@@ -15,7 +15,7 @@ class SimulateTest : public ::testing::Test {
  protected:
   // The numbers of a run, by column.
   CsvFile::Table Numbers(const std::string& name) {
-    const CsvFile file(folder_.Path(name));
+    CsvFile file(folder_.Path(name));
     std::vector<int> all;
     for (size_t i = 0; i < file.header().size(); ++i) {
       all.push_back(static_cast<int>(i));

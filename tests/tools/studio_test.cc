@@ -3,14 +3,13 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <poll.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/running_program.h"
 #include "tests/tools/programs.h"
 
 namespace sysid {
@@ -21,58 +20,6 @@ using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
 using Json = nlohmann::json;
-
-// A program that goes on until it is told to end; killed where a test forgets.
-class RunningProgram {
- public:
-  RunningProgram(const ProgramFolder& folder, Arguments arguments) {
-    arguments.insert(arguments.begin(), SYSID_STUDIO);
-    std::vector<char*> argv;
-    for (std::string& word : arguments) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    int ends[2];
-    if (pipe(ends) != 0) return;
-    const std::string where = folder.Path("");
-    child_ = fork();
-    if (child_ == 0) {
-      dup2(ends[1], 1);
-      close(ends[0]);
-      if (chdir(where.c_str()) == 0) execv(argv[0], argv.data());
-      _exit(127);
-    }
-    close(ends[1]);
-    out_ = ends[0];
-  }
-  ~RunningProgram() {
-    if (child_ > 0) kill(child_, SIGKILL);
-    if (child_ > 0) waitpid(child_, nullptr, 0);
-    if (out_ >= 0) close(out_);
-  }
-
-  // The next line that it prints, within a minute; empty where none comes.
-  std::string Line() {
-    std::string line;
-    char c = 0;
-    pollfd ready{out_, POLLIN, 0};
-    while (poll(&ready, 1, 60'000) == 1 && read(out_, &c, 1) == 1 &&
-           c != '\n') {
-      line += c;
-    }
-    return line;
-  }
-  // Its exit code after the signal; 128 + the signal that killed it.
-  int End(int signal) {
-    kill(child_, signal);
-    int status = 0;
-    waitpid(child_, &status, 0);
-    child_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-
- private:
-  pid_t child_ = -1;
-  int out_ = -1;
-};
 
 int PortOf(const std::string& address) {
   return std::stoi(address.substr(address.rfind(':') + 1));
@@ -114,7 +61,8 @@ ProgramFolder* StudioTest::folder_ = nullptr;
 
 TEST_F(StudioTest, SaysItsAddressAndEndsByCtrlC) {
   for (const int signal : {SIGINT, SIGTERM}) {
-    RunningProgram studio(*folder_, Damped() + Arguments{"--port", "0"});
+    RunningProgram studio(*folder_, SYSID_STUDIO,
+                          Damped() + Arguments{"--port", "0"});
     const std::string address = studio.Line();
     ASSERT_THAT(address, MatchesRegex("http://127\\.0\\.0\\.1:[0-9]+/"));
     EXPECT_TRUE(Answers(PortOf(address)));
@@ -127,7 +75,7 @@ TEST_F(StudioTest, SavesWhatWasDone) {
   const Arguments arguments =
       Damped() + Arguments{"--port", "0", "--out", "session"};
   for (int i = 0; i < 2; ++i) {  // and continues there
-    RunningProgram studio(*folder_, arguments);
+    RunningProgram studio(*folder_, SYSID_STUDIO, arguments);
     EXPECT_NE(studio.Line(), "");
     EXPECT_EQ(studio.End(SIGINT), 0);
     const Json index = Json::parse(folder_->Read("session/studio.json"));
@@ -141,7 +89,8 @@ TEST_F(StudioTest, SavesWhatWasDone) {
 }
 
 TEST_F(StudioTest, NamesAFreePortWhereOneIsInUse) {
-  RunningProgram studio(*folder_, Damped() + Arguments{"--port", "0"});
+  RunningProgram studio(*folder_, SYSID_STUDIO,
+                        Damped() + Arguments{"--port", "0"});
   const std::string port = std::to_string(PortOf(studio.Line()));
   ExpectRefused(*folder_, SYSID_STUDIO,
                 Damped() + Arguments{"--port", port, "--out", "refused"},

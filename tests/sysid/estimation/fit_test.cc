@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -300,6 +301,28 @@ TEST(Fit, ReportsItsProgress) {
   FitRuns(start, FreeFrom(start, {{"link1.length", 0.55}}), {run}, options);
   ASSERT_FALSE(seen.empty());
   EXPECT_FALSE(seen.back().doing.empty());
+  for (const Progress& progress : seen) {
+    EXPECT_LE(progress.iteration, progress.of) << progress.doing;
+  }
+}
+
+// At the minimum of a long run rounding decides whether a step is taken. One
+// that is refused there must not be followed by others of ever smaller radius.
+TEST(Fit, EndsWhereNothingIsLeftToGain) {
+  const Model model = Shipped("pendulum2_planar");
+  for (const int seed : {1, 2, 3, 4}) {
+    const Fit fit = FitRuns(
+        model,
+        FreeFrom(model, {{"link1.length", 0.45}, {"link2.length", 0.55}}),
+        {Simulated(model, 0.5, seed, 60.0)}, EstimationOptions());
+    EXPECT_TRUE(fit.converged);
+    const double last = fit.history.back().cost;
+    const auto still = [&](const HistoryEntry& entry) {
+      return std::abs(entry.cost - last) < 1e-12 * last;
+    };
+    EXPECT_LE(std::count_if(fit.history.begin(), fit.history.end(), still), 2)
+        << "seed " << seed;
+  }
 }
 
 TEST(Fit, StopsAfterTheIterationsItMayUse) {

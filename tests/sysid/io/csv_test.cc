@@ -26,21 +26,24 @@ std::string ReadError(const std::string& text, const std::vector<int>& wanted) {
 }
 
 TEST(CsvTest, ReadsHeaderNumbersAndLineNumbers) {
-  const CsvFile file = File("# made by hand\nt,a, b \n0,1,2\n\n1,3,4\n\n");
+  CsvFile file = File("# made by hand\nt,a, b \n0,1,2\n\n1,3,4\n\n");
   EXPECT_THAT(file.header(), ElementsAre("t", "a", "b"));
   EXPECT_EQ(file.header_line(), 2);
   EXPECT_EQ(file.last_comment(), "made by hand");
   const CsvFile::Table table = file.ReadColumns({0, 2});
-  EXPECT_THAT(table.lines, ElementsAre(3, 5));
+  EXPECT_EQ(file.Place(0, 2), "run.csv:3:3");
+  EXPECT_EQ(file.Place(1, 0), "run.csv:5:1");
+  EXPECT_EQ(file.RowName(1), "line 5");
   EXPECT_THAT(table.columns[0], ElementsAre(0, 1));
   EXPECT_THAT(table.columns[1], ElementsAre(2, 4));
 }
 
 TEST(CsvTest, TakesEveryKindOfLineEnd) {
   for (const std::string end : {"\n", "\r\n", "\r"}) {
-    const CsvFile::Table table =
-        Read("t,a" + end + "# c" + end + "0,1" + end + "1,2", {0, 1});
-    EXPECT_THAT(table.lines, ElementsAre(3, 4));
+    CsvFile file = File("t,a" + end + "# c" + end + "0,1" + end + "1,2");
+    const CsvFile::Table table = file.ReadColumns({0, 1});
+    EXPECT_EQ(file.RowName(0), "line 3");
+    EXPECT_EQ(file.RowName(1), "line 4");
     EXPECT_THAT(table.columns[1], ElementsAre(1, 2));
   }
 }
@@ -50,12 +53,13 @@ TEST(CsvTest, DropsTheByteOrderMark) {
 }
 
 TEST(CsvTest, ReadsQuotedCells) {
-  const CsvFile file = File(
+  CsvFile file = File(
       "\"t\",\"a, \"\"b\"\"\",c\n\"0\",\"1.5\",\"two\nlines\"\n1, \"2\" ,x\n");
   EXPECT_THAT(file.header(), ElementsAre("t", "a, \"b\"", "c"));
   const CsvFile::Table table = file.ReadColumns({0, 1});
   EXPECT_THAT(table.columns[1], ElementsAre(1.5, 2));
-  EXPECT_THAT(table.lines, ElementsAre(2, 4));
+  EXPECT_EQ(file.RowName(0), "line 2");
+  EXPECT_EQ(file.RowName(1), "line 4");
 }
 
 TEST(CsvTest, ReadsEveryFormOfNumber) {
@@ -112,6 +116,16 @@ TEST(CsvTest, ReportsAColumnNameThatAppearsTwice) {
   EXPECT_THAT(File("t,,\n0,1,2\n").header(), ElementsAre("t", "", ""));
 }
 
+TEST(CsvTest, ReportsTooManyColumns) {
+  std::string header = "c0";
+  for (int i = 1; i < 10001; ++i) header += ",c" + std::to_string(i);
+  EXPECT_EQ(
+      ErrorText([&] { File(header + "\n"); }),
+      "run.csv:1:10001: 10001 columns; 10000 are the most\n"
+      "  hint: is this a run, with a row a sample? Keep the columns that are "
+      "used");
+}
+
 TEST(CsvTest, ReportsAnEmptyFile) {
   const std::string hint =
       "\n  hint: a run is a header such as t,joint1.q and a row a sample";
@@ -134,7 +148,7 @@ TEST(CsvTest, ReportsAQuotationMarkThatIsNotClosed) {
 TEST(CsvTest, ReportsAnEndlessLine) {
   const std::string text =
       "run.csv:2:1: a line of more than 1 MiB\n"
-      "  hint: this is not a comma-separated text with one row a line";
+      "  hint: this is not a separated text with one row a line";
   EXPECT_EQ(ReadError("a\n" + std::string((1 << 20) + 1, '1'), {0}), text);
   EXPECT_EQ(ReadError("a\n\"" + std::string((1 << 20) + 1, '1') + "\"", {0}),
             text);
@@ -166,7 +180,7 @@ TEST(CsvTest, ShowsCellsSafely) {
 
 TEST(CsvTest, WritesCellsThatReadBack) {
   for (const std::string text : {"a", "a,b", "say \"a\"", " a "}) {
-    const CsvFile file = File(CsvCell(text) + ",x\n");
+    CsvFile file = File(CsvCell(text) + ",x\n");
     EXPECT_EQ(file.header()[0], std::string(Trim(text)));
   }
   EXPECT_EQ(ShortestText(0.1), "0.1");

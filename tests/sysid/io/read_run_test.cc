@@ -153,17 +153,15 @@ TEST(ReadRunTest, ReportsAMissingHeader) {
             "'#' away");
 }
 
-TEST(ReadRunTest, ReportsOtherSeparators) {
-  const std::string hint =
-      "\n  hint: save it with commas between the columns and points in the "
-      "numbers";
-  EXPECT_EQ(ParseError("t;joint1.q\n0;1\n"),
-            "run.csv:1:1: the columns are separated by semicolons, not by "
-            "commas" +
-                hint);
-  EXPECT_EQ(
-      ParseError("t\tjoint1.q\n0\t1\n"),
-      "run.csv:1:1: the columns are separated by tabs, not by commas" + hint);
+TEST(ReadRunTest, ReadsOtherSeparatorsAndSaysSo) {
+  std::vector<std::string> notices;
+  EXPECT_EQ(Parse("t;joint1.q\n0;1,5\n1;2,5\n", "", &notices)
+                .channels[0]
+                .values(1, 0),
+            2.5);
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: the columns are separated by semicolons",
+                          "run.csv: the numbers have decimal commas"));
 }
 
 TEST(ReadRunTest, ReportsAMissingTimeColumn) {
@@ -333,6 +331,56 @@ TEST(ReadRunTest, ReportsAVelocityThatLooksLikeDegrees) {
             "(180/pi is 57.3)\n"
             "  hint: --columns joint1.qd=joint1.qd*0.0174532925  (if it is "
             "radians after all: joint1.qd=joint1.qd*1)");
+}
+
+TEST(ReadRunTest, JoinsColumnsByArithmetic) {
+  // Absolute angles, a drifting sensor and an effort from a current.
+  const std::string text =
+      "t,joint1.q,joint2.q,i\n0,1,3,2\n1,2,,2\n2,,7,2\n3,1,5,2\n";
+  const sysid::Run run =
+      Parse(text,
+            "joint2.q=joint2.q-joint1.q,joint1.q=joint1.q-0.5*t,"
+            "joint1.tau=-i*0.35*6");
+  EXPECT_THAT(std::vector<double>({run.channels[0].values(0, 0),
+                                   run.channels[0].values(1, 0),
+                                   run.channels[0].values(3, 0)}),
+              ElementsAre(1, 1.5, -0.5));
+  EXPECT_EQ(run.channels[1].values(0, 0), 2.0);
+  // A missing cell makes the result missing.
+  EXPECT_TRUE(std::isnan(run.channels[0].values(2, 0)));
+  EXPECT_TRUE(std::isnan(run.channels[1].values(1, 0)));
+  EXPECT_TRUE(std::isnan(run.channels[1].values(2, 0)));
+  EXPECT_NEAR(run.effort(0, 0), -4.2, 1e-12);
+}
+
+TEST(ReadRunTest, ReportsAResultThatIsNotFinite) {
+  EXPECT_EQ(ParseError("t,a,b\n0,1,2\n1,3,0\n", "joint1.q=a/b"),
+            "run.csv:3:2: 'a/b' (joint1.q) is not finite here\n"
+            "  hint: is there a division by a column that is zero?");
+  EXPECT_THAT(ParseError("t,a,b\n0,1,2\n1,0,0\n", "joint1.q=a/b"),
+              StartsWith("run.csv:3:2: 'a/b' (joint1.q) is not finite"));
+}
+
+TEST(ReadRunTest, ADifferenceOfDegreesLooksLikeDegrees) {
+  std::string text = SwingInDegrees("a", 60.0, 1.0);
+  EXPECT_THAT(ParseError(text, "joint1.q=a-t"),
+              HasSubstr("'a-t' (joint1.q) looks like degrees"));
+  EXPECT_THAT(ParseError(text, "joint1.q=a-t"),
+              HasSubstr("--columns 'joint1.q=(a-t)*0.0174532925'"));
+  EXPECT_EQ(ParseError(text, "joint1.q=(a-t)*1"), "no error");
+}
+
+TEST(ReadRunTest, NamesAtMostTwoDozenIgnoredColumns) {
+  std::string header = "t,joint1.q", row = "0,1", next = "1,2";
+  for (int i = 0; i < 30; ++i) {
+    header += ",c" + std::to_string(i);
+    row += ",0";
+    next += ",0";
+  }
+  std::vector<std::string> notices;
+  Parse(header + "\n" + row + "\n" + next + "\n", "", &notices);
+  ASSERT_EQ(notices.size(), 1u);
+  EXPECT_THAT(notices[0], testing::EndsWith(", c22, c23, and 6 more"));
 }
 
 TEST(ReadRunTest, ReadsAFileFromDisk) {

@@ -1,7 +1,11 @@
 #include "sysid/io/write_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -127,6 +131,37 @@ TEST_F(WriteFileTest, ChecksWithoutLeavingAnything) {
   CheckWritableFile(Path("a"));
   EXPECT_EQ(Read(Path("a")), "one");
   EXPECT_EQ(Files(), 1);
+}
+
+// What a program left that was killed between giving a file its temporary name
+// and its own.
+TEST_F(WriteFileTest, ChecksRemoveWhatKilledWritersLeft) {
+  const auto make = [&](const std::string& name, bool old) {
+    WriteFileAtomically(Path(name), "x");
+    if (!old) return;
+    fs::last_write_time(
+        Path(name), fs::file_time_type::clock::now() - std::chrono::minutes(1));
+  };
+  make("fit.json.sysid-part-123-4", true);
+  make("other.csv.sysid-part-1-0", true);
+  make("young.csv.sysid-part-1-0", false);  // perhaps another's that begins
+  make("mine.sysid-part-list", true);
+  make("run.csv", true);
+  make("locked.sysid-part-5-6", true);
+  const int locked =
+      open(Path("locked.sysid-part-5-6").c_str(), O_RDONLY | O_CLOEXEC);
+  ASSERT_EQ(flock(locked, LOCK_EX), 0);  // its writer lives
+  CheckWritableFolder(folder_.string());
+  EXPECT_FALSE(fs::exists(Path("fit.json.sysid-part-123-4")));
+  EXPECT_FALSE(fs::exists(Path("other.csv.sysid-part-1-0")));
+  EXPECT_TRUE(fs::exists(Path("young.csv.sysid-part-1-0")));
+  EXPECT_TRUE(fs::exists(Path("mine.sysid-part-list")));
+  EXPECT_TRUE(fs::exists(Path("run.csv")));
+  EXPECT_TRUE(fs::exists(Path("locked.sysid-part-5-6")));
+  close(locked);
+  CheckWritableFile(Path("run.csv"));
+  EXPECT_FALSE(fs::exists(Path("locked.sysid-part-5-6")));
+  EXPECT_EQ(Files(), 3);
 }
 
 TEST_F(WriteFileTest, ReportsANameThatIsEmpty) {

@@ -107,6 +107,13 @@ TEST(FitSpecificationTest, ReportsUnknownKeysAtEveryLevel) {
             "  hint: did you mean 'name'?");
 }
 
+TEST(FitSpecificationTest, ReportsKeysThatAreEmpty) {
+  const std::string text =
+      "dir/fit.yaml:1:8: a key of free is empty\n  hint: write a name";
+  EXPECT_EQ(ParseError("free: {\"\": {}}\n"), text);
+  EXPECT_EQ(ParseError("free: {!bin}\n"), text);  // by fuzzing
+}
+
 TEST(FitSpecificationTest, ReportsKeysGivenTwice) {
   const std::string hint = "\n  hint: keep one of them";
   EXPECT_EQ(

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <stop_token>
 
 #include "tests/sysid/stochastic/stochastic_setup.h"
 
@@ -78,6 +79,44 @@ TEST(CompareSolvers, RepeatsFromOtherStarts) {
       EXPECT_TRUE(solver.converged);
       EXPECT_LT(solver.distance, 0.02);
     }
+  }
+}
+
+TEST(CompareSolvers, KeepsTheStartsThatWereDoneWhereItIsInterrupted) {
+  // In the second start: the first solver's second beginning.
+  const auto problem = TwoLengths();
+  std::stop_source source;
+  problem->mutable_options()->stop = source.get_token();
+  problem->mutable_options()->keep_best = true;
+  ComparisonOptions options = Options(3);
+  bool mixture = false;
+  options.progress = [&](const Progress& progress) {
+    mixture = mixture || progress.doing == "gmm";
+    if (mixture && progress.doing != "gmm") source.request_stop();
+  };
+  const Comparison comparison = CompareSolvers(*problem, options);
+  EXPECT_EQ(comparison.asked, 3);
+  ASSERT_EQ(comparison.trials.size(), 1u);
+  for (const SolverTrial& solver : comparison.trials[0].solvers) {
+    EXPECT_TRUE(solver.converged);
+  }
+}
+
+TEST(CompareSolvers, HasAPointOfEachSolverWhereTheFirstIsInterrupted) {
+  const auto problem = TwoLengths();
+  std::stop_source source;
+  problem->mutable_options()->stop = source.get_token();
+  problem->mutable_options()->keep_best = true;
+  ComparisonOptions options = Options(1);
+  options.progress = [&](const Progress& progress) {
+    if (progress.iteration == 2) source.request_stop();
+  };
+  const Comparison comparison = CompareSolvers(*problem, options);
+  ASSERT_EQ(comparison.runs.size(), 3u);
+  for (const SolverRun& run : comparison.runs) {
+    EXPECT_FALSE(run.fit.converged);
+    EXPECT_THAT(run.fit.termination, HasSubstr("interrupted after"));
+    EXPECT_GE(run.fit.iterations, 1);
   }
 }
 

@@ -2,8 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stop_token>
 
 #include "tests/sysid/stochastic/stochastic_setup.h"
 
@@ -45,6 +47,46 @@ TEST(FitAdam, FindsLengthsAndFillsTheFit) {
   EXPECT_GT(EstimateOf(fit, "link1.length").std_error, 0.0);
   EXPECT_EQ(fit.open.size(), 1u);
   EXPECT_THAT(fit.not_identifiable, IsEmpty());
+}
+
+// Asks to stop when epoch `at` is reported.
+void StopAt(int at, std::stop_source* source, ShootingProblem* problem) {
+  problem->mutable_options()->stop = source->get_token();
+  problem->mutable_options()->keep_best = true;
+  problem->mutable_options()->progress = [at, source](const Progress& p) {
+    if (p.iteration == at) source->request_stop();
+  };
+}
+
+TEST(FitAdam, KeepsTheBestEpochWhereItIsInterrupted) {
+  // At 0 nothing has moved yet: one step is taken.
+  for (const int at : {0, 1, 7}) {
+    SCOPED_TRACE(at);
+    const auto problem = TwoLengths();
+    std::stop_source source;
+    StopAt(at, &source, problem.get());
+    const Fit fit = FitAdam(problem.get(), FromRest());
+    const int epochs = std::max(1, at);
+    EXPECT_FALSE(fit.converged);
+    EXPECT_EQ(fit.termination, "interrupted after " + std::to_string(epochs) +
+                                   " epochs: this is the best point so far, "
+                                   "and no minimum");
+    EXPECT_EQ(fit.iterations, epochs);
+    EXPECT_EQ(fit.history.size(), epochs + 1u);
+    EXPECT_LT(EstimateOf(fit, "link1.length").value, 0.5);  // towards 0.4
+  }
+}
+
+TEST(FitGaussianMixture, KeepsItsLastEpochWhereItIsInterrupted) {
+  const auto problem = TwoLengths();
+  std::stop_source source;
+  StopAt(5, &source, problem.get());
+  const MixtureFit mixture =
+      FitGaussianMixture(problem.get(), MixtureFromRest());
+  EXPECT_FALSE(mixture.fit.converged);
+  EXPECT_THAT(mixture.fit.termination, HasSubstr("interrupted after 5 epochs"));
+  EXPECT_EQ(mixture.epochs.back().epoch, 5);
+  EXPECT_EQ(mixture.mixture.weights.size(), 3);
 }
 
 TEST(FitAdam, IsTheSameEveryTimeAndBothWays) {

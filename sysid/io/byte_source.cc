@@ -1,0 +1,81 @@
+#include "sysid/io/byte_source.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "models/error.h"
+
+namespace sysid {
+
+ByteSource::ByteSource(const std::string& path) : path_(path) {
+  fd_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd_ < 0) {
+    const int error = errno;
+    if (error == ENOENT) {
+      throw InputError(path, "there is no such file",
+                       "check the name and the folder that you are in");
+    }
+    throw InputError(path,
+                     std::string("cannot be opened: ") + std::strerror(error));
+  }
+  struct stat status;
+  if (fstat(fd_, &status) != 0) return;
+  if (S_ISDIR(status.st_mode)) {
+    close(fd_);
+    throw InputError(path, "is a folder, not a file", "name a file in it");
+  }
+  is_file_ = S_ISREG(status.st_mode);
+  size_ = is_file_ ? static_cast<uint64_t>(status.st_size) : 0;
+}
+
+ByteSource::ByteSource(const std::string& path, std::string text)
+    : path_(path), size_(text.size()), ahead_(std::move(text)) {}
+
+ByteSource::ByteSource(ByteSource&& other) noexcept
+    : path_(std::move(other.path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      is_file_(other.is_file_),
+      size_(other.size_),
+      ahead_(std::move(other.ahead_)),
+      at_(other.at_) {}
+
+ByteSource::~ByteSource() {
+  if (fd_ >= 0) close(fd_);
+}
+
+size_t ByteSource::ReadFile(char* into, size_t n) {
+  if (fd_ < 0) return 0;
+  while (true) {
+    const ssize_t got = read(fd_, into, n);
+    if (got >= 0) return static_cast<size_t>(got);
+    if (errno == EINTR) continue;
+    throw InputError(path_,
+                     std::string("cannot be read: ") + std::strerror(errno));
+  }
+}
+
+size_t ByteSource::Read(char* into, size_t n) {
+  if (at_ == ahead_.size()) return ReadFile(into, n);
+  const size_t part = std::min(n, ahead_.size() - at_);
+  std::memcpy(into, ahead_.data() + at_, part);
+  at_ += part;
+  return part;
+}
+
+std::string_view ByteSource::Peek(size_t n) {
+  while (ahead_.size() - at_ < n) {
+    char block[512];
+    const size_t got = ReadFile(block, sizeof(block));
+    if (got == 0) break;
+    ahead_.append(block, got);
+  }
+  return std::string_view(ahead_).substr(at_, n);
+}
+
+}  // namespace sysid

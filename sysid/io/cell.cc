@@ -1,0 +1,83 @@
+#include "sysid/io/cell.h"
+
+#include <cctype>
+#include <charconv>
+#include <cstdlib>
+
+namespace sysid {
+namespace {
+
+bool IsSpace(char c) { return c == ' ' || c == '\t'; }
+
+}  // namespace
+
+std::string_view Trim(std::string_view text) {
+  while (!text.empty() && IsSpace(text.front())) text.remove_prefix(1);
+  while (!text.empty() && IsSpace(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+bool ParseNumber(std::string_view text, double* value) {
+  text = Trim(text);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') {
+    text.remove_prefix(1);
+  }
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, *value);
+  if (rest != end || text.empty()) return false;
+  if (error == std::errc()) return true;
+  if (error != std::errc::result_out_of_range) return false;
+  // Too large or too small for a double: 1e999 is infinite, 1e-999 is 0.
+  *value = std::strtod(std::string(text).c_str(), nullptr);
+  return true;
+}
+
+bool ParseDecimalComma(std::string_view text, double* value) {
+  const size_t comma = text.find(',');
+  if (comma == std::string_view::npos || comma + 1 >= text.size() ||
+      !std::isdigit(static_cast<unsigned char>(text[comma + 1]))) {
+    return false;
+  }
+  std::string point(text);
+  point[comma] = '.';
+  // A second comma or a point beside it is no number.
+  return text.find('.') == std::string_view::npos && ParseNumber(point, value);
+}
+
+std::string Shown(std::string_view text) {
+  constexpr size_t kMost = 40;
+  std::string shown = "'";
+  for (const char c : text.substr(0, kMost)) {
+    // Bytes of UTF-8 are kept whole only as long as the text is not cut.
+    const bool printable = static_cast<unsigned char>(c) >= 0x80
+                               ? text.size() <= kMost
+                               : c >= ' ' && c != 0x7f;
+    shown += printable ? c : '?';
+  }
+  if (text.size() > kMost) shown += "...";
+  return shown + "'";
+}
+
+std::string ShortestText(double value) {
+  char buffer[32];
+  const auto result = std::to_chars(buffer, buffer + sizeof(buffer), value);
+  return std::string(buffer, result.ptr);
+}
+
+std::string CsvCell(const std::string& text) {
+  const bool plain = text.find_first_of(",\"\r\n") == std::string::npos &&
+                     Trim(text).size() == text.size();
+  if (plain) return text;
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string CountOf(long n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
+
+}  // namespace sysid

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace sysid {
+
+// A cell or name as an error shows it: in quotes, at most 40 characters, what
+// cannot be printed as '?'.
+std::string Shown(std::string_view text);
+
+// The whole text as a number: true and the value, else false. "nan" and "inf"
+// are numbers here. A leading '+' and spaces around are fine.
+bool ParseNumber(std::string_view text, double* value);
+
+// The same of a number with one decimal comma, between digits or before one:
+// "1,5", ",5"; false without a comma.
+bool ParseDecimalComma(std::string_view text, double* value);
+
+std::string_view Trim(std::string_view text);
+
+// The shortest text that reads back as the same number.
+std::string ShortestText(double value);
+
+// A cell as RFC 4180 writes it: quoted where it must be.
+std::string CsvCell(const std::string& text);
+
+// "1 cell", "2 cells".
+std::string CountOf(long n, const std::string& noun);
+
+}  // namespace sysid

@@ -1,0 +1,61 @@
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "models/error.h"
+#include "sysid/io/bag_file.h"
+#include "sysid/io/byte_source.h"
+#include "sysid/io/cell.h"
+#include "sysid/io/csv.h"
+#include "sysid/io/mat_file.h"
+#include "sysid/io/table_file.h"
+
+namespace sysid {
+namespace {
+
+std::unique_ptr<TableFile> OpenCsv(ByteSource source, const std::string&) {
+  auto file = std::make_unique<CsvFile>(std::move(source));
+  file->CheckHeader();
+  return file;
+}
+
+// A format: what its files begin with, and its reader. `part` is what stands
+// behind the file's name ("/joint_states"), and "" for all but bags.
+struct Format {
+  bool (*begins)(std::string_view first_bytes);
+  std::unique_ptr<TableFile> (*open)(ByteSource source,
+                                     const std::string& part);
+};
+
+constexpr Format kFormats[] = {
+    {BeginsMatFile, OpenMatFile},
+    {BeginsBagFile, OpenBagFile},
+    {[](std::string_view) { return true; }, OpenCsv},
+};
+
+}  // namespace
+
+std::unique_ptr<TableFile> OpenTable(const std::string& path) {
+  constexpr size_t kFirstBytes = 512;
+  constexpr std::string_view kBag = ".bag:";
+  std::string file = path;
+  std::string part;
+  if (const size_t at = path.rfind(kBag); at != std::string::npos) {
+    file = path.substr(0, at + kBag.size() - 1);
+    part = path.substr(at + kBag.size());
+  }
+  ByteSource source(file);
+  const std::string first(source.Peek(kFirstBytes));
+  for (const Format& format : kFormats) {
+    if (!format.begins(first)) continue;
+    if (!part.empty() && format.open != OpenBagFile) {
+      throw InputError(path, "is no ROS bag, and has no topics",
+                       "name it without " + Shown(":" + part));
+    }
+    return format.open(std::move(source), part);
+  }
+  return nullptr;  // the last format takes all
+}
+
+}  // namespace sysid

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/mechanism.h"
+#include "sysid/io/column_map.h"
+#include "sysid/io/run_columns.h"
+#include "sysid/io/table_file.h"
+
+namespace sysid {
+
+// What a file has of a run of a mechanism, and from where.
+struct RunSources {
+  // A group of the mechanism's columns that the file has, all of it.
+  struct Group {
+    ColumnGroup group;
+    std::vector<int> sources;  // of group.columns: indices into `sources`
+  };
+
+  std::vector<ColumnSource> sources;  // of t and of the groups' columns
+  std::vector<Group> channels;        // one at least
+  std::vector<Group> efforts;
+
+  // The index of the source of our column `name`, or -1.
+  int Find(const std::string& name) const;
+};
+
+// The map first, then the columns that have our names. `ignored` is a notice of
+// the file's other columns, "" where there are none.
+//
+// Throws InputError for what ResolveColumns refuses, and where there is no
+// time, nothing measured, or only a part of a quaternion or vector.
+RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
+                          const Mechanism& mechanism, std::string* ignored);
+
+}  // namespace sysid

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sysid/io/text_rows.h"
+
+namespace sysid {
+
+// What the lines before the numbers of a text say.
+struct TextLayout {
+  std::vector<std::string> header;  // a name for each cell of a row
+  int header_line = 1;              // where the names stand
+  std::string last_comment;         // before the header
+  std::vector<std::string> notices;
+
+  // Motion capture:
+  //
+  // Where no column is time: a column "t" behind the others, the number of the
+  // row (frame_column < 0: from 0) or the number in that column, over this
+  // rate; 0 where time is a column.
+  double rate_hz = 0.0;
+  int frame_column = -1;
+  // First of three columns each, a marker's position: three zeros are a marker
+  // that was not seen.
+  std::vector<int> zero_is_missing;
+  // The hint for a row that is none of it, "" for the usual ones.
+  std::string width_hint;
+
+  // Cells of a row.
+  int width() const {
+    return static_cast<int>(header.size()) - (rate_hz > 0.0 ? 1 : 0);
+  }
+};
+
+// Reads the lines before the numbers and sets the separator; false, and nothing
+// read, where the text is not of this layout. Throws InputError where it is but
+// cannot be read. One file a layout; a new one is a line in ReadTextLayout.
+bool ReadMotiveLayout(const std::string& path, TextRows* rows,
+                      TextLayout* layout);
+bool ReadViconLayout(const std::string& path, TextRows* rows,
+                     TextLayout* layout);
+bool ReadQualisysLayout(const std::string& path, TextRows* rows,
+                        TextLayout* layout);
+// One row of names; the separator is found from it and the first row.
+bool ReadPlainLayout(const std::string& path, TextRows* rows,
+                     TextLayout* layout);
+
+TextLayout ReadTextLayout(const std::string& path, TextRows* rows);
+
+// The cells of the next row, copied.
+std::vector<std::string> ReadCells(TextRows* rows);
+
+}  // namespace sysid

@@ -1,0 +1,144 @@
+#include "sysid/io/text_rows.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "models/error.h"
+#include "sysid/io/cell.h"
+
+namespace sysid {
+
+TextRows::TextRows(ByteSource source) : source_(std::move(source)) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  Fill();
+  if (buffer_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+}
+
+// Makes sure that a whole line lies in the buffer, or more than kMaxLine of it.
+void TextRows::Fill() {
+  if (all_read_ || buffer_.size() - at_ > 2 * kMaxLine) return;
+  constexpr size_t kBlock = size_t{1} << 16;
+  buffer_.erase(0, at_);
+  at_ = 0;
+  while (!all_read_ && buffer_.size() < 4 * kMaxLine) {
+    const size_t size = buffer_.size();
+    buffer_.resize(size + kBlock);
+    const size_t got = source_.Read(buffer_.data() + size, kBlock);
+    buffer_.resize(size + got);
+    all_read_ = got == 0;
+    if (std::memchr(buffer_.data() + size, 0, got)) {
+      throw InputError(source_.path(),
+                       "is not a text file: it holds a NUL byte",
+                       "save it as text in UTF-8");
+    }
+  }
+}
+
+std::string_view TextRows::Ahead() {
+  Fill();
+  return std::string_view(buffer_).substr(at_);
+}
+
+bool TextRows::AtEnd() {
+  Fill();
+  return Exhausted();
+}
+
+void TextRows::BeginLine() {
+  Fill();
+  line_begin_ = at_;
+}
+
+void TextRows::CheckLength() const {
+  if (at_ - line_begin_ <= kMaxLine) return;
+  throw InputError(source_.path() + ":" + std::to_string(line_) + ":1",
+                   "a line of more than 1 MiB",
+                   "this is not a separated text with one row a line");
+}
+
+void TextRows::SkipEmptyLines(std::string* comment) {
+  for (BeginLine(); !Exhausted(); BeginLine()) {
+    if (buffer_[at_] == '#') {
+      while (!Exhausted() && !AtLineEnd()) ++at_;
+      CheckLength();
+      if (comment != nullptr) {
+        *comment = std::string(Trim(std::string_view(buffer_).substr(
+            line_begin_ + 1, at_ - line_begin_ - 1)));
+      }
+    } else {
+      while (!Exhausted() && (buffer_[at_] == ' ' || buffer_[at_] == '\t')) {
+        ++at_;
+      }
+      CheckLength();
+      if (!Exhausted() && !AtLineEnd()) {
+        at_ = line_begin_;
+        return;
+      }
+    }
+    EndLine();
+  }
+}
+
+void TextRows::EndLine() {
+  if (Exhausted()) return;
+  if (buffer_[at_] == '\r' && at_ + 1 < buffer_.size() &&
+      buffer_[at_ + 1] == '\n') {
+    ++at_;
+  }
+  ++at_;
+  ++line_;
+}
+
+// Behind a cell: to the next one of the row, or past its end.
+bool TextRows::NextCell() {
+  while (!Exhausted() && IsBlank(buffer_[at_])) ++at_;
+  CheckLength();
+  if (Exhausted() || AtLineEnd()) {
+    EndLine();
+    return false;
+  }
+  // Between cells separated by spaces nothing else stands.
+  if (separator_ != ' ') ++at_;
+  return true;
+}
+
+std::string_view TextRows::ReadCell(int field) {
+  while (!Exhausted() && IsBlank(buffer_[at_])) ++at_;
+  if (!Exhausted() && buffer_[at_] == '"') return ReadQuoted(field);
+  const size_t begin = at_;
+  while (!Exhausted() && !AtCellEnd()) ++at_;
+  CheckLength();
+  return Trim(std::string_view(buffer_).substr(begin, at_ - begin));
+}
+
+std::string_view TextRows::ReadQuoted(int field) {
+  const int first_line = line_;
+  scratch_.clear();
+  for (++at_; !Exhausted(); ++at_) {
+    const char c = buffer_[at_];
+    if (c == '"') {
+      if (at_ + 1 >= buffer_.size() || buffer_[at_ + 1] != '"') break;
+      ++at_;
+    }
+    if (c == '\n') ++line_;
+    if (at_ - line_begin_ > kMaxLine) break;
+    scratch_ += c;
+  }
+  if (Exhausted() || buffer_[at_] != '"') {
+    if (!Exhausted() && line_ == first_line) CheckLength();
+    throw InputError(source_.path() + ":" + std::to_string(first_line) + ":" +
+                         std::to_string(field + 1),
+                     "a quotation mark that is not closed: \"" +
+                         std::string(Trim(std::string_view(scratch_).substr(
+                             0, std::min<size_t>(scratch_.find('\n'), 20)))),
+                     "close it, or drop the quotation marks");
+  }
+  ++at_;
+  // What stands between the closing quote and the separator belongs to the
+  // cell: to refuse it is the number's affair.
+  while (!Exhausted() && !AtCellEnd()) scratch_ += buffer_[at_++];
+  return Trim(scratch_);
+}
+
+}  // namespace sysid

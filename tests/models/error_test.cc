@@ -1,0 +1,25 @@
+#include "models/error.h"
+
+#include <gtest/gtest.h>
+
+#include "models/printable.h"
+
+namespace sysid {
+namespace {
+
+TEST(InputError, ShowsNoControlCharactersOfItsInput) {
+  const InputError error("run\x1b[2J.csv:1:1", "column 'a\x07\t\x7f'\n  b",
+                         "\rmend it");
+  EXPECT_STREQ(error.what(),
+               "run?[2J.csv:1:1: column 'a?"
+               "?"
+               "?'\n  b\n  hint: ?mend it");
+  EXPECT_EQ(error.place(), "run\x1b[2J.csv:1:1");  // as it was given
+}
+
+TEST(Printable, KeepsTextOfOtherLanguages) {
+  EXPECT_EQ(Printable("Größe 5\n\xc2\xb0"), "Größe 5\n\xc2\xb0");
+}
+
+}  // namespace
+}  // namespace sysid

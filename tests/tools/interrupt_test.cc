@@ -1,0 +1,174 @@
+// Ctrl-C and kill: the best point so far is written, and marked; a second one
+// ends at once. What is stopped where is tested beside the solvers
+// (tests/sysid/diagnosis/interrupted_test.cc); this is the programs' part.
+
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/running_program.h"
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+class InterruptTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new ProgramFolder;
+    SimulateInto(*folder_, "run.csv",
+                 {"--model", "pendulum2_planar", "--add",
+                  "coulomb_friction@joint1=0.05,viscous_damping@joint2=0.02",
+                  "--duration", "20"});
+    SimulateInto(*folder_, "other.csv",
+                 {"--model", "pendulum2_planar", "--add",
+                  "coulomb_friction@joint1=0.05,viscous_damping@joint2=0.02",
+                  "--seed", "2", "--duration", "20"});
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static Arguments Model() {
+    return {"--model", "pendulum2_planar", "--traj",
+            "run.csv", "--free",           "link1.length=0.4,link2.length=0.4"};
+  }
+  // Adam with more epochs than anybody waits for.
+  static Arguments Endless() {
+    return Model() + Arguments{"--solver", "adam", "--epochs", "1000000"};
+  }
+  // A fit once `signals` says that it had begun: a signal before that ends any
+  // program, and how long it takes to begin depends on the machine.
+  static std::unique_ptr<RunningProgram> AfterItBegan(
+      const Arguments& arguments,
+      const std::function<bool(RunningProgram*)>& signals) {
+    std::unique_ptr<RunningProgram> fit;
+    for (int wait_ms = 1500; wait_ms < 60000; wait_ms *= 2) {
+      fit = std::make_unique<RunningProgram>(*folder_, SYSID_FIT, arguments);
+      EXPECT_FALSE(fit->EndsWithin(milliseconds(wait_ms)));
+      if (signals(fit.get())) break;
+    }
+    return fit;
+  }
+  static Json Read(const std::string& name) {
+    return Json::parse(folder_->Read(name));
+  }
+
+  static ProgramFolder* folder_;
+};
+ProgramFolder* InterruptTest::folder_ = nullptr;
+
+TEST_F(InterruptTest, WritesTheBestPointAndMarksIt) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const auto running = AfterItBegan(
+        Endless() + Arguments{"--out", "adam"},
+        [&](RunningProgram* fit) { return fit->End(signal) != 128 + signal; });
+    RunningProgram& fit = *running;
+    EXPECT_EQ(fit.Await(), 1);
+    EXPECT_THAT(fit.Rest(), HasSubstr("link1.length"));
+    EXPECT_THAT(fit.Errors(),
+                HasSubstr("interrupted: the best point so far is written; once "
+                          "more ends at once\n"));
+    EXPECT_THAT(fit.Errors(), HasSubstr("no usable result: interrupted after"));
+    const Json json = Read("adam/fit.json");
+    EXPECT_FALSE(json["converged"].get<bool>());
+    EXPECT_THAT(json["termination"].get<std::string>(),
+                HasSubstr("interrupted after"));
+    EXPECT_GT(json["iterations"].get<int>(), 0);
+    EXPECT_LT(json["iterations"].get<int>(), 1000000);
+    EXPECT_TRUE(json["parameters"][0]["value"].is_number());
+    EXPECT_TRUE(folder_->Has("adam/identified.urdf"));
+  }
+}
+
+TEST_F(InterruptTest, EndsAtOnceTheSecondTime) {
+  // An epoch of half a minute or more: the first signal is not answered before
+  // the second comes.
+  const auto running =
+      AfterItBegan(Model() + Arguments{"--solver", "gmm", "--draws", "10000",
+                                       "--threads", "1", "--out", "gmm"},
+                   [](RunningProgram* fit) {
+                     fit->Signal(SIGINT);
+                     return !fit->EndsWithin(milliseconds(300));
+                   });
+  RunningProgram& fit = *running;
+  fit.Signal(SIGINT);
+  ASSERT_TRUE(fit.EndsWithin(milliseconds(5000)));
+  EXPECT_EQ(fit.Await(), 128 + SIGINT);
+  EXPECT_FALSE(folder_->Has("gmm/fit.json"));
+}
+
+TEST_F(InterruptTest, IsNoInterruptWhereItIsIgnored) {
+  // As a shell starts what it puts into the background.
+  RunningProgram fit(*folder_, "/bin/sh",
+                     {"-c", "trap '' INT; exec \"$0\" \"$@\"", SYSID_FIT,
+                      "--model", "pendulum2_planar", "--traj", "run.csv",
+                      "--free", "link1.length=0.4", "--json", "ignored.json"});
+  while (!fit.EndsWithin(milliseconds(20))) fit.Signal(SIGINT);
+  EXPECT_EQ(fit.Await(), 0);
+  EXPECT_TRUE(Read("ignored.json")["converged"].get<bool>());
+}
+
+// Whenever it comes: a whole result, an interrupted one, or none.
+TEST_F(InterruptTest, LeavesNoDiagnosisThatSaysMoreThanItJudged) {
+  const Arguments diagnose =
+      Model() + Arguments{"--holdout", "other.csv", "--auto", "--out"};
+  int interrupted = 0;
+  for (int wait_ms = 40; wait_ms < 20000; wait_ms *= 2) {
+    const std::string out = "diagnosis" + std::to_string(wait_ms);
+    RunningProgram program(*folder_, SYSID_DIAGNOSE, diagnose + Arguments{out});
+    const bool ended = program.EndsWithin(milliseconds(wait_ms));
+    program.Signal(SIGINT);
+    const int code = program.Await();
+    const std::string errors = program.Errors();
+    SCOPED_TRACE(std::to_string(wait_ms) + " ms: " + errors);
+    EXPECT_EQ(errors.find("***"), std::string::npos);
+    if (code == 0) {
+      EXPECT_TRUE(Read(out + "/diagnosis.json")["interrupted"].is_null());
+      if (ended) break;
+      continue;
+    }
+    if (code == 128 + SIGINT) {  // before it began: nothing was at stake
+      EXPECT_FALSE(folder_->Has(out + "/diagnosis.json"));
+      continue;
+    }
+    ASSERT_EQ(code, 1);
+    EXPECT_THAT(errors, HasSubstr("interrupted"));
+    if (!folder_->Has(out + "/diagnosis.json")) {
+      EXPECT_THAT(errors, HasSubstr("nothing was fitted"));
+      continue;
+    }
+    ++interrupted;
+    const Json json = Read(out + "/diagnosis.json");
+    EXPECT_TRUE(json["interrupted"].is_string());
+    EXPECT_THAT(json["sentence"].get<std::string>(),
+                HasSubstr("was interrupted while"));
+    EXPECT_THAT(json["doubts"].dump(), HasSubstr("interrupted while"));
+    EXPECT_TRUE(json["baseline"]["train"]["normalized_rms"].is_number());
+    EXPECT_THAT(program.Rest(), HasSubstr("interrupted while"));
+  }
+  EXPECT_GT(interrupted, 0);
+}
+
+TEST_F(InterruptTest, ComparesTheStartsThatAreDone) {
+  RunningProgram compare(
+      *folder_, SYSID_COMPARE,
+      Model() + Arguments{"--epochs", "3", "--draws", "2", "--repeat", "10000",
+                          "--json", "comparison.json"});
+  ASSERT_FALSE(compare.EndsWithin(milliseconds(15000)));
+  EXPECT_EQ(compare.End(SIGINT), 1);
+  const Json json = Read("comparison.json");
+  const size_t done = json["trials"].size();
+  EXPECT_GE(done, 1u);
+  EXPECT_LT(done, 10000u);
+  EXPECT_THAT(compare.Errors(),
+              HasSubstr("error: interrupted after " + std::to_string(done) +
+                        " of 10000 starts"));
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,142 @@
+// The programs killed at a hundred random moments: every file is whole or
+// absent, and what was there before is not lost (docs/robustness.md).
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <random>
+#include <thread>
+
+#include "tests/support/running_program.h"
+#include "tests/tools/survival.h"
+
+namespace sysid {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::microseconds;
+
+long Lines(const std::string& text) {
+  return std::count(text.begin(), text.end(), '\n');
+}
+
+class KilledTest : public SurvivalTest {
+ protected:
+  // Kills the program at `times` moments of its life, which the first, whole
+  // run measures: half of them in its last tenth, where it writes.
+  void KillAtRandom(const std::string& program, const Arguments& arguments,
+                    int times) {
+    const auto start = std::chrono::steady_clock::now();
+    const ProgramResult whole = folder_.Run(program, arguments);
+    // 1: so few epochs reach nothing, which is of no interest here.
+    ASSERT_LE(whole.exit_code, 1) << whole.err;
+    const double life = std::chrono::duration<double, std::micro>(
+                            std::chrono::steady_clock::now() - start)
+                            .count();
+    const Files before = folder_.Contents();
+    std::mt19937_64 random(7);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    for (int i = 0; i < times; ++i) {
+      const double part =
+          i % 2 == 0 ? uniform(random) : 0.9 + 0.15 * uniform(random);
+      RunningProgram running(folder_, program, arguments);
+      std::this_thread::sleep_for(microseconds(static_cast<long>(part * life)));
+      running.End(SIGKILL);
+      ExpectAllWhole(before);
+      if (HasFailure()) return;
+    }
+    // The next run is not disturbed, and clears away what is left.
+    Age();
+    EXPECT_EQ(folder_.Run(program, arguments).exit_code, whole.exit_code);
+    for (const auto& [name, text] : folder_.Contents()) {
+      EXPECT_FALSE(IsTemporary(name)) << name;
+    }
+  }
+
+  void ExpectAllWhole(const Files& before) const {
+    const Files now = folder_.Contents();
+    for (const auto& [name, text] : now) {
+      if (IsTemporary(name) || name.ends_with("/")) continue;
+      ExpectWhole(name, text);
+      const auto at = before.find(name);
+      ASSERT_NE(at, before.end()) << name << " is no file of a whole run";
+      // The same work gives as many rows.
+      if (name.ends_with(".csv")) {
+        EXPECT_EQ(Lines(text), Lines(at->second));
+      }
+    }
+    for (const auto& [name, text] : before) {
+      EXPECT_TRUE(now.contains(name)) << name << " was lost";
+    }
+  }
+
+  // Lets what was abandoned look old: the programs spare what may be another's
+  // that begins.
+  void Age() const {
+    for (const auto& entry :
+         fs::recursive_directory_iterator(folder_.Path(""))) {
+      if (!IsTemporary(entry.path().filename().string())) continue;
+      fs::last_write_time(
+          entry, fs::file_time_type::clock::now() - std::chrono::minutes(1));
+    }
+  }
+};
+
+TEST_F(KilledTest, KilledFitLeavesWholeFiles) {
+  KillAtRandom(SYSID_FIT, Model() + Arguments{"--out", "fit"}, 30);
+}
+
+TEST_F(KilledTest, KilledDiagnosisLeavesWholeFiles) {
+  KillAtRandom(SYSID_DIAGNOSE,
+               Model() + Arguments{"--candidates", "coulomb_friction", "--auto",
+                                   "--out", "diagnosis"},
+               20);
+}
+
+TEST_F(KilledTest, KilledSimulationLeavesAWholeRun) {
+  KillAtRandom(SYSID_SIMULATE,
+               {"--model", "pendulum2_planar", "--duration", "60", "--rate",
+                "1000", "--out_csv", "simulated.csv"},
+               20);
+}
+
+#ifdef SYSID_HAVE_STAN
+TEST_F(KilledTest, KilledComparisonLeavesWholeFiles) {
+  Arguments model = Model();
+  model.erase(model.begin() + 4, model.begin() + 6);  // no --holdout
+  KillAtRandom(SYSID_COMPARE,
+               model + Arguments{"--epochs", "60", "--out", "comparison"}, 15);
+}
+#endif
+
+#ifdef SYSID_STUDIO
+// It ends only by a signal. The next one continues what was saved.
+TEST_F(KilledTest, KilledStudioLeavesASessionThatContinues) {
+  const Arguments arguments =
+      Model() + Arguments{"--candidates", "coulomb_friction", "--port", "0",
+                          "--out",        "session"};
+  std::mt19937_64 random(7);
+  std::uniform_int_distribution<long> moment(0, 3'000'000);
+  for (int i = 0; i < 15; ++i) {
+    RunningProgram studio(folder_, SYSID_STUDIO, arguments);
+    std::this_thread::sleep_for(microseconds(moment(random)));
+    studio.End(SIGKILL);
+    for (const auto& [name, text] : folder_.Contents()) {
+      if (IsTemporary(name) || name.ends_with("/")) continue;
+      ExpectWhole(name, text);
+    }
+    if (HasFailure()) return;
+  }
+  Age();
+  RunningProgram studio(folder_, SYSID_STUDIO, arguments);
+  EXPECT_THAT(studio.Line(), ::testing::StartsWith("http://127.0.0.1:"));
+  EXPECT_EQ(studio.End(SIGTERM), 0) << studio.Errors();
+  for (const auto& [name, text] : folder_.Contents()) {
+    EXPECT_FALSE(IsTemporary(name)) << name;
+  }
+}
+#endif
+
+}  // namespace
+}  // namespace sysid
