@@ -80,7 +80,8 @@ TEST_F(FullDiskTest, DiskThatIsFullAlreadyIsRefusedBeforeTheFit) {
       Model() + Arguments{"--solver", "adam", "--epochs", "1000000"};
   for (const Arguments& where :
        {Arguments{"--out", "disk"}, Arguments{"--json", "disk/fit.json"}}) {
-    ExpectRefused(folder_, SYSID_FIT, endless + where, where[1],
+    const std::string place = where[0] == "--out" ? "--out" : where[1];
+    ExpectRefused(folder_, SYSID_FIT, endless + where, place,
                   "No space left on device", "the disk is full");
   }
 }
@@ -95,8 +96,8 @@ TEST_F(FullDiskTest, ReadOnlyFolderIsRefusedBeforeAnyWork) {
   alone.erase(alone.begin() + 4, alone.begin() + 6);  // no --holdout
   const auto refused = [&](const std::string& program, const Arguments& model,
                            const std::string& flag, const std::string& file) {
-    ExpectRefused(folder_, program, model + Arguments{flag, file}, file, why,
-                  hint);
+    ExpectRefused(folder_, program, model + Arguments{flag, file},
+                  flag == "--out" ? flag : file, why, hint);
   };
   const Arguments endless =
       joint + Arguments{"--solver", "adam", "--epochs", "1000000"};
