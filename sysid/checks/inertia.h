@@ -1,0 +1,18 @@
+#pragma once
+
+#include "models/mechanism.h"
+
+namespace sysid {
+
+// The inertia about the centre of mass of a body whose inertia is meant about
+// its joint, by the parallel axes: I - m (r^2 E - r r^T), r the centre of mass.
+Eigen::Matrix3d AboutCentre(const Inertial<double>& body);
+
+// Whether a body's inertia looks like one about the joint: what AboutCentre
+// leaves is still possible (principal moments that no body contradicts), and
+// m r^2 is most of it (at least 0.4 of the largest moment). About the centre of
+// mass that says the body reaches as far behind its joint as before it: its
+// radius of gyration k exceeds r. A rod has k^2 = r^2 / 3.
+bool CouldBeAboutJoint(const Inertial<double>& body);
+
+}  // namespace sysid

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "sysid/checks/check.h"
+
+namespace sysid {
+
+// What the physics says of the recordings: a quick fit of the model to an
+// excerpt, and where that misses the noise by far, the same of every other
+// reading. Appends the reading that explains what is missed, if there is one.
+// See docs/checks.md for the criterion.
+void CheckPhysics(const CheckInput& input, std::vector<Finding>* findings);
+
+}  // namespace sysid

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+// What a quick fit says of one reading of the data: how well the model with
+// these freedoms can explain it at all.
+struct QuickFit {
+  // Times the noise, corrected for what was fitted; infinity where the model
+  // cannot follow at all.
+  double error = std::numeric_limits<double>::infinity();
+  double squares = 0.0;  // whitened
+  double dof = 1.0;
+  double correlation = 1.0;  // autocorrelation time of the residuals, samples
+  ShootingPoint point;
+  std::vector<double> values;  // of the free parameters
+  std::vector<double> noise;   // of the channels
+};
+
+// A segment is a window: each keeps a state of its own, so that what one piece
+// lacks spoils no other. Few iterations. `start` (may be null) is the point of
+// a reading that differs little. The step is the options', or a sample's.
+QuickFit FitQuickly(const Model& model, const std::vector<FreeParameter>& free,
+                    std::vector<Run> windows, const EstimationOptions& options,
+                    const ShootingPoint* start);
+
+// The model with what a recording of any machine may feel beside: viscous and
+// Coulomb friction on every joint, a bias of every effort that acts; and the
+// freedoms of the user's with theirs. So a missing friction is not taken for a
+// fault of the data.
+struct LooseModel {
+  Model model;
+  std::vector<FreeParameter> free;
+};
+LooseModel WithFriction(const Model& model,
+                        const std::vector<FreeParameter>& free,
+                        const std::vector<const Run*>& runs);
+
+// The same with the mass, centre and inertia of every link free too, a spring
+// and the zero of every joint: all that a rigid body could be.
+LooseModel WithEverything(const LooseModel& lean);
+
+// Frees a parameter of the model by name from its nominal value, unless it is
+// free already.
+void FreeAlso(const Model& model, const std::string& name,
+              std::vector<FreeParameter>* free);
+
+}  // namespace sysid

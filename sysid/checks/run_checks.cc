@@ -1,0 +1,34 @@
+#include "sysid/checks/run_checks.h"
+
+#include "sysid/checks/physics.h"
+#include "sysid/checks/shipped_checks.h"
+
+namespace sysid {
+
+std::vector<Finding> RunChecks(const CheckInput& input) {
+  std::vector<Finding> findings;
+  for (const NumbersCheck check : kNumbersChecks) check(input, &findings);
+  CheckPhysics(input, &findings);
+  Sort(&findings);
+  return findings;
+}
+
+Finding Unreadable(const std::string& file, const InputError& error) {
+  Finding finding;
+  finding.fault = "unreadable";
+  finding.severity = Severity::kUnreadable;
+  finding.file = file;
+  finding.evidence = error.what();
+  // what() is "<place>: <what>\n  hint: <hint>".
+  const size_t hint = finding.evidence.find("\n  hint: ");
+  if (hint != std::string::npos) finding.evidence.resize(hint);
+  if (finding.evidence.rfind(error.place() + ": ", 0) == 0) {
+    finding.evidence.erase(0, error.place().size() + 2);
+  }
+  finding.file = error.place();
+  finding.consequence = "no program reads it so";
+  if (!error.hint().empty()) finding.remedies = {error.hint()};
+  return finding;
+}
+
+}  // namespace sysid

@@ -1,0 +1,29 @@
+#pragma once
+
+#include "sysid/checks/check.h"
+
+// Every check: a file and a line in each of its lists (docs/checks.md).
+
+namespace sysid {
+
+// Other readings of the data and the model (readings/).
+void ReadFlippedSigns(const CheckInput& input, std::vector<Reading>* readings);
+void ReadSwappedJoints(const CheckInput& input, std::vector<Reading>* readings);
+void ReadAbsoluteAngles(const CheckInput& input,
+                        std::vector<Reading>* readings);
+void ReadOtherUnits(const CheckInput& input, std::vector<Reading>* readings);
+void ReadQuaternions(const CheckInput& input, std::vector<Reading>* readings);
+void ReadIdleEfforts(const CheckInput& input, std::vector<Reading>* readings);
+void ReadBodies(const CheckInput& input, std::vector<Reading>* readings);
+
+// Of the numbers alone.
+inline constexpr NumbersCheck kNumbersChecks[] = {
+    [](const CheckInput&, std::vector<Finding>*) {},
+};
+
+inline constexpr ReadingFamily kReadingFamilies[] = {
+    ReadFlippedSigns,   ReadSwappedJoints, ReadAbsoluteAngles, ReadOtherUnits,
+    ReadQuaternions,    ReadIdleEfforts,   ReadBodies,
+};
+
+}  // namespace sysid
