@@ -106,9 +106,14 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
   std::vector<Place> places;
   for (const Run* run : runs) {
     const std::vector<double> scale = ScaleOf(*run);
-    for (int first = 0; first < run->size();) {
-      const double end = run->t[first] + window_s_;
-      int last = first;
+    // Not at the very ends: what is shifted there has nothing to take.
+    constexpr double kEdge = 0.06;  // s
+    const double begin = run->t.front() + kEdge, finish = run->t.back() - kEdge;
+    int start = 0;
+    while (start + 1 < run->size() && run->t[start] < begin) ++start;
+    for (int first = start; first < run->size();) {
+      const double end = std::min(finish, run->t[first] + window_s_);
+      int last = first + 1;
       while (last < run->size() && run->t[last] < end) ++last;
       const bool whole = run->t[last - 1] - run->t[first] > 0.6 * window_s_;
       if (whole && last - first >= 8 * stride_) {

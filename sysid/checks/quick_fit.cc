@@ -59,26 +59,32 @@ void FreeAlso(const Model& model, const std::string& name,
   free->push_back(added);
 }
 
-QuickFit FitQuickly(const Model& model, const std::vector<FreeParameter>& free,
-                    std::vector<Run> windows, const EstimationOptions& options,
-                    const ShootingPoint* start) {
+QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
+                    const EstimationOptions& options, Effort effort,
+                    const QuickFit* like) {
   constexpr double kFirst = 0.15;  // s: what any model can follow
   QuickFit fit;
   EstimationOptions quick = options;
   quick.loss = RobustLoss::kNone;
   quick.segment = 0.0;
   quick.progress = nullptr;
-  ShootingProblem problem(model, free, std::move(windows), quick);
-  const Eigen::VectorXd theta = problem.InitialTheta();
-  const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
-  if (start != nullptr) {
-    fit.point = *start;
-    Stage(problem, 1e-4, 8, &fit.point);
+  const auto made = std::make_shared<ShootingProblem>(
+      model.model, model.free, std::move(windows), quick);
+  fit.problem = made;
+  if (like != nullptr) made->UseNoiseOf(*like->problem);
+  const ShootingProblem& problem = *made;
+  if (like != nullptr) {
+    fit.point = like->point;
+    Stage(problem, 1e-4, 10, &fit.point);
   } else {
-    fit.point = CutPoint(problem, theta, states, kFirst);
-    Stage(problem, 1e-3, 15, &fit.point);
-    fit.point = CutPoint(problem, fit.point.theta, states, 1e9);
-    Stage(problem, 1e-4, 25, &fit.point);
+    const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
+    const bool glance = effort == Effort::kGlance;
+    fit.point = CutPoint(problem, problem.InitialTheta(), states, kFirst);
+    Stage(problem, 1e-3, glance ? 8 : 15, &fit.point);
+    if (!glance) {
+      fit.point = CutPoint(problem, fit.point.theta, states, 1e9);
+      Stage(problem, 1e-4, 25, &fit.point);
+    }
   }
   const double segments = static_cast<double>(AllSegments(fit.point).size());
   const double fitted =
@@ -94,7 +100,6 @@ QuickFit FitQuickly(const Model& model, const std::vector<FreeParameter>& free,
   if (!fit.values.empty()) {
     problem.map().ValuesOf<double>(fit.point.theta.data(), fit.values.data());
   }
-  fit.noise = problem.runs().front()->sigma;
   return fit;
 }
 

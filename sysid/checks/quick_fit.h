@@ -8,6 +8,15 @@
 
 namespace sysid {
 
+// The model with what a recording of any machine may feel beside: viscous and
+// Coulomb friction on every joint, a bias of every effort that acts; and the
+// freedoms of the user's with theirs. So a missing friction is not taken for a
+// fault of the data.
+struct LooseModel {
+  Model model;
+  std::vector<FreeParameter> free;
+};
+
 // What a quick fit says of one reading of the data: how well the model with
 // these freedoms can explain it at all.
 struct QuickFit {
@@ -19,24 +28,24 @@ struct QuickFit {
   double correlation = 1.0;  // autocorrelation time of the residuals, samples
   ShootingPoint point;
   std::vector<double> values;  // of the free parameters
-  std::vector<double> noise;   // of the channels
+  std::shared_ptr<const ShootingProblem> problem;  // of the windows
+};
+
+// How much to spend on a fit.
+enum class Effort {
+  kGlance,  // short segments, few iterations: enough to see what is hopeless
+  kFull,    // whole windows
 };
 
 // A segment is a window: each keeps a state of its own, so that what one piece
-// lacks spoils no other. Few iterations. `start` (may be null) is the point of
-// a reading that differs little. The step is the options', or a sample's.
-QuickFit FitQuickly(const Model& model, const std::vector<FreeParameter>& free,
-                    std::vector<Run> windows, const EstimationOptions& options,
-                    const ShootingPoint* start);
+// lacks spoils no other. Few iterations. `like` (may be null) is the fit of a
+// reading that differs little: its point is the start, its noise is used. The
+// step is the options', or a sample's.
+QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
+                    const EstimationOptions& options, Effort effort,
+                    const QuickFit* like);
 
-// The model with what a recording of any machine may feel beside: viscous and
-// Coulomb friction on every joint, a bias of every effort that acts; and the
-// freedoms of the user's with theirs. So a missing friction is not taken for a
-// fault of the data.
-struct LooseModel {
-  Model model;
-  std::vector<FreeParameter> free;
-};
+// Of the user's model and what is free of it.
 LooseModel WithFriction(const Model& model,
                         const std::vector<FreeParameter>& free,
                         const std::vector<const Run*>& runs);

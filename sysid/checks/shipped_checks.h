@@ -1,6 +1,7 @@
 #pragma once
 
 #include "sysid/checks/check.h"
+#include "sysid/checks/knobs.h"
 
 // Every check: a file and a line in each of its lists (docs/checks.md).
 
@@ -15,6 +16,13 @@ void ReadOtherUnits(const CheckInput& input, std::vector<Reading>* readings);
 void ReadQuaternions(const CheckInput& input, std::vector<Reading>* readings);
 void ReadIdleEfforts(const CheckInput& input, std::vector<Reading>* readings);
 void ReadBodies(const CheckInput& input, std::vector<Reading>* readings);
+
+// Readings with a number (knob_families/).
+void FindDelays(const CheckInput& input, std::vector<Knob>* knobs);
+void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs);
+
+using KnobFamily = void (*)(const CheckInput& input, std::vector<Knob>* knobs);
+inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts};
 
 // Of the numbers alone.
 inline constexpr NumbersCheck kNumbersChecks[] = {
