@@ -39,6 +39,9 @@ struct Reading {
   std::function<void(Run*)> change;        // empty: the runs stay
   std::function<void(Model*)> change_model;  // empty: the model stays
   std::vector<std::string> remedies;
+  // Of a reading in another unit: the joint, and ours for one of theirs.
+  int target = -1;
+  double factor = 1.0;
 };
 
 // A family of readings that this input could have. The list of all is in

@@ -18,6 +18,9 @@ struct Knob {
   std::string unit;
   std::function<void(double value, Run*)> change;
   double probe = 0.0;  // a small value, at which its derivative is taken
+  double gain = 2.0;   // by which factor it must lower the error
+  // Whether values of the model could do the same, and so tell nothing.
+  bool of_model = false;
   double least = 0.0;  // nothing smaller is worth a word
   double most = 0.0;   // nor can the linearisation speak of larger ones
   std::function<std::string(double value)> says;

@@ -22,7 +22,6 @@ constexpr double kFits = 1.5;
 // 5 and more; a shift of 10 ms costs 1.5 and more, and what is really late by
 // some milliseconds in a recording gains 1.15 (docs/checks.md).
 constexpr double kReading = 2.0;
-constexpr double kKnob = 1.3;
 // And by how much it must be better than anything that the bodies, springs and
 // zeros of the model could make of the data as they were read.
 constexpr double kBeyondModel = 1.2;
@@ -50,10 +49,15 @@ class Physics {
  private:
   struct Candidate {
     const Reading* reading;
-    double glance;
+    double glance;  // error over that as it was read, of short segments
+    double given;   // the error as it was read, in units of this noise
     QuickFit fit;
   };
 
+  // How far the data misses in units of a reading's noise: a channel in another
+  // unit may be no smooth motion at all as it was read, and its noise with it.
+  double InUnitsOf(const Reading& reading, const QuickFit& as_read,
+                   const QuickFit& given) const;
   LooseModel ModelOf(const Reading& reading) const {
     LooseModel model = lean_;
     if (reading.change_model) reading.change_model(&model.model);
@@ -74,6 +78,23 @@ class Physics {
   std::optional<double> anything_;
 };
 
+double Physics::InUnitsOf(const Reading& reading, const QuickFit& as_read,
+                          const QuickFit& given) const {
+  if (reading.factor == 1.0) return given.error;
+  const RunData& theirs = *as_read.problem->runs().front();
+  const RunData& ours = *given.problem->runs().front();
+  for (size_t c = 0; c < ours.sigma.size(); ++c) {
+    const Channel& channel = ours.run.channels[c];
+    if (channel.kind != ChannelKind::kPosition ||
+        channel.target != reading.target) {
+      continue;
+    }
+    const double larger = ours.sigma[c] * reading.factor / theirs.sigma[c];
+    return given.error * std::max(1.0, larger);
+  }
+  return given.error;
+}
+
 double Physics::Anything() {
   if (!anything_) {
     anything_ = FitQuickly(WithEverything(lean_), excerpt_.Windows({}),
@@ -85,17 +106,16 @@ double Physics::Anything() {
 
 std::vector<Physics::Candidate> Physics::Readings(
     const std::vector<Reading>& readings) {
-  const double given =
-      FitQuickly(lean_, glance_.Windows({}), options_, Effort::kGlance, nullptr)
-          .error;
+  const QuickFit given = FitQuickly(lean_, glance_.Windows({}), options_,
+                                    Effort::kGlance, nullptr);
   std::vector<Candidate> candidates;
   for (const Reading& reading : readings) {
-    Candidate candidate{&reading, 0.0, {}};
-    candidate.glance =
+    Candidate candidate{&reading, 0.0, 0.0, {}};
+    const QuickFit fit =
         FitQuickly(ModelOf(reading), glance_.Windows(reading.change), options_,
-                   Effort::kGlance, nullptr)
-            .error;
-    if (candidate.glance < given) candidates.push_back(std::move(candidate));
+                   Effort::kGlance, nullptr);
+    candidate.glance = fit.error / InUnitsOf(reading, fit, given);
+    if (candidate.glance < 1.0) candidates.push_back(std::move(candidate));
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) {
@@ -109,10 +129,11 @@ std::vector<Physics::Candidate> Physics::Readings(
     candidate.fit =
         FitQuickly(ModelOf(reading), excerpt_.Windows(reading.change), options_,
                    Effort::kFull, nullptr);
+    candidate.given = InUnitsOf(reading, candidate.fit, given_);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) {
-                     return a.fit.error < b.fit.error;
+                     return a.fit.error * b.given < b.fit.error * a.given;
                    });
   return candidates;
 }
@@ -125,10 +146,12 @@ bool Physics::FindReading(std::vector<Finding>* findings) {
   const std::vector<Candidate> candidates = Readings(readings);
   if (candidates.empty()) return false;
   const double best = candidates.front().fit.error;
-  if (!(best * kReading < given_.error)) return false;
+  const double given = candidates.front().given;
+  if (!(best * kReading < given)) return false;
   const bool of_model =
       static_cast<bool>(candidates.front().reading->change_model);
-  if (!of_model && !(best * kBeyondModel < Anything())) return false;
+  const double anything = Anything() * (given / given_.error);
+  if (!of_model && !(best * kBeyondModel < anything)) return false;
   // Of those that do as well, in the order of the list.
   std::vector<const Candidate*> equal;
   for (const Candidate& candidate : candidates) {
@@ -142,13 +165,13 @@ bool Physics::FindReading(std::vector<Finding>* findings) {
   Finding finding;
   finding.fault = first.fault;
   finding.severity = Severity::kWrong;
-  finding.weight = given_.error / best;
+  finding.weight = given / best;
   finding.file = first.change_model            ? input_.model_file
                  : input_.runs.size() == 1 ? input_.runs.front()->name
                                                : "";
   finding.subject = first.subject;
   finding.evidence = "as it was read the model misses the data by " +
-                     TimesText(given_.error) + ", " + first.says + " by " +
+                     TimesText(given) + ", " + first.says + " by " +
                      TimesText(equal.front()->fit.error);
   for (size_t i = 1; i < equal.size(); ++i) {
     finding.evidence += (i == 1 ? "; the data cannot tell it from reading it "
@@ -194,11 +217,12 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
     const Knob& knob = *candidate.knob;
     candidate.error = std::numeric_limits<double>::infinity();
     double value = candidate.value;
-    for (int step = 0; step < 3; ++step) {
+    for (int step = 0; step < 5; ++step) {
       const QuickFit fit = FitQuickly(
           lean_,
           excerpt_.Windows([&](Run* run) { knob.change(value, run); }),
           options_, Effort::kFull, &given_);
+      if(getenv("DBG"))fprintf(stderr,"knob %s %s %g: %g\n",knob.fault.c_str(),knob.subject.c_str(),value,fit.error);
       if (!(fit.error < candidate.error)) break;
       candidate.error = fit.error;
       candidate.value = value;
@@ -210,7 +234,7 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
           ScoreKnobs(lean_, fit, excerpt_, {beyond}).front();
       if (!next.known) break;
       candidate.std_error = next.std_error;
-      if (std::abs(next.value) < 0.5 * next.std_error) break;
+      if (std::abs(next.value) < 0.1 * knob.least) break;
       value = std::clamp(value + next.value, -knob.most, knob.most);
     }
   }
@@ -221,10 +245,10 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
   if (candidates.empty()) return false;
   const Candidate& best = candidates.front();
   const Knob& knob = *best.knob;
-  if (!(best.error * kKnob < given_.error) ||
+  if (!(best.error * knob.gain < given_.error) ||
       std::abs(best.value) < knob.least ||
       std::abs(best.value) < kSignificance * best.std_error ||
-      !(best.error * kBeyondModel < Anything())) {
+      (!knob.of_model && !(best.error * kBeyondModel < Anything()))) {
     return false;
   }
   Finding finding;
@@ -257,6 +281,7 @@ void Physics::Check(std::vector<Finding>* findings) {
   if (excerpt_.empty() || glance_.empty()) return;
   given_ = FitQuickly(lean_, excerpt_.Windows({}), options_, Effort::kFull,
                       nullptr);
+  if(getenv("DBG"))fprintf(stderr,"given %g any %g\n",given_.error,Anything());
   if (given_.error <= kFits) return;
   if (FindReading(findings)) return;
   if (std::isfinite(given_.error)) FindKnob(findings);

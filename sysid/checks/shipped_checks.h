@@ -20,13 +20,36 @@ void ReadBodies(const CheckInput& input, std::vector<Reading>* readings);
 // Readings with a number (knob_families/).
 void FindDelays(const CheckInput& input, std::vector<Knob>* knobs);
 void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs);
+void FindClock(const CheckInput& input, std::vector<Knob>* knobs);
 
 using KnobFamily = void (*)(const CheckInput& input, std::vector<Knob>* knobs);
-inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts};
+inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts, FindClock};
 
-// Of the numbers alone.
+// Of the numbers alone (numbers/).
+void CheckJitter(const CheckInput& input, std::vector<Finding>* findings);
+void CheckGaps(const CheckInput& input, std::vector<Finding>* findings);
+void CheckSamples(const CheckInput& input, std::vector<Finding>* findings);
+void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings);
+void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings);
+void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings);
+void CheckStill(const CheckInput& input, std::vector<Finding>* findings);
+void CheckQuantisation(const CheckInput& input, std::vector<Finding>* findings);
+void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings);
+void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
+void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
+
 inline constexpr NumbersCheck kNumbersChecks[] = {
-    [](const CheckInput&, std::vector<Finding>*) {},
+    CheckJitter,
+    CheckGaps,
+    CheckSamples,
+    CheckSpikes,
+    CheckSaturation,
+    CheckFrozen,
+    CheckStill,
+    CheckQuantisation,
+    CheckVelocities,
+    CheckRanges,
+    CheckBodies,
 };
 
 inline constexpr ReadingFamily kReadingFamilies[] = {

@@ -40,6 +40,8 @@ void ReadOtherUnits(const CheckInput& input, std::vector<Reading>* readings) {
     reading.consequence = std::string("read as ") + unit.ours +
                           " the motion is another one altogether";
     const double factor = unit.value;
+    reading.target = j;
+    reading.factor = factor;
     reading.change = [=](Run* run) {
       ScaleJoint(*mechanism, j, kMotion, factor, run);
     };
