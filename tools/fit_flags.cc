@@ -76,9 +76,9 @@ FitRequest RequestFromFlags() {
 
 std::string CommandFromFlags(const std::string& program) {
   std::string command = program;
-  for (const char* name :
-       {"model", "traj", "holdout", "spec", "free", "columns", "shift",
-        "ignore", "integrator", "step", "segment", "noise", "residual", "loss"}) {
+  for (const char* name : {"model", "traj", "holdout", "spec", "free",
+                           "columns", "shift", "ignore", "integrator", "step",
+                           "segment", "noise", "residual", "loss"}) {
     if (!FlagGiven(name)) continue;
     command += std::string(" --") + name + " " + Quoted(FlagText(name));
   }

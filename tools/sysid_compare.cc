@@ -10,6 +10,7 @@
 #include "sysid/io/csv.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/comparison_report.h"
+#include "sysid/session/check_session.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
@@ -33,7 +34,7 @@ constexpr char kHelp[] =
   --model NAME|FILE.urdf  --traj A.csv,B.csv  --spec FILE.yaml
   --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=col[*f],...
   --integrator rk4|semi_implicit_euler  --step S  --segment S  --noise S
-  --residual heading|rotation  --threads N         as of sysid_fit
+  --residual heading|rotation  --shift  --ignore  --threads N  as of sysid_fit
   --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
   --huber D  --from_rest  --kernels 3  --draws 16  --spread 0.3  --online
                              of Adam and the mixture, as of sysid_fit
@@ -133,6 +134,7 @@ int Main() {
     }
     CheckWritableFile(FLAGS_figure);
   }
+  CheckSession(&session);
   const std::vector<std::string> moved = MovedStarts(session);
   session.notices.insert(session.notices.end(), moved.begin(), moved.end());
   for (const std::string& notice : session.notices) {

@@ -12,6 +12,7 @@
 #include "sysid/io/write_file.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
@@ -43,6 +44,8 @@ constexpr char kHelp[] =
                              what is fixed by name is taken for right
   --add effect@target,...    effects that are in the model already
   --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --shift joint1.q=0.01      a column that was recorded late, by seconds
+  --ignore joint1.q@12:14.5  measurements that are taken as missing
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -75,6 +78,7 @@ int Main() {
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);
+  CheckSession(&session);
   for (const std::string& notice : session.notices) {
     std::fprintf(stderr, "note: %s\n", notice.c_str());
   }

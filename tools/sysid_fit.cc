@@ -11,6 +11,7 @@
 #include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
+#include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
@@ -37,6 +38,8 @@ constexpr char kHelp[] =
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
   --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --shift joint1.q=0.01      a column that was recorded late, by seconds
+  --ignore joint1.q@12:14.5  measurements that are taken as missing
   --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
                              Gaussians (docs/stochastic.md)
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
@@ -131,6 +134,7 @@ int Main() {
   const AdamFitOptions adam = AdamOptionsFromFlags();
   const MixtureOptions gmm = MixtureOptionsFromFlags();
   CheckOutputs(request, session);
+  CheckSession(&session);
   if (session.solver != "lm") {
     const std::vector<std::string> moved = MovedStarts(session);
     session.notices.insert(session.notices.end(), moved.begin(), moved.end());

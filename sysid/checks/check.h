@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "sysid/checks/finding.h"
+#include "sysid/estimation/shooting_problem.h"
 #include "sysid/io/channel_edits.h"
 #include "sysid/io/column_map.h"
-#include "sysid/estimation/shooting_problem.h"
 
 namespace sysid {
 
@@ -36,7 +36,7 @@ struct Reading {
   std::string subject;  // "joint1.q"
   std::string says;     // "with the sign of joint1.q changed"
   std::string consequence;
-  std::function<void(Run*)> change;        // empty: the runs stay
+  std::function<void(Run*)> change;          // empty: the runs stay
   std::function<void(Model*)> change_model;  // empty: the model stays
   std::vector<std::string> remedies;
   // Of a reading in another unit: the joint, and ours for one of theirs.

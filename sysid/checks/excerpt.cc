@@ -117,7 +117,8 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
       while (last < run->size() && run->t[last] < end) ++last;
       const bool whole = run->t[last - 1] - run->t[first] > 0.6 * window_s_;
       if (whole && last - first >= 8 * stride_) {
-        places.push_back({run, first, last, MotionIn(*run, first, last, scale)});
+        places.push_back(
+            {run, first, last, MotionIn(*run, first, last, scale)});
       }
       first = last;
     }
@@ -126,7 +127,8 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
   std::vector<double> motions;
   for (const Place& place : places) motions.push_back(place.motion);
   std::sort(motions.begin(), motions.end());
-  const double least = motions.empty() ? 0.0 : 0.2 * motions[motions.size() / 2];
+  const double least =
+      motions.empty() ? 0.0 : 0.2 * motions[motions.size() / 2];
   std::erase_if(places, [&](const Place& p) { return p.motion < least; });
   const double each = window_s_ / period_s_;
   const int most = std::max(3, static_cast<int>(most_samples / each));

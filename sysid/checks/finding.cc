@@ -33,13 +33,12 @@ std::string ShortNumber(double value) {
 }
 
 void Sort(std::vector<Finding>* findings) {
-  std::stable_sort(findings->begin(), findings->end(),
-                   [](const Finding& a, const Finding& b) {
-                     return std::make_tuple(static_cast<int>(a.severity),
-                                            -a.weight) <
-                            std::make_tuple(static_cast<int>(b.severity),
-                                            -b.weight);
-                   });
+  std::stable_sort(
+      findings->begin(), findings->end(),
+      [](const Finding& a, const Finding& b) {
+        return std::make_tuple(static_cast<int>(a.severity), -a.weight) <
+               std::make_tuple(static_cast<int>(b.severity), -b.weight);
+      });
 }
 
 std::string PlaceOf(const Finding& finding) {

@@ -28,9 +28,9 @@ struct Knob {
   std::function<std::vector<std::string>(double value)> remedies;
 };
 
-// What a fit, linearised where it ended, says of a knob p: with the rows' change
-// c = dr/dp, the tangent J of all states and parameters, Q the projector on what
-// J cannot explain,
+// What a fit, linearised where it ended, says of a knob p: with the rows'
+// change c = dr/dp, the tangent J of all states and parameters, Q the projector
+// on what J cannot explain,
 //
 //   p^ = -(c' Q r) / (c' Q c),    |r|^2 falls by (c' Q r)^2 / (c' Q c),
 //   var p^ = s^2 T / (c' Q c),                                          (C.1)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "sysid/checks/excerpt.h"
@@ -12,7 +13,8 @@
 namespace sysid {
 namespace {
 
-constexpr int kSamples = 1200;  // of an excerpt
+constexpr int kSamples = 2000;  // of an excerpt
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr int kGlanceSamples = 400;
 // A model within this of the noise misses nothing worth a reading.
 constexpr double kFits = 1.5;
@@ -22,15 +24,24 @@ constexpr double kFits = 1.5;
 // 5 and more; a shift of 10 ms costs 1.5 and more, and what is really late by
 // some milliseconds in a recording gains 1.15 (docs/checks.md).
 constexpr double kReading = 2.0;
+// In how many of the windows at least: what is right is so everywhere, and one
+// window in which the motion is chaotic decides nothing.
+constexpr double kWindows = 0.7;
 // And by how much it must be better than anything that the bodies, springs and
 // zeros of the model could make of the data as they were read.
-constexpr double kBeyondModel = 1.2;
+constexpr double kBeyondModel = 1.15;
 // Readings this near to the best explain the data as well.
 constexpr double kEqual = 1.15;
 constexpr double kSignificance = 5.0;  // standard errors, of a knob
 
 std::string TimesText(double error) {
   return ShortNumber(error) + " times the noise";
+}
+
+// To the decimal place in which its standard error begins.
+double Rounded(double value, double std_error) {
+  const double place = std::pow(10.0, std::floor(std::log10(std_error)));
+  return std_error > 0.0 ? place * std::round(value / place) : value;
 }
 
 class Physics {
@@ -44,7 +55,8 @@ class Physics {
     options_.rollout.step = 0.0;
   }
 
-  void Check(std::vector<Finding>* findings);
+  // The error of the data as they were read, times the noise.
+  double Check(std::vector<Finding>* findings);
 
  private:
   struct Candidate {
@@ -150,6 +162,10 @@ bool Physics::FindReading(std::vector<Finding>* findings) {
   if (!(best * kReading < given)) return false;
   const bool of_model =
       static_cast<bool>(candidates.front().reading->change_model);
+  if (PartImproved(candidates.front().fit, given_, given / given_.error) <
+      kWindows) {
+    return false;
+  }
   const double anything = Anything() * (given / given_.error);
   if (!of_model && !(best * kBeyondModel < anything)) return false;
   // Of those that do as well, in the order of the list.
@@ -166,17 +182,17 @@ bool Physics::FindReading(std::vector<Finding>* findings) {
   finding.fault = first.fault;
   finding.severity = Severity::kWrong;
   finding.weight = given / best;
-  finding.file = first.change_model            ? input_.model_file
+  finding.file = first.change_model        ? input_.model_file
                  : input_.runs.size() == 1 ? input_.runs.front()->name
-                                               : "";
+                                           : "";
   finding.subject = first.subject;
   finding.evidence = "as it was read the model misses the data by " +
                      TimesText(given) + ", " + first.says + " by " +
                      TimesText(equal.front()->fit.error);
   for (size_t i = 1; i < equal.size(); ++i) {
-    finding.evidence += (i == 1 ? "; the data cannot tell it from reading it "
-                                : ", or ") +
-                        equal[i]->reading->says;
+    finding.evidence +=
+        (i == 1 ? "; the data cannot tell it from reading it " : ", or ") +
+        equal[i]->reading->says;
   }
   finding.consequence = first.consequence;
   for (const Candidate* candidate : equal) {
@@ -194,23 +210,23 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
   if (knobs.empty()) return false;
   struct Candidate {
     const Knob* knob;
-    double value, std_error, error;
+    double value, std_error, error, windows;
   };
   std::vector<Candidate> candidates;
   const std::vector<KnobScore> scores =
       ScoreKnobs(lean_, given_, excerpt_, knobs);
   for (size_t i = 0; i < knobs.size(); ++i) {
-    if (!scores[i].known || std::abs(scores[i].value) < knobs[i].least) continue;
+    if (!scores[i].known || std::abs(scores[i].value) < knobs[i].least)
+      continue;
     const double value =
         std::clamp(scores[i].value, -knobs[i].most, knobs[i].most);
     candidates.push_back(
-        {&knobs[i], value, scores[i].std_error, scores[i].error});
+        {&knobs[i], value, scores[i].std_error, scores[i].error, 0.0});
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) {
-                     return a.error < b.error;
-                   });
-  constexpr size_t kMost = 4;
+  std::stable_sort(
+      candidates.begin(), candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.error < b.error; });
+  constexpr size_t kMost = 3;
   if (candidates.size() > kMost) candidates.resize(kMost);
   // Where each ends, with everything else refitted.
   for (Candidate& candidate : candidates) {
@@ -219,33 +235,30 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
     double value = candidate.value;
     for (int step = 0; step < 5; ++step) {
       const QuickFit fit = FitQuickly(
-          lean_,
-          excerpt_.Windows([&](Run* run) { knob.change(value, run); }),
+          lean_, excerpt_.Windows([&](Run* run) { knob.change(value, run); }),
           options_, Effort::kFull, &given_);
-      if(getenv("DBG"))fprintf(stderr,"knob %s %s %g: %g\n",knob.fault.c_str(),knob.subject.c_str(),value,fit.error);
       if (!(fit.error < candidate.error)) break;
       candidate.error = fit.error;
       candidate.value = value;
+      candidate.windows = PartImproved(fit, given_, 1.0);
       Knob beyond = knob;
       beyond.change = [&knob, value](double more, Run* run) {
         knob.change(value + more, run);
       };
-      const KnobScore next =
-          ScoreKnobs(lean_, fit, excerpt_, {beyond}).front();
+      const KnobScore next = ScoreKnobs(lean_, fit, excerpt_, {beyond}).front();
       if (!next.known) break;
       candidate.std_error = next.std_error;
       if (std::abs(next.value) < 0.1 * knob.least) break;
       value = std::clamp(value + next.value, -knob.most, knob.most);
     }
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) {
-                     return a.error < b.error;
-                   });
+  std::stable_sort(
+      candidates.begin(), candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.error < b.error; });
   if (candidates.empty()) return false;
   const Candidate& best = candidates.front();
   const Knob& knob = *best.knob;
-  if (!(best.error * knob.gain < given_.error) ||
+  if (!(best.error * knob.gain < given_.error) || best.windows < kWindows ||
       std::abs(best.value) < knob.least ||
       std::abs(best.value) < kSignificance * best.std_error ||
       (!knob.of_model && !(best.error * kBeyondModel < Anything()))) {
@@ -258,18 +271,25 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
   if (input_.runs.size() == 1) finding.file = input_.runs.front()->name;
   finding.subject = knob.subject;
   finding.evidence = "as it was read the model misses the data by " +
-                     TimesText(given_.error) + ", " + knob.says(best.value) +
-                     " (+- " + ShortNumber(1.96 * best.std_error) + " " +
-                     knob.unit + ") by " + TimesText(best.error);
+                     TimesText(given_.error) + ", " +
+                     knob.says(Rounded(best.value, best.std_error)) + " (+- " +
+                     ShortNumber(1.96 * best.std_error) + " " + knob.unit +
+                     ") by " + TimesText(best.error);
   finding.consequence = knob.consequence;
-  finding.remedies = knob.remedies(best.value);
+  finding.remedies = knob.remedies(Rounded(best.value, best.std_error));
   for (size_t i = 1; i < candidates.size(); ++i) {
     const Candidate& other = candidates[i];
-    if (other.error > 1.05 * best.error) break;
-    finding.evidence += (i == 1 ? "; the data cannot tell it from reading it "
-                                : ", or ") +
-                        other.knob->says(other.value);
-    for (const std::string& remedy : other.knob->remedies(other.value)) {
+    if (other.error > kEqual * best.error) break;
+    if (std::abs(other.value) < kSignificance * other.std_error ||
+        other.knob->fault != knob.fault) {
+      continue;
+    }
+    finding.evidence += (finding.remedies.size() == 1
+                             ? "; the data hardly tells it from reading it "
+                             : ", or ") +
+                        other.knob->says(Rounded(other.value, other.std_error));
+    for (const std::string& remedy :
+         other.knob->remedies(Rounded(other.value, other.std_error))) {
       finding.remedies.push_back(remedy);
     }
   }
@@ -277,20 +297,20 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
   return true;
 }
 
-void Physics::Check(std::vector<Finding>* findings) {
-  if (excerpt_.empty() || glance_.empty()) return;
-  given_ = FitQuickly(lean_, excerpt_.Windows({}), options_, Effort::kFull,
-                      nullptr);
-  if(getenv("DBG"))fprintf(stderr,"given %g any %g\n",given_.error,Anything());
-  if (given_.error <= kFits) return;
-  if (FindReading(findings)) return;
+double Physics::Check(std::vector<Finding>* findings) {
+  if (excerpt_.empty() || glance_.empty()) return kUnknown;
+  given_ =
+      FitQuickly(lean_, excerpt_.Windows({}), options_, Effort::kFull, nullptr);
+  if (given_.error <= kFits) return given_.error;
+  if (FindReading(findings)) return given_.error;
   if (std::isfinite(given_.error)) FindKnob(findings);
+  return given_.error;
 }
 
 }  // namespace
 
-void CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
-  Physics(input).Check(findings);
+bool CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
+  return Physics(input).Check(findings) <= kFits;
 }
 
 }  // namespace sysid

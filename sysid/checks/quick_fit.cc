@@ -90,8 +90,10 @@ QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
   const double fitted =
       problem.map().size() + ObservedStateDof(problem) * segments;
   const RunErrors errors = EvaluateErrors(problem, fit.point, fitted);
-  fit.squares = errors.squares;
   fit.dof = errors.dof;
+  for (const SegmentError& segment : errors.segments) {
+    fit.windows.push_back(segment.normalized_rms);
+  }
   if (std::isfinite(errors.total.normalized_rms)) {
     fit.error = errors.total.normalized_rms;
     fit.correlation = AutocorrelationTime(problem, fit.point);
@@ -101,6 +103,18 @@ QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
     problem.map().ValuesOf<double>(fit.point.theta.data(), fit.values.data());
   }
   return fit;
+}
+
+double PartImproved(const QuickFit& better, const QuickFit& worse,
+                    double factor) {
+  if (worse.windows.empty() || better.windows.size() != worse.windows.size()) {
+    return 1.0;  // the one that cannot be followed has none
+  }
+  int improved = 0;
+  for (size_t i = 0; i < worse.windows.size(); ++i) {
+    improved += better.windows[i] < factor * worse.windows[i];
+  }
+  return static_cast<double>(improved) / worse.windows.size();
 }
 
 LooseModel WithFriction(const Model& model,
@@ -133,8 +147,8 @@ LooseModel WithEverything(const LooseModel& lean) {
     }
     const std::string& link =
         lean.model.mechanism().links[joint.child_link].name;
-    for (const char* what : {"mass", "com_x", "com_y", "com_z",
-                             "inertia_scale"}) {
+    for (const char* what :
+         {"mass", "com_x", "com_y", "com_z", "inertia_scale"}) {
       FreeAlso(loose.model, link + "." + what, &loose.free);
     }
   }

@@ -23,11 +23,11 @@ struct QuickFit {
   // Times the noise, corrected for what was fitted; infinity where the model
   // cannot follow at all.
   double error = std::numeric_limits<double>::infinity();
-  double squares = 0.0;  // whitened
   double dof = 1.0;
+  std::vector<double> windows;  // the error of each, uncorrected
   double correlation = 1.0;  // autocorrelation time of the residuals, samples
   ShootingPoint point;
-  std::vector<double> values;  // of the free parameters
+  std::vector<double> values;                      // of the free parameters
   std::shared_ptr<const ShootingProblem> problem;  // of the windows
 };
 
@@ -53,6 +53,11 @@ LooseModel WithFriction(const Model& model,
 // The same with the mass, centre and inertia of every link free too, a spring
 // and the zero of every joint: all that a rigid body could be.
 LooseModel WithEverything(const LooseModel& lean);
+
+// The part of the windows in which `better` has a smaller error than `worse`
+// times `factor`.
+double PartImproved(const QuickFit& better, const QuickFit& worse,
+                    double factor);
 
 // Frees a parameter of the model by name from its nominal value, unless it is
 // free already.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 
-
 #include "models/error.h"
 #include "sysid/io/csv.h"
 
@@ -96,9 +95,9 @@ std::string IgnoreFlag(const CheckInput& input, const std::string& run,
   for (const IgnoredSpan& span : input.flag_edits.ignored) {
     add(span.run, span.name, span.t_start, span.t_end);
   }
-  const std::string of =
-      input.runs.size() > 1 ? std::filesystem::path(run).filename().string()
-                            : "";
+  const std::string of = input.runs.size() > 1
+                             ? std::filesystem::path(run).filename().string()
+                             : "";
   for (const auto& [from, to] : spans) add(of, column, from, to);
   return "--ignore " + Quoted(Join(parts, ","));
 }

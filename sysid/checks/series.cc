@@ -10,8 +10,8 @@ namespace sysid {
 
 double Percentile(std::vector<double> values, double part) {
   if (values.empty()) return 0.0;
-  const size_t at = std::min(values.size() - 1,
-                             static_cast<size_t>(part * values.size()));
+  const size_t at =
+      std::min(values.size() - 1, static_cast<size_t>(part * values.size()));
   std::nth_element(values.begin(), values.begin() + at, values.end());
   return values[at];
 }
@@ -27,8 +27,8 @@ std::vector<Series> AllSeries(const CheckInput& input) {
   for (const Run* run : input.runs) {
     for (const Channel& channel : run->channels) {
       if (channel.kind == ChannelKind::kOrientation) continue;
-      const auto group = std::find_if(
-          groups.begin(), groups.end(), [&](const ColumnGroup& g) {
+      const auto group =
+          std::find_if(groups.begin(), groups.end(), [&](const ColumnGroup& g) {
             return !g.is_effort && g.kind == channel.kind &&
                    g.target == channel.target;
           });
@@ -88,8 +88,7 @@ std::vector<std::pair<double, double>> Times(
     return (up ? std::ceil(ticks) : std::floor(ticks)) / 1e5;
   };
   for (const auto& [first, last] : samples) {
-    const double from =
-        first > 0 ? 0.5 * (t[first] + t[first - 1]) : t[first];
+    const double from = first > 0 ? 0.5 * (t[first] + t[first - 1]) : t[first];
     const double to = last + 1 < n ? 0.5 * (t[last] + t[last + 1]) : t[last];
     if (!times.empty() && from <= times.back().second + 1e-4) {
       times.back().second = rounded(to, true);

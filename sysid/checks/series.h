@@ -15,9 +15,9 @@ struct Series {
   const Channel* channel = nullptr;
   std::string column;  // ours: "joint1.q"
   std::vector<double> t, y;
-  double range = 0.0;   // largest less smallest
-  double noise = 0.0;   // EstimateNoise
-  double step = 0.0;    // 95th percentile of |y_{k+1} - y_k|
+  double range = 0.0;  // largest less smallest
+  double noise = 0.0;  // EstimateNoise
+  double step = 0.0;   // 95th percentile of |y_{k+1} - y_k|
 };
 
 // Of every run and channel of one number, and those of vectors; quaternions

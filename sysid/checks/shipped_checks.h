@@ -23,7 +23,8 @@ void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs);
 void FindClock(const CheckInput& input, std::vector<Knob>* knobs);
 
 using KnobFamily = void (*)(const CheckInput& input, std::vector<Knob>* knobs);
-inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts, FindClock};
+inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts,
+                                               FindClock};
 
 // Of the numbers alone (numbers/).
 void CheckJitter(const CheckInput& input, std::vector<Finding>* findings);
@@ -39,22 +40,14 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
 
 inline constexpr NumbersCheck kNumbersChecks[] = {
-    CheckJitter,
-    CheckGaps,
-    CheckSamples,
-    CheckSpikes,
-    CheckSaturation,
-    CheckFrozen,
-    CheckStill,
-    CheckQuantisation,
-    CheckVelocities,
-    CheckRanges,
-    CheckBodies,
+    CheckJitter,     CheckGaps,   CheckSamples, CheckSpikes,
+    CheckSaturation, CheckFrozen, CheckStill,   CheckQuantisation,
+    CheckVelocities, CheckRanges, CheckBodies,
 };
 
 inline constexpr ReadingFamily kReadingFamilies[] = {
-    ReadFlippedSigns,   ReadSwappedJoints, ReadAbsoluteAngles, ReadOtherUnits,
-    ReadQuaternions,    ReadIdleEfforts,   ReadBodies,
+    ReadFlippedSigns, ReadSwappedJoints, ReadAbsoluteAngles, ReadOtherUnits,
+    ReadQuaternions,  ReadIdleEfforts,   ReadBodies,
 };
 
 }  // namespace sysid

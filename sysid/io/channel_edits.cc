@@ -128,8 +128,7 @@ double Cubic(const std::vector<double>& t, const RowMatrixXd& y, int c, int i,
                             s * (2 * (a - b) + m0 + m1)));
 }
 
-void Slerp(const RowMatrixXd& y, int i, double s,
-           Eigen::Ref<RowMatrixXd> row) {
+void Slerp(const RowMatrixXd& y, int i, double s, Eigen::Ref<RowMatrixXd> row) {
   const auto quaternion = [&](int k) {
     return Eigen::Quaterniond(y(k, 3), y(k, 0), y(k, 1), y(k, 2));
   };
@@ -251,8 +250,7 @@ void ShiftChannel(const std::vector<double>& t, double delay,
     while (i > 0 && t[i] > at) --i;
     while (i + 2 < n && t[i + 1] < at) ++i;
     if (channel->kind == ChannelKind::kOrientation) {
-      Slerp(from, i, (at - t[i]) / (t[i + 1] - t[i]),
-            channel->values.row(k));
+      Slerp(from, i, (at - t[i]) / (t[i + 1] - t[i]), channel->values.row(k));
       continue;
     }
     for (int c = 0; c < from.cols(); ++c) {
@@ -308,8 +306,8 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
     if (std::abs(shift.delay) >= 0.5 * (run->t.back() - run->t.front())) {
       throw InputError(shift.place,
                        "a shift of '" + shift.name + "' by " +
-                           ShortestText(shift.delay) +
-                           " s leaves little of " + run->name,
+                           ShortestText(shift.delay) + " s leaves little of " +
+                           run->name,
                        "it is in seconds: 10 ms are 0.010");
     }
     bool any = false;

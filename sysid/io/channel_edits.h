@@ -67,7 +67,7 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
 
 // One channel or one joint's effort by `delay`.
 void ShiftChannel(const std::vector<double>& t, double delay, Channel* channel);
-void ShiftEffort(const std::vector<double>& t, double delay, int first, int size,
-                 RowMatrixXd* effort);
+void ShiftEffort(const std::vector<double>& t, double delay, int first,
+                 int size, RowMatrixXd* effort);
 
 }  // namespace sysid

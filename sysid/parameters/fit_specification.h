@@ -43,7 +43,7 @@ struct FitSpecification {
   std::vector<Fix> fix;
   std::vector<Located<std::string>> effects;  // "coulomb_friction@joint1"
   ColumnMap columns;
-  ChannelEdits edits;  // `shift` and `ignore`
+  ChannelEdits edits;                              // `shift` and `ignore`
   std::optional<Located<double>> noise;            // > 0
   std::optional<Located<std::string>> integrator;  // one of IntegratorNames()
   std::optional<Located<double>> step;             // s, > 0

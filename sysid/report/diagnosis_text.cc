@@ -4,6 +4,7 @@
 #include "models/error.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/text.h"
+#include "sysid/session/check_session.h"
 
 namespace sysid {
 namespace {
@@ -279,6 +280,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   text += Format("  noise %.3g, segments of %s, each from its own state\n",
                  diagnosis.base.fit.noise,
                  SegmentLengths(diagnosis.base.fit).c_str());
+  text += CheckedLine(session);
   text += WhereText(diagnosis.where) + WhichText(diagnosis);
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
   if (!diagnosis.steps.empty()) text += StepsText(diagnosis);

@@ -21,20 +21,22 @@ CheckInput InputOf(const Session& session) {
 void CheckSession(Session* session) {
   session->findings = RunChecks(InputOf(*session));
   session->checked = true;
+  for (const Finding& finding : session->findings) {
+    session->notices.push_back(BriefText(finding));
+  }
 }
 
-std::vector<std::string> CheckedLines(const Session& session) {
-  std::vector<std::string> lines;
-  if (!session.checked) return lines;
-  if (session.findings.empty()) {
-    const size_t runs = session.runs.size() + session.holdout.size();
-    lines.push_back("checked: nothing wrong with " + std::to_string(runs) +
-                    (runs == 1 ? " run" : " runs"));
-  }
-  for (const Finding& finding : session.findings) {
-    lines.push_back(BriefText(finding));
-  }
-  return lines;
+std::string CheckedLine(const Session& session) {
+  if (!session.checked) return "";
+  const size_t runs = session.runs.size() + session.holdout.size();
+  const std::string count =
+      std::to_string(runs) + (runs == 1 ? " run" : " runs");
+  const size_t found = session.findings.size();
+  return found == 0
+             ? "  checked: nothing wrong with " + count + "\n"
+             : "  checked: " + std::to_string(found) +
+                   (found == 1 ? " finding" : " findings") + " in " + count +
+                   ", first " + session.findings.front().fault + "\n";
 }
 
 }  // namespace sysid

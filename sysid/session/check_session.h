@@ -11,10 +11,11 @@ namespace sysid {
 CheckInput InputOf(const Session& session);
 
 // Runs every check on a session's model, runs and held-out runs, and keeps what
-// they find.
+// they find; each is a notice too.
 void CheckSession(Session* session);
 
-// "checked: nothing wrong with 2 runs", or a line for each finding.
-std::vector<std::string> CheckedLines(const Session& session);
+// For reports: "  checked: nothing wrong with 2 runs", or how much was found;
+// nothing where nobody checked.
+std::string CheckedLine(const Session& session);
 
 }  // namespace sysid

@@ -364,8 +364,7 @@ Run ReadSessionRun(const Session& session, const std::string& file,
 namespace {
 
 // All but the runs and what depends on them.
-Session OpenWithoutRuns(const FitRequest& request,
-                        const FitSpecification& spec,
+Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
                         const Catalogue& catalogue) {
   const std::string wanted = !request.model.empty() ? request.model
                              : spec.model           ? spec.model->value

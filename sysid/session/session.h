@@ -44,10 +44,10 @@ struct Session {
   std::vector<FreeParameter> free;
   std::vector<Run> runs, holdout;
   EstimationOptions options;
-  std::string solver;              // one of SolverNames()
-  std::string spec_file;           // empty where there is none
-  ColumnMap columns;               // of flags and specification
-  ChannelEdits edits;              // so too: --shift and --ignore
+  std::string solver;     // one of SolverNames()
+  std::string spec_file;  // empty where there is none
+  ColumnMap columns;      // of flags and specification
+  ChannelEdits edits;     // so too: --shift and --ignore
   // What of both the flags alone say.
   ColumnMap flag_columns;
   ChannelEdits flag_edits;

@@ -33,7 +33,8 @@ void FindClock(const CheckInput& input, std::vector<Knob>* knobs) {
   const double g = input.model->nominal().gravity;
   knob.says = [g](double value) {
     return "with times " + ShortNumber(std::exp(-value)) +
-           " as long (or a gravity of " + ShortNumber(g * std::exp(-2 * value)) +
+           " as long (or a gravity of " +
+           ShortNumber(g * std::exp(-2 * value)) +
            " m/s^2: a wrong clock, or wrong lengths)";
   };
   knob.consequence =

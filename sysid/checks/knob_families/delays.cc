@@ -25,7 +25,7 @@ void FindDelays(const CheckInput& input, std::vector<Knob>* knobs) {
     // drive's electronics do is an effect of the machine (effort_delay).
     knob.least = std::max(0.5 * period, 0.002);
     knob.most = 0.1;
-    knob.gain = 1.3;
+    knob.gain = 1.25;
     knob.change = [=](double delay, Run* run) {
       ChannelEdits edits;
       for (const std::string& column : columns) {

@@ -35,13 +35,14 @@ void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs) {
       return "with a zero of " + column + " that drifts by " +
              ShortNumber(rate) + " " + unit;
     };
-    knob.consequence = "what is fitted to its beginning does not hold at its end";
+    knob.consequence =
+        "what is fitted to its beginning does not hold at its end";
     knob.remedies = [=](double rate) {
-      const std::string drift = Times(SourceOf(input, "t"),
-                                      ShortNumber(std::abs(rate)));
+      const std::string drift =
+          Times(SourceOf(input, "t"), ShortNumber(std::abs(rate)));
       return std::vector<std::string>{ColumnsFlag(
-          input, {{column, SourceOf(input, column) + (rate > 0 ? "-" : "+") +
-                               drift}})};
+          input, {{column,
+                   SourceOf(input, column) + (rate > 0 ? "-" : "+") + drift}})};
     };
     knobs->push_back(knob);
   }

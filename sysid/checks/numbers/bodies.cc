@@ -1,8 +1,7 @@
 // Inertial values that no such body has.
 
-#include <cmath>
-
 #include <Eigen/Eigenvalues>
+#include <cmath>
 
 #include "sysid/checks/inertia.h"
 #include "sysid/checks/shipped_checks.h"
@@ -19,10 +18,9 @@ void CheckBodies(const CheckInput& input, std::vector<Finding>* findings) {
     finding.file = input.model_file;
     finding.subject = mechanism.links[i].name;
     const double r = body.com.norm();
-    const double largest =
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(body.inertia,
-                                                       Eigen::EigenvaluesOnly)
-            .eigenvalues()[2];
+    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
+                               body.inertia, Eigen::EigenvaluesOnly)
+                               .eigenvalues()[2];
     const double k = std::sqrt(largest / body.mass);  // radius of gyration
     if (CouldBeAboutJoint(body)) {
       finding.fault = "inertia_about_joint";
@@ -66,8 +64,7 @@ void CheckBodies(const CheckInput& input, std::vector<Finding>* findings) {
       finding.evidence = "its radius of gyration is " + ShortNumber(k) +
                          " m, and its centre of mass " + ShortNumber(r) +
                          " m from the joint";
-      finding.consequence =
-          "is its inertia in g m^2, kg mm^2 or kg cm^2?";
+      finding.consequence = "is its inertia in g m^2, kg mm^2 or kg cm^2?";
       finding.remedies = {"--fix " + mechanism.links[i].name +
                           ".inertia_scale=0.001"};
       findings->push_back(finding);

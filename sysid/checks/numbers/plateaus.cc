@@ -68,7 +68,7 @@ void Report(const CheckInput& input, const Series& series,
 }  // namespace
 
 void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
-  constexpr int kLeast = 4;  // samples
+  constexpr int kLeast = 8;  // samples: a rounded swing turns within fewer
   for (const Series& series : AllSeries(input)) {
     const auto [low, high] =
         std::minmax_element(series.y.begin(), series.y.end());
@@ -88,9 +88,8 @@ void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
       spans.push_back({p.first, p.last});
     }
     if (!clipped) continue;
-    std::erase_if(spans, [&](const auto& s) {
-      return series.y[s.first] != level;
-    });
+    std::erase_if(spans,
+                  [&](const auto& s) { return series.y[s.first] != level; });
     Report(input, series, spans, "saturation",
            "it runs into " + ShortNumber(level) + " and stays there exactly",
            "the motion went on where the sensor ends: what is fitted is too "
@@ -136,13 +135,12 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
     for (const Series& series : of_run) {
       std::vector<double> low(windows, INFINITY), high(windows, -INFINITY);
       for (size_t k = 0; k < series.y.size(); ++k) {
-        const int w = std::min<int>(
-            windows - 1, (series.t[k] - run->t.front()) / kWindow);
+        const int w = std::min<int>(windows - 1,
+                                    (series.t[k] - run->t.front()) / kWindow);
         low[w] = std::min(low[w], series.y[k]);
         high[w] = std::max(high[w], series.y[k]);
       }
-      const double least =
-          std::max(kMoves * series.noise, 2e-3 * series.range);
+      const double least = std::max(kMoves * series.noise, 2e-3 * series.range);
       for (int w = 0; w < windows; ++w) {
         if (high[w] - low[w] > least) moves[w] = true;
       }
@@ -209,8 +207,8 @@ void CheckQuantisation(const CheckInput& input,
     if (!regular) continue;
     Finding finding = At(series, "quantisation", Severity::kHarmful);
     finding.weight = 1e3 * quantum / series.range;
-    finding.evidence = "it has " + std::to_string(levels.size()) +
-                       " levels, " + ShortNumber(quantum) +
+    finding.evidence = "it has " + std::to_string(levels.size()) + " levels, " +
+                       ShortNumber(quantum) +
                        " apart: " + ShortNumber(100 * quantum / series.range) +
                        " % of its range";
     finding.consequence =

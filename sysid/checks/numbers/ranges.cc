@@ -27,8 +27,8 @@ double Reach(const Model& model, int link) {
 }  // namespace
 
 void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
-  constexpr double kSlide = 10.0;  // m: no slide of a machine is as long
-  constexpr double kFar = 20.0;    // times the reach
+  constexpr double kSlide = 100.0;  // m: no slide of a machine is as long
+  constexpr double kFar = 20.0;     // times the reach
   const Mechanism& mechanism = input.model->mechanism();
   for (const Series& series : AllSeries(input)) {
     double limit = 0.0;
@@ -50,10 +50,11 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
     Finding finding = At(series, "millimetres", Severity::kWrong);
     finding.weight = 1e4;
     finding.evidence = what + ShortNumber(series.range) + " m";
-    finding.consequence = "read as metres the motion is a thousand times as large";
+    finding.consequence =
+        "read as metres the motion is a thousand times as large";
     finding.remedies = {ColumnsFlag(
-        input, {{series.column,
-                 Times(SourceOf(input, series.column), "0.001")}})};
+        input,
+        {{series.column, Times(SourceOf(input, series.column), "0.001")}})};
     findings->push_back(finding);
   }
 }

@@ -44,7 +44,8 @@ void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings) {
     int at = 0;
     for (const auto& [first, last] : spikes) {
       for (int k = first; k <= last; ++k) {
-        const double jump = std::abs(series.y[k] - series.y[std::max(0, k - 1)]);
+        const double jump =
+            std::abs(series.y[k] - series.y[std::max(0, k - 1)]);
         if (jump > largest) {
           largest = jump;
           at = k;

@@ -54,18 +54,19 @@ void CheckJitter(const CheckInput& input, std::vector<Finding>* findings) {
     if (!std::isfinite(ratio) || ratio < kRougher) continue;
     Finding finding = OfRun(*run, "time_jitter", Severity::kHarmful);
     finding.weight = ratio;
-    finding.evidence =
-        "the steps of t vary by " + ShortNumber(1e3 * spread) + " ms about " +
-        ShortNumber(1e3 * period) + " ms, but " + column + " is " +
-        ShortNumber(ratio) + " times smoother by the count of its samples: "
-        "they were even, and the stamps are wrong";
+    finding.evidence = "the steps of t vary by " + ShortNumber(1e3 * spread) +
+                       " ms about " + ShortNumber(1e3 * period) + " ms, but " +
+                       column + " is " + ShortNumber(ratio) +
+                       " times smoother by the count of its samples: "
+                       "they were even, and the stamps are wrong";
     finding.consequence =
         "each stamp that is wrong is an error of the speed times as much, " +
         ShortNumber(by_stamps) + " in " + column;
-    finding.remedies = {"record t where the sample is taken, or write even "
-                        "times: sample number times " +
-                        ShortNumber((run->t.back() - run->t.front()) / (n - 1)),
-                        "--noise " + ShortNumber(by_stamps)};
+    finding.remedies = {
+        "record t where the sample is taken, or write even "
+        "times: sample number times " +
+            ShortNumber((run->t.back() - run->t.front()) / (n - 1)),
+        "--noise " + ShortNumber(by_stamps)};
     findings->push_back(finding);
   }
 }
@@ -93,9 +94,8 @@ void CheckGaps(const CheckInput& input, std::vector<Finding>* findings) {
     finding.t_end = at + longest;
     finding.evidence = "about " + ShortNumber(lost) + " samples of " +
                        ShortNumber(1e3 * period) + " ms are lost in " +
-                       std::to_string(gaps) +
-                       (gaps == 1 ? " gap" : " gaps") + ", the longest of " +
-                       ShortNumber(longest) + " s";
+                       std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") +
+                       ", the longest of " + ShortNumber(longest) + " s";
     finding.consequence = "the efforts there are unknown: the last one is held";
     finding.remedies = {"cut the file at " + ShortNumber(at) +
                         " s into two, and give both to --traj"};
@@ -104,17 +104,29 @@ void CheckGaps(const CheckInput& input, std::vector<Finding>* findings) {
 }
 
 void CheckSamples(const CheckInput& input, std::vector<Finding>* findings) {
-  constexpr int kFew = 40;
+  constexpr double kEnough = 3.0;       // numbers for each that is fitted
   constexpr double kTurns = 1.0 / 3.0;  // of the steps: six a period
   for (const Run* run : input.runs) {
-    if (run->size() < kFew) {
-      Finding finding = OfRun(*run, "few_samples", Severity::kHarmful);
-      finding.evidence = std::to_string(run->size()) + " samples";
-      finding.consequence =
-          "the noise cannot be estimated from so few, nor the error judged";
-      finding.remedies = {"record longer, or at a higher rate"};
-      findings->push_back(finding);
+    double numbers = 0.0;
+    for (const Channel& channel : run->channels) {
+      const double each = channel.kind == ChannelKind::kOrientation
+                              ? 2.0
+                              : channel.values.cols();
+      for (int k = 0; k < run->size(); ++k) {
+        if (!std::isnan(channel.values(k, 0))) numbers += each;
+      }
     }
+    const double fitted =
+        input.model->tangent_size() + 1.0 * input.free->size();
+    if (numbers >= kEnough * fitted) continue;
+    Finding finding = OfRun(*run, "few_samples", Severity::kHarmful);
+    finding.evidence = ShortNumber(numbers) + " numbers in " +
+                       std::to_string(run->size()) + " samples, for " +
+                       ShortNumber(fitted) + " that are to be fitted";
+    finding.consequence =
+        "neither the noise nor the error of a fit can be judged by so few";
+    finding.remedies = {"record longer, or at a higher rate"};
+    findings->push_back(finding);
   }
   for (const Series& series : AllSeries(input)) {
     if (series.channel->kind == ChannelKind::kVelocity) continue;

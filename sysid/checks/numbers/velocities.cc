@@ -15,7 +15,7 @@ namespace {
 // Changes of the position over windows against the integrals of the velocity
 // there, the velocity read `lag` seconds later than it stands.
 struct Agreement {
-  double slope = 0.0;        // dq = slope x integral
+  double slope = 0.0;  // dq = slope x integral
   double correlation = 0.0;
   double misfit = 0.0;  // of dq - slope x integral, over that of dq
 };
@@ -45,8 +45,8 @@ Agreement Compare(const Series& q, const Series& qd, double lag,
   for (double from = q.t.front() + margin; from + window < q.t.back() - margin;
        from += 0.5 * window) {
     const double dq = value(q.t, q.y, from + window) - value(q.t, q.y, from);
-    const double dv = value(qd.t, sum, from + window + lag) -
-                      value(qd.t, sum, from + lag);
+    const double dv =
+        value(qd.t, sum, from + window + lag) - value(qd.t, sum, from + lag);
     xx += dv * dv;
     xy += dv * dq;
     yy += dq * dq;
@@ -64,7 +64,8 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
     if (qd.channel->kind != ChannelKind::kVelocity) continue;
     const Series* q = nullptr;
     for (const Series& other : all) {
-      if (other.run == qd.run && other.channel->kind == ChannelKind::kPosition &&
+      if (other.run == qd.run &&
+          other.channel->kind == ChannelKind::kPosition &&
           other.channel->target == qd.channel->target) {
         q = &other;
       }
@@ -78,10 +79,10 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
     finding.weight = 1e3;  // sure: no model is asked
     finding.consequence =
         "position and velocity contradict each other: a fit can follow neither";
-    const std::string slope =
-        q->column + " changes by " + ShortNumber(as_read.slope) +
-        " times what " + qd.column + " says (correlation " +
-        ShortNumber(as_read.correlation) + ")";
+    const std::string slope = q->column + " changes by " +
+                              ShortNumber(as_read.slope) + " times what " +
+                              qd.column + " says (correlation " +
+                              ShortNumber(as_read.correlation) + ")";
     if (std::abs(as_read.correlation) > kClear) {
       if (std::abs(as_read.slope + 1.0) < 0.15) {
         finding.fault = "velocity_flipped";
@@ -96,8 +97,7 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
       if (std::abs(as_read.slope - 1.0) > 0.15) {
         finding.evidence = slope;
         finding.remedies = {ColumnsFlag(
-            input,
-            {{qd.column, Times(source, ShortNumber(as_read.slope))}})};
+            input, {{qd.column, Times(source, ShortNumber(as_read.slope))}})};
         findings->push_back(finding);
         continue;
       }
@@ -117,9 +117,9 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
                            " times what " + other.column +
                            " says (correlation " +
                            ShortNumber(theirs.correlation) + ")";
-        finding.remedies = {ColumnsFlag(
-            input, {{qd.column, SourceOf(input, other.column)},
-                    {other.column, source}})};
+        finding.remedies = {
+            ColumnsFlag(input, {{qd.column, SourceOf(input, other.column)},
+                                {other.column, source}})};
         break;
       }
       if (finding.fault == "velocities_swapped") {
@@ -131,8 +131,7 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
     double best = 0.0, best_misfit = as_read.misfit;
     const double resolution = 0.5 * period;
     for (double lag = -0.05; lag <= 0.05; lag += resolution) {
-      const Agreement there =
-          Compare(*q, qd, lag, std::max(0.03, 3 * period));
+      const Agreement there = Compare(*q, qd, lag, std::max(0.03, 3 * period));
       if (lag == -0.05 || there.misfit < best_misfit) {
         best = lag;
         best_misfit = there.misfit;
@@ -145,13 +144,12 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
       continue;
     }
     finding.fault = "velocity_late";
-    finding.evidence = qd.column + " agrees with " + q->column + " where it " +
-                       "is read " + ShortNumber(1e3 * std::abs(best)) +
-                       (best > 0 ? " ms earlier" : " ms later") +
-                       " (misfit of the changes " +
-                       ShortNumber(100 * std::sqrt(best_misfit)) +
-                       " % instead of " + ShortNumber(100 * std::sqrt(still)) +
-                       " %)";
+    finding.evidence =
+        qd.column + " agrees with " + q->column + " where it " + "is read " +
+        ShortNumber(1e3 * std::abs(best)) +
+        (best > 0 ? " ms earlier" : " ms later") + " (misfit of the changes " +
+        ShortNumber(100 * std::sqrt(best_misfit)) + " % instead of " +
+        ShortNumber(100 * std::sqrt(still)) + " %)";
     finding.remedies = {ShiftFlag(input, qd.column, best),
                         ShiftFlag(input, q->column, -best)};
     findings->push_back(finding);

@@ -38,8 +38,8 @@ void ReadBodies(const CheckInput& input, std::vector<Reading>* readings) {
     Model changed = *input.model;
     reading.change_model(&changed);
     for (const int link : links) {
-      reading.subject += (reading.subject.empty() ? "" : ", ") +
-                         mechanism.links[link].name;
+      reading.subject +=
+          (reading.subject.empty() ? "" : ", ") + mechanism.links[link].name;
       reading.remedies.push_back(Line(changed, link, input.model_file));
     }
     reading.says = "with " + says + " of " + reading.subject;
@@ -62,8 +62,9 @@ void ReadBodies(const CheckInput& input, std::vector<Reading>* readings) {
   }
   const std::string twice =
       "a URDF's inertia is about the centre of mass: m r^2 counts twice";
-  const std::string thousand = "every effort that was measured is a thousandth "
-                               "of what such a mass would need";
+  const std::string thousand =
+      "every effort that was measured is a thousandth "
+      "of what such a mass would need";
   const auto each_and_all = [&](const std::vector<int>& links,
                                 const auto& add_one) {
     for (const int link : links) add_one(std::vector<int>{link});

@@ -52,8 +52,7 @@ inline void SwapJoints(const Mechanism& mechanism, int a, int b, int parts,
 
 // Moving joints of one degree of freedom whose position is measured anywhere.
 inline bool IsSimple(const Joint& joint) {
-  return joint.type != JointType::kFixed &&
-         joint.type != JointType::kSpherical;
+  return joint.type != JointType::kFixed && joint.type != JointType::kSpherical;
 }
 
 }  // namespace sysid

@@ -23,10 +23,10 @@ void ReadSwappedJoints(const CheckInput& input,
                            const std::string& what) {
         NewColumns columns;
         const auto swap = [&](const std::string& suffix) {
-          columns.push_back({first.name + suffix,
-                             SourceOf(input, second.name + suffix)});
-          columns.push_back({second.name + suffix,
-                             SourceOf(input, first.name + suffix)});
+          columns.push_back(
+              {first.name + suffix, SourceOf(input, second.name + suffix)});
+          columns.push_back(
+              {second.name + suffix, SourceOf(input, first.name + suffix)});
         };
         if (parts & kMotion) swap(".q");
         if ((parts & kMotion) && Measures(input, ChannelKind::kVelocity, a) &&

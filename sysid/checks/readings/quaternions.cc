@@ -15,19 +15,27 @@ constexpr std::array<const char*, 4> kSuffixes = {".qw", ".qx", ".qy", ".qz"};
 struct Spelling {
   const char* fault;
   const char* says;
-  std::array<int, 4> from;   // our w, x, y, z are these columns of ours
+  std::array<int, 4> from;  // our w, x, y, z are these columns of ours
   std::array<int, 4> signs;
 };
 
 constexpr Spelling kOrders[] = {
-    {"quaternion_order", "as x, y, z, w instead of w, x, y, z", {3, 0, 1, 2},
+    {"quaternion_order",
+     "as x, y, z, w instead of w, x, y, z",
+     {3, 0, 1, 2},
      {1, 1, 1, 1}},
-    {"quaternion_order", "as w, x, y, z that was renamed to x, y, z, w",
-     {1, 2, 3, 0}, {1, 1, 1, 1}},
-    {"quaternion_inverse", "as the inverse rotation (parent to child)",
-     {0, 1, 2, 3}, {1, -1, -1, -1}},
-    {"quaternion_inverse", "as x, y, z, w of the inverse rotation",
-     {3, 0, 1, 2}, {1, -1, -1, -1}},
+    {"quaternion_order",
+     "as w, x, y, z that was renamed to x, y, z, w",
+     {1, 2, 3, 0},
+     {1, 1, 1, 1}},
+    {"quaternion_inverse",
+     "as the inverse rotation (parent to child)",
+     {0, 1, 2, 3},
+     {1, -1, -1, -1}},
+    {"quaternion_inverse",
+     "as x, y, z, w of the inverse rotation",
+     {3, 0, 1, 2},
+     {1, -1, -1, -1}},
 };
 
 void Reorder(const Spelling& order, Channel* channel) {
