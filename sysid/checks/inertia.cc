@@ -11,13 +11,12 @@ Eigen::Matrix3d AboutCentre(const Inertial<double>& body) {
                       r * r.transpose());
 }
 
-bool CouldBeAboutJoint(const Inertial<double>& body) {
-  constexpr double kMost = 0.4;
+bool CouldBeAboutJoint(const Inertial<double>& body, double share) {
   const double mr2 = body.mass * body.com.squaredNorm();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> as_given(
       body.inertia, Eigen::EigenvaluesOnly);
   const double largest = as_given.eigenvalues()[2];
-  if (!(mr2 > 0.0) || mr2 < kMost * largest) return false;
+  if (!(mr2 > 0.0) || mr2 < share * largest) return false;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> left(
       SecondMoments<double>(AboutCentre(body)), Eigen::EigenvaluesOnly);
   // Data sheets round: a moment of the mass may be a little negative.

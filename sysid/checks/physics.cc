@@ -32,7 +32,7 @@ constexpr double kWindows = 0.7;
 constexpr double kBeyondModel = 1.15;
 // Readings this near to the best explain the data as well.
 constexpr double kEqual = 1.15;
-constexpr double kSignificance = 5.0;  // standard errors, of a knob
+constexpr double kSignificance = 4.0;  // standard errors, of a knob
 
 std::string TimesText(double error) {
   return ShortNumber(error) + " times the noise";
@@ -226,7 +226,7 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
   std::stable_sort(
       candidates.begin(), candidates.end(),
       [](const Candidate& a, const Candidate& b) { return a.error < b.error; });
-  constexpr size_t kMost = 3;
+  constexpr size_t kMost = 4;
   if (candidates.size() > kMost) candidates.resize(kMost);
   // Where each ends, with everything else refitted.
   for (Candidate& candidate : candidates) {

@@ -22,7 +22,7 @@ void CheckBodies(const CheckInput& input, std::vector<Finding>* findings) {
                                body.inertia, Eigen::EigenvaluesOnly)
                                .eigenvalues()[2];
     const double k = std::sqrt(largest / body.mass);  // radius of gyration
-    if (CouldBeAboutJoint(body)) {
+    if (CouldBeAboutJoint(body, kPlain)) {
       finding.fault = "inertia_about_joint";
       finding.weight = 2.0;
       finding.evidence = "its radius of gyration about the centre of mass is " +

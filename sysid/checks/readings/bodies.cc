@@ -57,7 +57,8 @@ void ReadBodies(const CheckInput& input, std::vector<Reading>* readings) {
   for (size_t i = 1; i < mechanism.links.size(); ++i) {
     const Inertial<double>& body = input.model->nominal().links[i];
     if (body.mass <= 0.0) continue;
-    if (CouldBeAboutJoint(body)) about_joint.push_back(static_cast<int>(i));
+    if (CouldBeAboutJoint(body, kPossible))
+      about_joint.push_back(static_cast<int>(i));
     if (body.mass >= 20.0) heavy.push_back(static_cast<int>(i));
   }
   const std::string twice =
