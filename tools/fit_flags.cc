@@ -17,6 +17,8 @@ DEFINE_string(free, "", "parameters to fit, name or name=start");
 DEFINE_string(fix, "", "parameters to hold, name or name=value");
 DEFINE_string(add, "", "effects to add, effect@target");
 DEFINE_string(columns, "", "name=expression of the file's columns");
+DEFINE_string(shift, "", "column=seconds that it was recorded late");
+DEFINE_string(ignore, "", "column@from:to, taken as not measured");
 DEFINE_string(solver, "", "lm, adam or gmm");
 DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
 DEFINE_double(step, 0, "integration step, s");
@@ -59,6 +61,8 @@ FitRequest RequestFromFlags() {
   request.fix = FLAGS_fix;
   request.add = FLAGS_add;
   request.columns = FLAGS_columns;
+  request.shift = FLAGS_shift;
+  request.ignore = FLAGS_ignore;
   request.solver = FLAGS_solver;
   request.integrator = FLAGS_integrator;
   request.residual = FLAGS_residual;
@@ -72,9 +76,9 @@ FitRequest RequestFromFlags() {
 
 std::string CommandFromFlags(const std::string& program) {
   std::string command = program;
-  for (const char* name :
-       {"model", "traj", "holdout", "spec", "free", "columns", "integrator",
-        "step", "segment", "noise", "residual", "loss"}) {
+  for (const char* name : {"model", "traj", "holdout", "spec", "free",
+                           "columns", "shift", "ignore", "integrator", "step",
+                           "segment", "noise", "residual", "loss"}) {
     if (!FlagGiven(name)) continue;
     command += std::string(" --") + name + " " + Quoted(FlagText(name));
   }

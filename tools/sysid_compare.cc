@@ -10,6 +10,7 @@
 #include "sysid/io/csv.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/comparison_report.h"
+#include "sysid/session/check_session.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
 #include "tools/interrupt.h"
@@ -34,7 +35,7 @@ constexpr char kHelp[] =
   --model NAME|FILE.urdf  --traj A.csv,B.csv  --spec FILE.yaml
   --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=expr,...
   --integrator rk4|semi_implicit_euler  --step S  --segment S  --noise S
-  --residual heading|rotation  --threads N         as of sysid_fit
+  --residual heading|rotation  --shift  --ignore  --threads N  as of sysid_fit
   --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
   --huber D  --from_rest  --kernels 3  --draws 16  --spread 0.3  --online
                              of Adam and the mixture, as of sysid_fit
@@ -136,12 +137,13 @@ int Main() {
     }
     CheckWritableFile(FLAGS_figure);
   }
-  const std::vector<std::string> moved = MovedStarts(session);
-  session.notices.insert(session.notices.end(), moved.begin(), moved.end());
-  PrintNotices(session.notices);
   const Interrupt interrupt(
       "what there is of the comparison is written; once more ends at once");
   session.options.stop = interrupt.token();
+  CheckSession(&session);
+  const std::vector<std::string> moved = MovedStarts(session);
+  session.notices.insert(session.notices.end(), moved.begin(), moved.end());
+  PrintNotices(session.notices);
   session.options.keep_best = true;
   ProgressLine line;
   options.progress = [&](const Progress& p) { line.Show(p); };

@@ -13,6 +13,7 @@
 #include "sysid/io/write_file.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
@@ -45,6 +46,8 @@ constexpr char kHelp[] =
                              what is fixed by name is taken for right
   --add effect@target,...    effects that are in the model already
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
+  --shift joint1.q=0.01      a column that was recorded late, by seconds
+  --ignore joint1.q@12:14.5  measurements that are taken as missing
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -100,10 +103,11 @@ int Main() {
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);
-  PrintNotices(session.notices);
   const Interrupt interrupt(
       "what was judged so far is written; once more ends at once");
   session.options.stop = problem.options.stop = interrupt.token();
+  CheckSession(&session);
+  PrintNotices(session.notices);
   session.options.keep_best = true;
   ProgressLine line;
   session.options.progress = [&](const Progress& p) { line.Show(p); };

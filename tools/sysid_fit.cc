@@ -13,6 +13,7 @@
 #include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
+#include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "tools/fit_flags.h"
 #include "tools/interrupt.h"
@@ -40,6 +41,8 @@ constexpr char kHelp[] =
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
+  --shift joint1.q=0.01      a column that was recorded late, by seconds
+  --ignore joint1.q@12:14.5  measurements that are taken as missing
   --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
                              Gaussians (docs/stochastic.md)
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
@@ -148,13 +151,14 @@ int Main() {
   if (session.solver == "gmm") CheckMixtureSize(session, gmm);
   CheckSampleSize(session);
   CheckOutputs(request, session);
+  const Interrupt interrupt(kInterrupted);
+  session.options.stop = interrupt.token();
+  CheckSession(&session);
   if (session.solver != "lm") {
     const std::vector<std::string> moved = MovedStarts(session);
     session.notices.insert(session.notices.end(), moved.begin(), moved.end());
   }
   PrintNotices(session.notices);
-  const Interrupt interrupt(kInterrupted);
-  session.options.stop = interrupt.token();
   session.options.keep_best = true;
   ProgressLine line;
   session.options.progress = [&](const Progress& p) { line.Show(p); };

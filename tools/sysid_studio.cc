@@ -10,6 +10,7 @@
 #include "gflags/gflags.h"
 #include "models/error.h"
 #include "sysid/report/page_data.h"
+#include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/named_values.h"
 #include "sysid/studio/server.h"
@@ -49,6 +50,8 @@ served; Ctrl-C ends it.
                              what is fixed by name is taken for right
   --add effect@target,...    effects that are in the model already
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
+  --shift joint1.q=0.01      a column that was recorded late, by seconds
+  --ignore joint1.q@12:14.5  measurements that are taken as missing
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -66,6 +69,7 @@ StudioSetup OpenSetup() {
       catalogue, session.model.mechanism(),
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
+  CheckSession(&session);
   StudioSetup setup(session);
   setup.problem = problem;
   setup.candidates = candidates;

@@ -34,7 +34,7 @@ const std::vector<std::string>& TopKeys() {
   static const auto& keys = *new std::vector<std::string>{
       "model",  "free",       "fix",      "effects", "columns",
       "noise",  "integrator", "residual", "step",    "segment",
-      "solver", "loss",       "seed"};
+      "solver", "loss",       "seed",     "shift",   "ignore"};
   return keys;
 }
 
@@ -212,6 +212,10 @@ void Reader::ReadTop(const Entry& entry, FitSpecification* spec) const {
     spec->effects = NameList(value, "effects", hint);
   } else if (name == "columns") {
     ReadColumns(value, spec);
+  } else if (name == "shift") {
+    spec->edits.shifts = ParseShifts(Text(value, name), Place(value));
+  } else if (name == "ignore") {
+    spec->edits.ignored = ParseIgnored(Text(value, name), Place(value));
   } else if (name == "noise") {
     spec->noise = Positive(value, name);
   } else if (name == "step") {

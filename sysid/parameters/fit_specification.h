@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/io/channel_edits.h"
 #include "sysid/io/column_map.h"
 #include "sysid/parameters/located.h"
 
@@ -42,6 +43,7 @@ struct FitSpecification {
   std::vector<Fix> fix;
   std::vector<Located<std::string>> effects;  // "coulomb_friction@joint1"
   ColumnMap columns;
+  ChannelEdits edits;                              // `shift` and `ignore`
   std::optional<Located<double>> noise;            // > 0
   std::optional<Located<std::string>> integrator;  // one of IntegratorNames()
   std::optional<Located<double>> step;             // s, > 0
@@ -61,7 +63,8 @@ const std::vector<std::string>& LossNames();
 // Reads a specification. An empty file is an empty specification. `free` is a
 // map of names to {initial, lower, upper, prior: {mean, std}} (all optional),
 // or a list of names; `fix` a map of names to numbers, or a list of names;
-// `loss` a name or {name, scale}.
+// `loss` a name or {name, scale}; `shift` and `ignore` are texts as on the
+// flags (channel_edits.h).
 //
 // Throws InputError with file, line and column for anything else: unknown keys
 // at any level (with the nearest known), keys given twice, values of the wrong

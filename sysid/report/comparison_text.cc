@@ -5,6 +5,7 @@
 #include "models/error.h"
 #include "sysid/report/comparison_report.h"
 #include "sysid/report/text.h"
+#include "sysid/session/check_session.h"
 
 namespace sysid {
 namespace {
@@ -179,8 +180,8 @@ std::string ComparisonText(const Session& session,
       Plural(static_cast<int>(comparison.names.size()), "parameter") + ", " +
       Plural(static_cast<int>(session.runs.size()), "run") + ", " +
       Plural(comparison.runs[0].fit.samples, "sample") +
-      ", three solvers from the same start\n\n" + SolverTable(comparison) +
-      "\n" + ParameterTable(comparison) + "\n" +
+      ", three solvers from the same start\n" + CheckedLine(session) + "\n" +
+      SolverTable(comparison) + "\n" + ParameterTable(comparison) + "\n" +
       "  the mixture's deviation beside Levenberg-Marquardt's standard "
       "error:\n";
   for (const UncertaintyComparison& u : comparison.uncertainty) {

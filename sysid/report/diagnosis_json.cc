@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "sysid/report/diagnosis_report.h"
+#include "sysid/report/findings.h"
 #include "sysid/report/json.h"
 
 namespace sysid {
@@ -191,6 +192,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
                      {"open", ToJson(final->fit.open, false)}};
   }
   json["next_command"] = next;
+  json["findings"] = ToJson(session.findings);
   json["notices"] = session.notices;
   return Dump(json);
 }

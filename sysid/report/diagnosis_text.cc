@@ -5,6 +5,7 @@
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/text.h"
+#include "sysid/session/check_session.h"
 
 namespace sysid {
 namespace {
@@ -326,6 +327,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   text += Format("  noise %.3g, segments of %s, each from its own state\n",
                  diagnosis.base.fit.noise,
                  SegmentLengths(diagnosis.base.fit).c_str());
+  text += CheckedLine(session);
   text += WhereText(diagnosis.where);
   const bool looked =
       diagnosis.interrupted.empty() || !diagnosis.candidates.empty();

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "models/integrator.h"
+#include "sysid/report/findings.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/json.h"
 
@@ -147,6 +148,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
     history = MixtureHistory(*mixture);
   }
   json["history"] = history;
+  json["findings"] = ToJson(session.findings);
   json["notices"] = session.notices;
   return Dump(json);
 }

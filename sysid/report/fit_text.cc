@@ -5,6 +5,7 @@
 #include "models/integrator.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/text.h"
+#include "sysid/session/check_session.h"
 
 namespace sysid {
 namespace {
@@ -145,7 +146,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
         "the shortest that do)",
         problem.options().segment);
   }
-  text += "\n\n" + ParameterTable(fit) + "\n";
+  text += "\n" + CheckedLine(session) + "\n" + ParameterTable(fit) + "\n";
   const double error = fit.train.total.normalized_rms;
   const Floor floor = FloorOf(problem, fit);
   std::string verdict = Format("error %.3g times the noise", error);

@@ -276,12 +276,12 @@ void CheckTransformed(const Model& model, std::vector<FreeParameter>* free,
 }
 
 std::vector<Run> ReadRuns(const std::vector<std::string>& files,
-                          const ColumnMap& columns, const Mechanism& mechanism,
-                          std::vector<std::string>* notices) {
+                          Session* session) {
   std::vector<Run> runs;
+  std::vector<std::string>* notices = &session->notices;
   for (const std::string& file : files) {
     std::vector<std::string> own;
-    runs.push_back(ReadRun(file, columns, mechanism, &own));
+    runs.push_back(ReadSessionRun(*session, file, &own));
     // What was said of one run is not said again of the next.
     for (const std::string& notice : own) {
       if (std::find(notices->begin(), notices->end(), notice) ==
@@ -353,8 +353,19 @@ Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
   return model;
 }
 
-Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
-  const FitSpecification spec = ReadSpecification(request);
+Run ReadSessionRun(const Session& session, const std::string& file,
+                   std::vector<std::string>* notices) {
+  const Mechanism& mechanism = session.model.mechanism();
+  Run run = ReadRun(file, session.columns, mechanism, notices);
+  ApplyEdits(session.edits, mechanism, &run, notices);
+  return run;
+}
+
+namespace {
+
+// All but the runs and what depends on them.
+Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
+                        const Catalogue& catalogue) {
   const std::string wanted = !request.model.empty() ? request.model
                              : spec.model           ? spec.model->value
                                                     : "";
@@ -436,7 +447,7 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   }
   std::vector<FitSpecification::Free> chosen = free.list();
   const bool deliberate = request.may_free_nothing && !spec.path.empty();
-  if (chosen.empty() && !deliberate) {
+  if (chosen.empty() && !deliberate && !request.fits_nothing) {
     std::vector<std::string> names;
     for (const Parameter& parameter : AllParameters(model)) {
       names.push_back(parameter.name);
@@ -466,16 +477,31 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
 
   session.solver = ChooseSolver(request, spec);
   FillOptions(request, spec, &session.options);
-  session.columns =
-      MergeColumnMaps(spec.columns, ParseColumnMap(request.columns));
-  session.runs = ReadRuns(request.traj, session.columns, model.mechanism(),
-                          &session.notices);
-  session.holdout = ReadRuns(request.holdout, session.columns,
-                             model.mechanism(), &session.notices);
+  session.flag_columns = ParseColumnMap(request.columns);
+  session.columns = MergeColumnMaps(spec.columns, session.flag_columns);
+  session.flag_edits = {ParseShifts(request.shift, "--shift"),
+                        ParseIgnored(request.ignore, "--ignore")};
+  session.edits = MergeEdits(spec.edits, session.flag_edits);
+  CheckEdits(session.edits, model.mechanism());
+  return session;
+}
+
+}  // namespace
+
+Session OpenModelSession(const FitRequest& request,
+                         const Catalogue& catalogue) {
+  return OpenWithoutRuns(request, ReadSpecification(request), catalogue);
+}
+
+Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
+  const FitSpecification spec = ReadSpecification(request);
+  Session session = OpenWithoutRuns(request, spec, catalogue);
+  session.runs = ReadRuns(request.traj, &session);
+  session.holdout = ReadRuns(request.holdout, &session);
   CheckTimes(session.runs, session.columns);
   CheckMotion(session.runs);
   CheckTimes(session.holdout, session.columns);
-  NoteUndriven(session.runs, session.holdout, model.mechanism(),
+  NoteUndriven(session.runs, session.holdout, session.model.mechanism(),
                &session.notices);
   FillLengths(request, spec, session.runs, &session.options, &session.notices);
   return session;

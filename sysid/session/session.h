@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "sysid/checks/finding.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/estimation/shooting_problem.h"
+#include "sysid/io/channel_edits.h"
 #include "sysid/parameters/fit_specification.h"
 #include "sysid/parameters/free_parameter.h"
 
@@ -20,12 +22,15 @@ struct FitRequest {
   std::vector<std::string> traj, holdout;
   std::string spec;
   std::string free, fix, add, columns;  // comma separated, as on the flag
+  std::string shift, ignore;            // so too
   std::string solver, integrator, residual, loss;
   std::optional<double> step, segment, noise;
   int threads = 0;  // 0: all cores
   // Whether a specification may leave nothing to fit: a diagnosis of a model
   // whose values are all known.
   bool may_free_nothing = false;
+  // Whether nothing need be free at all: a check of the data.
+  bool fits_nothing = false;
   // Whether the program has other solvers than lm.
   bool any_solver = false;
 };
@@ -39,15 +44,22 @@ struct Session {
   std::vector<FreeParameter> free;
   std::vector<Run> runs, holdout;
   EstimationOptions options;
-  std::string solver;              // one of SolverNames()
-  std::string spec_file;           // empty where there is none
-  ColumnMap columns;               // of flags and specification
+  std::string solver;     // one of SolverNames()
+  std::string spec_file;  // empty where there is none
+  ColumnMap columns;      // of flags and specification
+  ChannelEdits edits;     // so too: --shift and --ignore
+  // What of both the flags alone say.
+  ColumnMap flag_columns;
+  ChannelEdits flag_edits;
   std::vector<std::string> fixed;  // names that --fix or `fix:` hold
   // What --add put into the model, and what that freed, by name.
   std::vector<std::string> added;
   std::set<std::string> freed_by_added;
   std::vector<std::string> effects;  // names of those that are in the model
   std::vector<std::string> notices;
+  // What CheckSession found, worst first; `checked` where it was asked.
+  std::vector<Finding> findings;
+  bool checked = false;
 
   explicit Session(const Model& m) : model(m) {}
 };
@@ -65,5 +77,14 @@ void CheckValue(const Model& model, const Parameter& parameter, double value,
 // Reads model, specification and runs, and decides what is free. Flags win over
 // the specification. Throws InputError for whatever is wrong with any of them.
 Session OpenSession(const FitRequest& request, const Catalogue& catalogue);
+
+// The same without reading a run: FitRequest::traj may name files that are not
+// there.
+Session OpenModelSession(const FitRequest& request, const Catalogue& catalogue);
+
+// One run as the session's columns, shifts and ignored spans make it. Throws
+// InputError as ReadRun and ApplyEdits do.
+Run ReadSessionRun(const Session& session, const std::string& file,
+                   std::vector<std::string>* notices);
 
 }  // namespace sysid

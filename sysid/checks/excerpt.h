@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "models/mechanism.h"
+#include "residuals/run.h"
+
+namespace sysid {
+
+// A part of the recordings that a quick fit can afford: windows of one length
+// in which there is motion, spread over all runs, at no more than about 250
+// samples a second. Each window keeps some samples on either side, so that what
+// shifts a channel in time has something to take.
+class Excerpt {
+ public:
+  // At most about `most_samples` samples in all.
+  Excerpt(const std::vector<const Run*>& runs, int most_samples);
+
+  bool empty() const { return windows_.empty(); }
+  double window_s() const { return window_s_; }
+  double period_s() const { return period_s_; }  // of the samples that are kept
+
+  // The windows after `change` (may be empty) did what it does to each, wide as
+  // it is; a run a window.
+  std::vector<Run> Windows(const std::function<void(Run*)>& change) const;
+
+ private:
+  struct Window {
+    Run wide;
+    int first = 0, last = 0;  // samples of the window itself, [first, last)
+  };
+  std::vector<Window> windows_;
+  double window_s_ = 0.0, period_s_ = 0.0;
+  int stride_ = 1;  // of the samples, those that are kept
+};
+
+// Median time between samples, s.
+double MedianPeriod(const std::vector<double>& t);
+
+// Samples [first, last) of a run.
+Run Slice(const Run& run, int first, int last);
+
+}  // namespace sysid

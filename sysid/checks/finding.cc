@@ -1,0 +1,77 @@
+#include "sysid/checks/finding.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <tuple>
+
+namespace sysid {
+
+Finding::Finding()
+    : t_start(std::numeric_limits<double>::quiet_NaN()),
+      t_end(std::numeric_limits<double>::quiet_NaN()) {}
+
+std::string ToString(Severity severity) {
+  switch (severity) {
+    case Severity::kUnreadable:
+      return "unreadable";
+    case Severity::kWrong:
+      return "wrong";
+    case Severity::kHarmful:
+      return "harmful";
+    case Severity::kNote:
+      return "note";
+  }
+  return "";
+}
+
+std::string ShortNumber(double value) {
+  char text[32];
+  std::snprintf(text, sizeof(text), "%.4g", value);
+  return text;
+}
+
+void Sort(std::vector<Finding>* findings) {
+  std::stable_sort(
+      findings->begin(), findings->end(),
+      [](const Finding& a, const Finding& b) {
+        return std::make_tuple(static_cast<int>(a.severity), -a.weight) <
+               std::make_tuple(static_cast<int>(b.severity), -b.weight);
+      });
+}
+
+std::string PlaceOf(const Finding& finding) {
+  std::string place = finding.file;
+  const auto add = [&](const std::string& separator, const std::string& text) {
+    if (text.empty()) return;
+    place += (place.empty() ? "" : separator) + text;
+  };
+  add(": ", finding.subject);
+  if (std::isfinite(finding.t_start)) {
+    add(", ", ShortNumber(finding.t_start) + " s to " +
+                  ShortNumber(finding.t_end) + " s");
+  }
+  return place;
+}
+
+std::string BriefText(const Finding& finding) {
+  const std::string place = PlaceOf(finding);
+  std::string text = finding.fault + (place.empty() ? "" : ": ") + place +
+                     ": " + finding.evidence;
+  if (!finding.remedies.empty()) text += "; try " + finding.remedies.front();
+  return text;
+}
+
+std::string FullText(const Finding& finding) {
+  const std::string place = PlaceOf(finding);
+  std::string text = finding.fault + (place.empty() ? "" : "  ") + place + "\n";
+  text += "    " + finding.evidence + "\n";
+  if (!finding.consequence.empty()) text += "    " + finding.consequence + "\n";
+  for (size_t i = 0; i < finding.remedies.size(); ++i) {
+    text += (i == 0 ? "    mend: " : "      or: ") + finding.remedies[i] + "\n";
+  }
+  return text;
+}
+
+}  // namespace sysid

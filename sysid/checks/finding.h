@@ -1,0 +1,52 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace sysid {
+
+// How bad a fault of the data is, worst first: the order of the report.
+enum class Severity {
+  kUnreadable,  // the reader refuses it
+  kWrong,       // fitting it gives wrong numbers
+  kHarmful,     // fitting it gives worse numbers than the recording could
+  kNote,        // suspicious: right only if it is meant
+};
+std::string ToString(Severity severity);
+
+// What is wrong with a recording or a model.
+struct Finding {
+  std::string fault;  // short, stable: "axis_flipped" (docs/checks.md)
+  Severity severity = Severity::kWrong;
+  // How much stands on it, among those of one severity: the larger, the
+  // earlier. For findings of the physics, by how much the error falls.
+  double weight = 0.0;
+  std::string file;     // run or URDF; "" where it is of all runs
+  std::string subject;  // our name of the column, joint or link: "joint1.q"
+  // Time span, s; NaN where it is everywhere.
+  double t_start, t_end;
+  std::string evidence;     // numbers with units
+  std::string consequence;  // what a fit would make of it
+  // What mends it: flags to be pasted ("--columns joint1.q=-joint1.q"), or,
+  // where no flag can, what to do. The first is meant; any other does as much.
+  std::vector<std::string> remedies;
+
+  Finding();
+};
+
+// Worst first; stable.
+void Sort(std::vector<Finding>* findings);
+
+// "run.csv: joint1.q, 2 s to 3 s".
+std::string PlaceOf(const Finding& finding);
+
+// One line: fault, place, evidence, first remedy.
+std::string BriefText(const Finding& finding);
+
+// Some lines, for people.
+std::string FullText(const Finding& finding);
+
+// "%.4g" of a number.
+std::string ShortNumber(double value);
+
+}  // namespace sysid

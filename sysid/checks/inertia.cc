@@ -1,0 +1,27 @@
+#include "sysid/checks/inertia.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace sysid {
+
+Eigen::Matrix3d AboutCentre(const Inertial<double>& body) {
+  const Eigen::Vector3d& r = body.com;
+  return body.inertia -
+         body.mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() -
+                      r * r.transpose());
+}
+
+bool CouldBeAboutJoint(const Inertial<double>& body, double share) {
+  const double mr2 = body.mass * body.com.squaredNorm();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> as_given(
+      body.inertia, Eigen::EigenvaluesOnly);
+  const double largest = as_given.eigenvalues()[2];
+  if (!(mr2 > 0.0) || mr2 < share * largest) return false;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> left(
+      SecondMoments<double>(AboutCentre(body)), Eigen::EigenvaluesOnly);
+  // Data sheets round: a moment of the mass may be a little negative.
+  return left.eigenvalues()[0] > -0.05 * mr2 &&
+         AboutCentre(body).diagonal().minCoeff() > 0.0;
+}
+
+}  // namespace sysid

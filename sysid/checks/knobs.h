@@ -1,0 +1,52 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "sysid/checks/check.h"
+#include "sysid/checks/excerpt.h"
+#include "sysid/checks/quick_fit.h"
+
+namespace sysid {
+
+// A reading with a number that the data must say: by how much a channel is
+// late, how fast a zero drifts.
+struct Knob {
+  std::string fault;    // "channel_late"
+  std::string subject;  // "joint1.q"
+  std::string unit;
+  std::function<void(double value, Run*)> change;
+  double probe = 0.0;  // a small value, at which its derivative is taken
+  double gain = 2.0;   // by which factor it must lower the error
+  // Whether values of the model could do the same, and so tell nothing.
+  bool of_model = false;
+  double least = 0.0;  // nothing smaller is worth a word
+  double most = 0.0;   // nor can the linearisation speak of larger ones
+  std::function<std::string(double value)> says;
+  std::string consequence;
+  std::function<std::vector<std::string>(double value)> remedies;
+};
+
+// What a fit, linearised where it ended, says of a knob p: with the rows'
+// change c = dr/dp, the tangent J of all states and parameters, Q the projector
+// on what J cannot explain,
+//
+//   p^ = -(c' Q r) / (c' Q c),    |r|^2 falls by (c' Q r)^2 / (c' Q c),
+//   var p^ = s^2 T / (c' Q c),                                          (C.1)
+//
+// s^2 the reduced chi-square of the fit and T the autocorrelation time of its
+// residuals.
+struct KnobScore {
+  bool known = false;
+  double value = 0.0;
+  double std_error = 0.0;
+  double error = 0.0;  // predicted, times the noise
+};
+
+// Scores of all knobs at a fit of the excerpt as it was read.
+std::vector<KnobScore> ScoreKnobs(const LooseModel& model, const QuickFit& fit,
+                                  const Excerpt& excerpt,
+                                  const std::vector<Knob>& knobs);
+
+}  // namespace sysid

@@ -1,0 +1,62 @@
+// Lengths in millimetres: slides that run for a street, frames out of reach.
+
+#include <algorithm>
+#include <cmath>
+
+#include "sysid/checks/remedy.h"
+#include "sysid/checks/series.h"
+#include "sysid/checks/shipped_checks.h"
+
+namespace sysid {
+namespace {
+
+// How far a link's frame can be from the world's origin, m: the distances of
+// the joints on the way; without bound behind a slide (-1).
+double Reach(const Model& model, int link) {
+  const Mechanism& mechanism = model.mechanism();
+  double reach = 0.0;
+  while (link > 0) {
+    const Joint& joint = mechanism.joints[link - 1];
+    if (joint.type == JointType::kPrismatic) return -1.0;
+    reach += model.nominal().joint_p[link - 1].norm();
+    link = joint.parent_link;
+  }
+  return reach;
+}
+
+}  // namespace
+
+void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
+  constexpr double kSlide = 100.0;  // m: no slide of a machine is as long
+  constexpr double kFar = 20.0;     // times the reach
+  const Mechanism& mechanism = input.model->mechanism();
+  for (const Series& series : AllSeries(input)) {
+    double limit = 0.0;
+    std::string what;
+    if (series.channel->kind == ChannelKind::kPosition &&
+        mechanism.joints[series.channel->target].type ==
+            JointType::kPrismatic) {
+      limit = kSlide;
+      what = "a slide of ";
+    } else if (series.channel->kind == ChannelKind::kFramePosition) {
+      const double reach = Reach(*input.model, series.channel->target);
+      if (reach <= 0.0) continue;
+      limit = kFar * reach;
+      what = "a frame whose joints reach " + ShortNumber(reach) + " m moves ";
+    } else {
+      continue;
+    }
+    if (series.range <= limit) continue;
+    Finding finding = At(series, "millimetres", Severity::kWrong);
+    finding.weight = 1e4;
+    finding.evidence = what + ShortNumber(series.range) + " m";
+    finding.consequence =
+        "read as metres the motion is a thousand times as large";
+    finding.remedies = {ColumnsFlag(
+        input,
+        {{series.column, Times(SourceOf(input, series.column), "0.001")}})};
+    findings->push_back(finding);
+  }
+}
+
+}  // namespace sysid

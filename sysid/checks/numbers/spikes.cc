@@ -1,0 +1,78 @@
+// Single values that no motion explains: they jump away and come back.
+
+#include <algorithm>
+#include <cmath>
+
+#include "sysid/checks/remedy.h"
+#include "sysid/checks/series.h"
+#include "sysid/checks/shipped_checks.h"
+
+namespace sysid {
+namespace {
+
+// Samples whose distance from the median of the seven around exceeds three
+// steps of the motion and twelve times the noise. (The median lies within three
+// samples of a smooth motion; a spike of up to three samples does not move it.)
+std::vector<std::pair<int, int>> FindSpikes(const Series& series) {
+  const int n = static_cast<int>(series.y.size());
+  std::vector<std::pair<int, int>> spikes;
+  const double least = std::max(3.0 * series.step, 12.0 * series.noise);
+  for (int k = 0; k < n; ++k) {
+    const int from = std::clamp(k - 3, 0, std::max(0, n - 7));
+    const auto begin = series.y.begin() + from;
+    const double middle =
+        Median(std::vector<double>(begin, begin + std::min(7, n - from)));
+    if (std::abs(series.y[k] - middle) <= least) continue;
+    if (!spikes.empty() && spikes.back().second == k - 1) {
+      spikes.back().second = k;
+    } else {
+      spikes.push_back({k, k});
+    }
+  }
+  return spikes;
+}
+
+}  // namespace
+
+void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings) {
+  for (const Series& series : AllSeries(input)) {
+    if (series.channel->kind == ChannelKind::kVelocity) continue;
+    const std::vector<std::pair<int, int>> spikes = FindSpikes(series);
+    const size_t most = std::max<size_t>(3, series.y.size() / 20);
+    if (spikes.empty() || spikes.size() > most) continue;
+    double largest = 0.0;
+    int at = 0;
+    for (const auto& [first, last] : spikes) {
+      for (int k = first; k <= last; ++k) {
+        const double jump =
+            std::abs(series.y[k] - series.y[std::max(0, k - 1)]);
+        if (jump > largest) {
+          largest = jump;
+          at = k;
+        }
+      }
+    }
+    Finding finding = At(series, "spikes", Severity::kWrong);
+    finding.weight = largest / std::max(series.step, 1e-12);
+    finding.t_start = series.t[spikes.front().first];
+    finding.t_end = series.t[spikes.back().second];
+    finding.evidence =
+        std::to_string(spikes.size()) +
+        (spikes.size() == 1 ? " value jumps" : " values jump") +
+        " away and back, by up to " + ShortNumber(largest) + " at " +
+        ShortNumber(series.t[at]) + " s; the motion makes at most " +
+        ShortNumber(series.step) + " from one sample to the next";
+    finding.consequence =
+        "least squares bend the whole trajectory towards them";
+    const auto spans = Times(series.t, spikes);
+    constexpr size_t kMost = 20;
+    if (spans.size() <= kMost) {
+      finding.remedies.push_back(
+          IgnoreFlag(input, series.run->name, series.column, spans));
+    }
+    finding.remedies.push_back("--loss huber");
+    findings->push_back(finding);
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,158 @@
+#include "sysid/checks/quick_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/effects/catalogue.h"
+#include "models/error.h"
+#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/fit.h"
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/shooting_stage.h"
+
+namespace sysid {
+namespace {
+
+void Stage(const ShootingProblem& problem, double tolerance, int most,
+           ShootingPoint* point) {
+  ShootingStage::Options options;
+  options.defect = std::numeric_limits<double>::infinity();
+  options.twist_hold = kHeldSpin;
+  options.function_tolerance = tolerance;
+  options.max_iterations = most;
+  options.quiet = true;
+  std::vector<HistoryEntry> history;
+  ShootingStage(problem, options, point).Solve("", 0.0, &history);
+}
+
+// Adds an effect to the model where nothing that is there has its parameters,
+// and frees them.
+void AddFree(const std::string& name, LooseModel* loose) {
+  static const Catalogue& catalogue = *new Catalogue;
+  std::shared_ptr<const Effect> effect;
+  try {
+    effect = catalogue.Make(name, loose->model.mechanism(), "check");
+    if (loose->model.effects().Contains(name)) return;
+    loose->model.AddEffect(effect, "check");
+  } catch (const InputError&) {
+    return;  // it has no meaning there, or a relative of it is in the model
+  }
+  for (const EffectParameter& parameter : effect->parameters()) {
+    if (!parameter.whole) FreeAlso(loose->model, parameter.name, &loose->free);
+  }
+}
+
+}  // namespace
+
+void FreeAlso(const Model& model, const std::string& name,
+              std::vector<FreeParameter>* free) {
+  for (const FreeParameter& known : *free) {
+    if (known.parameter.name == name) return;
+  }
+  FreeParameter added;
+  added.parameter = FindParameters(model, {name}, "check").front();
+  added.initial = added.parameter.nominal;
+  added.lower = added.parameter.lower;
+  added.upper = added.parameter.upper;
+  if (added.initial < added.lower || added.initial > added.upper) return;
+  free->push_back(added);
+}
+
+QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
+                    const EstimationOptions& options, Effort effort,
+                    const QuickFit* like) {
+  constexpr double kFirst = 0.15;  // s: what any model can follow
+  QuickFit fit;
+  EstimationOptions quick = options;
+  quick.loss = RobustLoss::kNone;
+  quick.segment = 0.0;
+  quick.progress = nullptr;
+  const auto made = std::make_shared<ShootingProblem>(
+      model.model, model.free, std::move(windows), quick);
+  fit.problem = made;
+  if (like != nullptr) made->UseNoiseOf(*like->problem);
+  const ShootingProblem& problem = *made;
+  if (like != nullptr) {
+    fit.point = like->point;
+    Stage(problem, 1e-4, 10, &fit.point);
+  } else {
+    const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
+    const bool glance = effort == Effort::kGlance;
+    fit.point = CutPoint(problem, problem.InitialTheta(), states, kFirst);
+    Stage(problem, 1e-3, glance ? 8 : 15, &fit.point);
+    if (!glance) {
+      fit.point = CutPoint(problem, fit.point.theta, states, 1e9);
+      Stage(problem, 1e-4, 25, &fit.point);
+    }
+  }
+  const double segments = static_cast<double>(AllSegments(fit.point).size());
+  const double fitted =
+      problem.map().size() + ObservedStateDof(problem) * segments;
+  const RunErrors errors = EvaluateErrors(problem, fit.point, fitted);
+  fit.dof = errors.dof;
+  for (const SegmentError& segment : errors.segments) {
+    fit.windows.push_back(segment.normalized_rms);
+  }
+  if (std::isfinite(errors.total.normalized_rms)) {
+    fit.error = errors.total.normalized_rms;
+    fit.correlation = AutocorrelationTime(problem, fit.point);
+  }
+  fit.values.resize(problem.map().size());
+  if (!fit.values.empty()) {
+    problem.map().ValuesOf<double>(fit.point.theta.data(), fit.values.data());
+  }
+  return fit;
+}
+
+double PartImproved(const QuickFit& better, const QuickFit& worse,
+                    double factor) {
+  if (worse.windows.empty() || better.windows.size() != worse.windows.size()) {
+    return 1.0;  // the one that cannot be followed has none
+  }
+  int improved = 0;
+  for (size_t i = 0; i < worse.windows.size(); ++i) {
+    improved += better.windows[i] < factor * worse.windows[i];
+  }
+  return static_cast<double>(improved) / worse.windows.size();
+}
+
+LooseModel WithFriction(const Model& model,
+                        const std::vector<FreeParameter>& free,
+                        const std::vector<const Run*>& runs) {
+  LooseModel loose{model, free};
+  for (const Joint& joint : model.mechanism().joints) {
+    if (joint.type == JointType::kFixed) continue;
+    AddFree("viscous_damping@" + joint.name, &loose);
+    if (joint.type == JointType::kSpherical) continue;
+    AddFree("coulomb_friction@" + joint.name, &loose);
+    const bool driven =
+        std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
+          return !run->effort.col(joint.v_index).isZero(0.0);
+        });
+    if (driven) AddFree("effort_bias@" + joint.name, &loose);
+  }
+  return loose;
+}
+
+LooseModel WithEverything(const LooseModel& lean) {
+  LooseModel loose = lean;
+  for (const Joint& joint : lean.model.mechanism().joints) {
+    if (joint.type == JointType::kFixed) continue;
+    if (joint.type != JointType::kSpherical) {
+      AddFree("spring@" + joint.name, &loose);
+      AddFree("sensor_offset@" + joint.name, &loose);
+      AddFree("armature@" + joint.name, &loose);
+      AddFree("quadratic_drag@" + joint.name, &loose);
+    }
+    const std::string& link =
+        lean.model.mechanism().links[joint.child_link].name;
+    for (const char* what :
+         {"mass", "com_x", "com_y", "com_z", "inertia_scale"}) {
+      FreeAlso(loose.model, link + "." + what, &loose.free);
+    }
+  }
+  return loose;
+}
+
+}  // namespace sysid

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sysid/checks/check.h"
+
+namespace sysid {
+
+// Flags that mend, written so that they can be pasted: each repeats what the
+// same flag says already, which may be given once only.
+
+// What our column is read from: an expression, or its own name.
+std::string SourceOf(const CheckInput& input, const std::string& column);
+
+// The expressions "-x", "x*0.001", "x-y" of expressions.
+std::string Negated(const std::string& expression);
+std::string Times(const std::string& expression, const std::string& factor);
+std::string Minus(const std::string& a, const std::string& b);
+
+// "--columns joint1.q=-pos1".
+using NewColumns = std::vector<std::pair<std::string, std::string>>;
+std::string ColumnsFlag(const CheckInput& input, const NewColumns& columns);
+// "--shift joint1.q=0.01".
+std::string ShiftFlag(const CheckInput& input, const std::string& column,
+                      double delay);
+// "--ignore joint1.q@12.3:14.5,..." of spans in one run (named where there are
+// several).
+std::string IgnoreFlag(const CheckInput& input, const std::string& run,
+                       const std::string& column,
+                       const std::vector<std::pair<double, double>>& spans);
+
+// Whether any run measures the column's channel, or has its effort.
+const Channel* FindChannel(const Run& run, ChannelKind kind, int target);
+bool Measures(const CheckInput& input, ChannelKind kind, int target);
+bool IsDriven(const CheckInput& input, const Joint& joint);
+
+}  // namespace sysid

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sysid/checks/check.h"
+
+namespace sysid {
+
+// One number of a channel where it was measured: angles unwrapped. What the
+// checks of the numbers look at.
+struct Series {
+  const Run* run = nullptr;
+  const Channel* channel = nullptr;
+  std::string column;  // ours: "joint1.q"
+  std::vector<double> t, y;
+  double range = 0.0;  // largest less smallest
+  double noise = 0.0;  // EstimateNoise
+  double step = 0.0;   // 95th percentile of |y_{k+1} - y_k|
+};
+
+// Of every run and channel of one number, and those of vectors; quaternions
+// have none.
+std::vector<Series> AllSeries(const CheckInput& input);
+
+double Median(std::vector<double> values);
+double Percentile(std::vector<double> values, double part);
+
+// A finding at a series.
+Finding At(const Series& series, const std::string& fault, Severity severity);
+
+// Spans of samples [first, last] as times, each widened by half a step, those
+// that touch joined.
+std::vector<std::pair<double, double>> Times(
+    const std::vector<double>& t,
+    const std::vector<std::pair<int, int>>& samples);
+
+}  // namespace sysid

@@ -1,0 +1,130 @@
+#include "sysid/io/channel_edits.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "models/error.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::HasSubstr;
+
+Mechanism Hinge() {
+  Mechanism mechanism;
+  mechanism.AddRoot("base");
+  Joint joint;
+  joint.name = "joint1";
+  joint.type = JointType::kRevolute;
+  joint.parent_link = 0;
+  mechanism.AddJoint(joint, "link1", Eigen::Vector3d::Zero(), {});
+  return mechanism;
+}
+
+// sin(3 t), recorded `late` seconds late, with the effort cos(3 t) held.
+Run Recorded(double period, double late, double effort_late) {
+  Run run;
+  run.name = "runs/a.csv";
+  Channel q;
+  q.target = 0;
+  q.name = "joint1";
+  const int n = static_cast<int>(2.0 / period);
+  q.values.resize(n, 1);
+  run.effort.resize(n, 1);
+  for (int k = 0; k < n; ++k) {
+    run.t.push_back(k * period + 0.0001 * std::sin(1.0 * k * (period != 0.01)));
+    q.values(k, 0) = std::sin(3 * (run.t[k] - late));
+    run.effort(k, 0) = std::cos(3 * (run.t[k] - effort_late));
+  }
+  run.channels = {q};
+  return run;
+}
+
+void Apply(const std::string& shift, const std::string& ignore, Run* run) {
+  ChannelEdits edits{ParseShifts(shift, "--shift"),
+                     ParseIgnored(ignore, "--ignore")};
+  CheckEdits(edits, Hinge());
+  ApplyEdits(edits, Hinge(), run, nullptr);
+}
+
+TEST(ChannelEditsTest, WholeSamplesAreMovedAsTheyAre) {
+  sysid::Run run = Recorded(0.01, 0.02, 0.0);
+  const sysid::Run before = run;
+  Apply("joint1.q=0.02", "", &run);
+  for (int k = 0; k + 2 < run.size(); ++k) {
+    EXPECT_EQ(run.channels[0].values(k, 0),
+              before.channels[0].values(k + 2, 0));
+  }
+  EXPECT_TRUE(std::isnan(run.channels[0].values(run.size() - 1, 0)));
+  EXPECT_EQ(run.effort, before.effort);
+}
+
+// The cubic's error is below |q''''| h^4 / 16 = 81 h^4 / 16, and where its
+// slopes are those of chords, |q'''| h^3 / 24.
+TEST(ChannelEditsTest, PartsOfASampleAreInterpolated) {
+  const double h = 0.0101;
+  sysid::Run run = Recorded(0.0099, 0.0123, 0.0);
+  Apply("joint1.q=0.0123", "", &run);
+  for (int k = 2; k < run.size() - 4; ++k) {
+    EXPECT_NEAR(run.channels[0].values(k, 0), std::sin(3 * run.t[k]),
+                27 * h * h * h / 24);
+  }
+}
+
+// A held effort's mean over a sample; that of its curve at the middle differs
+// by half a step of its slope.
+TEST(ChannelEditsTest, EffortsKeepTheirImpulse) {
+  sysid::Run run = Recorded(0.0099, 0.0, 0.0333);
+  sysid::Run exact = Recorded(0.0099, 0.0, 0.0);
+  Apply("joint1.tau=0.0333", "", &run);
+  for (int k = 1; k < run.size() - 8; ++k) {
+    EXPECT_NEAR(run.effort(k, 0), exact.effort(k, 0), 3 * 0.0101);
+  }
+}
+
+TEST(ChannelEditsTest, ThereAndBackIsNothing) {
+  sysid::Run run = Recorded(0.01, 0.0, 0.0);
+  const sysid::Run before = run;
+  Apply("joint1.q=0.03", "", &run);
+  Apply("joint1.q=-0.03", "", &run);
+  for (int k = 3; k + 3 < run.size(); ++k) {
+    EXPECT_EQ(run.channels[0].values(k, 0), before.channels[0].values(k, 0));
+  }
+}
+
+TEST(ChannelEditsTest, IgnoredSpansAreMissingInTheirRun) {
+  sysid::Run run = Recorded(0.01, 0.0, 0.0);
+  Apply("", "joint1.q@0.5:0.6,b.csv/joint1.q@0:2,a.csv/joint1@1:1.1", &run);
+  for (int k = 0; k < run.size(); ++k) {
+    const double t = run.t[k];
+    const bool missing = (t >= 0.5 && t <= 0.6) || (t >= 1.0 && t <= 1.1);
+    EXPECT_EQ(std::isnan(run.channels[0].values(k, 0)), missing) << t;
+  }
+}
+
+TEST(ChannelEditsTest, SaysWhatIsWrongWithAFlag) {
+  const auto error = [](const std::string& shift, const std::string& ignore) {
+    try {
+      sysid::Run run = Recorded(0.01, 0.0, 0.0);
+      Apply(shift, ignore, &run);
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(error("joint1.q", ""), HasSubstr("'joint1.q' is no shift"));
+  EXPECT_THAT(error("joint1.q=x", ""), HasSubstr("'x' is not a number"));
+  EXPECT_THAT(error("joint1.q=1e999", ""), HasSubstr("is not a number"));
+  EXPECT_THAT(error("joint1.q=1,joint1.q=2", ""), HasSubstr("shifted twice"));
+  EXPECT_THAT(error("jiont1.q=0.1", ""), HasSubstr("did you mean 'joint1.q'"));
+  EXPECT_THAT(error("joint1.q=10", ""), HasSubstr("leaves little of runs/a"));
+  EXPECT_THAT(error("", "joint1.q"), HasSubstr("is no span of a column"));
+  EXPECT_THAT(error("", "joint1.q@2:1"), HasSubstr("ends before it begins"));
+  EXPECT_THAT(error("", "joint1.tau@1:2"),
+              HasSubstr("the effort 'joint1.tau' cannot be missing"));
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,130 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kRuns = std::string(SYSID_SOURCE) + "/data/runs/";
+
+// The shipped run of the cart and pole with one column changed.
+std::string Changed(const std::string& column,
+                    const std::function<double(double t, double)>& change) {
+  std::ifstream in(kRuns + "cartpole.csv");
+  std::string line, out;
+  int at = -1;
+  while (std::getline(in, line)) {
+    if (line.empty() || line[0] == '#') continue;
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (at < 0) {
+      for (size_t i = 0; i < cells.size(); ++i) {
+        if (cells[i] == column) at = static_cast<int>(i);
+      }
+    } else {
+      cells[at] =
+          std::to_string(change(std::stod(cells[0]), std::stod(cells[at])));
+    }
+    for (size_t i = 0; i < cells.size(); ++i) out += (i ? "," : "") + cells[i];
+    out += "\n";
+  }
+  return out;
+}
+
+TEST(CheckTest, HelpShowsAnExampleThatRuns) {
+  ExpectHelp(ProgramFolder(), SYSID_CHECK, "sysid_check");
+}
+
+TEST(CheckTest, NothingIsFoundInAShippedRun) {
+  const ProgramFolder folder;
+  const ProgramResult result =
+      folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj",
+                               kRuns + "cartpole.csv", "--out", "out"});
+  EXPECT_EQ(result.exit_code, 0) << result.out;
+  EXPECT_EQ(result.out, "cartpole: nothing wrong with 1 run\n");
+  const auto json = nlohmann::json::parse(folder.Read("out/check.json"));
+  EXPECT_EQ(json["schema"], "sysid.check/1");
+  EXPECT_TRUE(json["findings"].empty());
+}
+
+TEST(CheckTest, AFlippedAxisIsNamedWithItsFlagAndExitCodeOne) {
+  const ProgramFolder folder;
+  folder.Write("a.csv",
+               Changed("hinge.q", [](double, double q) { return -q; }));
+  const Arguments flags = {"--model", "cartpole", "--traj", "a.csv"};
+  const ProgramResult result =
+      folder.Run(SYSID_CHECK, flags + Arguments{"--json", "-"});
+  EXPECT_EQ(result.exit_code, 1);
+  const auto json = nlohmann::json::parse(result.out);
+  ASSERT_EQ(json["findings"].size(), 1u) << result.out;
+  const auto& first = json["findings"][0];
+  EXPECT_EQ(first["fault"], "axis_flipped");
+  EXPECT_EQ(first["subject"], "hinge.q");
+  EXPECT_EQ(first["remedies"][0], "--columns hinge.q=-hinge.q");
+  EXPECT_EQ(
+      folder
+          .Run(SYSID_CHECK, flags + Arguments{"--columns", "hinge.q=-hinge.q"})
+          .exit_code,
+      0);
+  const ProgramResult fit =
+      folder.Run(SYSID_FIT, flags + Arguments{"--json", "fit.json"});
+  EXPECT_THAT(fit.err, HasSubstr("note: axis_flipped: a.csv: hinge.q: "));
+  EXPECT_THAT(fit.out, HasSubstr("  checked: 1 finding in 1 run, first "
+                                 "axis_flipped\n"));
+  const auto fitted = nlohmann::json::parse(folder.Read("fit.json"));
+  EXPECT_EQ(fitted["findings"][0]["fault"], "axis_flipped");
+}
+
+TEST(CheckTest, SpikesAreIgnoredByTheFlagThatIsNamed) {
+  const ProgramFolder folder;
+  folder.Write("a.csv", Changed("hinge.q", [](double t, double q) {
+                 return std::abs(t - 3.0) < 1e-6 ? q + 40.0 : q;
+               }));
+  const Arguments flags = {"--model", "cartpole", "--traj", "a.csv"};
+  const ProgramResult result =
+      folder.Run(SYSID_CHECK, flags + Arguments{"--json", "-"});
+  EXPECT_EQ(result.exit_code, 1);
+  const auto json = nlohmann::json::parse(result.out);
+  EXPECT_EQ(json["findings"][0]["fault"], "spikes");
+  const std::string remedy = json["findings"][0]["remedies"][0];
+  ASSERT_EQ(remedy, "--ignore hinge.q@2.995:3.005");
+  EXPECT_EQ(
+      folder.Run(SYSID_CHECK, flags + Arguments{"--ignore", remedy.substr(9)})
+          .exit_code,
+      0);
+}
+
+TEST(CheckTest, WhatTheReaderRefusesIsAFindingAndTheOtherRunsAreChecked) {
+  const ProgramFolder folder;
+  folder.Write("a.csv", "t,slider.q,hinge.q\n0,0,0\n1,0,1\n1,0,2\n");
+  const ProgramResult result = folder.Run(
+      SYSID_CHECK,
+      {"--model", "cartpole", "--traj", "a.csv," + kRuns + "cartpole.csv"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out, HasSubstr("1. time_repeats  a.csv:4:1\n"));
+  EXPECT_THAT(result.out, HasSubstr("cartpole: 1 finding in 2 runs"));
+}
+
+TEST(CheckTest, BadUsageIsRefused) {
+  const ProgramFolder folder;
+  ExpectRefused(folder, SYSID_CHECK,
+                {"--model", "cartpole", "--traj", "none.csv"}, "none.csv", "",
+                "");
+  ExpectRefused(folder, SYSID_CHECK,
+                {"--model", "cartpole", "--traj", kRuns + "cartpole.csv",
+                 "--shift", "hinge=x"},
+                "--shift", "'x' is not a number of seconds", "joint1.q=0.010");
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,105 @@
+// Says what is wrong with recordings and model before anything is fitted
+// (docs/checks.md).
+
+#include <cstdio>
+#include <filesystem>
+
+#include "gflags/gflags.h"
+#include "models/error.h"
+#include "sysid/checks/run_checks.h"
+#include "sysid/io/write_file.h"
+#include "sysid/report/findings.h"
+#include "sysid/session/check_runs.h"
+#include "sysid/session/check_session.h"
+#include "tools/fit_flags.h"
+#include "tools/program.h"
+
+namespace sysid {
+namespace {
+
+constexpr int kExitFindings = 1;
+
+constexpr char kHelp[] =
+    R"(sysid_check: what is wrong with recordings and model, before a fit
+
+  sysid_check --model pendulum3 --traj data/runs/pendulum3.csv
+
+  --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
+                             pendulum3_planar, cartpole, arm7) or a URDF
+  --traj A.csv,B.csv         recordings
+  --holdout C.csv            more of them
+  --spec FILE.yaml           what is to be fitted (default: MODEL.sysid.yaml
+                             beside the URDF)
+  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at)
+  --add effect@target,...    effects that are in the model
+  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --shift joint1.q=0.010     a column that was recorded late, by seconds
+  --ignore joint1.q@12:14.5  measurements that are taken as missing
+  --noise S                  of a measurement, rad or m (default: estimated)
+  --residual heading|rotation
+  --threads N (default: all cores)
+  --json FILE|-              machine-readable result
+  --out DIR                  check.json
+Each finding says where, by what numbers, what it does to a fit, and what mends
+it, as a flag where one can; the worst is first. docs/checks.md lists them.
+Exit code: 0 nothing found, 1 findings, 2 bad input.
+)";
+
+// Reads what can be read; what cannot is a finding.
+void ReadAll(const std::vector<std::string>& files, Session* session,
+             std::vector<Run>* runs, std::vector<Finding>* findings) {
+  for (const std::string& file : files) {
+    if (!std::filesystem::exists(file)) {
+      ReadSessionRun(*session, file, nullptr);  // says so
+    }
+    try {
+      Run run = ReadSessionRun(*session, file, &session->notices);
+      CheckTimes({run}, session->columns);
+      CheckMotion({run});
+      runs->push_back(std::move(run));
+    } catch (const InputError& error) {
+      findings->push_back(Unreadable(file, error));
+    }
+  }
+}
+
+int Main() {
+  const bool to_stdout = IsStdout(FLAGS_json);
+  const Catalogue catalogue;
+  FitRequest request = RequestFromFlags();
+  request.fits_nothing = true;
+  Session session = OpenModelSession(request, catalogue);
+  std::vector<Finding> unreadable;
+  ReadAll(request.traj, &session, &session.runs, &unreadable);
+  ReadAll(request.holdout, &session, &session.holdout, &unreadable);
+  CheckOutputs(request, session);
+  for (const std::string& notice : session.notices) {
+    std::fprintf(stderr, "note: %s\n", notice.c_str());
+  }
+  CheckSession(&session);
+  std::vector<Finding> findings = unreadable;
+  findings.insert(findings.end(), session.findings.begin(),
+                  session.findings.end());
+  std::vector<std::string> runs = request.traj;
+  runs.insert(runs.end(), request.holdout.begin(), request.holdout.end());
+  const std::string json =
+      CheckJson(session.model_name, runs, findings, session.notices);
+  if (!FLAGS_out.empty()) {
+    const std::filesystem::path out = FLAGS_out;
+    WriteFileAtomically((out / "check.json").string(), json);
+  }
+  if (to_stdout) {
+    WriteStdout(json);
+  } else {
+    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
+    WriteStdout(CheckText(session.model_name, runs.size(), findings));
+  }
+  return findings.empty() ? kExitDone : kExitFindings;
+}
+
+}  // namespace
+}  // namespace sysid
+
+int main(int argc, char** argv) {
+  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+}
