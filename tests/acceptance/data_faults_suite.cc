@@ -36,9 +36,8 @@ void Print(const std::string& name, const Count& simulated,
       instead += " " + fault + " x" + std::to_string(times);
     }
   }
-  std::printf("| `%s` | %s | %s |%s |\n", name.c_str(),
-              cell(simulated).c_str(), cell(recorded).c_str(),
-              instead.c_str());
+  std::printf("| `%s` | %s | %s |%s |\n", name.c_str(), cell(simulated).c_str(),
+              cell(recorded).c_str(), instead.c_str());
   std::fflush(stdout);
 }
 
@@ -51,7 +50,8 @@ void PrintTable(int seeds, const std::string& folder, const std::string& only) {
     longest = std::max(longest, Now() - start);
     return findings;
   };
-  std::printf("| fault | simulated | recorded | named instead |\n|---|---|---|---|\n");
+  std::printf(
+      "| fault | simulated | recorded | named instead |\n|---|---|---|---|\n");
   Count all[2];
   for (const Fault& fault : Faults()) {
     if (!only.empty() && fault.name != only) continue;
@@ -104,6 +104,6 @@ void PrintTable(int seeds, const std::string& folder, const std::string& only) {
 
 int main(int argc, char** argv) {
   sysid::PrintTable(argc > 1 ? std::atoi(argv[1]) : 2,
-             argc > 2 ? argv[2] : SYSID_REAL_DATA_DEFAULT,
-             argc > 3 ? argv[3] : "");
+                    argc > 2 ? argv[2] : SYSID_REAL_DATA_DEFAULT,
+                    argc > 3 ? argv[3] : "");
 }

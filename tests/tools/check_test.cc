@@ -32,8 +32,8 @@ std::string Changed(const std::string& column,
         if (cells[i] == column) at = static_cast<int>(i);
       }
     } else {
-      cells[at] = std::to_string(
-          change(std::stod(cells[0]), std::stod(cells[at])));
+      cells[at] =
+          std::to_string(change(std::stod(cells[0]), std::stod(cells[at])));
     }
     for (size_t i = 0; i < cells.size(); ++i) out += (i ? "," : "") + cells[i];
     out += "\n";
@@ -59,7 +59,8 @@ TEST(CheckTest, NothingIsFoundInAShippedRun) {
 
 TEST(CheckTest, AFlippedAxisIsNamedWithItsFlagAndExitCodeOne) {
   const ProgramFolder folder;
-  folder.Write("a.csv", Changed("hinge.q", [](double, double q) { return -q; }));
+  folder.Write("a.csv",
+               Changed("hinge.q", [](double, double q) { return -q; }));
   const Arguments flags = {"--model", "cartpole", "--traj", "a.csv"};
   const ProgramResult result =
       folder.Run(SYSID_CHECK, flags + Arguments{"--json", "-"});
@@ -70,11 +71,11 @@ TEST(CheckTest, AFlippedAxisIsNamedWithItsFlagAndExitCodeOne) {
   EXPECT_EQ(first["fault"], "axis_flipped");
   EXPECT_EQ(first["subject"], "hinge.q");
   EXPECT_EQ(first["remedies"][0], "--columns hinge.q=-hinge.q");
-  EXPECT_EQ(folder
-                .Run(SYSID_CHECK,
-                     flags + Arguments{"--columns", "hinge.q=-hinge.q"})
-                .exit_code,
-            0);
+  EXPECT_EQ(
+      folder
+          .Run(SYSID_CHECK, flags + Arguments{"--columns", "hinge.q=-hinge.q"})
+          .exit_code,
+      0);
   const ProgramResult fit =
       folder.Run(SYSID_FIT, flags + Arguments{"--json", "fit.json"});
   EXPECT_THAT(fit.err, HasSubstr("note: axis_flipped: a.csv: hinge.q: "));
@@ -98,8 +99,7 @@ TEST(CheckTest, SpikesAreIgnoredByTheFlagThatIsNamed) {
   const std::string remedy = json["findings"][0]["remedies"][0];
   ASSERT_EQ(remedy, "--ignore hinge.q@2.995:3.005");
   EXPECT_EQ(
-      folder
-          .Run(SYSID_CHECK, flags + Arguments{"--ignore", remedy.substr(9)})
+      folder.Run(SYSID_CHECK, flags + Arguments{"--ignore", remedy.substr(9)})
           .exit_code,
       0);
 }
@@ -108,8 +108,8 @@ TEST(CheckTest, WhatTheReaderRefusesIsAFindingAndTheOtherRunsAreChecked) {
   const ProgramFolder folder;
   folder.Write("a.csv", "t,slider.q,hinge.q\n0,0,0\n1,0,1\n1,0,2\n");
   const ProgramResult result = folder.Run(
-      SYSID_CHECK, {"--model", "cartpole", "--traj",
-                    "a.csv," + kRuns + "cartpole.csv"});
+      SYSID_CHECK,
+      {"--model", "cartpole", "--traj", "a.csv," + kRuns + "cartpole.csv"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.out, HasSubstr("1. time_repeats  a.csv:4:1\n"));
   EXPECT_THAT(result.out, HasSubstr("cartpole: 1 finding in 2 runs"));

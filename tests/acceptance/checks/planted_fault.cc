@@ -82,7 +82,8 @@ std::vector<int> Balls(const Session& session) {
 }
 
 // Every run of a copy, changed.
-Session Changed(const Session& session, const std::function<void(Run*)>& change) {
+Session Changed(const Session& session,
+                const std::function<void(Run*)>& change) {
   Session changed = session;
   for (Run& run : changed.runs) change(&run);
   return changed;
@@ -160,8 +161,7 @@ Run Thinned(const Run& run, int stride) {
     thin.t.push_back(run.t[k * stride]);
     thin.effort.row(k) = run.effort.row(k * stride);
     for (size_t c = 0; c < run.channels.size(); ++c) {
-      thin.channels[c].values.row(k) =
-          run.channels[c].values.row(k * stride);
+      thin.channels[c].values.row(k) = run.channels[c].values.row(k * stride);
     }
   }
   return thin;
@@ -179,8 +179,8 @@ void AddVelocities(const Mechanism& mechanism, Run* run) {
     const int n = run->size();
     for (int k = 0; k < n; ++k) {
       const int a = std::max(0, k - 2), b = std::min(n - 1, k + 2);
-      velocity.values(k, 0) =
-          (channel.values(b, 0) - channel.values(a, 0)) / (run->t[b] - run->t[a]);
+      velocity.values(k, 0) = (channel.values(b, 0) - channel.values(a, 0)) /
+                              (run->t[b] - run->t[a]);
     }
     channels.push_back(velocity);
   }
@@ -282,12 +282,11 @@ std::vector<CleanCase> SimulatedCases(std::uint64_t seed, bool missing) {
       "coulomb_friction@joint1", "viscous_damping@joint2", "spring@joint1",
       "quadratic_drag@joint2", "armature@joint1"};
   const std::string drawn = of_hinge[seed % of_hinge.size()];
-  cases.push_back(
-      Simulated("pendulum2_planar", true, seed, effect(drawn), ""));
+  cases.push_back(Simulated("pendulum2_planar", true, seed, effect(drawn), ""));
   cases.push_back(
       Simulated("pendulum3_planar", false, seed, effect(drawn), ""));
-  cases.push_back(Simulated("cartpole", true, seed,
-                            effect("viscous_damping@slider"), ""));
+  cases.push_back(
+      Simulated("cartpole", true, seed, effect("viscous_damping@slider"), ""));
   cases.push_back(Simulated("pendulum3", false, seed,
                             effect("viscous_damping@joint2"), ""));
   return cases;
@@ -329,16 +328,14 @@ std::vector<CleanCase> RecordedCases(const std::string& folder) {
 const std::vector<Fault>& Faults() {
   const auto hinges = [](const Session& s) {
     std::vector<int> list = Simple(s);
-    std::erase_if(list, [&](int j) {
-      return !IsHinge(s.model.mechanism().joints[j]);
-    });
+    std::erase_if(
+        list, [&](int j) { return !IsHinge(s.model.mechanism().joints[j]); });
     return list;
   };
   const auto slides = [](const Session& s) {
     std::vector<int> list = Simple(s);
-    std::erase_if(list, [&](int j) {
-      return IsHinge(s.model.mechanism().joints[j]);
-    });
+    std::erase_if(
+        list, [&](int j) { return IsHinge(s.model.mechanism().joints[j]); });
     return list;
   };
   // A sign shows beside another joint or an effort.

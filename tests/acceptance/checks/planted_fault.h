@@ -31,8 +31,8 @@ std::vector<CleanCase> RecordedCases(const std::string& folder);
 // Plants one fault of the kind in a copy, of a size and at a joint that the
 // seed draws; nothing where the case cannot have it.
 struct Fault {
-  std::string name;                   // the finding that is right
-  std::vector<std::string> as_good;   // others that say the same
+  std::string name;                  // the finding that is right
+  std::vector<std::string> as_good;  // others that say the same
   std::function<std::optional<Session>(const CleanCase&, std::uint64_t seed)>
       plant;
 };

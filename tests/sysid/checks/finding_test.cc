@@ -14,10 +14,9 @@ Finding Of(const std::string& fault, Severity severity, double weight) {
 }
 
 TEST(FindingTest, WorstComeFirst) {
-  std::vector<Finding> findings = {Of("a", Severity::kNote, 9),
-                                   Of("b", Severity::kWrong, 1),
-                                   Of("c", Severity::kWrong, 2),
-                                   Of("d", Severity::kUnreadable, 0)};
+  std::vector<Finding> findings = {
+      Of("a", Severity::kNote, 9), Of("b", Severity::kWrong, 1),
+      Of("c", Severity::kWrong, 2), Of("d", Severity::kUnreadable, 0)};
   Sort(&findings);
   std::string order;
   for (const Finding& finding : findings) order += finding.fault;
