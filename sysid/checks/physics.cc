@@ -77,6 +77,7 @@ class Physics {
   }
   // The full fits of the readings that a glance does not rule out, best first.
   std::vector<Candidate> Readings(const std::vector<Reading>& readings);
+  bool HasRoughAngle() const;
   bool FindReading(std::vector<Finding>* findings);
   bool FindKnob(std::vector<Finding>* findings);
   // The error of the data as they were read with a model that may be anything.
@@ -297,13 +298,30 @@ bool Physics::FindKnob(std::vector<Finding>* findings) {
   return true;
 }
 
+// An angle whose "noise" is a good part of a turn is no smooth motion as it was
+// read (degrees that wrap at every sample): any model is within such a noise.
+bool Physics::HasRoughAngle() const {
+  constexpr double kRough = 0.2;  // rad
+  const RunData& data = *given_.problem->runs().front();
+  for (size_t c = 0; c < data.sigma.size(); ++c) {
+    const Channel& channel = data.run.channels[c];
+    if (channel.kind == ChannelKind::kPosition &&
+        IsRotation1(input_.model->mechanism().joints[channel.target].type) &&
+        data.sigma[c] > kRough) {
+      return true;
+    }
+  }
+  return false;
+}
+
 double Physics::Check(std::vector<Finding>* findings) {
   if (excerpt_.empty() || glance_.empty()) return kUnknown;
   given_ =
       FitQuickly(lean_, excerpt_.Windows({}), options_, Effort::kFull, nullptr);
-  if (given_.error <= kFits) return given_.error;
-  if (FindReading(findings)) return given_.error;
-  if (std::isfinite(given_.error)) FindKnob(findings);
+  const bool rough = HasRoughAngle();
+  if (given_.error <= kFits && !rough) return given_.error;
+  if (FindReading(findings)) return kUnknown;
+  if (std::isfinite(given_.error) && !rough) FindKnob(findings);
   return given_.error;
 }
 

@@ -36,13 +36,14 @@ void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings);
 void CheckStill(const CheckInput& input, std::vector<Finding>* findings);
 void CheckQuantisation(const CheckInput& input, std::vector<Finding>* findings);
 void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings);
+void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings);
 void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
 
 inline constexpr NumbersCheck kNumbersChecks[] = {
     CheckJitter,     CheckGaps,   CheckSamples, CheckSpikes,
     CheckSaturation, CheckFrozen, CheckStill,   CheckQuantisation,
-    CheckVelocities, CheckRanges, CheckBodies,
+    CheckVelocities, CheckRanges, CheckBodies,  CheckDegrees,
 };
 
 inline constexpr ReadingFamily kReadingFamilies[] = {

@@ -6,6 +6,7 @@
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"
+#include "sysid/io/degrees.h"
 
 namespace sysid {
 namespace {
@@ -25,6 +26,31 @@ double Reach(const Model& model, int link) {
 }
 
 }  // namespace
+
+// As the reader does, for runs that did not come through it; a factor in the
+// map says that the user knows (sysid/io/degrees.h).
+void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings) {
+  const Mechanism& mechanism = input.model->mechanism();
+  for (const Series& series : AllSeries(input)) {
+    if (series.channel->kind != ChannelKind::kPosition) continue;
+    const std::string source = SourceOf(input, series.column);
+    if (source.find_first_of("*/") != std::string::npos) continue;
+    const Joint& joint = mechanism.joints[series.channel->target];
+    const RowMatrixXd& values = series.channel->values;
+    const DegreesReport report = LookForDegrees(
+        joint, series.run->t,
+        std::vector<double>(values.data(), values.data() + values.size()), {});
+    if (report.verdict != DegreesVerdict::kPosition) continue;
+    Finding finding = At(series, "degrees", Severity::kWrong);
+    finding.weight = 1e5;
+    finding.evidence = report.reason;
+    finding.consequence =
+        "read as radians the motion is another one altogether";
+    finding.remedies = {ColumnsFlag(
+        input, {{series.column, Times(source, "0.017453292519943295")}})};
+    findings->push_back(finding);
+  }
+}
 
 void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
   constexpr double kSlide = 100.0;  // m: no slide of a machine is as long

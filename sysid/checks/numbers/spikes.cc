@@ -17,11 +17,11 @@ std::vector<std::pair<int, int>> FindSpikes(const Series& series) {
   const int n = static_cast<int>(series.y.size());
   std::vector<std::pair<int, int>> spikes;
   const double least = std::max(3.0 * series.step, 12.0 * series.noise);
-  for (int k = 0; k < n; ++k) {
-    const int from = std::clamp(k - 3, 0, std::max(0, n - 7));
+  // Not at the ends, where the seven are all on one side.
+  for (int k = 3; k + 3 < n; ++k) {
+    const int from = k - 3;
     const auto begin = series.y.begin() + from;
-    const double middle =
-        Median(std::vector<double>(begin, begin + std::min(7, n - from)));
+    const double middle = Median(std::vector<double>(begin, begin + 7));
     if (std::abs(series.y[k] - middle) <= least) continue;
     if (!spikes.empty() && spikes.back().second == k - 1) {
       spikes.back().second = k;
