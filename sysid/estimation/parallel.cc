@@ -1,8 +1,11 @@
 #include "sysid/estimation/parallel.h"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <csignal>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -48,6 +51,11 @@ class Helpers {
     const std::lock_guard<std::mutex> lock(mutex_);
     open_.push_back(call);
     places_ += call->places_;
+    // They take no signals: a program that awaits one elsewhere (Ctrl-C) would
+    // be ended by it here.
+    sigset_t all, before;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &before);
     try {
       for (; idle_ < places_; ++idle_) {
         std::thread(&Helpers::Help, this).detach();
@@ -55,6 +63,7 @@ class Helpers {
     } catch (const std::exception&) {
       // No more threads to be had: those that are there do it.
     }
+    pthread_sigmask(SIG_SETMASK, &before, nullptr);
     wake_.notify_all();
   }
 

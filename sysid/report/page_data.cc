@@ -139,10 +139,7 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
     const int id = static_cast<int>(models.size());
     const JudgedModel judged =
         OpenJudgement(*source.session, problem, *step.after);
-    const std::vector<HorizonError> horizon =
-        EvaluateHorizon(*step.after->problem, step.after->fit.point.theta);
     PageFit fit = judged.Show(id, ChangeTitle(step));
-    fit.horizon = &horizon;
     fit.with_prediction_csv =
         final == nullptr && step.after == diagnosis.steps.back().after;
     fit.next_command = command;

@@ -45,8 +45,6 @@ struct PageFit {
   const Holdout* holdout = nullptr;     // null: no held-out runs
   const AddedEffects* added = nullptr;  // by --add; null: none were
   const MixtureFit* mixture = nullptr;
-  // Null: that of the fit, which a judgement's has not.
-  const std::vector<HorizonError>* horizon = nullptr;
   // Whether the text of prediction.csv goes in, where it is no larger than all
   // else; a server has it by its own address.
   bool with_prediction_csv = false;

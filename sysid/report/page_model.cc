@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/horizon.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
@@ -44,12 +45,25 @@ Json OwnerOf(const std::string& parameter, const PageSource& source,
   return nullptr;
 }
 
-// The errors against the horizon beside those that noise alone would make.
-Json HorizonJson(const std::vector<HorizonError>& horizon, const PageFit& fit) {
+// The errors against the horizon beside those that noise alone would make. A
+// judgement's fit has none of its own: they are evaluated here.
+Json HorizonJson(const PageSource& source, const PageFit& fit,
+                 const Diagnosis* diagnosis) {
+  std::vector<HorizonError> horizon =
+      diagnosis ? diagnosis->where.horizon : fit.fit->horizon;
+  std::vector<HorizonError> noise;
+  try {
+    if (horizon.empty()) {
+      horizon = EvaluateHorizon(*fit.problem, fit.fit->point.theta);
+    }
+    if (!horizon.empty()) {
+      noise = EstimateNoiseHorizon(*fit.problem, fit.fit->point);
+    }
+  } catch (const Cancelled&) {
+    // Of a program that is interrupted the report has what there was.
+    if (source.live) throw;
+  }
   Json list = ToJson(horizon);
-  if (horizon.empty()) return list;
-  const std::vector<HorizonError> noise =
-      EstimateNoiseHorizon(*fit.problem, fit.fit->point);
   for (Json& entry : list) {
     entry["noise_rms"] = nullptr;
     for (const HorizonError& h : noise) {
@@ -176,10 +190,7 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["predictions"] = PredictionsJson(source, fit);
   model["channels"] = ToJson(found.train.channels);
   model["segments"] = ToJson(found.train.segments);
-  model["horizon"] = HorizonJson(diagnosis     ? diagnosis->where.horizon
-                                 : fit.horizon ? *fit.horizon
-                                               : found.horizon,
-                                 fit);
+  model["horizon"] = HorizonJson(source, fit, diagnosis);
   model["parameters"] = ParametersJson(source, fit);
   model["correlation"] = Correlation(found.covariance(determined, determined));
   model["correlationNames"] = names;

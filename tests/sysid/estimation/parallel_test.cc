@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
@@ -87,6 +88,22 @@ TEST(ParallelFor, KeepsItsThreads) {
   }
   // Helpers that earlier tests left may take turns.
   EXPECT_LT(born, kRounds / 2);
+}
+
+// A program that waits for Ctrl-C blocks it first; a helper that was made
+// before must not be where it is taken.
+TEST(ParallelFor, LeavesSignalsToTheProgram) {
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<int> open = 0;
+  ParallelFor(64, 4, [&](int) {
+    sigset_t blocked;
+    pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
+    const bool takes = sigismember(&blocked, SIGINT) == 0;
+    if (takes != (std::this_thread::get_id() == caller)) ++open;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return true;
+  });
+  EXPECT_EQ(open, 0);
 }
 
 // Address space for a few stacks more, and work for 400 threads.
