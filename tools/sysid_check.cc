@@ -32,7 +32,7 @@ constexpr char kHelp[] =
                              beside the URDF)
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at)
   --add effect@target,...    effects that are in the model
-  --columns n=col[*f],...    foreign columns: t=time_ms*0.001,joint1.q=pos1
+  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
   --shift joint1.q=0.010     a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
   --noise S                  of a measurement, rad or m (default: estimated)

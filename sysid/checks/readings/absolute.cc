@@ -77,7 +77,7 @@ void ReadAbsoluteAngles(const CheckInput& input,
     reading.subject = names;
     reading.says = "with " + names + " measured from the world instead of " +
                    "from the link before";
-    reading.consequence = "an URDF's joint angle is that between its two links";
+    reading.consequence = "a URDF's joint angle is that between its two links";
     // From the tip down, so that each is taken from one that is still as read.
     reading.change = [which](Run* run) {
       for (size_t i = which.size(); i-- > 0;) {
