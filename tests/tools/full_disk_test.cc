@@ -63,9 +63,9 @@ TEST_F(FullDiskTest, FullDiskIsNamedAndTheResultStillPrinted) {
       ExpectWhole(name, text);
     }
   }
-  const ProgramResult run = folder_.Run(
-      SYSID_SIMULATE,
-      {"--model", "arm7", "--duration", "100", "--out_csv", "disk/run.csv"});
+  const ProgramResult run =
+      folder_.Run(SYSID_SIMULATE, {"--model", "pendulum1", "--duration", "100",
+                                   "--out_csv", "disk/run.csv"});
   EXPECT_EQ(run.exit_code, 2);
   EXPECT_THAT(run.err, HasSubstr("disk/run.csv: cannot be written: No space"));
   EXPECT_FALSE(folder_.Has("disk/run.csv"));
