@@ -1,11 +1,16 @@
 // How often sysid_check names a planted fault first, and how often it finds
 // something in recordings without one: the table of docs/checks.md.
 //
-//   data_faults_suite [SEEDS [REAL_DATA [FAULT]]]
+//   data_faults_suite [FIRST:LAST [REAL_DATA [FAULT,...]]]
+//
+// Seeds FIRST to LAST (1:2); "none" for FAULT are the recordings without one.
+// What is not as it should be goes to stderr, case by case.
 
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <set>
+#include <sstream>
 #include <string>
 
 #include "sysid/estimation/shooting_stage.h"
@@ -41,7 +46,26 @@ void Print(const std::string& name, const Count& simulated,
   std::fflush(stdout);
 }
 
-void PrintTable(int seeds, const std::string& folder, const std::string& only) {
+struct Request {
+  int first = 1, last = 2;  // seeds
+  std::string folder;       // of the real recordings
+  std::set<std::string> faults;  // all of them where it is empty
+
+  bool Wants(const std::string& fault) const {
+    return faults.empty() || faults.contains(fault);
+  }
+};
+
+void Tell(const std::string& what, const CleanCase& clean, int seed,
+          const std::vector<Finding>& findings) {
+  std::fprintf(stderr, "%s in %s, seed %d: %s\n", what.c_str(),
+               clean.name.c_str(), seed,
+               findings.empty() ? "nothing"
+                                : FullText(findings.front()).c_str());
+}
+
+void PrintTable(const Request& request) {
+  const std::string& folder = request.folder;
   const std::vector<CleanCase> recorded = RecordedCases(folder);
   double longest = 0.0;
   const auto check = [&](const Session& session) {
@@ -54,15 +78,16 @@ void PrintTable(int seeds, const std::string& folder, const std::string& only) {
       "| fault | simulated | recorded | named instead |\n|---|---|---|---|\n");
   Count all[2];
   for (const Fault& fault : Faults()) {
-    if (!only.empty() && fault.name != only) continue;
+    if (!request.Wants(fault.name)) continue;
     Count counts[2];
-    for (int seed = 1; seed <= seeds; ++seed) {
+    for (int seed = request.first; seed <= request.last; ++seed) {
       std::vector<CleanCase> cases = SimulatedCases(seed, false);
       cases.insert(cases.end(), recorded.begin(), recorded.end());
       for (const CleanCase& clean : cases) {
         const auto planted = fault.plant(clean, 1000 + seed);
         if (!planted) continue;
         const std::vector<Finding> findings = check(*planted);
+        if (!IsNamed(fault, findings)) Tell(fault.name, clean, seed, findings);
         for (Count* count : {&counts[clean.real], &all[clean.real]}) {
           ++count->cases;
           if (IsNamed(fault, findings)) {
@@ -76,10 +101,11 @@ void PrintTable(int seeds, const std::string& folder, const std::string& only) {
     Print(fault.name, counts[0], counts[1]);
   }
   Print("all", all[0], all[1]);
-  if (!only.empty()) return;
+  if (!request.Wants("none")) return;
   Count clean[2];
-  const auto judge = [&](const CleanCase& one) {
+  const auto judge = [&](const CleanCase& one, int seed) {
     const std::vector<Finding> findings = check(one.session);
+    if (!findings.empty()) Tell("none", one, seed, findings);
     ++clean[one.real].cases;
     if (findings.empty()) {
       ++clean[one.real].named;
@@ -87,14 +113,14 @@ void PrintTable(int seeds, const std::string& folder, const std::string& only) {
       ++clean[one.real].instead[First(findings) + " (" + one.name + ")"];
     }
   };
-  for (int seed = 1; seed <= 4 * seeds; ++seed) {
+  for (int seed = 4 * request.first - 3; seed <= 4 * request.last; ++seed) {
     for (const bool missing : {false, true}) {
       for (const CleanCase& one : SimulatedCases(100 + seed, missing)) {
-        judge(one);
+        judge(one, 100 + seed);
       }
     }
   }
-  for (const CleanCase& one : recorded) judge(one);
+  for (const CleanCase& one : recorded) judge(one, 0);
   Print("no fault: nothing found", clean[0], clean[1]);
   std::printf("\nlongest check: %.1f s\n", longest);
 }
@@ -103,7 +129,18 @@ void PrintTable(int seeds, const std::string& folder, const std::string& only) {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  sysid::PrintTable(argc > 1 ? std::atoi(argv[1]) : 2,
-                    argc > 2 ? argv[2] : SYSID_REAL_DATA_DEFAULT,
-                    argc > 3 ? argv[3] : "");
+  sysid::Request request;
+  if (argc > 1 &&
+      std::sscanf(argv[1], "%d:%d", &request.first, &request.last) != 2) {
+    std::fprintf(stderr, "seeds are FIRST:LAST, not %s\n", argv[1]);
+    return 2;
+  }
+  request.folder = argc > 2 ? argv[2] : SYSID_REAL_DATA_DEFAULT;
+  if (argc > 3) {
+    std::stringstream list(argv[3]);
+    for (std::string fault; std::getline(list, fault, ',');) {
+      request.faults.insert(fault);
+    }
+  }
+  sysid::PrintTable(request);
 }
