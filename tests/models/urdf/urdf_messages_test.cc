@@ -120,6 +120,16 @@ TEST(UrdfMessages, NotXml) {
             "r.urdf:1:1: not XML: </robot> closes nothing");
   EXPECT_EQ(Message("<robot name='r'></robot"),
             "r.urdf:1:17: not XML: the end tag </robot is not closed by >");
+  const std::string nul("<robot name='r'>\n <link name='a\0b'/></robot>", 42);
+  EXPECT_EQ(Message(nul),
+            "r.urdf:2:15: not XML: a NUL byte\n  hint: save it as text in "
+            "UTF-8");
+  // Latin-1, a letter that is cut off, one longer than it must be.
+  for (const std::string bytes : {"caf\xE9", "\xE2\x82", "\xC0\xAF"}) {
+    EXPECT_EQ(Message("<robot name='r'>\n <link name='" + bytes + "'/></robot>"),
+              "r.urdf:2:8: not XML: the value of name in <link> is not UTF-8\n"
+              "  hint: save it as text in UTF-8");
+  }
   EXPECT_EQ(Message("<!DOCTYPE x>\n<robot name='r'/>"),
             "r.urdf:1:1: not XML: a document type declaration\n  hint: leave "
             "it out");
