@@ -208,8 +208,7 @@ class Scanner {
     }
     // TinyXML would take what follows for a part of a letter.
     if (!IsUtf8(std::string_view(text_).substr(pos_, end - pos_))) {
-      Fail(begin,
-           "the value of " + name + " in <" + element + "> is not UTF-8",
+      Fail(begin, "the value of " + name + " in <" + element + "> is not UTF-8",
            "save it as text in UTF-8");
     }
     pos_ = end + 1;

@@ -14,7 +14,6 @@ void ReadAbsoluteAngles(const CheckInput& input,
                         std::vector<Reading>* readings);
 void ReadOtherUnits(const CheckInput& input, std::vector<Reading>* readings);
 void ReadQuaternions(const CheckInput& input, std::vector<Reading>* readings);
-void ReadIdleEfforts(const CheckInput& input, std::vector<Reading>* readings);
 void ReadBodies(const CheckInput& input, std::vector<Reading>* readings);
 
 // Readings with a number (knob_families/).
@@ -47,8 +46,8 @@ inline constexpr NumbersCheck kNumbersChecks[] = {
 };
 
 inline constexpr ReadingFamily kReadingFamilies[] = {
-    ReadFlippedSigns, ReadSwappedJoints, ReadAbsoluteAngles, ReadOtherUnits,
-    ReadQuaternions,  ReadIdleEfforts,   ReadBodies,
+    ReadFlippedSigns, ReadSwappedJoints, ReadAbsoluteAngles,
+    ReadOtherUnits,   ReadQuaternions,   ReadBodies,
 };
 
 }  // namespace sysid
