@@ -10,6 +10,10 @@ namespace sysid {
 namespace {
 
 constexpr double kSignificance = 4.0;  // standard errors
+// Others this near to the best are named with it. More than for readings: where
+// two columns are out of step, either may be late, and what tells them apart is
+// a third, whose own delay is the machine's (docs/checks.md).
+constexpr double kNearlyEqual = 1.25;
 
 // To the decimal place in which its standard error begins.
 double Rounded(double value, double std_error) {
@@ -121,7 +125,7 @@ bool FindKnob(AsRead* as_read, std::vector<Finding>* findings) {
   finding.remedies = knob.remedies(value);
   for (size_t i = 1; i < candidates.size(); ++i) {
     const Candidate& other = candidates[i];
-    if (other.turned.error > kEqual * turned.error) break;
+    if (other.turned.error > kNearlyEqual * turned.error) break;
     if (!other.IsSignificant() || other.knob->fault != knob.fault) continue;
     const double theirs = Rounded(other.turned.value, other.turned.std_error);
     finding.evidence += (finding.remedies.size() == 1
