@@ -329,5 +329,14 @@ TEST(JitterTest, IsSeenInQuaternions) {
   EXPECT_THAT(recording.Faults(CheckJitter), ElementsAre("time_jitter"));
 }
 
+TEST(RangesTest, SpikesMakeNoSlideLong) {
+  Recording recording("cartpole", EvenTimes(400, 0.01));
+  recording.Add(kQ, 0, 1e-3, [](double t) { return 40 * Swing(t); });
+  recording.run().channels[0].values(77, 0) = 150;
+  EXPECT_THAT(recording.Faults(CheckRanges), IsEmpty());
+  recording.run().channels[0].values *= 1000;
+  EXPECT_THAT(recording.Faults(CheckRanges), ElementsAre("millimetres"));
+}
+
 }  // namespace
 }  // namespace sysid
