@@ -449,6 +449,16 @@ const std::vector<Fault>& Faults() {
                       random->Sign() * random->Uniform(0.7, 2.0) * range;
                 }
               }),
+      OfJoint("effort_spikes", {"spikes"}, Driven,
+              [](int j, Random* random, const Session& s, Run* run) {
+                auto tau =
+                    run->effort.col(s.model.mechanism().joints[j].v_index);
+                const double range = tau.maxCoeff() - tau.minCoeff();
+                for (int i = 0; i < 5; ++i) {
+                  tau[random->Below(run->size())] +=
+                      random->Sign() * random->Uniform(1.5, 3.0) * range;
+                }
+              }),
       OfJoint("frozen", {}, Simple,
               [](int j, Random* random, const Session&, Run* run) {
                 Channel* q = Position(run, j);

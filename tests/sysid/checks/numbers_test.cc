@@ -329,6 +329,23 @@ TEST(JitterTest, IsSeenInQuaternions) {
   EXPECT_THAT(recording.Faults(CheckJitter), ElementsAre("time_jitter"));
 }
 
+TEST(EffortSpikesTest, LeaveForOneSampleAndStepsStay) {
+  Recording recording("cartpole", EvenTimes(400, 0.01));
+  recording.Add(kQ, 0, 1e-3, Swing);
+  for (int k = 0; k < 400; ++k) {
+    recording.run().effort(k, 0) = k / 80 % 2 == 0 ? -3.0 : 3.0;
+  }
+  EXPECT_THAT(recording.Faults(CheckEffortSpikes), IsEmpty());
+  recording.run().effort(100, 0) = -3.0;  // within what is commanded
+  EXPECT_THAT(recording.Faults(CheckEffortSpikes), IsEmpty());
+  recording.run().effort(200, 0) = 20.0;
+  const std::vector<Finding> findings = recording.Find(CheckEffortSpikes);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].fault, "spikes");
+  EXPECT_EQ(findings[0].subject, "slider.tau");
+  EXPECT_EQ(findings[0].t_start, 2.0);
+}
+
 TEST(RangesTest, SpikesMakeNoSlideLong) {
   Recording recording("cartpole", EvenTimes(400, 0.01));
   recording.Add(kQ, 0, 1e-3, [](double t) { return 40 * Swing(t); });
