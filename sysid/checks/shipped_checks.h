@@ -29,7 +29,9 @@ inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts,
 void CheckJitter(const CheckInput& input, std::vector<Finding>* findings);
 void CheckGaps(const CheckInput& input, std::vector<Finding>* findings);
 void CheckSamples(const CheckInput& input, std::vector<Finding>* findings);
+void CheckRates(const CheckInput& input, std::vector<Finding>* findings);
 void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings);
+void CheckEffortSpikes(const CheckInput& input, std::vector<Finding>* findings);
 void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings);
 void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings);
 void CheckStill(const CheckInput& input, std::vector<Finding>* findings);
@@ -40,9 +42,10 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
 
 inline constexpr NumbersCheck kNumbersChecks[] = {
-    CheckJitter,     CheckGaps,   CheckSamples, CheckSpikes,
-    CheckSaturation, CheckFrozen, CheckStill,   CheckQuantisation,
-    CheckVelocities, CheckRanges, CheckBodies,  CheckDegrees,
+    CheckJitter,       CheckGaps,         CheckSamples, CheckRates,
+    CheckSpikes,       CheckSaturation,   CheckFrozen,  CheckStill,
+    CheckQuantisation, CheckVelocities,   CheckRanges,  CheckBodies,
+    CheckDegrees,      CheckEffortSpikes,
 };
 
 inline constexpr ReadingFamily kReadingFamilies[] = {
