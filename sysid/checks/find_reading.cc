@@ -51,11 +51,24 @@ class ReadingSearch {
   std::vector<Reading> readings_;
 };
 
-// A channel in another unit may be no smooth motion at all as it was read, and
-// its noise with it.
+// Geometric mean of the noises of all columns: the same for columns that trade
+// places.
+double MeanNoise(const QuickFit& fit) {
+  double sum = 0.0;
+  const std::vector<double>& sigma = fit.problem->runs().front()->sigma;
+  for (const double s : sigma) sum += std::log(s);
+  return std::exp(sum / static_cast<double>(sigma.size()));
+}
+
+// What an error of the data as they were read counts in units of a reading's
+// noise. A reading that makes columns rougher (one less another that is coarse)
+// does not explain the more by it; one in another unit may make a motion of
+// what was no smooth motion at all.
 double ScaleOf(const Reading& reading, const QuickFit& fit,
                const QuickFit& as_read) {
-  if (reading.factor == 1.0) return 1.0;
+  if (reading.factor == 1.0) {
+    return std::min(1.0, MeanNoise(as_read) / MeanNoise(fit));
+  }
   const RunData& theirs = *fit.problem->runs().front();
   const RunData& ours = *as_read.problem->runs().front();
   for (size_t c = 0; c < ours.sigma.size(); ++c) {
