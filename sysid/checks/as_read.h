@@ -16,7 +16,7 @@ inline constexpr double kFits = 1.5;
 // In how many of the windows a reading must be better at least: what is right
 // is so everywhere, and one window in which the motion is chaotic decides
 // nothing.
-inline constexpr double kWindows = 0.65;
+inline constexpr double kWindows = 0.6;
 // Readings this near to the best explain the data as well.
 inline constexpr double kEqual = 1.15;
 

@@ -10,11 +10,13 @@
 namespace sysid {
 namespace {
 
-// The largest gain of an effort that does nothing: two efforts of some seconds
-// are alike to a half by chance.
-constexpr double kIdle = 0.6;
+// Gains of an effort that does nothing: two efforts of some seconds are alike
+// to a half by chance. A small gain that is positive may be a body's that is
+// too heavy.
+constexpr double kLeastGain = -0.6, kMostGain = 0.3;
 constexpr double kSignificance = 4.0;  // standard errors, from a gain of one
-constexpr double kNoBetter = 1.05;
+constexpr double kBetter = 1.15;    // with that gain, than with a gain of one
+constexpr double kNoBetter = 1.05;  // with the effort, than without
 
 // The model of the fit with its bodies as they are given: only what effects
 // have is free.
@@ -68,9 +70,9 @@ bool FindIdleEffort(const AsRead& as_read, std::vector<Finding>* findings) {
   for (const Joint* joint : driven) {
     const TurnedKnob turned = GainOf(joint->v_index, stiff, given, as_read);
     const double gain = 1.0 + turned.value;
-    if (!(std::abs(gain) < kIdle &&
+    if (!(gain > kLeastGain && gain < kMostGain &&
           1.0 - gain > kSignificance * turned.std_error &&
-          turned.error < given.error)) {
+          turned.error * kBetter < given.error)) {
       continue;
     }
     const double error =

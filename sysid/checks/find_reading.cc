@@ -89,14 +89,16 @@ std::vector<Candidate> ReadingSearch::Candidates() const {
     const QuickFit fit = as_read_.Glance(ModelOf(reading), reading.change);
     const double glance =
         fit.error / (as_read.error * ScaleOf(reading, fit, as_read));
-    if (glance < 1.0) candidates.push_back({&reading, glance, 1.0, {}});
+    // What is wrong with a body shows less in short segments.
+    const double most = reading.change_model ? 1.25 : 1.0;
+    if (glance < most) candidates.push_back({&reading, glance, 1.0, {}});
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) {
                      return a.glance < b.glance;
                    });
   // Short segments forgive much: what is right is among their best.
-  constexpr size_t kMost = 6;
+  constexpr size_t kMost = 8;
   if (candidates.size() > kMost) candidates.resize(kMost);
   for (Candidate& candidate : candidates) {
     const Reading& reading = *candidate.reading;

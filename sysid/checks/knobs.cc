@@ -124,7 +124,7 @@ Knob Beyond(const Knob& knob, double value) {
 TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& as_read,
                     const Excerpt& excerpt, const EstimationOptions& options,
                     const Knob& knob, double start) {
-  constexpr int kShortSteps = 4, kSteps = 4;
+  constexpr int kShortSteps = 8, kSteps = 4;
   double value = start;
   const auto windows = [&] {
     return excerpt.Windows([&](Run* run) { knob.change(value, run); });
@@ -133,7 +133,8 @@ TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& as_read,
   KnobScore score;
   const auto turn = [&](const QuickFit& fit) {
     score = ScoreKnobs(model, fit, excerpt, {Beyond(knob, value)}).front();
-    if (!score.known || std::abs(score.value) < 0.1 * knob.least) return false;
+    const double enough = std::max(0.3 * score.std_error, 1e-3 * knob.least);
+    if (!score.known || std::abs(score.value) < enough) return false;
     value = std::clamp(value + score.value, -knob.most, knob.most);
     return true;
   };

@@ -36,10 +36,14 @@ bool CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
   const bool rough = HasRoughAngle(as_read);
   if (error <= kFits && !rough) return true;
   if (FindReading(&as_read, findings)) return false;
-  if (std::isfinite(error) && !rough) {
-    FindKnob(&as_read, findings) || as_read.CouldBeModel() ||
-        FindIdleEffort(as_read, findings);
-  }
+  if (!std::isfinite(error) || rough) return false;
+  std::vector<Finding> knobs;
+  FindKnob(&as_read, &knobs);
+  // Another clock makes up for efforts that are another's, as masses do.
+  const bool is_clear = !knobs.empty() && knobs[0].fault != "clock_scale";
+  const bool idle =
+      !is_clear && !as_read.CouldBeModel() && FindIdleEffort(as_read, findings);
+  if (!idle) findings->insert(findings->end(), knobs.begin(), knobs.end());
   return error <= kFits;
 }
 

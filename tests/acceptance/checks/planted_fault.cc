@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <random>
 
 #include "models/error.h"
@@ -11,6 +12,7 @@
 #include "sysid/checks/readings/edit_run.h"
 #include "sysid/checks/run_checks.h"
 #include "sysid/checks/series.h"
+#include "sysid/estimation/fit.h"
 #include "sysid/io/channel_edits.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/check_session.h"
@@ -201,13 +203,57 @@ void Permute(bool inverse, int joint, Run* run) {
   }
 }
 
+// Efforts that have nothing to do with those of the motion: backwards, of
+// either sign, and slower, for a sine that is read backwards is a late one;
+// begun at a place where they are not alike by chance.
+Eigen::VectorXd OfAnotherExperiment(const Eigen::VectorXd& effort,
+                                    Random* random) {
+  constexpr double kSpeed = 0.63, kUnlike = 0.15;
+  const int n = static_cast<int>(effort.size());
+  const double sign = random->Sign();
+  const Eigen::VectorXd was = effort.array() - effort.mean();
+  Eigen::VectorXd other(n), best = effort;
+  double least = 1.0;
+  for (int tries = 0; tries < 100 && least > kUnlike; ++tries) {
+    const int begin = random->Below(n);
+    for (int k = 0; k < n; ++k) {
+      other[k] =
+          sign * effort[(begin + n - 1 - static_cast<int>(kSpeed * k)) % n];
+    }
+    const Eigen::VectorXd centred = other.array() - other.mean();
+    const double alike =
+        std::abs(centred.dot(was)) / (centred.norm() * was.norm());
+    if (alike < least) {
+      least = alike;
+      best = other;
+    }
+  }
+  return best;
+}
+
+// The model of a clean case: of a real one fitted to it, for what stands in its
+// URDF is as rough as its data sheet.
+const Model& CleanModel(const CleanCase& clean) {
+  if (!clean.real) return clean.session.model;
+  static std::map<std::string, Model>& fitted =
+      *new std::map<std::string, Model>;
+  const Session& session = clean.session;
+  const std::string& name = session.runs.front().name;
+  const auto known = fitted.find(name);
+  if (known != fitted.end()) return known->second;
+  ShootingProblem problem(session.model, session.free, session.runs,
+                          session.options);
+  return fitted.emplace(name, FitLevenbergMarquardt(&problem).model)
+      .first->second;
+}
+
 Fault OfModel(const std::string& name,
               const std::function<bool(const CleanCase&, int link)>& can,
               const std::function<void(Inertial<double>*)>& change) {
   return {name, {}, [=](const CleanCase& clean, std::uint64_t seed) -> Planted {
             Random random(seed);
             std::vector<int> links;
-            const Model& model = clean.session.model;
+            const Model& model = CleanModel(clean);
             for (size_t i = 1; i < model.mechanism().links.size(); ++i) {
               if (can(clean, static_cast<int>(i))) {
                 links.push_back(static_cast<int>(i));
@@ -218,6 +264,7 @@ Fault OfModel(const std::string& name,
             Session planted = clean.session;
             MechanismParameters<double> values = model.nominal();
             change(&values.links[link]);
+            planted.model = model;
             planted.model.SetNominal(values);
             planted.free.clear();
             return planted;
@@ -525,17 +572,9 @@ const std::vector<Fault>& Faults() {
             }),
       OfJoint("effort_idle", {}, Driven,
               [](int j, Random* random, const Session& s, Run* run) {
-                // Those of another experiment: backwards, of either sign, and
-                // slower, for a sine that is read backwards is a late one.
-                constexpr double kSpeed = 0.63;
                 const int v = s.model.mechanism().joints[j].v_index;
-                const double sign = random->Sign();
-                const Eigen::VectorXd was = run->effort.col(v);
-                const int n = run->size();
-                for (int k = 0; k < n; ++k) {
-                  run->effort(k, v) =
-                      sign * was(n - 1 - static_cast<int>(kSpeed * k));
-                }
+                run->effort.col(v) = OfAnotherExperiment(run->effort.col(v),
+                                                         random);
               }),
       OfVelocity("velocity_flipped", {},
                  [](int j, const Session&, Run* run) {
