@@ -23,7 +23,10 @@ AsRead::AsRead(const CheckInput& input)
       glance_(input.runs, kGlanceSamples),
       options_(OwnSteps(input.options)),
       lean_(WithFriction(*input.model, *input.free, input.runs)) {
-  if (!empty()) fit_ = Fit({});
+  if (empty()) return;
+  short_ = FitShort(lean_, excerpt_.Windows({}), options_, kShortIterations,
+                    nullptr);
+  fit_ = FitLong(short_);
 }
 
 QuickFit AsRead::Fit(const std::function<void(Run*)>& change) const {

@@ -32,6 +32,7 @@ class AsRead {
   const EstimationOptions& options() const { return options_; }
   const LooseModel& lean() const { return lean_; }
   const QuickFit& fit() const { return fit_; }
+  const QuickFit& short_fit() const { return short_; }  // that it began with
   bool empty() const { return excerpt_.empty() || glance_.empty(); }
 
   // The runs changed as a reading says, fitted by the user's freedoms and
@@ -60,7 +61,7 @@ class AsRead {
   const Excerpt excerpt_, glance_;
   EstimationOptions options_;
   const LooseModel lean_;
-  QuickFit fit_;
+  QuickFit short_, fit_;
   std::optional<double> anything_;
 };
 

@@ -40,11 +40,11 @@ Knob Gain(int v) {
 
 // From several gains, for a motion that is far from the model's has more than
 // one end: the best.
-TurnedKnob GainOf(int v, const LooseModel& stiff, const QuickFit& given,
-                  const AsRead& as_read) {
+TurnedKnob GainOf(int v, const LooseModel& stiff, const QuickFit& brief,
+                  const QuickFit& given, const AsRead& as_read) {
   TurnedKnob best;
   for (const double start : {0.0, -0.5, -1.0}) {
-    const TurnedKnob turned = TurnKnob(stiff, given, as_read.excerpt(),
+    const TurnedKnob turned = TurnKnob(stiff, brief, given, as_read.excerpt(),
                                        as_read.options(), Gain(v), start);
     if (turned.error < best.error) best = turned;
   }
@@ -55,38 +55,46 @@ TurnedKnob GainOf(int v, const LooseModel& stiff, const QuickFit& given,
 
 bool FindIdleEffort(const AsRead& as_read, std::vector<Finding>* findings) {
   const CheckInput& input = as_read.input();
-  std::vector<const Joint*> driven;
+  // Those without which all of the user's freedoms do as well.
+  struct Effort {
+    const Joint* joint;
+    double without;
+  };
+  std::vector<Effort> idle;
   for (const Joint& joint : input.model->mechanism().joints) {
-    if (IsSimple(joint) && IsDriven(input, joint)) driven.push_back(&joint);
+    if (!IsSimple(joint) || !IsDriven(input, joint)) continue;
+    const double without =
+        as_read.Fit([&](Run* run) { run->effort.col(joint.v_index).setZero(); })
+            .error;
+    if (without <= kNoBetter * as_read.fit().error) {
+      idle.push_back({&joint, without});
+    }
   }
-  if (driven.empty()) return false;
+  if (idle.empty()) return false;
   const LooseModel stiff = WithGivenBodies(as_read.lean());
-  const QuickFit given =
-      FitQuickly(stiff, as_read.excerpt().Windows({}), as_read.options());
+  const QuickFit brief = FitShort(stiff, as_read.excerpt().Windows({}),
+                                  as_read.options(), kShortIterations, nullptr);
+  const QuickFit given = FitLong(brief);
   if (!std::isfinite(given.error)) return false;
   NewColumns columns;
   std::string names, gains;
   double without = 0.0;
-  for (const Joint* joint : driven) {
-    const TurnedKnob turned = GainOf(joint->v_index, stiff, given, as_read);
+  for (const Effort& effort : idle) {
+    const TurnedKnob turned =
+        GainOf(effort.joint->v_index, stiff, brief, given, as_read);
     const double gain = 1.0 + turned.value;
     if (!(gain > kLeastGain && gain < kMostGain &&
           1.0 - gain > kSignificance * turned.std_error &&
           turned.error * kBetter < given.error)) {
       continue;
     }
-    const double error =
-        as_read
-            .Fit([&](Run* run) { run->effort.col(joint->v_index).setZero(); })
-            .error;
-    if (!(error <= kNoBetter * as_read.fit().error)) continue;
-    const std::string column = joint->name + ".tau";
+    const std::string column = effort.joint->name + ".tau";
     columns.push_back({column, Times(SourceOf(input, column), "1e-9")});
     const std::string comma = names.empty() ? "" : ", ";
     names += comma + column;
     gains += comma + ShortNumber(gain) + " (+- " +
              ShortNumber(1.96 * turned.std_error) + ")";
-    without = std::max(without, error);
+    without = std::max(without, effort.without);
   }
   if (columns.empty()) return false;
   Finding finding;

@@ -38,8 +38,7 @@ struct Candidate {
 // shows more. Those that promise most first.
 std::vector<Candidate> Candidates(const AsRead& as_read,
                                   const std::vector<Knob>& knobs) {
-  const QuickFit given = FitShort(as_read.lean(), as_read.excerpt().Windows({}),
-                                  as_read.options(), 15, &as_read.fit());
+  const QuickFit& given = as_read.short_fit();
   const std::vector<KnobScore> scores =
       ScoreKnobs(as_read.lean(), given, as_read.excerpt(), knobs);
   const double glance = as_read.Glance(as_read.lean(), {}).error;
@@ -99,8 +98,9 @@ bool FindKnob(AsRead* as_read, std::vector<Finding>* findings) {
   if (candidates.empty()) return false;
   for (Candidate& candidate : candidates) {
     candidate.turned =
-        TurnKnob(as_read->lean(), as_read->fit(), as_read->excerpt(),
-                 as_read->options(), *candidate.knob, candidate.start);
+        TurnKnob(as_read->lean(), as_read->short_fit(), as_read->fit(),
+                 as_read->excerpt(), as_read->options(), *candidate.knob,
+                 candidate.start);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) {

@@ -121,10 +121,12 @@ Knob Beyond(const Knob& knob, double value) {
 
 }  // namespace
 
-TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& as_read,
-                    const Excerpt& excerpt, const EstimationOptions& options,
-                    const Knob& knob, double start) {
+TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& short_as_read,
+                    const QuickFit& as_read, const Excerpt& excerpt,
+                    const EstimationOptions& options, const Knob& knob,
+                    double start) {
   constexpr int kShortSteps = 8, kSteps = 4;
+  constexpr double kHardly = 1.03;  // of the error of short segments
   double value = start;
   const auto windows = [&] {
     return excerpt.Windows([&](Run* run) { knob.change(value, run); });
@@ -138,15 +140,16 @@ TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& as_read,
     value = std::clamp(value + score.value, -knob.most, knob.most);
     return true;
   };
-  // Short segments first: they are nearly linear in the knob.
-  QuickFit fit = FitShort(model, windows(), options, 15, &as_read);
+  QuickFit fit =
+      FitShort(model, windows(), options, kShortIterations, &as_read);
   for (int step = 0; step < kShortSteps && turn(fit); ++step) {
     const double before = fit.error;
     fit = FitOn(model, windows(), options, fit);
     if (!(fit.error < before)) break;
   }
-  fit = FitLong(fit);
   TurnedKnob turned;
+  if (!(fit.error * kHardly < short_as_read.error)) return turned;
+  fit = FitLong(fit);
   for (int step = 0; step < kSteps && fit.error < turned.error; ++step) {
     turned.error = fit.error;
     turned.value = value;

@@ -52,15 +52,18 @@ std::vector<KnobScore> ScoreKnobs(const LooseModel& model, const QuickFit& fit,
                                   const std::vector<Knob>& knobs);
 
 // Where a knob ends from a start, with everything else refitted and the
-// linearisation repeated until it stays.
+// linearisation repeated until it stays: on short segments, which are nearly
+// linear in it; then on whole windows, unless the short ones were hardly better
+// (then its error stays infinite). Both fits as it was read are compared with.
 struct TurnedKnob {
   double value = 0.0;
   double std_error = std::numeric_limits<double>::infinity();
   double error = std::numeric_limits<double>::infinity();
   double windows = 0.0;  // the part of them that is better than as it was read
 };
-TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& as_read,
-                    const Excerpt& excerpt, const EstimationOptions& options,
-                    const Knob& knob, double start);
+TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& short_as_read,
+                    const QuickFit& as_read, const Excerpt& excerpt,
+                    const EstimationOptions& options, const Knob& knob,
+                    double start);
 
 }  // namespace sysid

@@ -124,7 +124,8 @@ QuickFit FitLong(const QuickFit& from) {
 
 QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
                     const EstimationOptions& options) {
-  return FitLong(FitShort(model, std::move(windows), options, 15, nullptr));
+  return FitLong(
+      FitShort(model, std::move(windows), options, kShortIterations, nullptr));
 }
 
 QuickFit FitOn(const LooseModel& model, std::vector<Run> windows,

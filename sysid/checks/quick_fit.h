@@ -34,6 +34,7 @@ struct QuickFit {
 // Few iterations from what the data alone say, on segments of 0.15 s: any model
 // can follow so far, and what is hopeless shows already. `like` (may be null):
 // a fit whose noise is used. The step is the options', or a sample's.
+inline constexpr int kShortIterations = 15;
 QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
                   const EstimationOptions& options, int iterations,
                   const QuickFit* like);
