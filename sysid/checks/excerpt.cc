@@ -115,8 +115,14 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
       const double end = std::min(finish, run->t[first] + window_s_);
       int last = first + 1;
       while (last < run->size() && run->t[last] < end) ++last;
+      // Where samples are lost the efforts are unknown.
+      constexpr double kGap = 4.5;
+      bool gap = false;
+      for (int k = first + 1; k < last; ++k) {
+        gap = gap || run->t[k] - run->t[k - 1] > kGap * period;
+      }
       const bool whole = run->t[last - 1] - run->t[first] > 0.6 * window_s_;
-      if (whole && last - first >= 8 * stride_) {
+      if (whole && !gap && last - first >= 8 * stride_) {
         places.push_back(
             {run, first, last, MotionIn(*run, first, last, scale)});
       }

@@ -14,6 +14,8 @@
 namespace sysid {
 namespace {
 
+constexpr double kShort = 0.15;  // s
+
 void Stage(const ShootingProblem& problem, double tolerance, int most,
            ShootingPoint* point) {
   ShootingStage::Options options;
@@ -106,7 +108,6 @@ QuickFit Judged(const std::shared_ptr<const ShootingProblem>& made,
 QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
                   const EstimationOptions& options, int iterations,
                   const QuickFit* like) {
-  constexpr double kShort = 0.15;  // s
   const auto problem = ProblemOf(model, std::move(windows), options, like);
   ShootingPoint point = CutPoint(*problem, problem->InitialTheta(),
                                  AllStatesFromData(*problem), kShort);
@@ -116,8 +117,18 @@ QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
 
 QuickFit FitLong(const QuickFit& from) {
   const ShootingProblem& problem = *from.problem;
-  ShootingPoint point =
-      CutPoint(problem, from.point.theta, AllStatesFromData(problem), 1e9);
+  double longest = 0.0;  // s, of a window
+  for (const auto& data : problem.runs()) {
+    longest = std::max(longest, data->run.t.back() - data->run.t.front());
+  }
+  // Longer and longer: from the states of short segments a chaotic motion finds
+  // its way, from those of the data it does not.
+  ShootingPoint point = from.point;
+  for (double length = 2 * kShort; length < 0.7 * longest; length *= 2) {
+    Recut(problem, length, &point);
+    Stage(problem, 1e-3, 10, &point);
+  }
+  Recut(problem, 1e9, &point);
   Stage(problem, 1e-4, 25, &point);
   return Judged(from.problem, point);
 }
