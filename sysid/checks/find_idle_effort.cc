@@ -63,10 +63,15 @@ bool FindIdleEffort(const AsRead& as_read, std::vector<Finding>* findings) {
   std::vector<Effort> idle;
   for (const Joint& joint : input.model->mechanism().joints) {
     if (!IsSimple(joint) || !IsDriven(input, joint)) continue;
-    const double without =
-        as_read.Fit([&](Run* run) { run->effort.col(joint.v_index).setZero(); })
-            .error;
-    if (without <= kNoBetter * as_read.fit().error) {
+    const QuickFit short_fit =
+        FitShort(as_read.lean(), as_read.excerpt().Windows([&](Run* run) {
+          run->effort.col(joint.v_index).setZero();
+        }),
+                 as_read.options(), kShortIterations, &as_read.fit());
+    const double without = FitLong(short_fit).error;
+    // Of a chaotic motion the short segments say it.
+    if (short_fit.error <= kNoBetter * as_read.short_fit().error ||
+        without <= kNoBetter * as_read.fit().error) {
       idle.push_back({&joint, without});
     }
   }
