@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "models/error.h"
+#include "models/printable.h"
 
 namespace sysid {
 namespace {
@@ -13,36 +14,6 @@ constexpr size_t kMaxDepth = 100;
 constexpr char kNoRobot[] = "a URDF is XML with <robot> as its root element";
 
 bool IsSpace(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
-// Whether bytes are UTF-8 (RFC 3629): lead bytes with as many that follow as
-// they announce, none that is longer than it must be.
-bool IsUtf8(std::string_view text) {
-  for (size_t i = 0; i < text.size();) {
-    const auto byte = [&](size_t k) {
-      return static_cast<unsigned char>(i + k < text.size() ? text[i + k] : 0);
-    };
-    const unsigned char lead = byte(0);
-    size_t length = 1;
-    if (lead >= 0xC2 && lead <= 0xDF) {
-      length = 2;
-    } else if (lead >= 0xE0 && lead <= 0xEF) {
-      length = 3;
-    } else if (lead >= 0xF0 && lead <= 0xF4) {
-      length = 4;
-    } else if (lead >= 0x80) {
-      return false;
-    }
-    for (size_t k = 1; k < length; ++k) {
-      if ((byte(k) & 0xC0) != 0x80) return false;
-    }
-    if ((lead == 0xE0 && byte(1) < 0xA0) || (lead == 0xED && byte(1) > 0x9F) ||
-        (lead == 0xF0 && byte(1) < 0x90) || (lead == 0xF4 && byte(1) > 0x8F)) {
-      return false;
-    }
-    i += length;
-  }
-  return true;
-}
 
 bool EndsName(char c) {
   return IsSpace(c) || c == '/' || c == '>' || c == '=' || c == '<' ||
@@ -208,8 +179,7 @@ class Scanner {
     }
     // TinyXML would take what follows for a part of a letter.
     if (!IsUtf8(std::string_view(text_).substr(pos_, end - pos_))) {
-      Fail(begin,
-           "the value of " + name + " in <" + element + "> is not UTF-8",
+      Fail(begin, "the value of " + name + " in <" + element + "> is not UTF-8",
            "save it as text in UTF-8");
     }
     pos_ = end + 1;

@@ -126,9 +126,10 @@ TEST(UrdfMessages, NotXml) {
             "UTF-8");
   // Latin-1, a letter that is cut off, one longer than it must be.
   for (const std::string bytes : {"caf\xE9", "\xE2\x82", "\xC0\xAF"}) {
-    EXPECT_EQ(Message("<robot name='r'>\n <link name='" + bytes + "'/></robot>"),
-              "r.urdf:2:8: not XML: the value of name in <link> is not UTF-8\n"
-              "  hint: save it as text in UTF-8");
+    EXPECT_EQ(
+        Message("<robot name='r'>\n <link name='" + bytes + "'/></robot>"),
+        "r.urdf:2:8: not XML: the value of name in <link> is not UTF-8\n"
+        "  hint: save it as text in UTF-8");
   }
   EXPECT_EQ(Message("<!DOCTYPE x>\n<robot name='r'/>"),
             "r.urdf:1:1: not XML: a document type declaration\n  hint: leave "
