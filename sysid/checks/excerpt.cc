@@ -95,7 +95,7 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
   constexpr double kShortest = 0.5, kLongest = 3.2;  // s
   if (runs.empty()) return;
   const double period = MedianPeriod(runs.front()->t);
-  stride_ = std::max(1, static_cast<int>(std::floor(1.0 / kFastest / period)));
+  stride_ = std::max(1, static_cast<int>(std::lround(1.0 / kFastest / period)));
   period_s_ = stride_ * period;
   window_s_ = std::clamp(kWindowSamples * period_s_, kShortest, kLongest);
   struct Place {

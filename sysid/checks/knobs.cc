@@ -1,6 +1,7 @@
 #include "sysid/checks/knobs.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -105,6 +106,56 @@ std::vector<KnobScore> ScoreKnobs(const LooseModel& model, const QuickFit& fit,
     score.error = fit.error * std::sqrt(1.0 - gain);
   }
   return scores;
+}
+
+namespace {
+
+// The knob turned to `value` and beyond.
+Knob Beyond(const Knob& knob, double value) {
+  Knob beyond = knob;
+  beyond.change = [&knob, value](double more, Run* run) {
+    knob.change(value + more, run);
+  };
+  return beyond;
+}
+
+}  // namespace
+
+TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& as_read,
+                    const Excerpt& excerpt, const EstimationOptions& options,
+                    const Knob& knob, double start) {
+  constexpr int kShortSteps = 4, kSteps = 4;
+  double value = start;
+  const auto windows = [&] {
+    return excerpt.Windows([&](Run* run) { knob.change(value, run); });
+  };
+  // By (C.1) again and again; whether there is more to turn.
+  KnobScore score;
+  const auto turn = [&](const QuickFit& fit) {
+    score = ScoreKnobs(model, fit, excerpt, {Beyond(knob, value)}).front();
+    if (!score.known || std::abs(score.value) < 0.1 * knob.least) return false;
+    value = std::clamp(value + score.value, -knob.most, knob.most);
+    return true;
+  };
+  // Short segments first: they are nearly linear in the knob.
+  QuickFit fit = FitShort(model, windows(), options, 15, &as_read);
+  for (int step = 0; step < kShortSteps && turn(fit); ++step) {
+    const double before = fit.error;
+    fit = FitOn(model, windows(), options, fit);
+    if (!(fit.error < before)) break;
+  }
+  fit = FitLong(fit);
+  TurnedKnob turned;
+  for (int step = 0; step < kSteps && fit.error < turned.error; ++step) {
+    turned.error = fit.error;
+    turned.value = value;
+    turned.windows = PartImproved(fit, as_read, 1.0);
+    const bool more = turn(fit);
+    if (score.known) turned.std_error = score.std_error;
+    if (!more) break;
+    fit = FitOn(model, windows(), options, fit);
+  }
+  return turned;
 }
 
 }  // namespace sysid

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,9 @@ struct Knob {
   double gain = 2.0;   // by which factor it must lower the error
   // Whether values of the model could do the same, and so tell nothing.
   bool of_model = false;
-  double least = 0.0;  // nothing smaller is worth a word
-  double most = 0.0;   // nor can the linearisation speak of larger ones
+  double least = 0.0;          // nothing smaller is worth a word
+  double most = 0.0;           // nor can the linearisation speak of larger ones
+  std::vector<double> starts;  // beside what the linearisation says
   std::function<std::string(double value)> says;
   std::string consequence;
   std::function<std::vector<std::string>(double value)> remedies;
@@ -48,5 +50,17 @@ struct KnobScore {
 std::vector<KnobScore> ScoreKnobs(const LooseModel& model, const QuickFit& fit,
                                   const Excerpt& excerpt,
                                   const std::vector<Knob>& knobs);
+
+// Where a knob ends from a start, with everything else refitted and the
+// linearisation repeated until it stays.
+struct TurnedKnob {
+  double value = 0.0;
+  double std_error = std::numeric_limits<double>::infinity();
+  double error = std::numeric_limits<double>::infinity();
+  double windows = 0.0;  // the part of them that is better than as it was read
+};
+TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& as_read,
+                    const Excerpt& excerpt, const EstimationOptions& options,
+                    const Knob& knob, double start);
 
 }  // namespace sysid

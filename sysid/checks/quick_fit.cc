@@ -59,50 +59,80 @@ void FreeAlso(const Model& model, const std::string& name,
   free->push_back(added);
 }
 
-QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
-                    const EstimationOptions& options, Effort effort,
-                    const QuickFit* like) {
-  constexpr double kFirst = 0.15;  // s: what any model can follow
-  QuickFit fit;
+namespace {
+
+std::shared_ptr<ShootingProblem> ProblemOf(const LooseModel& model,
+                                           std::vector<Run> windows,
+                                           const EstimationOptions& options,
+                                           const QuickFit* like) {
   EstimationOptions quick = options;
   quick.loss = RobustLoss::kNone;
   quick.segment = 0.0;
   quick.progress = nullptr;
-  const auto made = std::make_shared<ShootingProblem>(
-      model.model, model.free, std::move(windows), quick);
-  fit.problem = made;
-  if (like != nullptr) made->UseNoiseOf(*like->problem);
+  auto problem = std::make_shared<ShootingProblem>(model.model, model.free,
+                                                   std::move(windows), quick);
+  if (like != nullptr) problem->UseNoiseOf(*like->problem);
+  return problem;
+}
+
+// What was fitted, judged where it ended.
+QuickFit Judged(const std::shared_ptr<const ShootingProblem>& made,
+                const ShootingPoint& point) {
   const ShootingProblem& problem = *made;
-  if (like != nullptr) {
-    fit.point = like->point;
-    Stage(problem, 1e-4, 10, &fit.point);
-  } else {
-    const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
-    const bool glance = effort == Effort::kGlance;
-    fit.point = CutPoint(problem, problem.InitialTheta(), states, kFirst);
-    Stage(problem, 1e-3, glance ? 8 : 15, &fit.point);
-    if (!glance) {
-      fit.point = CutPoint(problem, fit.point.theta, states, 1e9);
-      Stage(problem, 1e-4, 25, &fit.point);
-    }
-  }
-  const double segments = static_cast<double>(AllSegments(fit.point).size());
+  QuickFit fit;
+  fit.problem = made;
+  fit.point = point;
+  const double segments = static_cast<double>(AllSegments(point).size());
   const double fitted =
       problem.map().size() + ObservedStateDof(problem) * segments;
-  const RunErrors errors = EvaluateErrors(problem, fit.point, fitted);
+  const RunErrors errors = EvaluateErrors(problem, point, fitted);
   fit.dof = errors.dof;
   for (const SegmentError& segment : errors.segments) {
     fit.windows.push_back(segment.normalized_rms);
   }
   if (std::isfinite(errors.total.normalized_rms)) {
     fit.error = errors.total.normalized_rms;
-    fit.correlation = AutocorrelationTime(problem, fit.point);
+    fit.correlation = AutocorrelationTime(problem, point);
   }
   fit.values.resize(problem.map().size());
   if (!fit.values.empty()) {
-    problem.map().ValuesOf<double>(fit.point.theta.data(), fit.values.data());
+    problem.map().ValuesOf<double>(point.theta.data(), fit.values.data());
   }
   return fit;
+}
+
+}  // namespace
+
+QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
+                  const EstimationOptions& options, int iterations,
+                  const QuickFit* like) {
+  constexpr double kShort = 0.15;  // s
+  const auto problem = ProblemOf(model, std::move(windows), options, like);
+  ShootingPoint point = CutPoint(*problem, problem->InitialTheta(),
+                                 AllStatesFromData(*problem), kShort);
+  Stage(*problem, 1e-3, iterations, &point);
+  return Judged(problem, point);
+}
+
+QuickFit FitLong(const QuickFit& from) {
+  const ShootingProblem& problem = *from.problem;
+  ShootingPoint point =
+      CutPoint(problem, from.point.theta, AllStatesFromData(problem), 1e9);
+  Stage(problem, 1e-4, 25, &point);
+  return Judged(from.problem, point);
+}
+
+QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
+                    const EstimationOptions& options) {
+  return FitLong(FitShort(model, std::move(windows), options, 15, nullptr));
+}
+
+QuickFit FitOn(const LooseModel& model, std::vector<Run> windows,
+               const EstimationOptions& options, const QuickFit& like) {
+  const auto problem = ProblemOf(model, std::move(windows), options, &like);
+  ShootingPoint point = like.point;
+  Stage(*problem, 1e-4, 10, &point);
+  return Judged(problem, point);
 }
 
 double PartImproved(const QuickFit& better, const QuickFit& worse,

@@ -31,19 +31,25 @@ struct QuickFit {
   std::shared_ptr<const ShootingProblem> problem;  // of the windows
 };
 
-// How much to spend on a fit.
-enum class Effort {
-  kGlance,  // short segments, few iterations: enough to see what is hopeless
-  kFull,    // whole windows
-};
+// Few iterations from what the data alone say, on segments of 0.15 s: any model
+// can follow so far, and what is hopeless shows already. `like` (may be null):
+// a fit whose noise is used. The step is the options', or a sample's.
+QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
+                  const EstimationOptions& options, int iterations,
+                  const QuickFit* like);
 
-// A segment is a window: each keeps a state of its own, so that what one piece
-// lacks spoils no other. Few iterations. `like` (may be null) is the fit of a
-// reading that differs little: its point is the start, its noise is used. The
-// step is the options', or a sample's.
+// On whole windows, from the parameters of a short fit. Each window keeps a
+// state of its own, so that what one piece lacks spoils no other.
+QuickFit FitLong(const QuickFit& from);
+
+// Both.
 QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
-                    const EstimationOptions& options, Effort effort,
-                    const QuickFit* like);
+                    const EstimationOptions& options);
+
+// A fit of a reading that differs little, from where another ended: its
+// segments, its noise.
+QuickFit FitOn(const LooseModel& model, std::vector<Run> windows,
+               const EstimationOptions& options, const QuickFit& like);
 
 // Of the user's model and what is free of it.
 LooseModel WithFriction(const Model& model,

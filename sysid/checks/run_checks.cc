@@ -7,6 +7,62 @@
 #include "sysid/checks/shipped_checks.h"
 
 namespace sysid {
+namespace {
+
+bool IsSlow(const std::vector<Finding>& findings) {
+  return std::any_of(findings.begin(), findings.end(), [](const Finding& f) {
+    return f.fault == "slow_sampling";
+  });
+}
+
+// The input with even times in the runs whose stamps were found to be wrong:
+// their errors look like all sorts of things.
+class Mended {
+ public:
+  Mended(const CheckInput& input, const std::vector<Finding>& findings)
+      : input_(input) {
+    runs_.reserve(input.runs.size());  // input_ points into it
+    for (const Run*& run : input_.runs) {
+      if (!IsJittered(*run, findings)) continue;
+      runs_.push_back(*run);
+      std::vector<double>& t = runs_.back().t;
+      const double begin = t.front();
+      const double period = (t.back() - begin) / (t.size() - 1);
+      for (size_t k = 0; k < t.size(); ++k) t[k] = begin + k * period;
+      run = &runs_.back();
+    }
+  }
+  Mended(const Mended&) = delete;
+  Mended& operator=(const Mended&) = delete;
+
+  const CheckInput& input() const { return input_; }
+
+ private:
+  static bool IsJittered(const Run& run, const std::vector<Finding>& findings) {
+    return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
+      return f.fault == "time_jitter" && f.file == run.name;
+    });
+  }
+
+  CheckInput input_;
+  std::vector<Run> runs_;
+};
+
+// Of what the physics found, from `before` on. Between samples so far apart
+// nobody knows the efforts, and physics blames whatever it can; only in
+// degrees, samples that seem far apart are not.
+void DropGuesses(size_t before, std::vector<Finding>* findings) {
+  const auto is_degrees = [](const Finding& f) { return f.fault == "degrees"; };
+  const auto found = findings->begin() + before;
+  if (std::any_of(found, findings->end(), is_degrees)) {
+    std::erase_if(*findings,
+                  [](const Finding& f) { return f.fault == "slow_sampling"; });
+  } else {
+    findings->erase(found, findings->end());
+  }
+}
+
+}  // namespace
 
 std::vector<Finding> RunChecks(const CheckInput& input) {
   std::vector<Finding> findings;
@@ -19,9 +75,11 @@ std::vector<Finding> RunChecks(const CheckInput& input) {
   // what explains them too.
   if (std::none_of(findings.begin(), findings.end(), is_wrong)) {
     const size_t before = findings.size();
-    const bool explained = CheckPhysics(input, &findings);
+    const Mended mended(input, findings);
+    const bool explained = CheckPhysics(mended.input(), &findings);
     // What only looked suspicious of the model is settled by the motion.
     const bool found = findings.size() > before;
+    if (IsSlow(findings)) DropGuesses(before, &findings);
     std::erase_if(findings, [&](const Finding& finding) {
       return finding.severity == Severity::kNote && (explained || found);
     });

@@ -20,6 +20,67 @@ double Median(std::vector<double> values) {
   return Percentile(std::move(values), 0.5);
 }
 
+namespace {
+
+// A column where it was measured; `follow` says what a value is after another.
+template <typename Follow>
+Series ReadColumn(const Run& run, const Channel& channel, int slot,
+                  const Follow& follow) {
+  Series series;
+  series.run = &run;
+  series.channel = &channel;
+  for (int k = 0; k < run.size(); ++k) {
+    const double value = channel.values(k, slot);
+    if (std::isnan(value)) continue;
+    series.y.push_back(series.y.empty() ? value
+                                        : follow(value, series.y.back()));
+    series.t.push_back(run.t[k]);
+  }
+  return series;
+}
+
+double Unwrapped(double value, double last) {
+  const double turns = (value - last) / (2 * M_PI);
+  // Only whole turns are the sensor's: half of one is a jump.
+  const bool whole = std::abs(turns - std::round(turns)) < 0.2;
+  return whole ? value - 2 * M_PI * std::round(turns) : value;
+}
+
+// The four of a quaternion, each row of the sign nearer to the row before.
+std::vector<Series> Components(const Run& run, const Channel& channel) {
+  std::vector<Series> parts(4);
+  Eigen::Vector4d last = Eigen::Vector4d::Zero();
+  for (Series& part : parts) {
+    part.run = &run;
+    part.channel = &channel;
+  }
+  for (int k = 0; k < run.size(); ++k) {
+    Eigen::Vector4d now = channel.values.row(k);
+    if (now.hasNaN()) continue;
+    if (now.dot(last) < 0.0) now = -now;
+    for (int c = 0; c < 4; ++c) {
+      parts[c].t.push_back(run.t[k]);
+      parts[c].y.push_back(now[c]);
+    }
+    last = now;
+  }
+  return parts;
+}
+
+void Describe(Series* series) {
+  const auto [low, high] =
+      std::minmax_element(series->y.begin(), series->y.end());
+  series->range = *high - *low;
+  series->noise = EstimateNoise(series->t, series->y);
+  std::vector<double> steps;
+  for (size_t k = 1; k < series->y.size(); ++k) {
+    steps.push_back(std::abs(series->y[k] - series->y[k - 1]));
+  }
+  series->step = Percentile(std::move(steps), 0.95);
+}
+
+}  // namespace
+
 std::vector<Series> AllSeries(const CheckInput& input) {
   const Mechanism& mechanism = input.model->mechanism();
   const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
@@ -35,34 +96,39 @@ std::vector<Series> AllSeries(const CheckInput& input) {
       const bool wraps = channel.kind == ChannelKind::kPosition &&
                          IsRotation1(mechanism.joints[channel.target].type);
       for (size_t c = 0; c < group->columns.size(); ++c) {
-        Series series;
-        series.run = run;
-        series.channel = &channel;
+        Series series = ReadColumn(
+            *run, channel, group->slots[c], [&](double value, double last) {
+              return wraps ? Unwrapped(value, last) : value;
+            });
         series.column = group->columns[c];
-        for (int k = 0; k < run->size(); ++k) {
-          double value = channel.values(k, group->slots[c]);
-          if (std::isnan(value)) continue;
-          if (wraps && !series.y.empty()) {
-            const double turns = (value - series.y.back()) / (2 * M_PI);
-            // Only whole turns are the sensor's: half of one is a jump.
-            if (std::abs(turns - std::round(turns)) < 0.2) {
-              value -= 2 * M_PI * std::round(turns);
-            }
-          }
-          series.t.push_back(run->t[k]);
-          series.y.push_back(value);
-        }
         if (series.y.size() < 5) continue;
-        const auto [low, high] =
-            std::minmax_element(series.y.begin(), series.y.end());
-        series.range = *high - *low;
-        series.noise = EstimateNoise(series.t, series.y);
-        std::vector<double> steps;
-        for (size_t k = 1; k < series.y.size(); ++k) {
-          steps.push_back(std::abs(series.y[k] - series.y[k - 1]));
-        }
-        series.step = Percentile(std::move(steps), 0.95);
+        Describe(&series);
         all.push_back(std::move(series));
+      }
+    }
+  }
+  return all;
+}
+
+std::vector<Series> MotionSeries(const CheckInput& input) {
+  std::vector<Series> all = AllSeries(input);
+  for (const Run* run : input.runs) {
+    for (const Channel& channel : run->channels) {
+      if (channel.kind != ChannelKind::kOrientation) continue;
+      std::vector<Series> parts = Components(*run, channel);
+      if (parts.front().y.size() < 5) continue;
+      double range = 0.0, noise = 0.0;
+      for (Series& part : parts) {
+        part.column =
+            input.model->mechanism().joints[channel.target].name + ".q";
+        Describe(&part);
+        range = std::max(range, part.range);
+        noise = std::max(noise, part.noise);
+      }
+      for (Series& part : parts) {
+        part.range = range;
+        part.noise = noise;
+        all.push_back(std::move(part));
       }
     }
   }

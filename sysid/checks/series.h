@@ -24,6 +24,12 @@ struct Series {
 // have none.
 std::vector<Series> AllSeries(const CheckInput& input);
 
+// Those and the components of quaternions, their sign made continuous (both
+// signs are one rotation): where only it matters whether something moves, and
+// how smoothly. `range` and `noise` there are of the component with the most,
+// as a component near one hardly changes; `column` is "joint1.q".
+std::vector<Series> MotionSeries(const CheckInput& input);
+
 double Median(std::vector<double> values);
 double Percentile(std::vector<double> values, double part);
 

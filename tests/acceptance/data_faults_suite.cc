@@ -6,6 +6,8 @@
 // Seeds FIRST to LAST (1:2); "none" for FAULT are the recordings without one.
 // What is not as it should be goes to stderr, case by case.
 
+#include <glog/logging.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -47,8 +49,8 @@ void Print(const std::string& name, const Count& simulated,
 }
 
 struct Request {
-  int first = 1, last = 2;  // seeds
-  std::string folder;       // of the real recordings
+  int first = 1, last = 2;       // seeds
+  std::string folder;            // of the real recordings
   std::set<std::string> faults;  // all of them where it is empty
 
   bool Wants(const std::string& fault) const {
@@ -58,10 +60,9 @@ struct Request {
 
 void Tell(const std::string& what, const CleanCase& clean, int seed,
           const std::vector<Finding>& findings) {
-  std::fprintf(stderr, "%s in %s, seed %d: %s\n", what.c_str(),
-               clean.name.c_str(), seed,
-               findings.empty() ? "nothing"
-                                : FullText(findings.front()).c_str());
+  std::fprintf(
+      stderr, "%s in %s, seed %d: %s\n", what.c_str(), clean.name.c_str(), seed,
+      findings.empty() ? "nothing" : FullText(findings.front()).c_str());
 }
 
 void PrintTable(const Request& request) {
@@ -129,6 +130,8 @@ void PrintTable(const Request& request) {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
+  google::InitGoogleLogging(argv[0]);
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports each bad step
   sysid::Request request;
   if (argc > 1 &&
       std::sscanf(argv[1], "%d:%d", &request.first, &request.last) != 2) {

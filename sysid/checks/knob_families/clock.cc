@@ -18,6 +18,7 @@ void FindClock(const CheckInput& input, std::vector<Knob>* knobs) {
   knob.probe = 1e-4;
   knob.least = 0.08;
   knob.most = 1.5;
+  knob.starts = {-0.5, -0.2, 0.2, 0.5};
   knob.gain = 3.0;
   knob.of_model = true;
   knob.change = [](double value, Run* run) {

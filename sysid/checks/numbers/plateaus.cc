@@ -1,5 +1,5 @@
 // Values that stand still while the mechanism does not: a sensor at its end, a
-// channel that hangs or drops out. And recordings of which most stands still.
+// channel that hangs or drops out.
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,14 @@ struct Plateau {
   int first, last;     // samples of one and the same value
   double entry, exit;  // mean step over the samples before, behind
   double jump_in, jump_out;
+  bool cuts_motion;  // it comes and goes at a speed that does not end there
 };
+
+// Dry friction stops a motion within the last step but one: what takes longer
+// than two steps to stop, or to get going, was under way.
+bool IsUnderWay(double at, double nearby, double noise) {
+  return std::abs(at) > 2.0 * std::abs(at - nearby) + 12.0 * noise;
+}
 
 // Stretches of at least `least` samples that are equal to the last digit.
 std::vector<Plateau> FindPlateaus(const Series& series, int least) {
@@ -29,7 +36,7 @@ std::vector<Plateau> FindPlateaus(const Series& series, int least) {
     if (last - first + 1 >= least) {
       const int before = std::max(0, first - kSlope);
       const int behind = std::min(n - 1, last + kSlope);
-      Plateau p{first, last, 0, 0, 0, 0};
+      Plateau p{first, last, 0, 0, 0, 0, false};
       if (first - before >= 2) {
         p.entry = std::abs(y[first - 1] - y[before]) / (first - 1 - before);
         p.jump_in = std::abs(y[first] - y[first - 1]);
@@ -38,11 +45,62 @@ std::vector<Plateau> FindPlateaus(const Series& series, int least) {
         p.exit = std::abs(y[behind] - y[last + 1]) / (behind - last - 1);
         p.jump_out = std::abs(y[last + 1] - y[last]);
       }
+      // The last value held is one of the motion; the first behind comes from
+      // wherever the motion has gone meanwhile.
+      p.cuts_motion = first >= 2 && last + 3 < n &&
+                      IsUnderWay(y[first] - y[first - 1],
+                                 y[first - 1] - y[first - 2], series.noise) &&
+                      IsUnderWay(y[last + 2] - y[last + 1],
+                                 y[last + 3] - y[last + 2], series.noise);
       plateaus.push_back(p);
     }
     first = last + 1;
   }
   return plateaus;
+}
+
+// Whether a value follows itself only within plateaus. In a channel of coarse
+// digits that rests, or nearly so, values repeat all the time.
+bool RepeatsAreRare(const Series& series,
+                    const std::vector<Plateau>& plateaus) {
+  constexpr double kRare = 0.002;  // of the samples
+  const size_t n = series.y.size();
+  int repeats = 0;
+  for (size_t k = 1; k < n; ++k) repeats += series.y[k] == series.y[k - 1];
+  for (const Plateau& p : plateaus) repeats -= p.last - p.first;
+  return repeats <= kRare * n;
+}
+
+bool IsExtreme(const Series& series, double value) {
+  const auto [low, high] =
+      std::minmax_element(series.y.begin(), series.y.end());
+  return value == *low || value == *high;
+}
+
+// The step of a column's digits, of a coarse one; else a small one of its
+// motion.
+double FindQuantum(const Series& series) {
+  std::vector<double> steps;
+  for (size_t k = 1; k < series.y.size(); ++k) {
+    const double step = std::abs(series.y[k] - series.y[k - 1]);
+    if (step > 0.0) steps.push_back(step);
+  }
+  return Percentile(std::move(steps), 0.05);
+}
+
+// Of a plateau at the largest or smallest value: a swing that turns comes to
+// its end slowly, v = 0 there. It is cut off where it runs into the end at a
+// good part of its speed. In coarse digits a swing stays for 2 h samples within
+// the last step q >= a h^2 / 2, and goes 3 a h^2 / 2 <= 3 q in the h before.
+bool RunsIntoEnd(const Series& series, const Plateau& p, double quantum) {
+  const std::vector<double>& y = series.y;
+  const int h = std::max(4, (p.last - p.first + 1) / 2);
+  const int n = static_cast<int>(y.size());
+  const double came = std::abs(y[p.first] - y[std::max(0, p.first - h)]);
+  const double went = std::abs(y[std::min(n - 1, p.last + h)] - y[p.last]);
+  return std::max(p.entry, p.exit) > 0.3 * series.step &&
+         p.jump_in <= 3 * series.step && p.jump_out <= 3 * series.step &&
+         std::max(came, went) > 6 * quantum;
 }
 
 void Report(const CheckInput& input, const Series& series,
@@ -70,19 +128,14 @@ void Report(const CheckInput& input, const Series& series,
 void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
   constexpr int kLeast = 8;  // samples: a rounded swing turns within fewer
   for (const Series& series : AllSeries(input)) {
-    const auto [low, high] =
-        std::minmax_element(series.y.begin(), series.y.end());
+    const double quantum = FindQuantum(series);
     std::vector<std::pair<int, int>> spans;
     double level = 0.0;
     bool clipped = false;
     for (const Plateau& p : FindPlateaus(series, kLeast)) {
       const double value = series.y[p.first];
-      if (value != *low && value != *high) continue;
-      // A swing that turns comes to its end slowly: v = 0 there. It is cut off
-      // where it runs into the end at a good part of its speed.
-      const bool runs_in = std::max(p.entry, p.exit) > 0.3 * series.step &&
-                           p.jump_in <= 3 * series.step &&
-                           p.jump_out <= 3 * series.step;
+      if (!IsExtreme(series, value)) continue;
+      const bool runs_in = RunsIntoEnd(series, p, quantum);
       clipped = clipped || runs_in;
       level = runs_in ? value : level;
       spans.push_back({p.first, p.last});
@@ -101,83 +154,26 @@ void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
 void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings) {
   constexpr int kLeast = 4;  // samples
   for (const Series& series : AllSeries(input)) {
+    const std::vector<Plateau> plateaus = FindPlateaus(series, kLeast);
+    const bool rare = RepeatsAreRare(series, plateaus);
     std::vector<std::pair<int, int>> spans;
-    const double jump = std::max(3.0 * series.step, 12.0 * series.noise);
-    for (const Plateau& p : FindPlateaus(series, kLeast)) {
-      if (p.jump_out > jump || p.jump_in > jump) {
+    for (const Plateau& p : plateaus) {
+      // What sticks comes to rest and leaves slowly, however fast the motion is
+      // elsewhere: where values never repeat otherwise, the steps nearby are
+      // what a jump is measured by.
+      const double nearby = rare ? std::max(p.entry, p.exit) : series.step;
+      const double jump = std::max(3.0 * nearby, 12.0 * series.noise);
+      const bool is_end = IsExtreme(series, series.y[p.first]);
+      if (p.jump_out > jump || p.jump_in > jump ||
+          (rare && p.cuts_motion && !(is_end && RunsIntoEnd(series, p, 0.0)))) {
         spans.push_back({p.first + (p.jump_in > jump ? 0 : 1), p.last});
       }
     }
     if (spans.empty() || spans.size() > 50) continue;
     Report(input, series, spans, "frozen",
            "it stands at " + ShortNumber(series.y[spans.front().first]) +
-               " exactly and then jumps to where the motion is",
+               " exactly, and the motion comes and goes at speed",
            "a channel that hung or dropped out: the motion went on", findings);
-  }
-}
-
-void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
-  constexpr double kMost = 0.6;     // of a recording
-  constexpr double kWindow = 0.25;  // s
-  constexpr double kMoves = 6.0;    // times the noise, within a window
-  for (const Run* run : input.runs) {
-    std::vector<Series> of_run;
-    for (Series& series : AllSeries(input)) {
-      if (series.run == run && series.channel->kind != ChannelKind::kVelocity) {
-        of_run.push_back(std::move(series));
-      }
-    }
-    if (of_run.empty()) continue;
-    const double duration = run->t.back() - run->t.front();
-    const int windows = static_cast<int>(duration / kWindow);
-    if (windows < 8) continue;
-    std::vector<bool> moves(windows, false);
-    for (const Series& series : of_run) {
-      std::vector<double> low(windows, INFINITY), high(windows, -INFINITY);
-      for (size_t k = 0; k < series.y.size(); ++k) {
-        const int w = std::min<int>(windows - 1,
-                                    (series.t[k] - run->t.front()) / kWindow);
-        low[w] = std::min(low[w], series.y[k]);
-        high[w] = std::max(high[w], series.y[k]);
-      }
-      const double least = std::max(kMoves * series.noise, 2e-3 * series.range);
-      for (int w = 0; w < windows; ++w) {
-        if (high[w] - low[w] > least) moves[w] = true;
-      }
-    }
-    const int still = std::count(moves.begin(), moves.end(), false);
-    if (still <= kMost * windows) continue;
-    // The longest stretch.
-    int best = 0, best_end = 0, length = 0;
-    for (int w = 0; w < windows; ++w) {
-      length = moves[w] ? 0 : length + 1;
-      if (length > best) {
-        best = length;
-        best_end = w + 1;
-      }
-    }
-    const double begin = run->t.front();
-    Finding finding;
-    finding.fault = "still";
-    finding.severity = Severity::kHarmful;
-    finding.file = run->name;
-    finding.t_start = begin + (best_end - best) * kWindow;
-    finding.t_end = begin + best_end * kWindow;
-    finding.weight = 100.0 * still / windows;
-    finding.evidence = "nothing moves in " +
-                       ShortNumber(100.0 * still / windows) + " % of " +
-                       ShortNumber(duration) + " s, longest for " +
-                       ShortNumber(best * kWindow) + " s";
-    finding.consequence =
-        "what stands still tells of dry friction alone, and weighs in the "
-        "error as if it were predicted";
-    for (const Series& series : of_run) {
-      CheckInput edited = input;
-      finding.remedies.push_back(
-          IgnoreFlag(edited, run->name, series.column,
-                     {{finding.t_start, finding.t_end}}));
-    }
-    findings->push_back(finding);
   }
 }
 

@@ -72,10 +72,13 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
     } else {
       continue;
     }
-    if (series.range <= limit) continue;
+    // Without the few values of spikes.
+    const double range =
+        Percentile(series.y, 0.98) - Percentile(series.y, 0.02);
+    if (range <= limit) continue;
     Finding finding = At(series, "millimetres", Severity::kWrong);
     finding.weight = 1e4;
-    finding.evidence = what + ShortNumber(series.range) + " m";
+    finding.evidence = what + ShortNumber(range) + " m";
     finding.consequence =
         "read as metres the motion is a thousand times as large";
     finding.remedies = {ColumnsFlag(

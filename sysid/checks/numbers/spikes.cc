@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/checks/readings/edit_run.h"
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"
+#include "sysid/io/run_columns.h"
 
 namespace sysid {
 namespace {
@@ -30,6 +32,26 @@ std::vector<std::pair<int, int>> FindSpikes(const Series& series) {
     }
   }
   return spikes;
+}
+
+const Joint& OfGroup(const CheckInput& input, const ColumnGroup& group) {
+  return input.model->mechanism().joints[group.target];
+}
+
+// Samples that are farther from both neighbours, on the same side, than nearly
+// all values are apart.
+std::vector<int> FindSinglePeaks(const Eigen::VectorXd& y) {
+  const std::vector<double> values(y.begin(), y.end());
+  const double span = Percentile(values, 0.98) - Percentile(values, 0.02);
+  std::vector<int> peaks;
+  if (!(span > 0.0)) return peaks;
+  for (int k = 1; k + 1 < y.size(); ++k) {
+    const double in = y[k] - y[k - 1], out = y[k] - y[k + 1];
+    if (in * out > 0.0 && std::min(std::abs(in), std::abs(out)) > span) {
+      peaks.push_back(k);
+    }
+  }
+  return peaks;
 }
 
 }  // namespace
@@ -72,6 +94,40 @@ void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings) {
     }
     finding.remedies.push_back("--loss huber");
     findings->push_back(finding);
+  }
+}
+
+// A command may step, and stay; what leaves for a single sample, farther than
+// all commands span, and returns is a spike. The samples are held: it pushes.
+void CheckEffortSpikes(const CheckInput& input,
+                       std::vector<Finding>* findings) {
+  for (const Run* run : input.runs) {
+    for (const ColumnGroup& group : RunColumnGroups(input.model->mechanism())) {
+      const Joint* joint = group.is_effort ? &OfGroup(input, group) : nullptr;
+      if (joint == nullptr || !IsSimple(*joint)) continue;
+      const Eigen::VectorXd effort = run->effort.col(joint->v_index);
+      const std::vector<int> spikes = FindSinglePeaks(effort);
+      const size_t most = std::max<size_t>(3, run->t.size() / 50);
+      if (spikes.empty() || spikes.size() > most) continue;
+      Finding finding;
+      finding.fault = "spikes";
+      finding.file = run->name;
+      finding.subject = group.columns.front();
+      finding.weight = static_cast<double>(spikes.size());
+      finding.t_start = run->t[spikes.front()];
+      finding.t_end = run->t[spikes.back()];
+      finding.evidence =
+          std::to_string(spikes.size()) +
+          (spikes.size() == 1 ? " value jumps" : " values jump") +
+          " away for one sample and back, the first to " +
+          ShortNumber(effort[spikes.front()]) + " at " +
+          ShortNumber(run->t[spikes.front()]) + " s";
+      finding.consequence =
+          "the model is pushed there, and what was measured was not";
+      finding.remedies = {
+          "write the effort of the sample before in their place"};
+      findings->push_back(finding);
+    }
   }
 }
 

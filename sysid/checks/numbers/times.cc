@@ -22,41 +22,86 @@ Finding OfRun(const Run& run, const std::string& fault, Severity severity) {
   return finding;
 }
 
+// Rms of what no smooth curve through a column explains, by the stamps of its
+// samples and by their count.
+struct Roughness {
+  double by_stamps = 0.0, by_count = 0.0;
+};
+
+// Over the third of the column that moves the most: a stamp that is wrong shows
+// where there is speed, and elsewhere only the noise does.
+Roughness RoughnessInMotion(const Series& series, double period) {
+  constexpr int kBlock = 50;  // samples
+  const int n = static_cast<int>(series.y.size());
+  const int blocks = std::max(1, n / kBlock);
+  struct Block {
+    int first, last;
+    double path;
+  };
+  std::vector<Block> all;
+  for (int b = 0; b < blocks; ++b) {
+    Block block{b * n / blocks, (b + 1) * n / blocks, 0.0};
+    for (int k = block.first + 1; k < block.last; ++k) {
+      block.path += std::abs(series.y[k] - series.y[k - 1]);
+    }
+    all.push_back(block);
+  }
+  std::sort(all.begin(), all.end(),
+            [](const Block& a, const Block& b) { return a.path > b.path; });
+  all.resize((blocks + 2) / 3);
+  Roughness rough;
+  for (const Block& block : all) {
+    const auto part = [&](const std::vector<double>& of) {
+      return std::vector<double>(of.begin() + block.first,
+                                 of.begin() + block.last);
+    };
+    std::vector<double> even(block.last - block.first);
+    for (size_t k = 0; k < even.size(); ++k) even[k] = k * period;
+    const std::vector<double> y = part(series.y);
+    rough.by_stamps += std::pow(EstimateNoise(part(series.t), y), 2);
+    rough.by_count += std::pow(EstimateNoise(even, y), 2);
+  }
+  rough.by_stamps = std::sqrt(rough.by_stamps / all.size());
+  rough.by_count = std::sqrt(rough.by_count / all.size());
+  return rough;
+}
+
 }  // namespace
 
 // Where the samples were even and their stamps are not, the motion is smoother
 // by the count of the samples than by their stamps.
 void CheckJitter(const CheckInput& input, std::vector<Finding>* findings) {
-  constexpr double kRougher = 2.0;
+  constexpr double kRougher = 2.0, kSmoother = 0.7;
+  const std::vector<Series> all = MotionSeries(input);
   for (const Run* run : input.runs) {
-    const int n = run->size();
     const double period = MedianPeriod(run->t);
     std::vector<double> off;
-    for (int k = 1; k < n; ++k) {
+    for (int k = 1; k < run->size(); ++k) {
       off.push_back(std::abs(run->t[k] - run->t[k - 1] - period));
     }
     const double spread = Percentile(off, 0.68);
     if (spread < 0.01 * period) continue;
-    double ratio = INFINITY, by_stamps = 0.0;
+    // A column at rest is as smooth by either; none may be smoother by the
+    // stamps.
+    double most = 0.0, least = INFINITY, by_stamps = 0.0;
     std::string column;
-    for (const Series& series : AllSeries(input)) {
-      if (series.run != run || static_cast<int>(series.y.size()) != n) continue;
-      std::vector<double> even(n);
-      for (int k = 0; k < n; ++k) even[k] = k * period;
-      const double smooth = EstimateNoise(even, series.y);
-      if (!(smooth > 0.0)) continue;
-      if (series.noise / smooth < ratio) {
-        ratio = series.noise / smooth;
-        by_stamps = series.noise;
-        column = series.column;
-      }
+    for (const Series& series : all) {
+      if (series.run != run || series.t.size() != run->t.size()) continue;
+      const Roughness rough = RoughnessInMotion(series, period);
+      if (!(rough.by_count > 0.0)) continue;
+      const double ratio = rough.by_stamps / rough.by_count;
+      least = std::min(least, ratio);
+      if (ratio <= most) continue;
+      most = ratio;
+      by_stamps = rough.by_stamps;
+      column = series.column;
     }
-    if (!std::isfinite(ratio) || ratio < kRougher) continue;
+    if (most < kRougher || least < kSmoother) continue;
     Finding finding = OfRun(*run, "time_jitter", Severity::kHarmful);
-    finding.weight = ratio;
+    finding.weight = most;
     finding.evidence = "the steps of t vary by " + ShortNumber(1e3 * spread) +
                        " ms about " + ShortNumber(1e3 * period) + " ms, but " +
-                       column + " is " + ShortNumber(ratio) +
+                       column + " is " + ShortNumber(most) +
                        " times smoother by the count of its samples: "
                        "they were even, and the stamps are wrong";
     finding.consequence =
@@ -65,7 +110,7 @@ void CheckJitter(const CheckInput& input, std::vector<Finding>* findings) {
     finding.remedies = {
         "record t where the sample is taken, or write even "
         "times: sample number times " +
-            ShortNumber((run->t.back() - run->t.front()) / (n - 1)),
+            ShortNumber((run->t.back() - run->t.front()) / (run->size() - 1)),
         "--noise " + ShortNumber(by_stamps)};
     findings->push_back(finding);
   }
@@ -104,8 +149,7 @@ void CheckGaps(const CheckInput& input, std::vector<Finding>* findings) {
 }
 
 void CheckSamples(const CheckInput& input, std::vector<Finding>* findings) {
-  constexpr double kEnough = 3.0;       // numbers for each that is fitted
-  constexpr double kTurns = 1.0 / 3.0;  // of the steps: six a period
+  constexpr double kEnough = 3.0;  // numbers for each that is fitted
   for (const Run* run : input.runs) {
     double numbers = 0.0;
     for (const Channel& channel : run->channels) {
@@ -126,31 +170,6 @@ void CheckSamples(const CheckInput& input, std::vector<Finding>* findings) {
     finding.consequence =
         "neither the noise nor the error of a fit can be judged by so few";
     finding.remedies = {"record longer, or at a higher rate"};
-    findings->push_back(finding);
-  }
-  for (const Series& series : AllSeries(input)) {
-    if (series.channel->kind == ChannelKind::kVelocity) continue;
-    const double least = 0.1 * series.range;
-    int steps = 0, turns = 0, direction = 0;
-    for (size_t k = 1; k < series.y.size(); ++k) {
-      const double step = series.y[k] - series.y[k - 1];
-      if (std::abs(step) < least) continue;
-      const int now = step > 0 ? 1 : -1;
-      ++steps;
-      turns += direction != 0 && now != direction;
-      direction = now;
-    }
-    const double part = static_cast<double>(turns) / series.y.size();
-    if (steps < 8 || part < kTurns) continue;
-    Finding finding = At(series, "slow_sampling", Severity::kHarmful);
-    finding.weight = part;
-    const double period = MedianPeriod(series.run->t);
-    finding.evidence = "it turns at every " + ShortNumber(1.0 / part) +
-                       "th sample, " + ShortNumber(period) + " s apart";
-    finding.consequence =
-        "between so few samples a swing the motion is anybody's guess";
-    finding.remedies = {"record at " + ShortNumber(10 * part / period / 2) +
-                        " Hz or more"};
     findings->push_back(finding);
   }
 }

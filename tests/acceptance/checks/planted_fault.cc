@@ -15,6 +15,7 @@
 #include "sysid/session/check_runs.h"
 #include "sysid/session/check_session.h"
 #include "sysid/simulation/simulate.h"
+#include "tests/acceptance/checks/resampled.h"
 
 namespace sysid {
 namespace {
@@ -120,7 +121,8 @@ Fault OfJoint(const std::string& name, std::vector<std::string> as_good,
             const int joint = Draw(joints(clean.session), &random);
             if (joint < 0) return std::nullopt;
             return Changed(clean.session, [&](Run* run) {
-              change(joint, &random, clean.session, run);
+              Random same = random;  // a fault is the same in every run
+              change(joint, &same, clean.session, run);
             });
           }};
 }
@@ -147,24 +149,6 @@ Run WithoutRows(const Run& run, int first, int last) {
   drop(&cut.effort);
   for (Channel& channel : cut.channels) drop(&channel.values);
   return cut;
-}
-
-Run Thinned(const Run& run, int stride) {
-  Run thin = run;
-  const int n = run.size() / stride;
-  thin.t.clear();
-  thin.effort.resize(n, run.effort.cols());
-  for (size_t c = 0; c < run.channels.size(); ++c) {
-    thin.channels[c].values.resize(n, run.channels[c].values.cols());
-  }
-  for (int k = 0; k < n; ++k) {
-    thin.t.push_back(run.t[k * stride]);
-    thin.effort.row(k) = run.effort.row(k * stride);
-    for (size_t c = 0; c < run.channels.size(); ++c) {
-      thin.channels[c].values.row(k) = run.channels[c].values.row(k * stride);
-    }
-  }
-  return thin;
 }
 
 // Beside each position its slope over five samples.
@@ -313,9 +297,10 @@ std::vector<CleanCase> RecordedCases(const std::string& folder) {
     cases.push_back(std::move(clean));
   };
   const std::string dfki = "double_pendulum_dfki/traj_";
+  // The first two drive both joints, the others one: in pairs that drive both.
   add("double_pendulum_dfki", {dfki + "143339.csv", dfki + "143524.csv"}, 1e9);
-  add("double_pendulum_dfki", {dfki + "143704.csv", dfki + "143747.csv"}, 1e9);
-  add("double_pendulum_dfki", {dfki + "144003.csv", dfki + "144115.csv"}, 1e9);
+  add("double_pendulum_dfki", {dfki + "143704.csv", dfki + "144003.csv"}, 1e9);
+  add("double_pendulum_dfki", {dfki + "143747.csv", dfki + "144115.csv"}, 1e9);
   add("emps", {"emps/emps.csv"}, 1e9);
   const std::string simple = "simple_pendulum_dfki/";
   add("simple_pendulum_dfki", {simple + "ddp.csv"}, 6.0);
@@ -466,6 +451,16 @@ const std::vector<Fault>& Faults() {
                       random->Sign() * random->Uniform(0.7, 2.0) * range;
                 }
               }),
+      OfJoint("effort_spikes", {"spikes"}, Driven,
+              [](int j, Random* random, const Session& s, Run* run) {
+                auto tau =
+                    run->effort.col(s.model.mechanism().joints[j].v_index);
+                const double range = tau.maxCoeff() - tau.minCoeff();
+                for (int i = 0; i < 5; ++i) {
+                  tau[random->Below(run->size())] +=
+                      random->Sign() * random->Uniform(1.5, 3.0) * range;
+                }
+              }),
       OfJoint("frozen", {}, Simple,
               [](int j, Random* random, const Session&, Run* run) {
                 Channel* q = Position(run, j);
@@ -494,65 +489,53 @@ const std::vector<Fault>& Faults() {
                 }
               }),
       {"still", {},
-       [](const CleanCase& clean, std::uint64_t) -> Planted {
-         return Changed(clean.session, [&](Run* run) {
-           // Twice as long again before it, at rest in the first position.
-           const int n = run->size(), more = 2 * n;
-           const double period = MedianPeriod(run->t);
-           Run longer = *run;
-           std::mt19937_64 engine(1);
-           std::normal_distribution<double> noise(0.0, 2e-4);
-           longer.t.clear();
-           for (int k = 0; k < more; ++k) {
-             longer.t.push_back(run->t[0] - period * (more - k));
-           }
-           longer.t.insert(longer.t.end(), run->t.begin(), run->t.end());
-           longer.effort = RowMatrixXd::Zero(more + n, run->effort.cols());
-           longer.effort.bottomRows(n) = run->effort;
-           for (size_t c = 0; c < run->channels.size(); ++c) {
-             RowMatrixXd values(more + n, run->channels[c].values.cols());
-             values.topRows(more).rowwise() = run->channels[c].values.row(0);
-             for (double& v : values.topRows(more).reshaped()) {
-               v += noise(engine);
-             }
-             values.bottomRows(n) = run->channels[c].values;
-             if (run->channels[c].kind == ChannelKind::kOrientation) {
-               values.rowwise().normalize();
-             }
-             longer.channels[c].values = values;
-           }
-           *run = longer;
-         });
+       [](const CleanCase& clean, std::uint64_t seed) -> Planted {
+         std::mt19937_64 engine(seed);
+         const CheckInput input = InputOf(clean.session);
+         const std::vector<Series> motion = MotionSeries(input);
+         Session planted = clean.session;
+         for (size_t r = 0; r < planted.runs.size(); ++r) {
+           planted.runs[r] = AfterRest(motion, clean.session.runs[r], &engine);
+         }
+         return planted;
        }},
-      OfRun("slow_sampling",
-            [](Random*, Run* run) {
-              // Two and a half samples a swing of the fastest channel.
-              double turns = 0.0;
-              for (const Channel& channel : run->channels) {
-                int count = 0, direction = 0;
-                const double least = 0.05 * Range(channel);
-                double last = channel.values(0, 0);
-                for (int k = 1; k < run->size(); ++k) {
-                  const double step = channel.values(k, 0) - last;
-                  if (std::abs(step) < least) continue;
-                  count += direction * step < 0;
-                  direction = step > 0 ? 1 : -1;
-                  last = channel.values(k, 0);
-                }
-                turns = std::max(turns, 1.0 * count);
-              }
-              *run = Thinned(*run, std::max(
-                  1, static_cast<int>(run->size() / (1.25 * turns))));
-            }),
+      // Of so few samples both are true.
+      {"slow_sampling", {"few_samples"},
+       [](const CleanCase& clean, std::uint64_t) -> Planted {
+         const CheckInput input = InputOf(clean.session);
+         const std::vector<Series> motion = MotionSeries(input);
+         Session planted = clean.session;
+         for (size_t r = 0; r < planted.runs.size(); ++r) {
+           const Run& run = clean.session.runs[r];
+           // Two and a half samples a swing of the fastest channel.
+           const double swings = Swings(clean.session.model.mechanism(), motion, run);
+           const int stride = static_cast<int>(run.size() / (1.25 * swings));
+           planted.runs[r] = Thinned(run, std::max(1, stride));
+           // So slow a motion cannot be sampled too slowly: the reader takes
+           // samples more than a second apart for milliseconds.
+           if (MedianPeriod(planted.runs[r].t) > 1.0) return std::nullopt;
+         }
+         return planted;
+       }},
       OfRun("few_samples",
-            [](Random*, Run* run) { *run = WithoutRows(*run, 6, run->size()); }),
+            [](Random*, Run* run) {
+              // Of the motion: six that are equal would be another fault.
+              const int first = FastestStretch(*run, 6);
+              *run = Slice(*run, first, first + 6);
+            }),
       OfJoint("effort_idle", {}, Driven,
               [](int j, Random* random, const Session& s, Run* run) {
-                // Those of another experiment: backwards and of either sign.
+                // Those of another experiment: backwards, of either sign, and
+                // slower, for a sine that is read backwards is a late one.
+                constexpr double kSpeed = 0.63;
                 const int v = s.model.mechanism().joints[j].v_index;
                 const double sign = random->Sign();
-                run->effort.col(v) =
-                    (sign * run->effort.col(v).reverse()).eval();
+                const Eigen::VectorXd was = run->effort.col(v);
+                const int n = run->size();
+                for (int k = 0; k < n; ++k) {
+                  run->effort(k, v) =
+                      sign * was(n - 1 - static_cast<int>(kSpeed * k));
+                }
               }),
       OfVelocity("velocity_flipped", {},
                  [](int j, const Session&, Run* run) {
@@ -566,7 +549,10 @@ const std::vector<Fault>& Faults() {
                  1),
       OfVelocity("velocity_late", {},
                  [](int j, const Session&, Run* run) {
-                   ShiftChannel(run->t, -0.02,
+                   // Less than a sample cannot be seen in the changes.
+                   const double late =
+                       std::max(0.02, MedianPeriod(run->t));
+                   ShiftChannel(run->t, -late,
                                 ChannelOf(run, ChannelKind::kVelocity, j));
                  },
                  1),

@@ -1,0 +1,65 @@
+#include "sysid/checks/as_read.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sysid {
+namespace {
+
+constexpr int kSamples = 2000;  // of an excerpt
+constexpr int kGlanceSamples = 800;
+constexpr double kBeyondModel = 1.15;
+
+EstimationOptions OwnSteps(EstimationOptions options) {
+  options.rollout.step = 0.0;
+  return options;
+}
+
+}  // namespace
+
+AsRead::AsRead(const CheckInput& input)
+    : input_(input),
+      excerpt_(input.runs, kSamples),
+      glance_(input.runs, kGlanceSamples),
+      options_(OwnSteps(input.options)),
+      lean_(WithFriction(*input.model, *input.free, input.runs)) {
+  if (!empty()) fit_ = Fit({});
+}
+
+QuickFit AsRead::Fit(const std::function<void(Run*)>& change) const {
+  return FitQuickly(lean_, excerpt_.Windows(change), options_);
+}
+
+QuickFit AsRead::Glance(const LooseModel& model,
+                        const std::function<void(Run*)>& change) const {
+  constexpr int kIterations = 8;
+  return FitShort(model, glance_.Windows(change), options_, kIterations,
+                  nullptr);
+}
+
+double AsRead::Anything(const std::function<void(Run*)>& change) const {
+  return FitQuickly(WithEverything(lean_), excerpt_.Windows(change), options_)
+      .error;
+}
+
+double AsRead::AnythingAsRead() {
+  // More freedoms do not always converge as far.
+  if (!anything_) anything_ = std::min(fit_.error, Anything({}));
+  return *anything_;
+}
+
+bool AsRead::CouldBeModel() { return AnythingAsRead() <= kBeyondModel; }
+
+bool AsRead::IsBeyondModel(double error,
+                           const std::function<void(Run*)>& change,
+                           double scale) {
+  if (!std::isfinite(fit_.error)) return std::isfinite(error);
+  const double limit = AnythingAsRead() * scale / kBeyondModel;
+  return error < limit || Anything(change) < limit;
+}
+
+std::string TimesText(double error) {
+  return ShortNumber(error) + " times the noise";
+}
+
+}  // namespace sysid

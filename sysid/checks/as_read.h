@@ -1,0 +1,69 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sysid/checks/check.h"
+#include "sysid/checks/excerpt.h"
+#include "sysid/checks/quick_fit.h"
+
+namespace sysid {
+
+// A model within this of the noise misses nothing worth a reading.
+inline constexpr double kFits = 1.5;
+// In how many of the windows a reading must be better at least: what is right
+// is so everywhere, and one window in which the motion is chaotic decides
+// nothing.
+inline constexpr double kWindows = 0.65;
+// Readings this near to the best explain the data as well.
+inline constexpr double kEqual = 1.15;
+
+// The recordings as they were read, and what the model makes of an excerpt of
+// them: what every other reading is compared with.
+class AsRead {
+ public:
+  explicit AsRead(const CheckInput& input);
+
+  const CheckInput& input() const { return input_; }
+  const Excerpt& excerpt() const { return excerpt_; }
+  const Excerpt& glance() const { return glance_; }  // a part of it
+  const EstimationOptions& options() const { return options_; }
+  const LooseModel& lean() const { return lean_; }
+  const QuickFit& fit() const { return fit_; }
+  bool empty() const { return excerpt_.empty() || glance_.empty(); }
+
+  // The runs changed as a reading says, fitted by the user's freedoms and
+  // frictions.
+  QuickFit Fit(const std::function<void(Run*)>& change) const;
+  // The same, quickly, of the glance.
+  QuickFit Glance(const LooseModel& model,
+                  const std::function<void(Run*)>& change) const;
+
+  // Whether bodies, springs, zeros, armatures and drags could make all that is
+  // missed of the data as they were read: then nothing is beyond the model.
+  bool CouldBeModel();
+
+  // Whether a reading with this error is better than anything that they
+  // could make of the data as they were read; or they make as much more of the
+  // reading. `scale`: what
+  // an error as it was read counts in units of the reading's noise.
+  bool IsBeyondModel(double error, const std::function<void(Run*)>& change,
+                     double scale);
+
+ private:
+  double Anything(const std::function<void(Run*)>& change) const;
+  double AnythingAsRead();
+
+  const CheckInput& input_;
+  const Excerpt excerpt_, glance_;
+  EstimationOptions options_;
+  const LooseModel lean_;
+  QuickFit fit_;
+  std::optional<double> anything_;
+};
+
+std::string TimesText(double error);  // "3.2 times the noise"
+
+}  // namespace sysid
