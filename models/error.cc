@@ -33,14 +33,6 @@ int EditDistance(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-std::string Printable(std::string text) {
-  for (char& c : text) {
-    if ((static_cast<unsigned char>(c) < ' ' && c != '\n') || c == 0x7f)
-      c = '?';
-  }
-  return text;
-}
-
 InputError::InputError(const std::string& place, const std::string& what,
                        const std::string& hint)
     : std::runtime_error(Format(place, what, hint)),

@@ -1,11 +1,20 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace sysid {
 
-// The text with '?' for the control characters but line feeds: what a file says
-// must not reach a terminal as commands to it. InputError's texts are so.
-std::string Printable(std::string text);
+// Whether a text is UTF-8 (RFC 3629).
+bool IsUtf8(std::string_view text);
+
+// Whether it holds a control character, line feeds and tabs among them. Where
+// it is UTF-8, U+0080 to U+009F too: a terminal takes U+009B for ESC [.
+bool HasControls(std::string_view text);
+
+// The text with '?' for the control characters but line feeds, and for what is
+// no UTF-8: what a file says must not reach a terminal as commands to it.
+// InputError's texts and the notices are so.
+std::string Printable(std::string_view text);
 
 }  // namespace sysid

@@ -1,11 +1,11 @@
 // Says what is wrong with recordings and model before anything is fitted
 // (docs/checks.md).
 
-#include <cstdio>
 #include <filesystem>
 
 #include "gflags/gflags.h"
 #include "models/error.h"
+#include "models/printable.h"
 #include "sysid/checks/run_checks.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/findings.h"
@@ -73,9 +73,7 @@ int Main() {
   ReadAll(request.traj, &session, &session.runs, &unreadable);
   ReadAll(request.holdout, &session, &session.holdout, &unreadable);
   CheckOutputs(request, session);
-  for (const std::string& notice : session.notices) {
-    std::fprintf(stderr, "note: %s\n", notice.c_str());
-  }
+  PrintNotices(session.notices);
   CheckSession(&session);
   std::vector<Finding> findings = unreadable;
   findings.insert(findings.end(), session.findings.begin(),
@@ -92,7 +90,8 @@ int Main() {
     WriteStdout(json);
   } else {
     if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
-    WriteStdout(CheckText(session.model_name, runs.size(), findings));
+    WriteStdout(
+        Printable(CheckText(session.model_name, runs.size(), findings)));
   }
   return findings.empty() ? kExitDone : kExitFindings;
 }

@@ -19,14 +19,15 @@ namespace sysid {
 // (<gazebo>, <transmission>) are ignored.
 //
 // Throws InputError that lists every fault, each with line and column: not XML,
-// no <robot>, names missing or used twice, unknown or missing links of a joint,
-// more than one root, loops, joint types that are missing, unknown or not
-// supported (planar, floating, mimic), numbers that are unreadable as a whole
-// or not finite, a moving body without mass, negative masses, inertias that no
-// body can have, axes that are zero or off unit length by more than 1e-3 (less
-// is taken for rounding and normalised), negative damping and friction, lower
-// limits above upper ones, misspelt elements and attributes, no moving joint,
-// more than 1000 joints, a file of more than 64 MiB.
+// no <robot>, names missing, used twice or with control characters, unknown or
+// missing links of a joint, more than one root, loops, joint types that are
+// missing, unknown or not supported (planar, floating, mimic), numbers that are
+// unreadable as a whole or not finite, a moving body without mass, negative
+// masses, inertias that no body can have, axes that are zero or off unit length
+// by more than 1e-3 (less is taken for rounding and normalised), negative
+// damping and friction, lower limits above upper ones, misspelt elements and
+// attributes, no moving joint, more than 1000 joints, a file of more than 64
+// MiB.
 Mechanism LoadUrdf(const std::string& path);
 
 // The same from text; messages call the file `path`.

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "models/error.h"
+#include "models/printable.h"
 #include "models/urdf/urdf_tree.h"
 #include "models/urdf/urdf_xml.h"
 
@@ -21,6 +22,13 @@ std::string Called(const std::string& kind, const std::string& name) {
   return name.empty() ? kind + " without a name" : kind + " '" + name + "'";
 }
 
+// Names stand in tables on terminals, in CSV and in other files' lines.
+void CheckName(const UrdfElement& element) {
+  if (HasControls(element.Text("name"))) {
+    element.FaultAt("name", "a control character in the name", "leave it out");
+  }
+}
+
 // Name of a link or a joint, unique among those at `seen` (name -> row).
 std::string ReadName(const UrdfElement& element, const std::string& kind,
                      std::map<std::string, int>* seen) {
@@ -30,6 +38,7 @@ std::string ReadName(const UrdfElement& element, const std::string& kind,
                   "<" + kind + " name=\"...\">");
     return name;
   }
+  CheckName(element);
   const auto [first, is_new] = seen->insert({name, element.xml()->Row()});
   if (!is_new) {
     element.FaultAt("name",
@@ -275,6 +284,7 @@ UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path) {
   if (outline.robot_name.empty()) {
     top.Fault("no name", "<robot name=\"...\">");
   }
+  CheckName(top);
   top.CheckChildren({"link", "joint", "material", "gazebo", "transmission"});
   std::map<std::string, int> link_names, joint_names;
   for (const TiXmlElement* xml = robot->FirstChildElement("link"); xml;

@@ -33,7 +33,7 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
   }
   CheckWellFormed(text, path);
   document->SetTabSize(1);
-  document->Parse(text.c_str());
+  document->Parse(text.c_str(), nullptr, TIXML_ENCODING_UTF8);
   if (document->Error()) {
     std::string what = document->ErrorDesc();
     if (!what.empty() && what.back() == '.') what.pop_back();

@@ -1,10 +1,14 @@
 #include "models/urdf/xml_scan.h"
 
 #include <cctype>
+#include <charconv>
+#include <cstdint>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 #include "models/error.h"
+#include "models/printable.h"
 
 namespace sysid {
 namespace {
@@ -13,36 +17,6 @@ constexpr size_t kMaxDepth = 100;
 constexpr char kNoRobot[] = "a URDF is XML with <robot> as its root element";
 
 bool IsSpace(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
-// Whether bytes are UTF-8 (RFC 3629): lead bytes with as many that follow as
-// they announce, none that is longer than it must be.
-bool IsUtf8(std::string_view text) {
-  for (size_t i = 0; i < text.size();) {
-    const auto byte = [&](size_t k) {
-      return static_cast<unsigned char>(i + k < text.size() ? text[i + k] : 0);
-    };
-    const unsigned char lead = byte(0);
-    size_t length = 1;
-    if (lead >= 0xC2 && lead <= 0xDF) {
-      length = 2;
-    } else if (lead >= 0xE0 && lead <= 0xEF) {
-      length = 3;
-    } else if (lead >= 0xF0 && lead <= 0xF4) {
-      length = 4;
-    } else if (lead >= 0x80) {
-      return false;
-    }
-    for (size_t k = 1; k < length; ++k) {
-      if ((byte(k) & 0xC0) != 0x80) return false;
-    }
-    if ((lead == 0xE0 && byte(1) < 0xA0) || (lead == 0xED && byte(1) > 0x9F) ||
-        (lead == 0xF0 && byte(1) < 0x90) || (lead == 0xF4 && byte(1) > 0x8F)) {
-      return false;
-    }
-    i += length;
-  }
-  return true;
-}
 
 bool EndsName(char c) {
   return IsSpace(c) || c == '/' || c == '>' || c == '=' || c == '<' ||
@@ -55,8 +29,11 @@ class Scanner {
       : text_(text), path_(path) {}
 
   void Run() {
-    if (const size_t nul = text_.find('\0'); nul != text_.npos) {
-      Fail(nul, "a NUL byte", "save it as text in UTF-8");
+    for (size_t i = 0; i < text_.size(); ++i) {
+      if (text_[i] == '\0') Fail(i, "a NUL byte", "save it as text in UTF-8");
+      if (static_cast<unsigned char>(text_[i]) < ' ' && !IsSpace(text_[i])) {
+        Fail(i, "a control character", "leave it out");
+      }
     }
     if (At("\xEF\xBB\xBF")) pos_ = 3;  // byte-order mark
     while (pos_ < text_.size()) {
@@ -66,6 +43,7 @@ class Scanner {
         if (open_.empty() && !IsSpace(text_[pos_])) {
           Fail(pos_, "text outside of an element", kNoRobot);
         }
+        if (text_[pos_] == '&') CheckReference(pos_);
         ++pos_;
       }
     }
@@ -182,6 +160,25 @@ class Scanner {
     }
   }
 
+  // A letter by its number, &#233; or &#xE9;, is one that XML allows: TinyXML
+  // would make a NUL of &#0; or half of a letter of &#xD800;.
+  void CheckReference(size_t begin) const {
+    if (text_.compare(begin, 2, "&#") != 0) return;
+    const bool hexadecimal = text_.compare(begin, 3, "&#x") == 0;
+    const char* digits = text_.data() + begin + (hexadecimal ? 3 : 2);
+    const char* end = text_.data() + text_.size();
+    std::uint32_t letter = 0;
+    const auto [rest, error] =
+        std::from_chars(digits, end, letter, hexadecimal ? 16 : 10);
+    const bool is_letter = letter == '\t' || letter == '\n' || letter == '\r' ||
+                           (letter >= 0x20 && letter <= 0xD7FF) ||
+                           (letter >= 0xE000 && letter <= 0xFFFD) ||
+                           (letter >= 0x10000 && letter <= 0x10FFFF);
+    if (error != std::errc() || rest == end || *rest != ';' || !is_letter) {
+      Fail(begin, "a &# that is no letter", "&#233; or &#xE9;, for example");
+    }
+  }
+
   void Attribute(const std::string& element) {
     const size_t begin = pos_;
     const std::string name = Name();
@@ -206,8 +203,13 @@ class Scanner {
           "the value of " + name + " in <" + element + "> has no closing quote",
           "name=\"value\"");
     }
+    const std::string_view value =
+        std::string_view(text_).substr(pos_, end - pos_);
+    for (size_t i = 0; i < value.size(); ++i) {
+      if (value[i] == '&') CheckReference(pos_ + i);
+    }
     // TinyXML would take what follows for a part of a letter.
-    if (!IsUtf8(std::string_view(text_).substr(pos_, end - pos_))) {
+    if (!IsUtf8(value)) {
       Fail(begin, "the value of " + name + " in <" + element + "> is not UTF-8",
            "save it as text in UTF-8");
     }

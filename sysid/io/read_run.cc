@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "models/error.h"
+#include "models/printable.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/degrees.h"
@@ -53,7 +54,10 @@ class RunReader {
     return in_.sources[source].Describe();
   }
   void Notice(const std::string& text) const {
-    if (notices_ != nullptr) notices_->push_back(file_.path() + ": " + text);
+    // With names of the file's columns.
+    if (notices_ != nullptr) {
+      notices_->push_back(Printable(file_.path() + ": " + text));
+    }
   }
 
   TableFile& file_;

@@ -21,7 +21,7 @@ namespace sysid {
 //
 // `notices` (may be null) receives one line each for what was ignored or
 // assumed: unknown columns, held efforts, positions that may be degrees, and
-// what the file's format leaves open.
+// what the file's format leaves open. Text that a terminal can show.
 //
 // Throws InputError, with line, field and column name, for all that OpenTable,
 // the file's class and ResolveColumns refuse, and for: no header; no time, or

@@ -6,12 +6,15 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "models/error.h"
 #include "sysid/report/json.h"
 #include "sysid/report/page_data.h"
 #include "sysid/studio/connection.h"
+#include "sysid/studio/parse_json.h"
 
 namespace sysid {
 namespace {
@@ -88,13 +91,13 @@ std::string TextOf(const Json& body, const char* key) {
 }
 
 Json BodyOf(const Request& request) {
-  const Json body = Json::parse(request.body, nullptr, false);
-  if (!body.is_object()) {
+  std::optional<Json> body = ParseJson(request.body);
+  if (!body || !body->is_object()) {
     throw InputError(
         "request", "the body must be a JSON object",
         R"(send {"model": 0, "effect": "coulomb_friction@joint1"})");
   }
-  return body;
+  return *std::move(body);
 }
 
 // A connection as httplib reads and writes it.

@@ -8,11 +8,14 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "models/error.h"
 #include "sysid/io/read_file.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/json.h"
+#include "sysid/studio/parse_json.h"
 
 namespace sysid {
 namespace {
@@ -127,13 +130,12 @@ std::string NamesIn(const Json& runs) {
 }
 
 Json ReadJson(const std::string& file) {
-  const std::string text = ReadTextFile(file);
-  try {
-    return Json::parse(text);
-  } catch (const Json::exception&) {
-    throw InputError(file, "is broken: it is no JSON",
+  std::optional<Json> json = ParseJson(ReadTextFile(file));
+  if (!json) {
+    throw InputError(file, "is broken: it is no JSON, or nested too deep",
                      "restore it, or save to another folder (--out)");
   }
+  return *std::move(json);
 }
 
 }  // namespace

@@ -10,6 +10,13 @@ Json StartJson(const StudioModel::Start& start) {
   return {{"values", start.values}, {"idle", start.idle}};
 }
 
+InputError Broken(const std::string& file) {
+  return InputError(file,
+                    "is broken: parts of a model are missing in it, or of "
+                    "another kind",
+                    "restore it, or save to another folder (--out)");
+}
+
 StudioModel::Start StartFrom(const Json& json) {
   StudioModel::Start start;
   json.at("values").get_to(start.values);
@@ -47,8 +54,16 @@ StudioModel StudioModelFrom(const Json& json, const std::string& file) {
       throw InputError(file, "is of another version",
                        "save to another folder (--out)");
     }
-    json.at("id").get_to(model.id);
-    json.at("parent").get_to(model.parent);
+    // get<int>() rounds, wraps, and takes `true` for 1.
+    const auto whole = [&](const char* key) {
+      const Json& value = json.at(key);
+      if (!value.is_number_integer() || value != value.get<int>()) {
+        throw Broken(file);
+      }
+      return value.get<int>();
+    };
+    model.id = whole("id");
+    model.parent = whole("parent");
     json.at("effects").get_to(model.effects);
     model.start = StartFrom(json.at("start"));
     for (const auto& [name, start] : json.at("candidates").items()) {
@@ -62,10 +77,7 @@ StudioModel StudioModelFrom(const Json& json, const std::string& file) {
     model.Error("holdoutError");
     return model;
   } catch (const Json::exception&) {
-    throw InputError(file,
-                     "is broken: parts of a model are missing in it, or of "
-                     "another kind",
-                     "restore it, or save to another folder (--out)");
+    throw Broken(file);
   }
 }
 

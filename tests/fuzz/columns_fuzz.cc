@@ -45,5 +45,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data,
   } catch (const InputError& error) {
     ExpectReadable(error);
   }
+  for (const std::string& notice : notices) ExpectPrintable(notice);
   return 0;
 }

@@ -29,9 +29,14 @@ inline std::string TextOf(const std::uint8_t* data, std::size_t size) {
 
 // Text that a terminal can show, and obeys nothing of.
 inline void ExpectPrintable(const std::string& text) {
-  for (const char c : text) {
-    FUZZ_EXPECT(c == '\n' || static_cast<unsigned char>(c) >= ' ');
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    FUZZ_EXPECT(c == '\n' || c >= ' ');
     FUZZ_EXPECT(c != 0x7f);
+    // U+0080 to U+009F: what ESC and a letter mean, too.
+    if (c == 0xC2 && i + 1 < text.size()) {
+      FUZZ_EXPECT(static_cast<unsigned char>(text[i + 1]) >= 0xA0);
+    }
   }
 }
 

@@ -99,6 +99,10 @@ StudioSetup FuzzStudioSetup(const std::string& folder) {
   Session session{Model(FuzzMechanism())};
   session.model_name = "fuzz";
   session.model_file = robot;
+  Run run;
+  run.name = "a.csv";
+  run.t = {0.0, 0.1};
+  session.runs.push_back(run);
   StudioSetup setup(session);
   setup.page.program = "sysid_studio";
   setup.page.command = "sysid_studio --model fuzz";

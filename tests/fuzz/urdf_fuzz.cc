@@ -1,16 +1,30 @@
-// URDF: what is loaded is physical, makes a model, and is read back from what
-// is written of it.
+// URDF: what is loaded is physical, has names to show, makes a model, and is
+// read back from what is written of it.
 
 #include <cmath>
 
 #include "models/model.h"
 #include "models/parameters.h"
+#include "models/printable.h"
 #include "models/urdf/load_urdf.h"
 #include "models/urdf/write_urdf.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace sysid {
 namespace {
+
+// Names stand in tables, in CSV and in JSON as they are.
+void ExpectName(const std::string& name) {
+  FUZZ_EXPECT(!name.empty() && IsUtf8(name));
+  FUZZ_EXPECT(name.find('\n') == std::string::npos);
+  ExpectPrintable(name);
+}
+
+void ExpectNames(const Mechanism& mechanism) {
+  ExpectName(mechanism.name);
+  for (const std::string& name : mechanism.LinkNames()) ExpectName(name);
+  for (const Joint& joint : mechanism.joints) ExpectName(joint.name);
+}
 
 void ExpectSame(const Mechanism& before, const Mechanism& after) {
   FUZZ_EXPECT(after.name == before.name);
@@ -48,6 +62,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data,
   try {
     const Mechanism mechanism = LoadUrdfText(TextOf(data, size), "robot.urdf");
     FUZZ_EXPECT(mechanism.nv > 0);
+    ExpectNames(mechanism);
     FUZZ_EXPECT(PhysicalFaults(mechanism).empty());
     const Model model = MakeModel(mechanism, Catalogue());
     FUZZ_EXPECT(model.nv() == mechanism.nv);

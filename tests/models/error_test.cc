@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "models/printable.h"
-
 namespace sysid {
 namespace {
 
@@ -15,10 +13,6 @@ TEST(InputError, ShowsNoControlCharactersOfItsInput) {
                "?"
                "?'\n  b\n  hint: ?mend it");
   EXPECT_EQ(error.place(), "run\x1b[2J.csv:1:1");  // as it was given
-}
-
-TEST(Printable, KeepsTextOfOtherLanguages) {
-  EXPECT_EQ(Printable("Größe 5\n\xc2\xb0"), "Größe 5\n\xc2\xb0");
 }
 
 }  // namespace

@@ -115,6 +115,16 @@ TEST(CheckTest, WhatTheReaderRefusesIsAFindingAndTheOtherRunsAreChecked) {
   EXPECT_THAT(result.out, HasSubstr("cartpole: 1 finding in 2 runs"));
 }
 
+TEST(CheckTest, NothingOfAFileIsACommandToTheTerminal) {
+  const ProgramFolder folder;
+  folder.Write("a.csv",
+               "t,slider.q,hinge.q,\x1b[2J\u009b2J\n0,0,0,1\n1,0,1,1\n");
+  const ProgramResult result =
+      folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj", "a.csv"});
+  EXPECT_THAT(result.err,
+              HasSubstr("note: a.csv: ignored the column ?[2J?2J\n"));
+}
+
 TEST(CheckTest, BadUsageIsRefused) {
   const ProgramFolder folder;
   ExpectRefused(folder, SYSID_CHECK,

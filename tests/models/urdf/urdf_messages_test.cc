@@ -11,6 +11,7 @@
 namespace sysid {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -124,6 +125,19 @@ TEST(UrdfMessages, NotXml) {
   EXPECT_EQ(Message(nul),
             "r.urdf:2:15: not XML: a NUL byte\n  hint: save it as text in "
             "UTF-8");
+  EXPECT_EQ(Message("<robot name='r'>\n <link name='a\x1b[2Jb'/></robot>"),
+            "r.urdf:2:15: not XML: a control character\n  hint: leave it out");
+  // NUL, ESC, half of a letter, none, and what has no end.
+  for (const std::string number :
+       {"0;", "256", "27;", "x1b;", "xD800;", "x110000;", "xFFFF;", ";", "x;",
+        "-1;", "99999999999;", "x4294967361;"}) {
+    EXPECT_EQ(
+        Message("<robot name='r'>\n <link name='a&#" + number + "'/></robot>"),
+        "r.urdf:2:15: not XML: a &# that is no letter\n  hint: &#233; or "
+        "&#xE9;, for example");
+    EXPECT_THAT(Message("<robot name='r'>&#" + number + "</robot>"),
+                HasSubstr("r.urdf:1:17: not XML: a &# that is no letter"));
+  }
   // Latin-1, a letter that is cut off, one longer than it must be.
   for (const std::string bytes : {"caf\xE9", "\xE2\x82", "\xC0\xAF"}) {
     EXPECT_EQ(
@@ -136,6 +150,31 @@ TEST(UrdfMessages, NotXml) {
             "it out");
   EXPECT_THAT(Message("<robot name='r' name='s'/>"),
               HasSubstr("not XML: Error parsing Element"));
+}
+
+TEST(UrdfMessages, ControlCharactersInNames) {
+  const std::string fault = "a control character in the name";
+  for (const std::string control :
+       {"\n", "&#10;", "&#9;", "\x7f", "&#x7F;", "&#x9B;", "\u009b"}) {
+    EXPECT_THAT(MoreMessage("<link name='b" + control + "'/>"),
+                AllOf(HasSubstr("r.urdf:5:7: link 'b"),
+                      HasSubstr("': " + fault + " (leave it out)")));
+    EXPECT_THAT(
+        Message("<robot name='r" + control + "'><link name='b'/></robot>"),
+        HasSubstr("r.urdf:1:8: robot: " + fault));
+  }
+}
+
+TEST(UrdfMessages, LettersByTheirNumber) {
+  const Mechanism mechanism = LoadUrdfText(
+      "<robot name='&#x20AC;&#233;'><link name='b&amp;&#65;&amp;#66;'/>"
+      "<link name='a'>" +
+          std::string(kGoodLink) +
+          "</link><joint name='j' type='revolute'><parent "
+          "link='b&#38;A&#x26;#66;'/><child link='a'/></joint></robot>",
+      "r.urdf");
+  EXPECT_EQ(mechanism.name, "\u20ac\u00e9");
+  EXPECT_EQ(mechanism.links[0].name, "b&A&#66;");
 }
 
 TEST(UrdfMessages, NestedTooDeep) {

@@ -136,6 +136,9 @@ TEST(ReadRunTest, ListsUnknownColumnsInOneNotice) {
           "joint1.qw (joint 'joint1' is revolute and has no column "
           "'joint1.qw'; its columns are joint1.q, joint1.qd, joint1.tau)"));
   notices.clear();
+  Parse("t,joint1.q,\x1b[2J\n0,0,1\n1,0,2\n", "", &notices);
+  EXPECT_THAT(notices, ElementsAre("run.csv: ignored the column ?[2J"));
+  notices.clear();
   Parse("time,t,pos\n0,x,0\n1,x,0\n", "t=time,joint1.q=pos", &notices);
   EXPECT_THAT(notices, IsEmpty());
 }

@@ -178,6 +178,10 @@ TEST(StudioServer, RefusesWhatItDoesNotUnderstand) {
   }
   ExpectRefused(client.Post("/api/add", "{", "application/json"), 400,
                 "JSON object", "effect");
+  ExpectRefused(
+      client.Post("/api/add", R"({"model": )" + std::string(60000, '['),
+                  "application/json"),
+      400, "JSON object");
   ExpectRefused(served.Post("/api/add", Json::array()), 400, "JSON object");
   ExpectRefused(served.Post("/api/add", {{"effect", "a"}}), 400, "\"model\"");
   ExpectRefused(served.Post("/api/add", {{"model", 0}}), 400, "\"effect\"");

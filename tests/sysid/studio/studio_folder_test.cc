@@ -148,6 +148,10 @@ TEST(StudioFolder, NamesTheFileThatIsBroken) {
   };
   folder.Write("s/studio.json", index.substr(0, index.size() / 2));
   ExpectRefused(folder, own, "s/studio.json", "is broken: it is no JSON");
+  const std::string deep =
+      std::string(1000000, '[') + std::string(1000000, ']');
+  folder.Write("s/studio.json", with(index, "\"sysid.studio/1\"", deep));
+  ExpectRefused(folder, own, "s/studio.json", "nested too deep");
   folder.Write("s/studio.json", "{}");
   ExpectRefused(folder, own, "s/studio.json",
                 "is broken: parts of a session are missing");
@@ -164,6 +168,11 @@ TEST(StudioFolder, NamesTheFileThatIsBroken) {
                 "is broken: parts of a model are missing");
   folder.Write("s/model-0.json", with(model, "\"id\": 0", "\"id\": 1"));
   ExpectRefused(folder, own, "s/model-0.json", "is broken");
+  for (const char* id : {"0.5", "1e300", "false", "4294967296"}) {
+    folder.Write("s/model-0.json",
+                 with(model, "\"id\": 0", std::string("\"id\": ") + id));
+    ExpectRefused(folder, own, "s/model-0.json", "of another kind");
+  }
   folder.Write("s/model-0.json", model);
   EXPECT_EQ(Studio(own).models(), 1);
 }
