@@ -389,6 +389,15 @@ const std::vector<Fault>& Faults() {
     if (s.model_name == "simple_pendulum_dfki") list.clear();
     return list;
   };
+  // A slide without friction that drifts is one that moves (Galilei).
+  const auto felt = [timed](const Session& s) {
+    std::vector<int> list = timed(s);
+    std::erase_if(list, [&](int j) {
+      return !IsHinge(s.model.mechanism().joints[j]) &&
+             s.model.effects().size() == 0;
+    });
+    return list;
+  };
   const auto swap = [](int parts) {
     return [parts](const CleanCase& clean, std::uint64_t seed) -> Planted {
       Random random(seed);
@@ -527,7 +536,7 @@ const std::vector<Fault>& Faults() {
                   return;
                 }
               }),
-      OfJoint("drift", {}, timed,
+      OfJoint("drift", {}, felt,
               [](int j, Random* random, const Session&, Run* run) {
                 const double rate = random->Sign() * random->Uniform(0.04, 0.1);
                 Channel* q = Position(run, j);
