@@ -58,6 +58,8 @@ void ReadAll(const std::vector<std::string>& files, Session* session,
       CheckMotion({run});
       runs->push_back(std::move(run));
     } catch (const InputError& error) {
+      // A flag that is wrong is no fault of the recording.
+      if (error.place().starts_with("--")) throw;
       findings->push_back(Unreadable(file, error));
     }
   }

@@ -84,7 +84,7 @@ std::string ShiftFlag(const CheckInput& input, const std::string& column,
 }
 
 std::string IgnoreFlag(const CheckInput& input, const std::string& run,
-                       const std::string& column,
+                       const std::vector<std::string>& columns,
                        const std::vector<std::pair<double, double>>& spans) {
   std::vector<std::string> parts;
   const auto add = [&](const std::string& of, const std::string& name,
@@ -98,7 +98,9 @@ std::string IgnoreFlag(const CheckInput& input, const std::string& run,
   const std::string of = input.runs.size() > 1
                              ? std::filesystem::path(run).filename().string()
                              : "";
-  for (const auto& [from, to] : spans) add(of, column, from, to);
+  for (const std::string& column : columns) {
+    for (const auto& [from, to] : spans) add(of, column, from, to);
+  }
   return "--ignore " + Quoted(Join(parts, ","));
 }
 

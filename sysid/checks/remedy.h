@@ -28,7 +28,7 @@ std::string ShiftFlag(const CheckInput& input, const std::string& column,
 // "--ignore joint1.q@12.3:14.5,..." of spans in one run (named where there are
 // several).
 std::string IgnoreFlag(const CheckInput& input, const std::string& run,
-                       const std::string& column,
+                       const std::vector<std::string>& columns,
                        const std::vector<std::pair<double, double>>& spans);
 
 // Whether any run measures the column's channel, or has its effort.

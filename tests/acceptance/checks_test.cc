@@ -77,6 +77,15 @@ TEST(PlantedFaults, JitterIsMendedBeforeThePhysics) {
   EXPECT_EQ(findings[0].fault, "time_jitter");
 }
 
+TEST(PlantedFaults, EveryEffortTheOtherWayRoundIsOneFinding) {
+  Session session = SimulatedCases(3, false)[0].session;
+  for (sysid::Run& run : session.runs) run.effort *= -1.0;
+  const std::vector<Finding> findings = CheckCase(session);
+  ASSERT_EQ(findings.size(), 1u) << Named(findings);
+  EXPECT_EQ(findings[0].fault, "effort_flipped");
+  EXPECT_EQ(findings[0].subject, "joint1.tau, joint2.tau");
+}
+
 TEST(CleanRecordings, HaveNoFindingWhetherOrNotAnEffectIsMissing) {
   for (const bool missing : {false, true}) {
     for (const CleanCase& clean : SimulatedCases(5, missing)) {

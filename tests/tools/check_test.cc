@@ -134,6 +134,15 @@ TEST(CheckTest, BadUsageIsRefused) {
                 {"--model", "cartpole", "--traj", kRuns + "cartpole.csv",
                  "--shift", "hinge=x"},
                 "--shift", "'x' is not a number of seconds", "joint1.q=0.010");
+  // What is found only beside a file is the flag's fault all the same.
+  ExpectRefused(folder, SYSID_CHECK,
+                {"--model", "cartpole", "--traj", kRuns + "cartpole.csv",
+                 "--columns", "hinge.q=hinge.q*5+((hinge.q)"},
+                "--columns", "not closed", "write column*number");
+  ExpectRefused(folder, SYSID_CHECK,
+                {"--model", "cartpole", "--traj", kRuns + "cartpole.csv",
+                 "--shift", "hinge.q=1e9"},
+                "--shift", "leaves little of", "it is in seconds");
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ void Report(const CheckInput& input, const Series& series,
                      std::to_string(samples) + " of " +
                      std::to_string(series.y.size()) + " samples";
   finding.consequence = consequence;
-  finding.remedies = {IgnoreFlag(input, series.run->name, series.column,
+  finding.remedies = {IgnoreFlag(input, series.run->name, {series.column},
                                  Times(series.t, spans))};
   findings->push_back(finding);
 }
@@ -130,21 +130,25 @@ void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
   for (const Series& series : AllSeries(input)) {
     const double quantum = FindQuantum(series);
     std::vector<std::pair<int, int>> spans;
-    double level = 0.0;
-    bool clipped = false;
+    std::vector<double> levels;  // of either end
     for (const Plateau& p : FindPlateaus(series, kLeast)) {
       const double value = series.y[p.first];
       if (!IsExtreme(series, value)) continue;
-      const bool runs_in = RunsIntoEnd(series, p, quantum);
-      clipped = clipped || runs_in;
-      level = runs_in ? value : level;
       spans.push_back({p.first, p.last});
+      if (RunsIntoEnd(series, p, quantum) &&
+          std::find(levels.begin(), levels.end(), value) == levels.end()) {
+        levels.push_back(value);
+      }
     }
-    if (!clipped) continue;
-    std::erase_if(spans,
-                  [&](const auto& s) { return series.y[s.first] != level; });
+    if (levels.empty()) continue;
+    std::erase_if(spans, [&](const auto& s) {
+      return std::find(levels.begin(), levels.end(), series.y[s.first]) ==
+             levels.end();
+    });
     Report(input, series, spans, "saturation",
-           "it runs into " + ShortNumber(level) + " and stays there exactly",
+           "it runs into " + ShortNumber(levels.front()) +
+               (levels.size() > 1 ? " and " + ShortNumber(levels.back()) : "") +
+               " and stays there exactly",
            "the motion went on where the sensor ends: what is fitted is too "
            "slow and too small",
            findings);

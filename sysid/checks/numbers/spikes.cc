@@ -90,7 +90,7 @@ void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings) {
     constexpr size_t kMost = 20;
     if (spans.size() <= kMost) {
       finding.remedies.push_back(
-          IgnoreFlag(input, series.run->name, series.column, spans));
+          IgnoreFlag(input, series.run->name, {series.column}, spans));
     }
     finding.remedies.push_back("--loss huber");
     findings->push_back(finding);

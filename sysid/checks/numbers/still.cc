@@ -24,10 +24,12 @@ std::vector<Series> OfRun(const CheckInput& input, const Run* run) {
   return of_run;
 }
 
-// Whether something moves in each window of a run.
-std::vector<bool> FindMotion(const std::vector<Series>& of_run, double begin,
+// What was seen of each window of a run.
+enum class Seen { kNothing, kRest, kMotion };
+
+std::vector<Seen> FindMotion(const std::vector<Series>& of_run, double begin,
                              double window, int windows) {
-  std::vector<bool> moves(windows, false);
+  std::vector<Seen> seen(windows, Seen::kNothing);
   for (const Series& series : of_run) {
     std::vector<double> low(windows, INFINITY), high(windows, -INFINITY);
     for (size_t k = 0; k < series.y.size(); ++k) {
@@ -37,23 +39,28 @@ std::vector<bool> FindMotion(const std::vector<Series>& of_run, double begin,
     }
     const double least = std::max(kMoves * series.noise, 2e-3 * series.range);
     for (int w = 0; w < windows; ++w) {
-      if (high[w] - low[w] > least) moves[w] = true;
+      if (high[w] - low[w] > least) {
+        seen[w] = Seen::kMotion;
+      } else if (high[w] >= low[w] && seen[w] == Seen::kNothing) {
+        seen[w] = Seen::kRest;
+      }
     }
   }
-  return moves;
+  return seen;
 }
 
-// [first, last) of the longest stretch of windows in which nothing moves.
-std::pair<int, int> LongestRest(const std::vector<bool>& moves) {
-  std::pair<int, int> longest{0, 0};
-  int first = 0;
-  for (int w = 0; w < static_cast<int>(moves.size()); ++w) {
-    if (moves[w]) first = w + 1;
-    if (w + 1 - first > longest.second - longest.first) {
-      longest = {first, w + 1};
-    }
+// [first, last) of the stretches of windows at rest, the longest first.
+std::vector<std::pair<int, int>> Rests(const std::vector<Seen>& seen) {
+  std::vector<std::pair<int, int>> rests;
+  for (int w = 0; w < static_cast<int>(seen.size()); ++w) {
+    if (seen[w] != Seen::kRest) continue;
+    if (rests.empty() || rests.back().second != w) rests.push_back({w, w});
+    rests.back().second = w + 1;
   }
-  return longest;
+  std::stable_sort(rests.begin(), rests.end(), [](auto a, auto b) {
+    return a.second - a.first > b.second - b.first;
+  });
+  return rests;
 }
 
 // Too few samples a swing look like noise, and a motion within the noise like
@@ -78,31 +85,46 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
     const double begin = run->t.front(), duration = run->t.back() - begin;
     const int windows = static_cast<int>(duration / window);
     if (windows < 8) continue;
-    const std::vector<bool> moves = FindMotion(of_run, begin, window, windows);
-    const int still = std::count(moves.begin(), moves.end(), false);
-    if (still <= kMost * windows) continue;
-    const auto [first, last] = LongestRest(moves);
+    const std::vector<Seen> seen = FindMotion(of_run, begin, window, windows);
+    const auto count = [&](Seen what) {
+      return static_cast<int>(std::count(seen.begin(), seen.end(), what));
+    };
+    const int still = count(Seen::kRest);
+    const int looked_at = still + count(Seen::kMotion);
+    if (still <= kMost * looked_at) continue;
+    std::vector<std::pair<int, int>> rests = Rests(seen);
+    const auto [first, last] = rests.front();
     Finding finding;
     finding.fault = "still";
     finding.severity = Severity::kHarmful;
     finding.file = run->name;
     finding.t_start = begin + first * window;
     finding.t_end = begin + last * window;
-    finding.weight = 100.0 * still / windows;
+    finding.weight = 100.0 * still / looked_at;
     finding.evidence = "nothing moves in " +
-                       ShortNumber(100.0 * still / windows) + " % of " +
-                       ShortNumber(duration) + " s, longest for " +
+                       ShortNumber(100.0 * still / looked_at) + " % of " +
+                       ShortNumber(looked_at * window) + " s, longest for " +
                        ShortNumber((last - first) * window) + " s";
     finding.consequence =
         "what stands still tells of dry friction alone, and weighs in the "
         "error as if it were predicted";
-    std::string column;  // the four of a quaternion are one
-    for (const Series& series : of_run) {
-      if (series.column == column) continue;
-      column = series.column;
-      finding.remedies.push_back(IgnoreFlag(
-          input, run->name, column, {{finding.t_start, finding.t_end}}));
+    // All columns together, for they are still together.
+    constexpr double kWorthIt = 1.0;  // s
+    std::erase_if(rests, [&](const auto& rest) {
+      return rest != std::pair(first, last) &&
+             (rest.second - rest.first) * window < kWorthIt;
+    });
+    std::vector<std::pair<double, double>> spans;
+    for (const auto& [from, to] : rests) {
+      spans.push_back({begin + from * window, begin + to * window});
     }
+    std::vector<std::string> columns;
+    for (const Series& series : of_run) {
+      if (columns.empty() || columns.back() != series.column) {
+        columns.push_back(series.column);  // the four of a quaternion are one
+      }
+    }
+    finding.remedies = {IgnoreFlag(input, run->name, columns, spans)};
     findings->push_back(finding);
   }
 }

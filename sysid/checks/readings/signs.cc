@@ -5,6 +5,41 @@
 #include "sysid/checks/shipped_checks.h"
 
 namespace sysid {
+namespace {
+
+constexpr char kConsequence[] =
+    "as it stands the model moves the wrong way there: what is fitted makes up "
+    "for that";
+
+// The sign convention of a whole drive system.
+void ReadAllEffortsFlipped(const CheckInput& input,
+                           std::vector<Reading>* readings) {
+  const Mechanism* mechanism = &input.model->mechanism();
+  std::vector<int> driven;
+  NewColumns columns;
+  std::string names;
+  for (size_t j = 0; j < mechanism->joints.size(); ++j) {
+    const Joint& joint = mechanism->joints[j];
+    if (!IsSimple(joint) || !IsDriven(input, joint)) continue;
+    driven.push_back(static_cast<int>(j));
+    const std::string column = joint.name + ".tau";
+    columns.push_back({column, Negated(SourceOf(input, column))});
+    names += (names.empty() ? "" : ", ") + column;
+  }
+  if (driven.size() < 2) return;
+  Reading reading;
+  reading.fault = "effort_flipped";
+  reading.subject = names;
+  reading.says = "with the sign of every effort changed";
+  reading.consequence = kConsequence;
+  reading.change = [=](Run* run) {
+    for (const int j : driven) ScaleJoint(*mechanism, j, kEffort, -1.0, run);
+  };
+  reading.remedies = {ColumnsFlag(input, columns)};
+  readings->push_back(reading);
+}
+
+}  // namespace
 
 void ReadFlippedSigns(const CheckInput& input, std::vector<Reading>* readings) {
   const Mechanism* mechanism = &input.model->mechanism();
@@ -33,9 +68,7 @@ void ReadFlippedSigns(const CheckInput& input, std::vector<Reading>* readings) {
       reading.fault = fault;
       reading.subject = subject;
       reading.says = says;
-      reading.consequence =
-          "as it stands the model moves the wrong way there: what is fitted "
-          "makes up for that";
+      reading.consequence = kConsequence;
       reading.change = [=](Run* run) {
         ScaleJoint(*mechanism, index, parts, -1.0, run);
       };
@@ -55,6 +88,7 @@ void ReadFlippedSigns(const CheckInput& input, std::vector<Reading>* readings) {
           "with the axis of " + joint.name + " the other way round");
     }
   }
+  ReadAllEffortsFlipped(input, readings);
 }
 
 }  // namespace sysid

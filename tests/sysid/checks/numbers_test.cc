@@ -135,6 +135,27 @@ TEST(StillTest, IsSeenInQuaternions) {
 }
 
 // At 3.3 Hz a quarter of a second holds one sample.
+// Every joint, and every rest: then nothing is still any more.
+TEST(StillTest, ItsRemedyMendsIt) {
+  const Signal signal = [](double t) {
+    return t > 8.0 && t < 10.0 ? Swing(t - 8.0)
+                               : Swing(std::max(0.0, t - 18.0));
+  };
+  Recording rests("cartpole", EvenTimes(2000, 0.01));
+  rests.Add(kQ, 0, 1e-4, signal);
+  rests.Add(kQ, 1, 1e-4, signal);
+  const std::vector<Finding> findings = rests.Find(CheckStill);
+  ASSERT_EQ(findings.size(), 1u);
+  ASSERT_EQ(findings[0].remedies.size(), 1u);
+  EXPECT_EQ(findings[0].remedies[0],
+            "--ignore slider.q@0:8,slider.q@10:18,hinge.q@0:8,hinge.q@10:18");
+  for (Channel& channel : rests.run().channels) {
+    channel.values.topRows(800).setConstant(NAN);
+    channel.values.middleRows(1000, 800).setConstant(NAN);
+  }
+  EXPECT_THAT(rests.Faults(CheckStill), IsEmpty());
+}
+
 TEST(StillTest, OfSlowSamplesNothingIsSaidUnlessTheyAreSmooth) {
   Recording rough("cartpole", EvenTimes(60, 0.3));
   rough.Add(kQ, 1, 1e-3, [](double t) { return Swing(1.25 * t); });
@@ -245,6 +266,24 @@ TEST(SaturationTest, IsNotTheTurnOfASwingInCoarseDigits) {
   EXPECT_THAT(recording.Faults(CheckSaturation), IsEmpty());
   q = q.cwiseMin(0.12);
   EXPECT_THAT(recording.Faults(CheckSaturation), ElementsAre("saturation"));
+}
+
+TEST(SaturationTest, NamesBothEnds) {
+  Recording recording("cartpole", EvenTimes(800, 0.01));
+  recording.Add(kQ, 1, 0.0, [](double t) { return Swing(t); });
+  Eigen::Ref<RowMatrixXd> q = recording.run().channels[0].values;
+  const double most = 0.5 * q.maxCoeff();
+  q = q.cwiseMin(most).cwiseMax(-most);
+  const std::vector<Finding> findings = recording.Find(CheckSaturation);
+  ASSERT_EQ(findings.size(), 1u);
+  for (int k = 0; k < 800; ++k) {
+    if (std::abs(q(k, 0)) == most) q(k, 0) = NAN;
+  }
+  EXPECT_THAT(recording.Faults(CheckSaturation), IsEmpty());
+  EXPECT_THAT(findings[0].evidence,
+              ::testing::AllOf(::testing::HasSubstr(" and -"),
+                               ::testing::HasSubstr("stays there")))
+      << FullText(findings[0]);
 }
 
 // Two joints that move nearly alike, the first less by a half.

@@ -32,7 +32,7 @@ TEST(RemedyTest, FlagsRepeatWhatWasGiven) {
   EXPECT_EQ(ShiftFlag(input, "joint1.q", 0.01),
             "--shift joint2.q=0.002,joint1.q=0.01");
   EXPECT_EQ(ShiftFlag(input, "joint2.q", 0.01), "--shift joint2.q=0.012");
-  EXPECT_EQ(IgnoreFlag(input, "a.csv", "joint1.q", {{1, 2.5}}),
+  EXPECT_EQ(IgnoreFlag(input, "a.csv", {"joint1.q"}, {{1, 2.5}}),
             "--ignore joint1.q@1:2.5");
 }
 
