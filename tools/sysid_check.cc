@@ -37,6 +37,8 @@ constexpr char kHelp[] =
   --ignore joint1.q@12:14.5  measurements that are taken as missing
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation
+  --loss, --segment, --step, --integrator, --solver: those of sysid_fit, so that
+                             its flags can be given as they are
   --threads N (default: all cores)
   --json FILE|-              machine-readable result
   --out DIR                  check.json
