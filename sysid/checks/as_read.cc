@@ -29,10 +29,6 @@ AsRead::AsRead(const CheckInput& input)
   fit_ = FitLong(short_);
 }
 
-QuickFit AsRead::Fit(const std::function<void(Run*)>& change) const {
-  return FitQuickly(lean_, excerpt_.Windows(change), options_);
-}
-
 QuickFit AsRead::Glance(const LooseModel& model,
                         const std::function<void(Run*)>& change) const {
   constexpr int kIterations = 8;

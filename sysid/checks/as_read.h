@@ -11,14 +11,10 @@
 
 namespace sysid {
 
-// A model within this of the noise misses nothing worth a reading.
-inline constexpr double kFits = 1.5;
 // In how many of the windows a reading must be better at least: what is right
 // is so everywhere, and one window in which the motion is chaotic decides
 // nothing.
 inline constexpr double kWindows = 0.6;
-// Readings this near to the best explain the data as well.
-inline constexpr double kEqual = 1.15;
 
 // The recordings as they were read, and what the model makes of an excerpt of
 // them: what every other reading is compared with.
@@ -35,10 +31,7 @@ class AsRead {
   const QuickFit& short_fit() const { return short_; }  // that it began with
   bool empty() const { return excerpt_.empty() || glance_.empty(); }
 
-  // The runs changed as a reading says, fitted by the user's freedoms and
-  // frictions.
-  QuickFit Fit(const std::function<void(Run*)>& change) const;
-  // The same, quickly, of the glance.
+  // A short fit of the glance, its runs changed as a reading says.
   QuickFit Glance(const LooseModel& model,
                   const std::function<void(Run*)>& change) const;
 
@@ -46,10 +39,10 @@ class AsRead {
   // missed of the data as they were read: then nothing is beyond the model.
   bool CouldBeModel();
 
-  // Whether a reading with this error is better than anything that they
-  // could make of the data as they were read; or they make as much more of the
-  // reading. `scale`: what
-  // an error as it was read counts in units of the reading's noise.
+  // Whether a reading with this error is better than anything that they could
+  // make of the data as they were read; or they make as much more of the
+  // reading. `scale`: what an error as it was read counts in units of the
+  // reading's noise.
   bool IsBeyondModel(double error, const std::function<void(Run*)>& change,
                      double scale);
 

@@ -13,6 +13,8 @@ namespace {
 // most (the sign of an effort that is nearly zero); a fault costs a factor of
 // 1.6 and more (docs/checks.md).
 constexpr double kReading = 1.5;
+// Readings this near to the best explain the data as well.
+constexpr double kEqual = 1.15;
 
 struct Candidate {
   const Reading* reading;

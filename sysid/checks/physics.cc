@@ -10,6 +10,9 @@
 namespace sysid {
 namespace {
 
+// A model within this of the noise misses nothing worth a reading.
+constexpr double kFits = 1.5;
+
 // An angle whose "noise" is a good part of a turn is no smooth motion as it was
 // read (degrees that wrap at every sample): any model is within such a noise.
 bool HasRoughAngle(const AsRead& as_read) {
