@@ -33,6 +33,7 @@ constexpr char kHelp[] =
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at)
   --add effect@target,...    effects that are in the model
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
+                             (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.010     a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -56,7 +57,7 @@ void ReadAll(const std::vector<std::string>& files, Session* session,
     }
     try {
       Run run = ReadSessionRun(*session, file, &session->notices);
-      CheckTimes({run}, session->columns);
+      CheckTimes({run}, session->columns, session->model.mechanism());
       CheckMotion({run});
       runs->push_back(std::move(run));
     } catch (const InputError& error) {

@@ -46,6 +46,7 @@ constexpr char kHelp[] =
                              what is fixed by name is taken for right
   --add effect@target,...    effects that are in the model already
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
+                             (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)

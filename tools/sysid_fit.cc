@@ -41,6 +41,7 @@ constexpr char kHelp[] =
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
+                             (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
   --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of

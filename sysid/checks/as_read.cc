@@ -17,10 +17,10 @@ EstimationOptions OwnSteps(EstimationOptions options) {
 
 }  // namespace
 
-AsRead::AsRead(const CheckInput& input)
+AsRead::AsRead(const CheckInput& input, double part)
     : input_(input),
-      excerpt_(input.runs, kSamples),
-      glance_(input.runs, kGlanceSamples),
+      excerpt_(input.runs, static_cast<int>(part * kSamples)),
+      glance_(input.runs, static_cast<int>(part * kGlanceSamples)),
       options_(OwnSteps(input.options)),
       lean_(WithFriction(*input.model, *input.free, input.runs)) {
   if (empty()) return;

@@ -20,7 +20,8 @@ inline constexpr double kWindows = 0.6;
 // them: what every other reading is compared with.
 class AsRead {
  public:
-  explicit AsRead(const CheckInput& input);
+  // `part`: the size of the excerpt, in parts of the usual.
+  explicit AsRead(const CheckInput& input, double part = 1.0);
 
   const CheckInput& input() const { return input_; }
   const Excerpt& excerpt() const { return excerpt_; }

@@ -21,6 +21,9 @@ struct CheckInput {
   ColumnMap columns;       // of flags and specification
   ColumnMap flag_columns;  // of the flag alone: a remedy repeats it
   ChannelEdits flag_edits;
+  // Where one run of several is asked alone: what the names in its remedies
+  // begin with, "b.csv/".
+  std::string scope;
   EstimationOptions options;
 };
 

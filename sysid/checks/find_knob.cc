@@ -10,14 +10,19 @@ namespace sysid {
 namespace {
 
 constexpr double kSignificance = 4.0;  // standard errors
+constexpr double kInterval = 1.96;     // standard errors of 95 %
 // Others this near to the best are named with it. More than for readings: where
 // two columns are out of step, either may be late, and what tells them apart is
 // a third, whose own delay is the machine's (docs/checks.md).
 constexpr double kNearlyEqual = 1.25;
 
-// To the decimal place in which its standard error begins.
-double Rounded(double value, double std_error) {
-  if (!(std_error > 0.0)) return value;
+// To the decimal place in which its standard error begins; a multiple of the
+// grain stays.
+double Rounded(double value, double std_error, double grain) {
+  constexpr double kTiny = 1e-9;
+  // Of no grain the remainder is no number.
+  const bool is_whole = std::abs(std::remainder(value, grain)) <= kTiny * grain;
+  if (is_whole || !(std_error > 0.0)) return value;
   const double place = std::pow(10.0, std::floor(std::log10(std_error)));
   return place * std::round(value / place);
 }
@@ -30,6 +35,13 @@ struct Candidate {
 
   bool IsSignificant() const {
     return std::abs(turned.value) >= kSignificance * turned.std_error;
+  }
+  // What is named.
+  double Value() const {
+    return Rounded(turned.value, turned.std_error, knob->grain);
+  }
+  std::string Text() const {
+    return knob->says(Value(), kInterval * turned.std_error);
   }
 };
 
@@ -110,7 +122,6 @@ bool FindKnob(AsRead* as_read, std::vector<Finding>* findings) {
   if (!IsFinding(best, as_read)) return false;
   const Knob& knob = *best.knob;
   const TurnedKnob& turned = best.turned;
-  const double value = Rounded(turned.value, turned.std_error);
   Finding finding;
   finding.fault = knob.fault;
   finding.severity = Severity::kWrong;
@@ -118,21 +129,19 @@ bool FindKnob(AsRead* as_read, std::vector<Finding>* findings) {
   if (input.runs.size() == 1) finding.file = input.runs.front()->name;
   finding.subject = knob.subject;
   finding.evidence = "as it was read the model misses the data by " +
-                     TimesText(as_read->fit().error) + ", " + knob.says(value) +
-                     " (+- " + ShortNumber(1.96 * turned.std_error) + " " +
-                     knob.unit + ") by " + TimesText(turned.error);
+                     TimesText(as_read->fit().error) + ", " + best.Text() +
+                     " by " + TimesText(turned.error);
   finding.consequence = knob.consequence;
-  finding.remedies = knob.remedies(value);
+  finding.remedies = knob.remedies(best.Value());
   for (size_t i = 1; i < candidates.size(); ++i) {
     const Candidate& other = candidates[i];
     if (other.turned.error > kNearlyEqual * turned.error) break;
     if (!other.IsSignificant() || other.knob->fault != knob.fault) continue;
-    const double theirs = Rounded(other.turned.value, other.turned.std_error);
     finding.evidence += (finding.remedies.size() == 1
                              ? "; the data hardly tells it from reading it "
                              : ", or ") +
-                        other.knob->says(theirs);
-    for (const std::string& remedy : other.knob->remedies(theirs)) {
+                        other.Text();
+    for (const std::string& remedy : other.knob->remedies(other.Value())) {
       finding.remedies.push_back(remedy);
     }
   }

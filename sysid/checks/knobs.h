@@ -16,7 +16,6 @@ namespace sysid {
 struct Knob {
   std::string fault;    // "channel_late"
   std::string subject;  // "joint1.q"
-  std::string unit;
   std::function<void(double value, Run*)> change;
   double probe = 0.0;  // a small value, at which its derivative is taken
   double gain = 2.0;   // by which factor it must lower the error
@@ -25,7 +24,11 @@ struct Knob {
   double least = 0.0;          // nothing smaller is worth a word
   double most = 0.0;           // nor can the linearisation speak of larger ones
   std::vector<double> starts;  // beside what the linearisation says
-  std::function<std::string(double value)> says;
+  // Where a multiple of it does as well as the best value, that is meant: a
+  // recorder's delay is whole samples, and they need no interpolation.
+  double grain = 0.0;
+  // With half the width of its 95 % interval.
+  std::function<std::string(double value, double within)> says;
   std::string consequence;
   std::function<std::vector<std::string>(double value)> remedies;
 };

@@ -1,11 +1,15 @@
 #include "sysid/checks/physics.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <vector>
 
 #include "sysid/checks/as_read.h"
 #include "sysid/checks/find_idle_effort.h"
 #include "sysid/checks/find_knob.h"
 #include "sysid/checks/find_reading.h"
+#include "sysid/checks/remedy.h"
 
 namespace sysid {
 namespace {
@@ -30,18 +34,82 @@ bool HasRoughAngle(const AsRead& as_read) {
   return false;
 }
 
+bool Misses(const AsRead& as_read) {
+  return as_read.fit().error > kFits || HasRoughAngle(as_read);
+}
+
+// The input with one of its runs alone.
+CheckInput Alone(const CheckInput& input, const Run& run) {
+  CheckInput alone = input;
+  alone.runs = {&run};
+  alone.columns = ColumnsOf(input.columns, run.name, input.model->mechanism());
+  alone.scope = RunScope(input, run.name);
+  return alone;
+}
+
+// One run of several by itself: a fault that it has alone is none that the same
+// reading of all of them mends.
+struct SingleRun {
+  SingleRun(const CheckInput& all, const Run& run, double part)
+      : input(Alone(all, run)), as_read(input, part) {}
+  SingleRun(const SingleRun&) = delete;
+  SingleRun& operator=(const SingleRun&) = delete;
+
+  CheckInput input;
+  AsRead as_read;
+};
+using SingleRuns = std::vector<std::unique_ptr<SingleRun>>;
+
+// Those that the model misses by far more than another, if it can be asked of
+// them: what is wrong with all of them was asked before. The worst first.
+SingleRuns RunsThatStandOut(const CheckInput& input) {
+  constexpr double kLeastPart = 0.3, kFar = 1.3;
+  constexpr size_t kMost = 4;
+  SingleRuns singles;
+  if (input.runs.size() < 2) return singles;
+  double least = INFINITY;
+  for (const Run* run : input.runs) {
+    auto single = std::make_unique<SingleRun>(
+        input, *run, std::max(kLeastPart, 1.0 / input.runs.size()));
+    if (single->as_read.empty()) continue;
+    least = std::min(least, single->as_read.fit().error);
+    singles.push_back(std::move(single));
+  }
+  std::erase_if(singles, [&](const auto& single) {
+    return !Misses(single->as_read) ||
+           !(single->as_read.fit().error > kFar * least);
+  });
+  std::stable_sort(singles.begin(), singles.end(),
+                   [](const auto& a, const auto& b) {
+                     return a->as_read.fit().error > b->as_read.fit().error;
+                   });
+  if (singles.size() > kMost) singles.resize(kMost);
+  return singles;
+}
+
+bool FindIn(const SingleRuns& singles,
+            bool (*find)(AsRead*, std::vector<Finding>*),
+            std::vector<Finding>* findings) {
+  bool found = false;
+  for (const auto& single : singles) {
+    found = find(&single->as_read, findings) || found;
+  }
+  return found;
+}
+
 }  // namespace
 
 bool CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
   AsRead as_read(input);
   if (as_read.empty()) return false;
-  const double error = as_read.fit().error;
-  const bool rough = HasRoughAngle(as_read);
-  if (error <= kFits && !rough) return true;
+  if (!Misses(as_read)) return true;
   if (FindReading(&as_read, findings)) return false;
-  if (!std::isfinite(error) || rough) return false;
+  const SingleRuns singles = RunsThatStandOut(input);
+  if (FindIn(singles, FindReading, findings)) return false;
+  const double error = as_read.fit().error;
+  if (!std::isfinite(error) || HasRoughAngle(as_read)) return false;
   std::vector<Finding> knobs;
-  FindKnob(&as_read, &knobs);
+  if (!FindKnob(&as_read, &knobs)) FindIn(singles, FindKnob, &knobs);
   // Another clock makes up for efforts that are another's, as masses do.
   const bool is_clear = !knobs.empty() && knobs[0].fault != "clock_scale";
   const bool idle =

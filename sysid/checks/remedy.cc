@@ -1,6 +1,7 @@
 #include "sysid/checks/remedy.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "models/error.h"
@@ -22,7 +23,10 @@ bool IsSum(const std::string& expression) {
 }
 
 std::string Quoted(const std::string& text) {
-  if (text.find_first_of(" *()/'\"$&;[]") == std::string::npos) return text;
+  if (!text.empty() &&
+      text.find_first_of(" *()/'\"$&;[]") == std::string::npos) {
+    return text;
+  }
   std::string quoted = "'";
   for (const char c : text) {
     quoted += c == '\'' ? "'\\''" : std::string(1, c);
@@ -55,51 +59,69 @@ std::string Minus(const std::string& a, const std::string& b) {
   return a + "-" + (IsSum(b) ? "(" + b + ")" : b);
 }
 
+std::string RunScope(const CheckInput& input, const std::string& run) {
+  if (input.runs.size() < 2) return input.scope;
+  const auto name = [](const std::string& path) {
+    return std::filesystem::path(path).filename().string();
+  };
+  int same = 0;
+  for (const Run* other : input.runs) same += name(other->name) == name(run);
+  return (same > 1 ? run : name(run)) + "/";
+}
+
 std::string ColumnsFlag(const CheckInput& input, const NewColumns& columns) {
   std::vector<std::string> parts;
   for (const ColumnMapping& mapping : input.flag_columns) {
-    const bool changed =
-        std::any_of(columns.begin(), columns.end(),
-                    [&](const auto& c) { return c.first == mapping.name; });
+    const bool changed = std::any_of(
+        columns.begin(), columns.end(),
+        [&](const auto& c) { return input.scope + c.first == mapping.name; });
     if (!changed) parts.push_back(mapping.name + "=" + mapping.expression);
   }
   for (const auto& [name, expression] : columns) {
-    parts.push_back(name + "=" + expression);
+    parts.push_back(input.scope + name + "=" + expression);
   }
   return "--columns " + Quoted(Join(parts, ","));
 }
 
 std::string ShiftFlag(const CheckInput& input, const std::string& column,
                       double delay) {
+  const std::string name = input.scope + column;
   std::vector<std::string> parts;
+  double given = 0.0;  // to this run: its own shift wins over that of all
+  bool is_own = false, is_of_all = false;
   for (const ChannelShift& shift : input.flag_edits.shifts) {
-    if (shift.name == column) {
-      delay += shift.delay;
-    } else {
-      parts.push_back(shift.name + "=" + ShortestText(shift.delay));
+    if (shift.name == name) {
+      given = shift.delay;
+      is_own = true;
+      continue;
     }
+    parts.push_back(ToString(shift));
+    if (shift.name != column) continue;
+    is_of_all = true;
+    if (!is_own) given = shift.delay;
   }
-  parts.push_back(column + "=" + ShortNumber(delay));
-  return "--shift " + Join(parts, ",");
+  delay += given;
+  constexpr double kNone = 1e-9;  // s: what was given, undone
+  if (std::abs(delay) >= kNone) {
+    parts.push_back(name + "=" + ShortNumber(delay));
+  } else if (is_of_all) {
+    parts.push_back(name + "=0");
+  }
+  return "--shift " + Quoted(Join(parts, ","));
 }
 
 std::string IgnoreFlag(const CheckInput& input, const std::string& run,
                        const std::vector<std::string>& columns,
                        const std::vector<std::pair<double, double>>& spans) {
   std::vector<std::string> parts;
-  const auto add = [&](const std::string& of, const std::string& name,
-                       double from, double to) {
-    parts.push_back((of.empty() ? "" : of + "/") + name + "@" +
-                    ShortestText(from) + ":" + ShortestText(to));
-  };
   for (const IgnoredSpan& span : input.flag_edits.ignored) {
-    add(span.run, span.name, span.t_start, span.t_end);
+    parts.push_back(ToString(span));
   }
-  const std::string of = input.runs.size() > 1
-                             ? std::filesystem::path(run).filename().string()
-                             : "";
+  const std::string scope = RunScope(input, run);
   for (const std::string& column : columns) {
-    for (const auto& [from, to] : spans) add(of, column, from, to);
+    for (const auto& [from, to] : spans) {
+      parts.push_back(ToString(IgnoredSpan{scope + column, from, to, ""}));
+    }
   }
   return "--ignore " + Quoted(Join(parts, ","));
 }

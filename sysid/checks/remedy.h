@@ -19,14 +19,17 @@ std::string Negated(const std::string& expression);
 std::string Times(const std::string& expression, const std::string& factor);
 std::string Minus(const std::string& a, const std::string& b);
 
+// What the names of one run's columns begin with where there are several: its
+// file's name, or path, where the name is another's too, and a slash.
+std::string RunScope(const CheckInput& input, const std::string& run);
+
 // "--columns joint1.q=-pos1".
 using NewColumns = std::vector<std::pair<std::string, std::string>>;
 std::string ColumnsFlag(const CheckInput& input, const NewColumns& columns);
 // "--shift joint1.q=0.01".
 std::string ShiftFlag(const CheckInput& input, const std::string& column,
                       double delay);
-// "--ignore joint1.q@12.3:14.5,..." of spans in one run (named where there are
-// several).
+// "--ignore joint1.q@12.3:14.5,..." of spans in one run.
 std::string IgnoreFlag(const CheckInput& input, const std::string& run,
                        const std::vector<std::string>& columns,
                        const std::vector<std::pair<double, double>>& spans);

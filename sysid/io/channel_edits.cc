@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <optional>
 
@@ -17,7 +16,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 constexpr char kShiftHint[] =
     "write column=seconds, the delay with which it was recorded: "
-    "joint1.q=0.010";
+    "joint1.q=0.010 (of one run: run.csv/joint1.q=0.010)";
 constexpr char kIgnoreHint[] =
     "write column@from:to in seconds: joint1.q@12.3:14.5 (of one run: "
     "run.csv/joint1.q@12.3:14.5)";
@@ -85,10 +84,25 @@ Channel* FindChannel(const ColumnGroup& group, Run* run) {
   return nullptr;
 }
 
-// Whether a span that names a run means this one.
-bool IsRun(const std::string& named, const std::string& run) {
-  return named.empty() || named == run ||
-         named == std::filesystem::path(run).filename().string();
+ScopedName Split(const std::string& text,
+                 const std::vector<ColumnGroup>& groups) {
+  return SplitScope(text, [&](const std::string& name) {
+    return !GroupsOf(groups, name).empty();
+  });
+}
+
+// Of two shifts of a name that for this run alone; none that is for another.
+std::vector<ChannelShift> ShiftsOf(const ChannelEdits& edits,
+                                   const std::vector<ColumnGroup>& groups,
+                                   const std::string& run) {
+  std::vector<ChannelShift> all, own;
+  for (ChannelShift shift : edits.shifts) {
+    const ScopedName scoped = Split(shift.name, groups);
+    if (!scoped.IsFor(run)) continue;
+    shift.name = scoped.name;
+    (scoped.run.empty() ? all : own).push_back(shift);
+  }
+  return MergeEdits({all, {}}, {own, {}}).shifts;
 }
 
 // A delay that is a whole number of even samples, within a hundredth of one.
@@ -173,11 +187,6 @@ std::vector<IgnoredSpan> ParseIgnored(const std::string& text,
     }
     IgnoredSpan span;
     span.name = Trim(std::string_view(entry).substr(0, at));
-    const size_t slash = span.name.rfind('/');
-    if (slash != std::string::npos) {
-      span.run = span.name.substr(0, slash);
-      span.name = span.name.substr(slash + 1);
-    }
     span.t_start = Seconds(entry.substr(at + 1, colon - at - 1), entry, place,
                            kIgnoreHint);
     span.t_end = Seconds(entry.substr(colon + 1), entry, place, kIgnoreHint);
@@ -189,6 +198,15 @@ std::vector<IgnoredSpan> ParseIgnored(const std::string& text,
     spans.push_back(span);
   }
   return spans;
+}
+
+std::string ToString(const ChannelShift& shift) {
+  return shift.name + "=" + ShortestText(shift.delay);
+}
+
+std::string ToString(const IgnoredSpan& span) {
+  return span.name + "@" + ShortestText(span.t_start) + ":" +
+         ShortestText(span.t_end);
 }
 
 ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner) {
@@ -206,8 +224,9 @@ ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner) {
 
 void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism) {
   const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
-  const auto check = [&](const std::string& name, const std::string& place,
+  const auto check = [&](const std::string& text, const std::string& place,
                          bool may_be_effort) {
+    const std::string name = Split(text, groups).name;
     const std::vector<const ColumnGroup*> found = GroupsOf(groups, name);
     if (found.empty()) {
       std::vector<std::string> names = RunColumnNames(mechanism);
@@ -227,6 +246,10 @@ void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism) {
   for (const IgnoredSpan& span : edits.ignored) {
     check(span.name, span.place, false);
   }
+}
+
+ScopedName EditedName(const std::string& text, const Mechanism& mechanism) {
+  return Split(text, RunColumnGroups(mechanism));
 }
 
 void ShiftChannel(const std::vector<double>& t, double delay,
@@ -302,7 +325,7 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
   const auto note = [&](const std::string& text) {
     if (notices != nullptr) notices->push_back(run->name + ": " + text);
   };
-  for (const ChannelShift& shift : edits.shifts) {
+  for (const ChannelShift& shift : ShiftsOf(edits, groups, run->name)) {
     if (std::abs(shift.delay) >= 0.5 * (run->t.back() - run->t.front())) {
       throw InputError(shift.place,
                        "a shift of '" + shift.name + "' by " +
@@ -325,14 +348,22 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
     if (!any) note("has no column '" + shift.name + "' to shift");
   }
   for (const IgnoredSpan& span : edits.ignored) {
-    if (!IsRun(span.run, run->name)) continue;
-    for (const ColumnGroup* group : GroupsOf(groups, span.name)) {
+    const ScopedName scoped = Split(span.name, groups);
+    if (!scoped.IsFor(run->name)) continue;
+    bool any = false;
+    for (const ColumnGroup* group : GroupsOf(groups, scoped.name)) {
       Channel* channel = FindChannel(*group, run);
       if (channel == nullptr) continue;
       for (int k = 0; k < run->size(); ++k) {
         if (run->t[k] < span.t_start || run->t[k] > span.t_end) continue;
         channel->values.row(k).setConstant(kNaN);
+        any = true;
       }
+    }
+    if (!any) {
+      note("has nothing of '" + scoped.name + "' to ignore between " +
+           ShortestText(span.t_start) + " s and " + ShortestText(span.t_end) +
+           " s");
     }
   }
 }

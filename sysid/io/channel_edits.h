@@ -5,6 +5,7 @@
 
 #include "models/mechanism.h"
 #include "residuals/run.h"
+#include "sysid/io/scoped_name.h"
 
 namespace sysid {
 
@@ -16,15 +17,14 @@ namespace sysid {
 // whichever of its columns is named; "J.tau" too, and "J" means all that is
 // measured of joint J, but for its effort.
 struct ChannelShift {
-  std::string name;    // "joint1.q", "joint1.tau"
+  std::string name;  // "joint1.q", "joint1.tau"; "b.csv/joint1.q" (ScopedName)
   double delay = 0.0;  // s
   std::string place;   // for errors: "--shift"
 };
 
 // The measurements of a column from t_start to t_end are taken as missing.
 struct IgnoredSpan {
-  std::string run;   // "" : every run; else a run's file, or its name alone
-  std::string name;  // "joint1.q"
+  std::string name;  // "joint1.q", "b.csv/joint1.q" (ScopedName)
   double t_start = 0.0, t_end = 0.0;  // s, both included
   std::string place;
 };
@@ -43,6 +43,10 @@ std::vector<ChannelShift> ParseShifts(const std::string& text,
 std::vector<IgnoredSpan> ParseIgnored(const std::string& text,
                                       const std::string& place);
 
+// As they are parsed: "joint1.q=0.01", "joint1.q@12.3:14.5".
+std::string ToString(const ChannelShift& shift);
+std::string ToString(const IgnoredSpan& span);
+
 // Those of `winner`, then those of `base` whose columns it does not shift;
 // ignored spans add up.
 ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner);
@@ -51,7 +55,12 @@ ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner);
 // mechanism's (nearest name).
 void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism);
 
+// A name of the flags, split from the run that it is meant for: of a column, or
+// of all that is measured of a joint or link.
+ScopedName EditedName(const std::string& text, const Mechanism& mechanism);
+
 // Shifts, then ignores; what is ignored is so at the times of the shifted run.
+// A shift for this run alone wins over one of the same name for all.
 // `notices` (may be null) says what was not there to be edited. Throws
 // InputError for a shift as long as the run.
 //

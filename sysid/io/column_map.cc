@@ -117,13 +117,32 @@ ColumnMap MergeColumnMaps(const ColumnMap& base, const ColumnMap& winner) {
   return merged;
 }
 
+ScopedName RunColumn(const std::string& text, const Mechanism& mechanism) {
+  const std::vector<std::string> names = RunColumnNames(mechanism);
+  return SplitScope(text, [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  });
+}
+
+ColumnMap ColumnsOf(const ColumnMap& map, const std::string& path,
+                    const Mechanism& mechanism) {
+  ColumnMap all, own;
+  for (const ColumnMapping& entry : map) {
+    const ScopedName scoped = RunColumn(entry.name, mechanism);
+    if (!scoped.IsFor(path)) continue;
+    (scoped.run.empty() ? all : own)
+        .push_back({scoped.name, entry.expression, entry.place});
+  }
+  return MergeColumnMaps(all, own);
+}
+
 std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
                                          const std::vector<std::string>& header,
                                          const std::string& path,
                                          const Mechanism& mechanism) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
   std::vector<ColumnSource> sources;
-  for (const ColumnMapping& entry : map) {
+  for (const ColumnMapping& entry : ColumnsOf(map, path, mechanism)) {
     if (std::find(names.begin(), names.end(), entry.name) == names.end()) {
       const ColumnNameFault fault = ExplainUnknownColumn(entry.name, mechanism);
       throw InputError(entry.place, fault.what, fault.hint);

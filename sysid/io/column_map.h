@@ -5,12 +5,13 @@
 
 #include "models/mechanism.h"
 #include "sysid/io/expression.h"
+#include "sysid/io/scoped_name.h"
 
 namespace sysid {
 
 // One entry of --columns, or of `columns:` in a fit specification.
 struct ColumnMapping {
-  std::string name;        // ours: "joint1.q"
+  std::string name;        // ours: "joint1.q", of one run: "b.csv/joint1.q"
   std::string expression;  // as written: "pos1 * 0.0174532925"
   std::string place;       // for errors: "--columns", "fit.yaml:12:3"
 };
@@ -28,6 +29,14 @@ ColumnMap ParseColumnMap(const std::string& text,
 // names it does not have.
 ColumnMap MergeColumnMaps(const ColumnMap& base, const ColumnMap& winner);
 
+// A name of the map, split from the run that it is meant for.
+ScopedName RunColumn(const std::string& text, const Mechanism& mechanism);
+
+// The entries that hold for the run at `path`, their names without it: of two
+// for the same name that for this run alone.
+ColumnMap ColumnsOf(const ColumnMap& map, const std::string& path,
+                    const Mechanism& mechanism);
+
 // Where one of our columns comes from.
 struct ColumnSource {
   std::string name;  // ours
@@ -39,8 +48,8 @@ struct ColumnSource {
   std::string Describe() const;
 };
 
-// Reads the map's expressions (expression.h) against a header. `path` names the
-// file in errors.
+// Reads the expressions (expression.h) that hold for the run at `path` against
+// its header.
 //
 // Throws InputError at the entry's place for a name that is not one of the
 // mechanism's columns, a column that the header does not have (each with the

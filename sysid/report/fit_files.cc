@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
+#include "models/error.h"
 #include "models/integrator.h"
 #include "models/urdf/write_urdf.h"
 #include "sysid/io/csv.h"
@@ -61,6 +63,24 @@ std::string Key(const std::string& name) {
   return plain ? name : Quoted(name);
 }
 
+// Of the runs that were fitted alone: in another it would be another time.
+std::vector<std::string> IgnoredIn(const Session& session) {
+  const Mechanism& mechanism = session.model.mechanism();
+  std::vector<std::string> entries;
+  for (IgnoredSpan span : session.edits.ignored) {
+    const ScopedName scoped = EditedName(span.name, mechanism);
+    for (const auto* runs : {&session.runs, &session.holdout}) {
+      for (const Run& run : *runs) {
+        if (!scoped.IsFor(run.name)) continue;
+        span.name = std::filesystem::path(run.name).filename().string() + "/" +
+                    scoped.name;
+        entries.push_back(ToString(span));
+      }
+    }
+  }
+  return entries;
+}
+
 // What the specification or the flags said of the fit itself.
 std::string Settings(const Session& session) {
   const EstimationOptions& options = session.options;
@@ -70,6 +90,17 @@ std::string Settings(const Session& session) {
     text +=
         "  " + Quoted(column.name) + ": " + Quoted(column.expression) + "\n";
   }
+  std::vector<std::string> shifts;
+  for (const ChannelShift& shift : session.edits.shifts) {
+    shifts.push_back(ToString(shift));
+  }
+  const auto list = [&](const char* key, const std::vector<std::string>& of) {
+    if (!of.empty()) {
+      text += std::string(key) + ": " + Quoted(Join(of, ",")) + "\n";
+    }
+  };
+  list("shift", shifts);
+  list("ignore", IgnoredIn(session));
   const auto number = [&](const char* key, double value) {
     if (value > 0) text += std::string(key) + ": " + ShortestText(value) + "\n";
   };

@@ -115,7 +115,29 @@ void CheckDistinct(const std::vector<std::string>& traj,
   }
 }
 
-void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns) {
+void CheckRunNames(const ColumnMap& columns, const ChannelEdits& edits,
+                   const Mechanism& mechanism,
+                   const std::vector<std::string>& files) {
+  const auto check = [&](const ScopedName& scoped, const std::string& place) {
+    for (const std::string& file : files) {
+      if (scoped.IsFor(file)) return;
+    }
+    throw InputError(place, "there is no run '" + scoped.run + "'",
+                     "--traj and --holdout name " + Join(files));
+  };
+  for (const ColumnMapping& entry : columns) {
+    check(RunColumn(entry.name, mechanism), entry.place);
+  }
+  for (const ChannelShift& shift : edits.shifts) {
+    check(EditedName(shift.name, mechanism), shift.place);
+  }
+  for (const IgnoredSpan& span : edits.ignored) {
+    check(EditedName(span.name, mechanism), span.place);
+  }
+}
+
+void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
+                const Mechanism& mechanism) {
   constexpr int kFewest = 5;  // samples: fewer say nothing beyond the state
   for (const Run& run : runs) {
     if (run.size() < kFewest) {
@@ -125,7 +147,7 @@ void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns) {
                        "at least " + std::to_string(kFewest) + " are needed");
     }
     const double period = MedianPeriod(run);
-    CheckUnit(run, period, columns);
+    CheckUnit(run, period, ColumnsOf(columns, run.name, mechanism));
     CheckPauses(run, period);
   }
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "residuals/run.h"
+#include "sysid/io/channel_edits.h"
 #include "sysid/io/column_map.h"
 
 namespace sysid {
@@ -13,10 +14,17 @@ namespace sysid {
 void CheckDistinct(const std::vector<std::string>& traj,
                    const std::vector<std::string>& holdout);
 
+// Throws InputError for a name that is meant for one run alone, of none of
+// these files.
+void CheckRunNames(const ColumnMap& columns, const ChannelEdits& edits,
+                   const Mechanism& mechanism,
+                   const std::vector<std::string>& files);
+
 // Throws InputError for runs whose times allow no fit: too few samples; samples
 // more than a second apart (milliseconds? a factor for t in the map switches
 // this off); pauses that no prediction crosses.
-void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns);
+void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
+                const Mechanism& mechanism);
 
 // Throws InputError where no channel of any run ever changes.
 void CheckMotion(const std::vector<Run>& runs);

@@ -483,6 +483,10 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
                         ParseIgnored(request.ignore, "--ignore")};
   session.edits = MergeEdits(spec.edits, session.flag_edits);
   CheckEdits(session.edits, model.mechanism());
+  std::vector<std::string> files = request.traj;
+  files.insert(files.end(), request.holdout.begin(), request.holdout.end());
+  CheckRunNames(session.flag_columns, session.flag_edits, model.mechanism(),
+                files);
   return session;
 }
 
@@ -498,9 +502,9 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   Session session = OpenWithoutRuns(request, spec, catalogue);
   session.runs = ReadRuns(request.traj, &session);
   session.holdout = ReadRuns(request.holdout, &session);
-  CheckTimes(session.runs, session.columns);
+  CheckTimes(session.runs, session.columns, session.model.mechanism());
   CheckMotion(session.runs);
-  CheckTimes(session.holdout, session.columns);
+  CheckTimes(session.holdout, session.columns, session.model.mechanism());
   NoteUndriven(session.runs, session.holdout, session.model.mechanism(),
                &session.notices);
   FillLengths(request, spec, session.runs, &session.options, &session.notices);

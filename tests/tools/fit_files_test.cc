@@ -247,6 +247,8 @@ free:
 effects: [coulomb_friction@joint1]
 fix: {joint1.friction: 0.0001}
 columns: {joint1.q: "it's a #1"}
+shift: joint2.q=0.001
+ignore: joint1.q@0.5:0.6
 noise: 0.001
 segment: 1
 residual: rotation
@@ -258,7 +260,8 @@ integrator: semi_implicit_euler
   const std::string kept = folder_.Read("result/identified.sysid.yaml");
   for (const std::string line :
        {"lower: 0.1, upper: 1, prior: {mean: 0.5, std: 1}",
-        "joint1.friction: 1e-04", "noise: 0.001", "segment: 1",
+        "joint1.friction: 1e-04", "shift: 'joint2.q=0.001'",
+        "ignore: 'run.csv/joint1.q@0.5:0.6'", "noise: 0.001", "segment: 1",
         "residual: rotation", "loss: {name: huber, scale: 2}",
         "integrator: semi_implicit_euler"}) {
     EXPECT_THAT(kept, HasSubstr(line));

@@ -14,7 +14,6 @@ void FindClock(const CheckInput& input, std::vector<Knob>* knobs) {
   Knob knob;
   knob.fault = "clock_scale";
   knob.subject = "t";
-  knob.unit = "of the logarithm";
   knob.probe = 1e-4;
   knob.least = 0.08;
   knob.most = 1.5;
@@ -32,9 +31,10 @@ void FindClock(const CheckInput& input, std::vector<Knob>* knobs) {
     }
   };
   const double g = input.model->nominal().gravity;
-  knob.says = [g](double value) {
-    return "with times " + ShortNumber(std::exp(-value)) +
-           " as long (or a gravity of " +
+  knob.says = [g](double value, double within) {
+    return "with times " + ShortNumber(std::exp(-value)) + " (+- " +
+           ShortNumber(within * std::exp(-value)) +
+           ") as long (or a gravity of " +
            ShortNumber(g * std::exp(-2 * value)) +
            " m/s^2: a wrong clock, or wrong lengths)";
   };

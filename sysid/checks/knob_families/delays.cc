@@ -19,7 +19,6 @@ void FindDelays(const CheckInput& input, std::vector<Knob>* knobs) {
     Knob knob;
     knob.fault = "channel_late";
     knob.subject = subject;
-    knob.unit = "s";
     knob.probe = 0.5 * period;
     // Half a sample is how well times are known at all; below 2 ms what a
     // drive's electronics do is an effect of the machine (effort_delay).
@@ -39,9 +38,11 @@ void FindDelays(const CheckInput& input, std::vector<Knob>* knobs) {
       }
       ApplyEdits(edits, *mechanism, run, nullptr);
     };
-    knob.says = [=](double delay) {
+    knob.grain = period;
+    knob.says = [=](double delay, double within) {
       return "with " + subject + " read " + ShortNumber(1e3 * std::abs(delay)) +
-             " ms " + (delay > 0 ? "earlier" : "later");
+             " ms (+- " + ShortNumber(1e3 * within) + " ms) " +
+             (delay > 0 ? "earlier" : "later");
     };
     knob.consequence =
         "a lag between columns passes for damping, and bends what is fitted";
@@ -50,7 +51,7 @@ void FindDelays(const CheckInput& input, std::vector<Knob>* knobs) {
       std::string flag;
       for (const std::string& column : columns) {
         flag = ShiftFlag(edited, column, delay);
-        edited.flag_edits.shifts.push_back({column, delay, ""});
+        edited.flag_edits.shifts.push_back({input.scope + column, delay, ""});
       }
       return std::vector<std::string>{flag};
     };

@@ -59,7 +59,6 @@ void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs) {
     Knob knob;
     knob.fault = "drift";
     knob.subject = column;
-    knob.unit = IsRotation1(mechanism.joints[j].type) ? "rad/s" : "m/s";
     knob.probe = 1e-4;
     knob.least = 2e-4;
     const Trend trend = TrendOf(input, index);
@@ -77,10 +76,11 @@ void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs) {
         channel->values(k, 0) -= rate * run->t[k];
       }
     };
-    const std::string unit = knob.unit;
-    knob.says = [=](double rate) {
+    const std::string unit =
+        IsRotation1(mechanism.joints[j].type) ? "rad/s" : "m/s";
+    knob.says = [=](double rate, double within) {
       return "with a zero of " + column + " that drifts by " +
-             ShortNumber(rate) + " " + unit;
+             ShortNumber(rate) + " (+- " + ShortNumber(within) + ") " + unit;
     };
     knob.consequence =
         "what is fitted to its beginning does not hold at its end";

@@ -642,7 +642,7 @@ const std::vector<Fault>& Faults() {
 std::vector<Finding> CheckCase(const Session& session) {
   std::vector<Finding> findings;
   try {
-    CheckTimes(session.runs, session.columns);
+    CheckTimes(session.runs, session.columns, session.model.mechanism());
     CheckMotion(session.runs);
   } catch (const InputError& error) {
     return {Unreadable(session.runs.front().name, error)};

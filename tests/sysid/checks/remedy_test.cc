@@ -34,6 +34,44 @@ TEST(RemedyTest, FlagsRepeatWhatWasGiven) {
   EXPECT_EQ(ShiftFlag(input, "joint2.q", 0.01), "--shift joint2.q=0.012");
   EXPECT_EQ(IgnoreFlag(input, "a.csv", {"joint1.q"}, {{1, 2.5}}),
             "--ignore joint1.q@1:2.5");
+  EXPECT_EQ(ShiftFlag(input, "joint2.q", -0.002), "--shift ''");
+}
+
+// For one run of several; what was given for all of them stays.
+TEST(RemedyTest, FlagsOfOneRun) {
+  CheckInput input;
+  input.scope = "b.csv/";
+  input.flag_columns = ParseColumnMap("joint1.q=pos1,b.csv/joint2.q=pos2");
+  EXPECT_EQ(ColumnsFlag(input, {{"joint1.q", "-pos1"}}),
+            "--columns 'joint1.q=pos1,b.csv/joint2.q=pos2,b.csv/"
+            "joint1.q=-pos1'");
+  EXPECT_EQ(ColumnsFlag(input, {{"joint2.q", "-pos2"}}),
+            "--columns 'joint1.q=pos1,b.csv/joint2.q=-pos2'");
+  const auto shift = [&](const std::string& given, double delay) {
+    input.flag_edits.shifts = ParseShifts(given, "--shift");
+    return ShiftFlag(input, "joint1.q", delay);
+  };
+  EXPECT_EQ(shift("", 0.01), "--shift 'b.csv/joint1.q=0.01'");
+  EXPECT_EQ(shift("joint1.q=0.02", 0.01),
+            "--shift 'joint1.q=0.02,b.csv/joint1.q=0.03'");
+  EXPECT_EQ(shift("b.csv/joint1.q=0.02", -0.02), "--shift ''");
+  EXPECT_EQ(shift("joint1.q=0.02", -0.02),
+            "--shift 'joint1.q=0.02,b.csv/joint1.q=0'");
+  EXPECT_EQ(shift("joint1.q=0.02,b.csv/joint1.q=0.03", -0.03),
+            "--shift 'joint1.q=0.02,b.csv/joint1.q=0'");
+}
+
+TEST(RemedyTest, RunsAreNamedWhereThereAreSeveral) {
+  sysid::Run a, b, c;
+  a.name = "x/a.csv";
+  b.name = "x/b.csv";
+  c.name = "y/b.csv";
+  CheckInput input;
+  input.runs = {&a};
+  EXPECT_EQ(RunScope(input, a.name), "");
+  input.runs = {&a, &b, &c};
+  EXPECT_EQ(RunScope(input, a.name), "a.csv/");
+  EXPECT_EQ(RunScope(input, c.name), "y/b.csv/");
 }
 
 }  // namespace

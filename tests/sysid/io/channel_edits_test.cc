@@ -10,7 +10,9 @@
 namespace sysid {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 Mechanism Hinge() {
   Mechanism mechanism;
@@ -102,6 +104,29 @@ TEST(ChannelEditsTest, IgnoredSpansAreMissingInTheirRun) {
     const bool missing = (t >= 0.5 && t <= 0.6) || (t >= 1.0 && t <= 1.1);
     EXPECT_EQ(std::isnan(run.channels[0].values(k, 0)), missing) << t;
   }
+}
+
+TEST(ChannelEditsTest, AShiftOfThisRunAloneWins) {
+  const sysid::Run before = Recorded(0.01, 0.0, 0.0);
+  sysid::Run run = before;
+  Apply("a.csv/joint1.q=0.03,joint1.q=0.02,b.csv/joint1.q=0.5", "", &run);
+  for (int k = 0; k + 3 < run.size(); ++k) {
+    EXPECT_EQ(run.channels[0].values(k, 0),
+              before.channels[0].values(k + 3, 0));
+  }
+}
+
+TEST(ChannelEditsTest, SaysWhatThereWasNotToIgnore) {
+  sysid::Run run = Recorded(0.01, 0.0, 0.0);
+  const auto notices = [&](const std::string& ignore) {
+    std::vector<std::string> notices;
+    ApplyEdits({{}, ParseIgnored(ignore, "--ignore")}, Hinge(), &run, &notices);
+    return notices;
+  };
+  EXPECT_THAT(notices("joint1.q@0.5:0.6,b.csv/joint1.q@7:8"), IsEmpty());
+  EXPECT_THAT(notices("a.csv/joint1.q@7:8"),
+              ElementsAre("runs/a.csv: has nothing of 'joint1.q' to ignore "
+                          "between 7 s and 8 s"));
 }
 
 TEST(ChannelEditsTest, SaysWhatIsWrongWithAFlag) {

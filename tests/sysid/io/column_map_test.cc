@@ -52,6 +52,24 @@ TEST(ColumnMapTest, ReportsEntriesThatAreNone) {
             "  hint: keep one of them");
 }
 
+// Of the map's entries those for this run, whose own win.
+TEST(ColumnMapTest, EntriesOfOneRun) {
+  const ColumnMap map = ParseColumnMap(
+      "t=time,joint1.q=a,b.csv/joint1.q=-a,runs/c.csv/joint1.q=2*a");
+  const auto position = [&](const std::string& path) {
+    for (const ColumnMapping& entry : ColumnsOf(map, path, Hinges())) {
+      if (entry.name == "joint1.q") return entry.expression;
+    }
+    return std::string();
+  };
+  EXPECT_EQ(position("runs/a.csv"), "a");
+  EXPECT_EQ(position("runs/b.csv"), "-a");
+  EXPECT_EQ(position("b.csv"), "-a");
+  EXPECT_EQ(position("runs/c.csv"), "2*a");
+  EXPECT_EQ(position("other/c.csv"), "a");
+  EXPECT_EQ(ColumnsOf(map, "b.csv", Hinges()).size(), 2u);
+}
+
 TEST(ColumnMapTest, FlagsWinOverTheFile) {
   const ColumnMap merged =
       MergeColumnMaps({{"t", "time", "f:1:1"}, {"joint1.q", "a", "f:2:1"}},
