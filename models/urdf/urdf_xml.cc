@@ -58,6 +58,10 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
   return robot;
 }
 
+// Of anything in SI units: a mountain is as heavy. Products of a few of them
+// are finite.
+constexpr double kLargest = 1e12;
+
 bool ReadNumber(const std::string& text, double* value) {
   const char* begin = text.data();
   const char* end = begin + text.size();
@@ -123,6 +127,13 @@ bool UrdfElement::Numbers(const char* attribute, int count,
               word.rfind("${", 0) == 0
                   ? "this is xacro: xacro file.xacro > file.urdf"
                   : "write it with digits and a point, such as -1.5e-3");
+      return false;
+    }
+    // Limits are written so where there are none.
+    if (std::abs(number) > kLargest && element_->ValueStr() != "limit") {
+      FaultAt(attribute,
+              "'" + word + "' in " + name + " is more than a mechanism has",
+              "the units are m, rad, kg and s");
       return false;
     }
     numbers.push_back(number);

@@ -323,6 +323,15 @@ TEST(UrdfMessages, Numbers) {
                   "\"> is not a finite number\n  hint: write it with digits "
                   "and a point, such as -1.5e-3");
   }
+  EXPECT_EQ(LinkMessage("<inertial><mass value='1e300'/>" + inertia),
+            "r.urdf:3:32: link 'a': '1e300' in <mass value=\"1e300\"> is more "
+            "than a mechanism has\n  hint: the units are m, rad, kg and s");
+  EXPECT_THAT(
+      JointMessage("<origin xyz='0 0 -0.61e308'/>"),
+      HasSubstr("'-0.61e308' in <origin xyz=\"0 0 -0.61e308\"> is more"));
+  EXPECT_EQ(JointMessage("<limit lower='-1.7e308' upper='1.7e308' effort='1' "
+                         "velocity='1'/>"),
+            "(loads)");
   EXPECT_EQ(LinkMessage("<inertial><mass value='1 2'/>" + inertia),
             "r.urdf:3:32: link 'a': <mass value=\"1 2\"> has 2 numbers, not 1");
   EXPECT_EQ(LinkMessage("<inertial><mass value=''/>" + inertia),
