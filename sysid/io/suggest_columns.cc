@@ -157,7 +157,9 @@ std::string TimeHint(const Mechanism& mechanism,
     const ColumnMap positions = SuggestPositions(mechanism, header, time);
     added.insert(added.end(), positions.begin(), positions.end());
   }
-  return ColumnsFlag(given, added);
+  return (header[0].starts_with('%') ? "take the '%' before the names away, or "
+                                     : "") +
+         ColumnsFlag(given, added);
 }
 
 std::string MeasuredHint(const Mechanism& mechanism,
