@@ -89,7 +89,8 @@ void CsvFile::CheckHeader() {
     rows_.SkipEmptyLines(nullptr);
     std::string_view next = rows_.Ahead();
     next = next.substr(0, next.find_first_of("\r\n"));
-    if (!ForeignComment(next).empty() || !HoldsNumber(next)) {
+    if (!ForeignComment(next).empty() ||
+        (!next.empty() && !HoldsNumber(next))) {
       throw InputError(
           HeaderPlace(0),
           "this line begins with " + Shown(mark) + ", and is no header",
