@@ -144,4 +144,8 @@ void CheckOutputs(const FitRequest& request, const Session& session) {
   if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out, "--out");
 }
 
+bool WritesFiles() {
+  return !FLAGS_out.empty() || (!FLAGS_json.empty() && !IsStdout(FLAGS_json));
+}
+
 }  // namespace sysid

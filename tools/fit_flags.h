@@ -39,5 +39,7 @@ bool WriteReport(const std::function<Json()>& page);
 // That the results can be written, before the long work; after all that may be
 // wrong with the input, so that this leaves no empty folder.
 void CheckOutputs(const FitRequest& request, const Session& session);
+// Whether --out or --json names one: all else goes to standard output.
+bool WritesFiles();
 
 }  // namespace sysid

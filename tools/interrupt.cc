@@ -33,7 +33,7 @@ sigset_t BlockInterrupts() {
   return signals;
 }
 
-Interrupt::Interrupt(const char* what_it_does) {
+Interrupt::Interrupt(const std::string& what_is_there, bool into_files) {
   const bool no_int = IsIgnored(SIGINT), no_term = IsIgnored(SIGTERM);
   sigset_t signals = BlockInterrupts();
   if (no_int && no_term) return;
@@ -41,12 +41,14 @@ Interrupt::Interrupt(const char* what_it_does) {
   if (no_term) sigdelset(&signals, SIGTERM);
   // Detached: it waits as long as the program lives, and a source may be
   // copied.
-  std::thread([signals, source = source_, what_it_does]() mutable {
+  const std::string what =
+      what_is_there + (into_files ? " is written" : " is printed");
+  std::thread([signals, source = source_, what]() mutable {
     Await(signals);
     std::fprintf(
-        stderr, "%s: %s\n",
+        stderr, "%s: %s; once more ends at once\n",
         isatty(STDERR_FILENO) == 1 ? "\r\033[Kinterrupted" : "interrupted",
-        what_it_does);
+        what.c_str());
     source.request_stop();
     const int again = Await(signals);
     // Ends by the signal itself: who waits for the program sees that.

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <stop_token>
+#include <string>
 
 namespace sysid {
 
@@ -16,8 +17,9 @@ namespace sysid {
 // (nohup) stays ignored.
 class Interrupt {
  public:
-  // Says on standard error what the first signal does.
-  explicit Interrupt(const char* what_it_does);
+  // What is there when the first signal comes ("the best point so far") goes
+  // into files, or is only printed: that is said on standard error then.
+  Interrupt(const std::string& what_is_there, bool into_files);
   std::stop_token token() const { return source_.get_token(); }
 
  private:

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <map>
 #include <new>
+#include <system_error>
 
 #include "gflags/gflags.h"
 #include "glog/logging.h"
@@ -72,6 +73,20 @@ void SetFlag(const std::string& name, const std::string& value) {
     throw InputError("--" + name, "cannot be '" + value + "'",
                      "it takes " + kind);
   }
+}
+
+// What std::thread throws where there is none to be had.
+bool IsOfThreads(const std::exception& error) {
+  const auto* const fault = dynamic_cast<const std::system_error*>(&error);
+  return fault != nullptr &&
+         fault->code() == std::errc::resource_unavailable_try_again;
+}
+
+std::string What(const std::exception& error) {
+  if (!IsOfThreads(error)) return error.what();
+  return std::string("no thread can be started: ") + error.what() +
+         "\n  hint: " + (FlagText("threads") == "1" ? "" : "--threads 1, or ") +
+         "allow more: ulimit -u (threads), ulimit -v (memory)";
 }
 
 }  // namespace
@@ -195,8 +210,8 @@ int RunProgram(int argc, char** argv, const std::string& help,
     std::fprintf(stderr, "error: out of memory\n");
     return kExitNoResult;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "error: %s\n", error.what());
-    return kExitNoResult;
+    std::fprintf(stderr, "error: %s\n", What(error).c_str());
+    return IsOfThreads(error) ? kExitBadInput : kExitNoResult;
   }
 }
 

@@ -48,7 +48,7 @@ constexpr char kHelp[] =
                              of two parameters the likelihood on a grid
   --json FILE|-              machine-readable result
   --out DIR                  comparison.json, comparison.svg
-Ctrl-C writes what there is of the comparison, once more ends at once.
+Ctrl-C gives what there is of the comparison, once more ends at once.
 Exit code: 0 done, 1 a solver has no usable result, 2 bad input.
 )";
 
@@ -137,8 +137,8 @@ int Main() {
     }
     CheckWritableFile(FLAGS_figure);
   }
-  const Interrupt interrupt(
-      "what there is of the comparison is written; once more ends at once");
+  const Interrupt interrupt("what there is of the comparison",
+                            WritesFiles() || !FLAGS_figure.empty());
   session.options.stop = interrupt.token();
   CheckSession(&session);
   const std::vector<std::string> moved = MovedStarts(session);

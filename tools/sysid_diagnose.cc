@@ -57,7 +57,7 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, diagnosis.json, fit.json,
                              prediction.csv, identified.urdf
-Ctrl-C writes what was judged so far, once more ends at once.
+Ctrl-C gives what was judged so far, once more ends at once.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
@@ -104,8 +104,7 @@ int Main() {
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);
-  const Interrupt interrupt(
-      "what was judged so far is written; once more ends at once");
+  const Interrupt interrupt("what was judged so far", WritesFiles());
   session.options.stop = problem.options.stop = interrupt.token();
   CheckSession(&session);
   PrintNotices(session.notices);

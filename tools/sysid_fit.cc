@@ -57,12 +57,9 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
                              identified.urdf
-Ctrl-C writes the best point so far, once more ends at once.
+Ctrl-C gives the best point so far, once more ends at once.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
-
-constexpr char kInterrupted[] =
-    "the best point so far is written; once more ends at once";
 
 // The fit for the page and the files.
 PageFit Show(const Session& session, const ShootingProblem& problem,
@@ -152,7 +149,7 @@ int Main() {
   if (session.solver == "gmm") CheckMixtureSize(session, gmm);
   CheckSampleSize(session);
   CheckOutputs(request, session);
-  const Interrupt interrupt(kInterrupted);
+  const Interrupt interrupt("the best point so far", WritesFiles());
   session.options.stop = interrupt.token();
   CheckSession(&session);
   if (session.solver != "lm") {

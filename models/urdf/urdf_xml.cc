@@ -1,5 +1,6 @@
 #include "models/urdf/urdf_xml.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -173,6 +174,14 @@ bool UrdfElement::Origin(double* xyz, double* rpy) const {
                    "give the rotation as rpy");
   }
   const bool xyz_read = !origin.Has("xyz") || origin.Vector3("xyz", xyz);
+  // No mechanism is as large; squares of more overflow in the end.
+  constexpr double kFarthest = 1e6;  // m
+  if (xyz_read && std::any_of(xyz, xyz + 3, [](double x) {
+        return std::abs(x) > kFarthest;
+      })) {
+    origin.FaultAt("xyz", "xyz " + origin.Text("xyz") + " m; 1e6 are the most",
+                   "give it in m");
+  }
   const bool rpy_read = !origin.Has("rpy") || origin.Vector3("rpy", rpy);
   return xyz_read && rpy_read;
 }

@@ -78,4 +78,11 @@ std::string_view ByteSource::Peek(size_t n) {
   return std::string_view(ahead_).substr(at_, n);
 }
 
+void CheckNotUtf16(ByteSource* source) {
+  const std::string_view mark = source->Peek(2);
+  if (mark != "\xFF\xFE" && mark != "\xFE\xFF") return;
+  throw InputError(source->path(), "is text in UTF-16, not UTF-8",
+                   "iconv -f UTF-16 -t UTF-8 FILE > NEW, or save it as UTF-8");
+}
+
 }  // namespace sysid

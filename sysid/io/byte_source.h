@@ -40,4 +40,7 @@ class ByteSource {
   size_t at_ = 0;      // in ahead_
 };
 
+// Throws InputError where it begins as a text in UTF-16 does.
+void CheckNotUtf16(ByteSource* source);
+
 }  // namespace sysid

@@ -17,6 +17,31 @@ const char* NameOf(char separator) {
   return separator == ',' ? "comma" : separator == ';' ? "semicolon" : "tab";
 }
 
+// Whatever separates its cells.
+bool HoldsNumber(std::string_view line) {
+  constexpr std::string_view kBetween = ",;\t \"";
+  for (size_t begin = 0; begin < line.size();) {
+    const size_t end =
+        std::min(line.find_first_of(kBetween, begin), line.size());
+    double number;
+    if (ParseNumber(line.substr(begin, end - begin), &number)) return true;
+    begin = end + 1;
+  }
+  return false;
+}
+
+// What begins a comment elsewhere, "" if nothing does.
+std::string ForeignComment(std::string_view line) {
+  for (const char* mark : {"%", "//"}) {
+    if (Trim(line).starts_with(mark)) return mark;
+  }
+  return "";
+}
+
+std::string CommentHint(const std::string& mark) {
+  return "if this line is a comment, begin it with '#', not " + Shown(mark);
+}
+
 }  // namespace
 
 CsvFile::CsvFile(const std::string& path) : CsvFile(ByteSource(path)) {}
@@ -58,7 +83,20 @@ bool CsvFile::HeaderIsNumbers() const {
       });
 }
 
-void CsvFile::CheckHeader() const {
+void CsvFile::CheckHeader() {
+  const std::string mark = ForeignComment(header_[0]);
+  if (!mark.empty()) {
+    rows_.SkipEmptyLines(nullptr);
+    std::string_view next = rows_.Ahead();
+    next = next.substr(0, next.find_first_of("\r\n"));
+    if (!ForeignComment(next).empty() ||
+        (!next.empty() && !HoldsNumber(next))) {
+      throw InputError(
+          HeaderPlace(0),
+          "this line begins with " + Shown(mark) + ", and is no header",
+          CommentHint(mark));
+    }
+  }
   if (!HeaderIsNumbers()) return;
   std::string hint = "put a row of names before it, such as t,joint1.q";
   TextRows words(ByteSource(path_, last_comment()));
@@ -115,6 +153,15 @@ double CsvFile::ReadNumber(std::string_view cell, int field) {
     return value;
   }
   if (rows_.separator() == ',' || !ParseDecimalComma(cell, &value)) {
+    const std::string mark = ForeignComment(rows_.RowText());
+    if (!mark.empty()) fail(" is not a number", CommentHint(mark));
+    if (lines_.rows() == 0 && layout_.width_hint.empty() &&
+        !HoldsNumber(rows_.RowText())) {
+      fail(" is not a number, nor is any cell of this row: are they units?",
+           "delete line " + std::to_string(rows_.row_line()) +
+               "; what is not in SI is mapped by --columns joint1.q=column*" +
+               "factor");
+    }
     fail(" is not a number",
          !layout_.width_hint.empty()
              ? layout_.width_hint
@@ -139,7 +186,10 @@ void CsvFile::CheckWidth(int cells) const {
   const int width = layout_.width();
   if (cells == width) return;
   std::string hint = layout_.width_hint;
-  if (!hint.empty()) {
+  const std::string mark = ForeignComment(rows_.RowText());
+  if (!mark.empty()) {
+    hint = CommentHint(mark);
+  } else if (!hint.empty()) {
     // The layout knows better.
   } else if (cells < width) {
     hint = "the row ends before column " + Shown(header_[cells]) +

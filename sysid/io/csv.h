@@ -24,9 +24,9 @@ namespace sysid {
 class CsvFile : public TableFile {
  public:
   // Reads the header. Throws InputError for a file that is missing, a folder,
-  // unreadable, empty, binary (it holds a NUL byte), for a line of more than 1
-  // MiB, more than 10000 columns, a column name that appears twice and a
-  // separator that could be two.
+  // unreadable, empty, in UTF-16, binary (it holds a NUL byte), for a line of
+  // more than 1 MiB, more than 10000 columns, a column name that appears twice
+  // and a separator that could be two.
   explicit CsvFile(const std::string& path);
   explicit CsvFile(ByteSource source);
   // The same from text; `path` only names it in errors.
@@ -35,8 +35,8 @@ class CsvFile : public TableFile {
   int header_line() const { return layout_.header_line; }
   // Whether each cell of the first row reads as a number: there is no header.
   bool HeaderIsNumbers() const;
-  // Throws InputError if so.
-  void CheckHeader() const;
+  // Throws InputError if so, and where the first row is a comment of others.
+  void CheckHeader();
   // The last comment line before the header, without '#'; "" if there is none.
   const std::string& last_comment() const { return layout_.last_comment; }
 

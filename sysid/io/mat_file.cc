@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <fstream>
 #include <functional>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "sysid/io/cell.h"
 #include "sysid/io/child_process.h"
 #include "sysid/io/mat_arrays.h"
+#include "sysid/io/mat_length.h"
 
 namespace sysid {
 namespace {
@@ -236,6 +238,15 @@ std::unique_ptr<TableFile> OpenMatFile(ByteSource source, const std::string&) {
   if (!source.is_file()) {
     throw InputError(source.path(), "is a MATLAB file, which cannot be a pipe",
                      "save it as a file");
+  }
+  std::ifstream file(source.path(), std::ios::binary);
+  const uint64_t length = MatFileLength(&file, source.size());
+  if (length > source.size()) {
+    throw InputError(source.path(),
+                     "is cut off: it has " + std::to_string(source.size()) +
+                         " bytes, and should have " + std::to_string(length) +
+                         " or more",
+                     "copy it again, or save it again; was the disk full?");
   }
   return std::make_unique<MatFile>(source);
 }

@@ -17,8 +17,9 @@ namespace sysid {
 // objects such as timeseries and tables) is left out, with a notice.
 //
 // Columns may differ in length, as long as those that are read together do not.
-// Throws InputError where the file is damaged, where a matrix claims more
-// numbers than the file can hold, and where this build lacks the library matio.
+// Throws InputError where the file is cut off or damaged, where a matrix claims
+// more numbers than the file can hold, and where this build lacks the library
+// matio.
 std::unique_ptr<TableFile> OpenMatFile(ByteSource source, const std::string&);
 
 bool BeginsMatFile(std::string_view first_bytes);

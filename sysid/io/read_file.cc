@@ -13,6 +13,7 @@ std::string ReadTextFile(const std::string& path) {
   const std::string what = "a text of that size";
   const std::string hint = "is this the file that you mean?";
   ByteSource source(path);
+  CheckNotUtf16(&source);
   if (source.is_file()) CheckMemory(2.0 * source.size(), path, what, hint);
   std::string text;
   while (true) {

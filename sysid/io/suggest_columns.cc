@@ -47,10 +47,16 @@ bool HasWord(const std::string& name,
   });
 }
 
-bool LooksLikeTime(const std::string& name) {
+bool IsCalledTime(const std::string& name) {
   return ContainsAny(Lower(name), {"time", "stamp", "clock"}) ||
-         HasWord(name, {"t", "s", "sec", "secs", "seconds", "ms", "msec",
-                        "millis", "us", "usec", "micros", "ns", "nsec"});
+         HasWord(name, {"t"});
+}
+
+// Not "omega [rad/s]".
+bool IsInSeconds(const std::string& name) {
+  return name.find('/') == std::string::npos &&
+         HasWord(name, {"s", "sec", "secs", "seconds", "ms", "msec", "millis",
+                        "us", "usec", "micros", "ns", "nsec"});
 }
 
 std::string TimeFactor(const std::string& name) {
@@ -62,9 +68,10 @@ std::string TimeFactor(const std::string& name) {
 
 bool LooksLikePosition(const std::string& name) {
   const std::string lower = Lower(name);
-  if (ContainsAny(lower, {"vel", "speed", "acc", "dot", "qd", "omega", "tau",
-                          "torque", "effort", "force", "cur", "volt", "ref",
-                          "des", "cmd", "con", "target", "set"})) {
+  if (ContainsAny(lower, {"vel",   "speed",  "acc",  "dot", "qd",     "omega",
+                          "rate",  "/s",     "gyro", "tau", "torque", "effort",
+                          "force", "cur",    "volt", "ref", "des",    "cmd",
+                          "con",   "target", "set"})) {
     return false;
   }
   return ContainsAny(lower, {"pos", "theta", "angle", "phi", "enc", "deg",
@@ -78,10 +85,16 @@ std::string ListColumns(const std::vector<std::string>& header) {
 
 // The column that looks like time, or -1.
 int FindTime(const std::vector<std::string>& header) {
-  for (size_t i = 0; i < header.size(); ++i) {
-    if (LooksLikeTime(header[i])) return static_cast<int>(i);
+  for (const auto looks_like_time : {IsCalledTime, IsInSeconds}) {
+    const auto found =
+        std::find_if(header.begin(), header.end(), looks_like_time);
+    if (found != header.end()) return static_cast<int>(found - header.begin());
   }
   return -1;
+}
+
+bool Has(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
 }
 
 // The marker that this column is x, y or z of ("tip" for "tip.Y", where the
@@ -93,35 +106,129 @@ std::string MarkerOf(const std::string& column,
   const char axis = column.back();
   if (axis < 'X' || axis > 'Z') return "";
   for (const char* other : {".X", ".Y", ".Z"}) {
-    if (std::find(header.begin(), header.end(), marker + other) ==
-        header.end()) {
-      return "";
-    }
+    if (!Has(header, marker + other)) return "";
   }
   return marker;
 }
 
-// Hinges and slides in order, columns that look like positions in order.
+// The w, x, y, z that this column is w of ("q1w" where there are "q1x", "q1y"
+// and "q1z"), or nothing.
+std::vector<std::string> QuaternionOf(const std::string& column,
+                                      const std::vector<std::string>& header) {
+  for (size_t i = 0; i < column.size(); ++i) {
+    if (column[i] != 'w' && column[i] != 'W') continue;
+    std::vector<std::string> names = {column};
+    for (const char axis : {'x', 'y', 'z'}) {
+      std::string name = column;
+      name[i] = static_cast<char>(axis + column[i] - 'w');
+      if (Has(header, name)) names.push_back(name);
+    }
+    if (names.size() == 4) return names;
+  }
+  return {};
+}
+
+// A column's name as an expression.
+std::string Quoted(const std::string& name) {
+  const auto is_one_entry = [&] {
+    try {
+      const ColumnMap map = ParseColumnMap("t=" + name);
+      return map.size() == 1 && map[0].expression == name;
+    } catch (const InputError&) {
+      return false;
+    }
+  };
+  if (name.find_first_of("'\"") == std::string::npos && is_one_entry()) {
+    return name;
+  }
+  const char mark = name.find('"') == std::string::npos ? '"' : '\'';
+  return mark + name + mark;
+}
+
+// Joints in order, columns that look like their positions in order.
 ColumnMap SuggestPositions(const Mechanism& mechanism,
                            const std::vector<std::string>& header,
                            int time_column) {
-  ColumnMap map;
-  size_t next = 0;
-  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-    if (group.is_effort || group.kind != ChannelKind::kPosition) continue;
-    while (next < header.size() &&
-           (static_cast<int>(next) == time_column || header[next].empty() ||
-            !LooksLikePosition(header[next]) ||
-            !MarkerOf(header[next], header).empty())) {
-      ++next;
+  std::vector<std::vector<std::string>> quaternions;
+  std::vector<std::string> of_quaternions;
+  for (const std::string& name : header) {
+    const std::vector<std::string> quaternion = QuaternionOf(name, header);
+    if (quaternion.empty()) continue;
+    quaternions.push_back(quaternion);
+    of_quaternions.insert(of_quaternions.end(), quaternion.begin(),
+                          quaternion.end());
+  }
+  const std::vector<std::string> joints = mechanism.JointNames();
+  std::vector<std::string> positions;
+  for (size_t i = 0; i < header.size(); ++i) {
+    const std::string& name = header[i];
+    if (static_cast<int>(i) != time_column && !name.empty() &&
+        (LooksLikePosition(name) || Has(joints, name)) &&
+        MarkerOf(name, header).empty() && !Has(of_quaternions, name)) {
+      positions.push_back(name);
     }
-    if (next == header.size()) break;
-    const bool degrees = ContainsAny(Lower(header[next]), {"deg"});
-    map.push_back({group.columns[0],
-                   header[next] + (degrees ? kRadiansPerDegree : ""), ""});
-    ++next;
+  }
+  ColumnMap map;
+  size_t position = 0, quaternion = 0;
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    if (group.is_effort) continue;
+    if (group.kind == ChannelKind::kPosition && position < positions.size()) {
+      const std::string& name = positions[position++];
+      const bool degrees = ContainsAny(Lower(name), {"deg", "\u00b0"});
+      map.push_back({group.columns[0],
+                     Quoted(name) + (degrees ? kRadiansPerDegree : ""), ""});
+    }
+    if (group.kind == ChannelKind::kOrientation &&
+        quaternion < quaternions.size()) {
+      const std::vector<std::string>& names = quaternions[quaternion++];
+      for (size_t i = 0; i < names.size(); ++i) {
+        map.push_back({group.columns[i], Quoted(names[i]), ""});
+      }
+    }
   }
   return map;
+}
+
+// The columns of all joints' positions.
+std::vector<std::string> PositionNames(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    const bool position = group.kind == ChannelKind::kPosition ||
+                          group.kind == ChannelKind::kOrientation;
+    if (group.is_effort || !position) continue;
+    names.insert(names.end(), group.columns.begin(), group.columns.end());
+  }
+  return names;
+}
+
+// Whether the file or the map has a column that is measured: an effort is none.
+bool MeasuresAnything(const Mechanism& mechanism,
+                      const std::vector<std::string>& header,
+                      const ColumnMap& given) {
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    if (group.is_effort) continue;
+    for (const std::string& name : group.columns) {
+      const bool mapped =
+          std::any_of(given.begin(), given.end(),
+                      [&](const ColumnMapping& m) { return m.name == name; });
+      if (mapped || Has(header, name)) return true;
+    }
+  }
+  return false;
+}
+
+std::string InShell(const std::string& value) {
+  constexpr char kSpecial[] = " \t[](){}\"'`\\$&;|<>#!?~";
+  if (value.find_first_of(kSpecial) == std::string::npos) return value;
+  std::string quoted = "'";
+  for (const char c : value) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
 }
 
 // The flag with `added`, as one types it.
@@ -134,9 +241,7 @@ std::string ColumnsFlag(const ColumnMap& given, const ColumnMap& added) {
   for (const ColumnMapping& entry : MergeColumnMaps(from_flag, added)) {
     entries.push_back(entry.name + "=" + entry.expression);
   }
-  const std::string value = Join(entries, ",");
-  const bool plain = value.find_first_of(" []()\"$&;|<>#") == std::string::npos;
-  return "--columns " + (plain ? value : "'" + value + "'");
+  return "--columns " + InShell(Join(entries, ","));
 }
 
 }  // namespace
@@ -144,41 +249,45 @@ std::string ColumnsFlag(const ColumnMap& given, const ColumnMap& added) {
 std::string TimeHint(const Mechanism& mechanism,
                      const std::vector<std::string>& header,
                      const ColumnMap& given) {
+  constexpr char kUnknown[] = "COLUMN";
   const int time = FindTime(header);
-  if (time < 0) return "name it by --columns t=COLUMN; " + ListColumns(header);
-  ColumnMap added = {{"t", header[time] + TimeFactor(header[time]), ""}};
-  const std::vector<std::string> names = RunColumnNames(mechanism);
-  const bool measured =
-      given.size() > 0 ||
-      std::any_of(header.begin(), header.end(), [&](const std::string& name) {
-        return std::find(names.begin(), names.end(), name) != names.end();
-      });
-  if (!measured) {
-    const ColumnMap positions = SuggestPositions(mechanism, header, time);
+  bool complete = time >= 0;
+  ColumnMap added = {
+      {"t",
+       complete ? Quoted(header[time]) + TimeFactor(header[time]) : kUnknown,
+       ""}};
+  if (!MeasuresAnything(mechanism, header, given)) {
+    ColumnMap positions = SuggestPositions(mechanism, header, time);
+    if (positions.empty()) {
+      complete = false;
+      for (const std::string& name : PositionNames(mechanism)) {
+        positions.push_back({name, kUnknown, ""});
+      }
+    }
     added.insert(added.end(), positions.begin(), positions.end());
   }
-  return ColumnsFlag(given, added);
+  const std::string flag = ColumnsFlag(given, added);
+  if (!complete) {
+    return "name " + std::string(added.size() == 1 ? "it" : "them") + " by " +
+           flag + "; " + ListColumns(header);
+  }
+  return (header[0].starts_with('%') ? "take the '%' before the names away, or "
+                                     : "") +
+         flag;
 }
 
 std::string MeasuredHint(const Mechanism& mechanism,
                          const std::vector<std::string>& header,
                          int time_column, const ColumnMap& given) {
-  std::vector<std::string> names;
-  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-    const bool position = group.kind == ChannelKind::kPosition ||
-                          group.kind == ChannelKind::kOrientation;
-    if (group.is_effort || !position) continue;
-    names.insert(names.end(), group.columns.begin(), group.columns.end());
-  }
-  const std::string would_be = "its columns would be " + Join(names);
+  const std::string would_be =
+      "its columns would be " + Join(PositionNames(mechanism));
   const ColumnMap added = SuggestPositions(mechanism, header, time_column);
   if (!added.empty()) return would_be + "; try " + ColumnsFlag(given, added);
   for (const std::string& column : header) {
     const std::string marker = MarkerOf(column, header);
     // With a W it is a rotation.
     if (marker.empty() || mechanism.links.empty() ||
-        std::find(header.begin(), header.end(), marker + ".W") !=
-            header.end()) {
+        Has(header, marker + ".W")) {
       continue;
     }
     const std::string& link = mechanism.links.back().name;

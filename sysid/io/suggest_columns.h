@@ -14,8 +14,8 @@ namespace sysid {
 // that the hint can be typed as it is.
 
 // "--columns t=time_ms*0.001"; with columns that look like positions where
-// nothing else would be measured either. The file's columns where none looks
-// like time.
+// nothing else would be measured either. Where none looks like either, the flag
+// with COLUMN in its place, and the file's columns.
 std::string TimeHint(const Mechanism& mechanism,
                      const std::vector<std::string>& header,
                      const ColumnMap& given);

@@ -11,6 +11,7 @@ namespace sysid {
 
 TextRows::TextRows(ByteSource source) : source_(std::move(source)) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  CheckNotUtf16(&source_);
   Fill();
   if (buffer_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
 }
@@ -43,6 +44,11 @@ std::string_view TextRows::Ahead() {
 bool TextRows::AtEnd() {
   Fill();
   return Exhausted();
+}
+
+std::string_view TextRows::RowText() const {
+  const size_t end = buffer_.find_first_of("\r\n", line_begin_);
+  return std::string_view(buffer_).substr(line_begin_, end - line_begin_);
 }
 
 void TextRows::BeginLine() {

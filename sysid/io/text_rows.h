@@ -11,8 +11,8 @@ namespace sysid {
 // may be quoted; also CRLF, CR, a byte order mark, blank lines, and comment
 // lines that begin with '#'). Holds a few MiB of it, whatever its size.
 //
-// Throws InputError for a NUL byte, a line of more than 1 MiB and a quotation
-// mark that is not closed.
+// Throws InputError for UTF-16, a NUL byte, a line of more than 1 MiB and a
+// quotation mark that is not closed.
 class TextRows {
  public:
   explicit TextRows(ByteSource source);
@@ -42,6 +42,8 @@ class TextRows {
   }
   // The line, from 1, where the row that was read last begins.
   int row_line() const { return row_line_; }
+  // That line as it stands, until the next row is read.
+  std::string_view RowText() const;
   // The line at the cursor.
   int line() const { return line_; }
 

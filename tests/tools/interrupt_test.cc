@@ -85,6 +85,19 @@ TEST_F(InterruptTest, WritesTheBestPointAndMarksIt) {
   }
 }
 
+TEST_F(InterruptTest, SaysThatItPrintsWhereNoFileIsNamed) {
+  for (const Arguments& json : {Arguments{}, Arguments{"--json", "-"}}) {
+    const auto running = AfterItBegan(
+        Endless() + json,
+        [&](RunningProgram* fit) { return fit->End(SIGINT) != 128 + SIGINT; });
+    EXPECT_EQ(running->Await(), 1);
+    EXPECT_THAT(running->Rest(), HasSubstr("link1.length"));
+    EXPECT_THAT(running->Errors(),
+                HasSubstr("interrupted: the best point so far is printed; once "
+                          "more ends at once\n"));
+  }
+}
+
 TEST_F(InterruptTest, EndsAtOnceTheSecondTime) {
   // An epoch of half a minute or more: the first signal is not answered before
   // the second comes.

@@ -80,6 +80,23 @@ TEST_F(SizesTest, OfTheWork) {
             "leave it out");
 }
 
+TEST_F(SizesTest, OfTheThreadsThatMayBeStarted) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer needs the address space";
+#endif
+  // A stack of 4 GB in 1.5 GB.
+  const auto expect = [&](const std::string& threads, const std::string& hint) {
+    ExpectRefused(
+        folder_, "/bin/sh",
+        {"-c", "ulimit -s 4000000; ulimit -v 1500000; exec \"$0\" \"$@\"",
+         SYSID_FIT, "--model", "pendulum1", "--traj", "run.csv", "--threads",
+         threads},
+        "no thread can be started", "Resource temporarily unavailable", hint);
+  };
+  expect("4", "\n  hint: --threads 1, or allow more: ulimit -u (threads)");
+  expect("1", "\n  hint: allow more: ulimit -u (threads), ulimit -v (memory)");
+}
+
 #ifdef SYSID_HAVE_STAN
 TEST_F(SizesTest, OfAMixture) {
   const Arguments gmm{"--solver", "gmm"};

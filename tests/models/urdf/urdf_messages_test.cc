@@ -300,6 +300,19 @@ TEST(UrdfMessages, Masses) {
   EXPECT_EQ(LinkMessage("<inertial><mass value='-2'/>" + inertia),
             "r.urdf:3:32: link 'a': mass -2 kg is negative\n  hint: give the "
             "mass of the link, a positive number of kg");
+  EXPECT_EQ(LinkMessage("<inertial><mass value='1e300'/>" + inertia),
+            "r.urdf:3:32: link 'a': mass 1e300 kg; 1e9 are the most\n  hint: "
+            "give the mass of the link in kg");
+  EXPECT_EQ(LinkMessage("<inertial><mass value='1e9'/>" + inertia), "(loads)");
+  EXPECT_EQ(LinkMessage("<inertial><mass value='1'/><inertia ixx='1' "
+                        "ixy='-1e200' ixz='0' iyy='1' iyz='0' izz='1'/>"
+                        "</inertial>"),
+            "r.urdf:3:60: link 'a': ixy -1e200 kg m^2; 1e15 are the most\n  "
+            "hint: give the moments of the link in kg m^2");
+  EXPECT_EQ(LinkMessage("<inertial><origin xyz='0 1e150 0'/><mass value='1'/>" +
+                        inertia),
+            "r.urdf:3:34: link 'a': xyz 0 1e150 0 m; 1e6 are the most\n  "
+            "hint: give it in m");
   EXPECT_EQ(LinkMessage("<inertial>" + inertia),
             "r.urdf:3:16: link 'a': <inertial> has no <mass>\n  hint: <mass "
             "value=\"kg\"/>");

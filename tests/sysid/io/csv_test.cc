@@ -91,6 +91,61 @@ TEST(CsvTest, ReportsTextInANumberWithLineFieldAndName) {
               ::testing::HasSubstr("run.csv:2:2: '0x10' in column 'a' is not"));
 }
 
+TEST(CsvTest, ReportsARowOfUnits) {
+  for (const std::string header : {"t,a", "t;a", "t\ta", "t a", "# c\n\nt,a"}) {
+    const char separator = header[header.size() - 2];
+    const std::string text = header + "\ns" + separator + "rad\n0" + separator +
+                             "1\n1" + separator + "2\n";
+    const std::string line = header[0] == '#' ? "4" : "2";
+    EXPECT_EQ(ReadError(text, {0, 1}),
+              "run.csv:" + line +
+                  ":1: 's' in column 't' is not a number, nor is any cell of "
+                  "this row: are they units?\n"
+                  "  hint: delete line " +
+                  line +
+                  "; what is not in SI is mapped by --columns "
+                  "joint1.q=column*factor");
+  }
+}
+
+TEST(CsvTest, TextAmongNumbersIsNoRowOfUnits) {
+  for (const std::string text : {"t,a\ns,1\n", "t,a\n0,1\ns,rad\n"}) {
+    EXPECT_THAT(ReadError(text, {0, 1}),
+                ::testing::HasSubstr("is not a number\n"));
+  }
+}
+
+TEST(CsvTest, ReportsCommentsOfOthers) {
+  const auto check = [](const std::string& text) {
+    CsvFile file = File(text);
+    file.CheckHeader();
+    file.ReadColumns({0, 1});
+  };
+  for (const std::string text :
+       {"% by me\nt,a\n0,1\n", "% by me, twice\n% on 3, 4\nt,a\n0,1\n",
+        "% by me\n\n# so\nt a\n0 1\n"}) {
+    EXPECT_EQ(ErrorText([&] { check(text); }),
+              "run.csv:1:1: this line begins with '%', and is no header\n"
+              "  hint: if this line is a comment, begin it with '#', not '%'");
+  }
+  EXPECT_EQ(ErrorText([&] { check("t,a\n0,1\n// on\n1,2\n"); }),
+            "run.csv:3:1: '// on' in column 't' is not a number\n"
+            "  hint: if this line is a comment, begin it with '#', not '//'");
+  EXPECT_EQ(ReadError("x,t,a\n% on\n0,1,2\n", {1, 2}),
+            "run.csv:2:2: 1 cell, but the header has 3 columns\n"
+            "  hint: if this line is a comment, begin it with '#', not '%'");
+  check("%duty,t\n0,1\n");
+}
+
+TEST(CsvTest, ReportsUtf16) {
+  for (const std::string mark : {"\xFF\xFE", "\xFE\xFF"}) {
+    EXPECT_EQ(ErrorText([&] { File(mark + std::string("t\0,\0", 4)); }),
+              "run.csv: is text in UTF-16, not UTF-8\n"
+              "  hint: iconv -f UTF-16 -t UTF-8 FILE > NEW, or save it as "
+              "UTF-8");
+  }
+}
+
 TEST(CsvTest, ReportsAnInfiniteNumber) {
   for (const std::string cell : {"inf", "-Infinity", "1e999"}) {
     EXPECT_EQ(ReadError("t,a\n0," + cell + "\n", {0, 1}),

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -46,6 +47,11 @@ void WriteMat(const std::string& path, Kind kind,
     Mat_VarFree(v);
   }
   Mat_Close(file);
+}
+
+std::string Bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
 class MatFileTest : public testing::TestWithParam<Kind> {
@@ -152,17 +158,41 @@ TEST_P(MatFileTest, ReportsAFileWithoutNumbers) {
                 "ts.Time; q = ts.Data");
 }
 
+TEST_P(MatFileTest, ReportsAFileThatIsCut) {
+  std::vector<double> numbers(1000);
+  std::iota(numbers.begin(), numbers.end(), 0.5);
+  Write({Matrix("t", 1000, 1, numbers), Matrix("q", 1000, 1, numbers)});
+  const std::string bytes = Bytes(file_.path());
+  Open();
+  for (const size_t size : {size_t{20}, size_t{131}, bytes.size() / 3,
+                            bytes.size() * 3 / 4, bytes.size() - 1}) {
+    std::ofstream(file_.path(), std::ios::binary) << bytes.substr(0, size);
+    const std::string error = ErrorText([&] { Open(); });
+    EXPECT_THAT(error,
+                HasSubstr(file_.path() + ": is cut off: it has " +
+                          std::to_string(size) + " bytes, and should have "));
+    EXPECT_THAT(error, HasSubstr(" or more\n  hint: copy it again, or save it "
+                                 "again; was the disk full?"));
+  }
+}
+
+// As a machine of the other byte order writes it.
+TEST(MatFileCutTest, KnowsTheLengthOfAForeignByteOrder) {
+  std::string bytes = "MATLAB 5.0 MAT-file";
+  bytes.resize(124, ' ');
+  bytes += std::string("\1\0MI\0\0\0\16\0\0\1\0", 12);
+  const ScratchFile file("run.mat");
+  std::ofstream(file.path(), std::ios::binary) << bytes;
+  EXPECT_THAT(ErrorText([&] { OpenTable(file.path()); }),
+              HasSubstr("it has 136 bytes, and should have 392 or more"));
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Versions, MatFileTest,
     testing::Values(Kind{MAT_FT_MAT5, MAT_COMPRESSION_NONE},
                     Kind{MAT_FT_MAT5, MAT_COMPRESSION_ZLIB},
                     Kind{MAT_FT_MAT73, MAT_COMPRESSION_NONE},
                     Kind{MAT_FT_MAT73, MAT_COMPRESSION_ZLIB}));
-
-std::string Bytes(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(in), {});
-}
 
 TEST(MatFileSizeTest, RefusesWhatTheFileCannotHold) {
   const ScratchFile file("run.mat");

@@ -31,6 +31,21 @@ std::string ParseError(const std::string& text, const std::string& columns = "",
   return ErrorText([&] { Parse(text, columns, nullptr, mechanism); });
 }
 
+// A word as the shell takes it.
+std::string FromShell(const std::string& word) {
+  std::string text;
+  bool quoted = false;
+  for (size_t i = 0; i < word.size(); ++i) {
+    if (word[i] == '\'') {
+      quoted = !quoted;
+    } else {
+      if (word[i] == '\\' && !quoted) ++i;
+      text += word[i];
+    }
+  }
+  return text;
+}
+
 Mechanism Ball() { return Chain({{"ball", JointType::kSpherical}}); }
 
 TEST(ReadRunTest, ReadsEveryKindOfChannel) {
@@ -184,6 +199,59 @@ TEST(ReadRunTest, ReportsAMissingTimeColumn) {
             "run.csv:1:1: there is no time column 't'\n"
             "  hint: name it by --columns t=COLUMN; the file's columns are a, "
             "joint1.q");
+}
+
+TEST(ReadRunTest, TheHintForForeignNamesReadsTheFile) {
+  const Mechanism cart = Chain(
+      {{"cart", JointType::kPrismatic}, {"pole", JointType::kContinuous}});
+  const struct {
+    std::string header, flag;
+    Mechanism mechanism = Hinges();
+  } kFiles[] = {
+      {"time,pos1,pos2", "t=time,joint1.q=pos1,joint2.q=pos2"},
+      {"% time,pos1", "'t=% time,joint1.q=pos1'"},
+      {"stamp,joint1,joint2", "t=stamp,joint1.q=joint1,joint2.q=joint2"},
+      // Neither a time nor positions.
+      {"theta [rad],omega [rad/s],rate_rad,time [s]",
+       "'t=time [s],joint1.q=theta [rad]'"},
+      {"q1 (deg),v1 (deg/s),ms", "'t=ms*0.001,joint1.q=q1 (deg)*0.0174532925'"},
+      {R"(time,"pos, left","pos ""right""")",
+       R"('t=time,joint1.q="pos, left",joint2.q='\''pos "right"'\''')"},
+      // An effort is no measurement.
+      {"time,pos1,joint1.tau", "t=time,joint1.q=pos1"},
+      {"time,x,theta", "t=time,cart.q=x,pole.q=theta", cart},
+      {"time,qw,qx,qy,qz", "t=time,ball.qw=qw,ball.qx=qx,ball.qy=qy,ball.qz=qz",
+       Ball()},
+      {"time,tip.X,tip.Y,tip.Z,IMU.W.1,IMU.X.1,IMU.Y.1,IMU.Z.1",
+       "t=time,ball.qw=IMU.W.1,ball.qx=IMU.X.1,ball.qy=IMU.Y.1,"
+       "ball.qz=IMU.Z.1",
+       Ball()},
+  };
+  for (const auto& file : kFiles) {
+    const std::string error =
+        ParseError(file.header + "\n", "", file.mechanism);
+    const size_t at = error.find("--columns ");
+    ASSERT_NE(at, std::string::npos) << error;
+    const std::string flag =
+        error.substr(at + std::string("--columns ").size());
+    EXPECT_EQ(flag, file.flag);
+    // What is missing then is the rows.
+    EXPECT_THAT(ParseError(file.header + "\n", FromShell(flag), file.mechanism),
+                HasSubstr("there is a header but no row of data"));
+  }
+}
+
+TEST(ReadRunTest, TheHintSaysWhatItDoesNotKnow) {
+  EXPECT_EQ(ParseError("time,a,b\n0,1,2\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: name them by --columns t=time,joint1.q=COLUMN,"
+            "joint2.q=COLUMN; the file's columns are time, a, b");
+  EXPECT_EQ(ParseError("a,pos\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: name them by --columns t=COLUMN,joint1.q=pos; the file's "
+            "columns are a, pos");
+  EXPECT_THAT(ParseError("time,pos,i\n0,1,2\n", "joint1.tau=i*2"),
+              HasSubstr("hint: --columns t=time,joint1.q=pos,joint1.tau=i*2"));
 }
 
 TEST(ReadRunTest, ReportsTimeThatIsMissingOrDoesNotIncrease) {
