@@ -47,12 +47,6 @@ std::string ReadName(const UrdfElement& element, const std::string& kind,
   return name;
 }
 
-// What is larger is a slip, and products of it overflow. No ship or building
-// that moves has a tenth of this mass; the moment is that of it a kilometre
-// off.
-constexpr double kMostMass = 1e9;     // kg
-constexpr double kMostMoment = 1e15;  // kg m^2
-
 void CheckInertia(const UrdfElement& inertia, const UrdfLink& link) {
   const double* I = link.inertia;
   Inertial<double> body;
@@ -88,10 +82,6 @@ void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
              link->mass < 0) {
     mass.FaultAt("value", "mass " + mass.Text("value") + " kg is negative",
                  "give the mass of the link, a positive number of kg");
-  } else if (read && link->mass > kMostMass) {
-    mass.FaultAt("value",
-                 "mass " + mass.Text("value") + " kg; 1e9 are the most",
-                 "give the mass of the link in kg");
   }
   // An unreadable mass is noted: not once more as a missing one.
   if (!read) link->mass = std::numeric_limits<double>::quiet_NaN();
@@ -108,13 +98,6 @@ void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
   for (int i = 0; i < 6; ++i) {
     if (!inertia.RequiredNumber(kMoments[i], &link->inertia[i])) {
       all_read = false;
-    } else if (std::abs(link->inertia[i]) > kMostMoment) {
-      all_read = false;
-      inertia.FaultAt(kMoments[i],
-                      std::string(kMoments[i]) + " " +
-                          inertia.Text(kMoments[i]) +
-                          " kg m^2; 1e15 are the most",
-                      "give the moments of the link in kg m^2");
     }
   }
   if (all_read) CheckInertia(inertia, *link);

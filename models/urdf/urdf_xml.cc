@@ -132,8 +132,7 @@ bool UrdfElement::Numbers(const char* attribute, int count,
     }
     // Limits are written so where there are none.
     if (std::abs(number) > kLargest && element_->ValueStr() != "limit") {
-      FaultAt(attribute,
-              "'" + word + "' in " + name + " is more than a mechanism has",
+      FaultAt(attribute, "'" + word + "' in " + name + ": 1e12 is the most",
               "the units are m, rad, kg and s");
       return false;
     }
@@ -174,14 +173,6 @@ bool UrdfElement::Origin(double* xyz, double* rpy) const {
                    "give the rotation as rpy");
   }
   const bool xyz_read = !origin.Has("xyz") || origin.Vector3("xyz", xyz);
-  // No mechanism is as large; squares of more overflow in the end.
-  constexpr double kFarthest = 1e6;  // m
-  if (xyz_read && std::any_of(xyz, xyz + 3, [](double x) {
-        return std::abs(x) > kFarthest;
-      })) {
-    origin.FaultAt("xyz", "xyz " + origin.Text("xyz") + " m; 1e6 are the most",
-                   "give it in m");
-  }
   const bool rpy_read = !origin.Has("rpy") || origin.Vector3("rpy", rpy);
   return xyz_read && rpy_read;
 }

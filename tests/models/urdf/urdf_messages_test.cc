@@ -300,19 +300,6 @@ TEST(UrdfMessages, Masses) {
   EXPECT_EQ(LinkMessage("<inertial><mass value='-2'/>" + inertia),
             "r.urdf:3:32: link 'a': mass -2 kg is negative\n  hint: give the "
             "mass of the link, a positive number of kg");
-  EXPECT_EQ(LinkMessage("<inertial><mass value='1e300'/>" + inertia),
-            "r.urdf:3:32: link 'a': mass 1e300 kg; 1e9 are the most\n  hint: "
-            "give the mass of the link in kg");
-  EXPECT_EQ(LinkMessage("<inertial><mass value='1e9'/>" + inertia), "(loads)");
-  EXPECT_EQ(LinkMessage("<inertial><mass value='1'/><inertia ixx='1' "
-                        "ixy='-1e200' ixz='0' iyy='1' iyz='0' izz='1'/>"
-                        "</inertial>"),
-            "r.urdf:3:60: link 'a': ixy -1e200 kg m^2; 1e15 are the most\n  "
-            "hint: give the moments of the link in kg m^2");
-  EXPECT_EQ(LinkMessage("<inertial><origin xyz='0 1e150 0'/><mass value='1'/>" +
-                        inertia),
-            "r.urdf:3:34: link 'a': xyz 0 1e150 0 m; 1e6 are the most\n  "
-            "hint: give it in m");
   EXPECT_EQ(LinkMessage("<inertial>" + inertia),
             "r.urdf:3:16: link 'a': <inertial> has no <mass>\n  hint: <mass "
             "value=\"kg\"/>");
@@ -337,11 +324,15 @@ TEST(UrdfMessages, Numbers) {
                   "and a point, such as -1.5e-3");
   }
   EXPECT_EQ(LinkMessage("<inertial><mass value='1e300'/>" + inertia),
-            "r.urdf:3:32: link 'a': '1e300' in <mass value=\"1e300\"> is more "
-            "than a mechanism has\n  hint: the units are m, rad, kg and s");
-  EXPECT_THAT(
-      JointMessage("<origin xyz='0 0 -0.61e308'/>"),
-      HasSubstr("'-0.61e308' in <origin xyz=\"0 0 -0.61e308\"> is more"));
+            "r.urdf:3:32: link 'a': '1e300' in <mass value=\"1e300\">: 1e12 is "
+            "the most\n  hint: the units are m, rad, kg and s");
+  EXPECT_EQ(LinkMessage("<inertial><mass value='1e12'/>" + inertia), "(loads)");
+  EXPECT_THAT(LinkMessage("<inertial><mass value='1'/><inertia ixx='1' "
+                          "ixy='-1e200' ixz='0' iyy='1' iyz='0' izz='1'/>"
+                          "</inertial>"),
+              HasSubstr("'-1e200' in <inertia ixy=\"-1e200\">: 1e12 is"));
+  EXPECT_THAT(JointMessage("<origin xyz='0 0 -0.61e308'/>"),
+              HasSubstr("'-0.61e308' in <origin xyz=\"0 0 -0.61e308\">: 1e12"));
   EXPECT_EQ(JointMessage("<limit lower='-1.7e308' upper='1.7e308' effort='1' "
                          "velocity='1'/>"),
             "(loads)");
