@@ -41,8 +41,10 @@ Series ReadColumn(const Run& run, const Channel& channel, int slot,
 
 double Unwrapped(double value, double last) {
   const double turns = (value - last) / (2 * M_PI);
-  // Only whole turns are the sensor's: half of one is a jump.
-  const bool whole = std::abs(turns - std::round(turns)) < 0.2;
+  // Only whole turns are the sensor's: half of one is a jump, and so are more
+  // than 16 bits count.
+  const bool whole = std::abs(turns - std::round(turns)) < 0.2 &&
+                     std::abs(turns) < (1 << 16) + 0.5;
   return whole ? value - 2 * M_PI * std::round(turns) : value;
 }
 

@@ -140,12 +140,24 @@ void RunReader::ReadRow(std::span<const double> cells, Run* run) {
     }
     return number;
   };
+  // An angle that is larger has no digit left that says where it stands.
+  constexpr double kLargest = 1e15;
+  const auto measured = [&](int source) {
+    const double number = value(source);
+    if (std::abs(number) > kLargest) {
+      throw InputError(Place(source, row),
+                       Describe(source) + " is " + ShortestText(number) +
+                           " here, and no measurement is beyond 1e15",
+                       "leave the cell empty where nothing was measured");
+    }
+    return number;
+  };
   ReadTime(value(in_.Find("t")), run);
   for (size_t c = 0; c < in_.channels.size(); ++c) {
     const Found& found = in_.channels[c];
     auto into = run->channels[c].values.row(row);
     for (size_t i = 0; i < found.sources.size(); ++i) {
-      into[found.group.slots[i]] = value(found.sources[i]);
+      into[found.group.slots[i]] = measured(found.sources[i]);
     }
     if (into.hasNaN()) {
       into.setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -156,7 +168,7 @@ void RunReader::ReadRow(std::span<const double> cells, Run* run) {
     auto into = run->effort.row(row).segment(
         mechanism_.joints[found.group.target].v_index, found.sources.size());
     for (size_t i = 0; i < found.sources.size(); ++i) {
-      into[found.group.slots[i]] = value(found.sources[i]);
+      into[found.group.slots[i]] = measured(found.sources[i]);
     }
     if (into.hasNaN()) {
       into.setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -368,6 +368,22 @@ TEST(JitterTest, IsSeenInQuaternions) {
   EXPECT_THAT(recording.Faults(CheckJitter), ElementsAre("time_jitter"));
 }
 
+TEST(SpikesTest, AreWhatNoCounterOfTurnsCounts) {
+  Recording recording("pendulum2_planar", EvenTimes(400, 0.01));
+  recording.Add(kQ, 0, 1e-3, Swing);
+  double& value = recording.run().channels[0].values(200, 0);
+  const double swing = value;
+  for (const double turns : {1.0, -3.0, 65000.0}) {
+    value = swing + turns * 2 * M_PI;
+    EXPECT_THAT(recording.Faults(CheckSpikes), IsEmpty()) << turns;
+  }
+  for (const double turns : {0.4, -1e6, 1e14}) {
+    value = swing + turns * 2 * M_PI;
+    EXPECT_THAT(recording.Faults(CheckSpikes), ElementsAre("spikes")) << turns;
+    EXPECT_THAT(recording.Faults(CheckFrozen), IsEmpty()) << turns;
+  }
+}
+
 TEST(EffortSpikesTest, LeaveForOneSampleAndStepsStay) {
   Recording recording("cartpole", EvenTimes(400, 0.01));
   recording.Add(kQ, 0, 1e-3, Swing);

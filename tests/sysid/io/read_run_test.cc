@@ -95,6 +95,22 @@ TEST(ReadRunTest, MapsColumnsWithFactorsAndOffsets) {
   EXPECT_NEAR(run.channels[0].values(0, 0), 3.14159265 - 1.0, 1e-9);
 }
 
+TEST(ReadRunTest, ReportsWhatNoMeasurementIs) {
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n1,1e308\n"),
+            "run.csv:3:2: column 'joint1.q' is 1e+308 here, and no measurement "
+            "is beyond 1e15\n"
+            "  hint: leave the cell empty where nothing was measured");
+  for (const std::string column : {"joint1.qd", "joint1.tau", "tip.px"}) {
+    const std::string more =
+        column == "tip.px" ? ",tip.py,tip.pz" : ",joint2.q,joint2.qd";
+    EXPECT_THAT(ParseError("t," + column + more + "\n0,-2e15,0,0\n"),
+                HasSubstr("run.csv:2:2: column '" + column + "' is -2e+15"));
+  }
+  // What it is mapped to counts; times may be of any clock.
+  Parse("ns,q\n1700000000000000000,1e17\n1700000001000000000,2e17\n",
+        "t=ns,joint1.q=q*1e-17");
+}
+
 TEST(ReadRunTest, TheMapWinsOverAColumnOfOurName) {
   std::vector<std::string> notices;
   const sysid::Run run =
