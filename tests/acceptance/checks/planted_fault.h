@@ -8,25 +8,9 @@
 
 #include "sysid/checks/finding.h"
 #include "sysid/session/session.h"
+#include "tests/acceptance/checks/clean_case.h"
 
 namespace sysid {
-
-// Recordings without a fault, and faults to plant in them.
-
-struct CleanCase {
-  std::string name;
-  Session session;  // model, what is free, runs
-  bool real = false;
-};
-
-// The shipped models, simulated with noise of 1e-3; a seed each. Where
-// `missing` is true the mechanism has an effect that the model lacks: no fault
-// of the data.
-std::vector<CleanCase> SimulatedCases(std::uint64_t seed, bool missing);
-
-// The recordings of SYSID_REAL_DATA with their models; empty where they are
-// absent.
-std::vector<CleanCase> RecordedCases(const std::string& folder);
 
 // Plants one fault of the kind in a copy, of a size and at a joint that the
 // seed draws; nothing where the case cannot have it.

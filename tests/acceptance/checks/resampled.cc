@@ -7,6 +7,20 @@
 
 namespace sysid {
 
+Run WithoutRows(const Run& run, int first, int last) {
+  Run cut = run;
+  const int n = run.size(), lost = last - first;
+  cut.t.erase(cut.t.begin() + first, cut.t.begin() + last);
+  const auto drop = [&](RowMatrixXd* rows) {
+    RowMatrixXd kept(n - lost, rows->cols());
+    kept << rows->topRows(first), rows->bottomRows(n - last);
+    *rows = kept;
+  };
+  drop(&cut.effort);
+  for (Channel& channel : cut.channels) drop(&channel.values);
+  return cut;
+}
+
 Run Thinned(const Run& run, int stride) {
   Run thin = run;
   const int n = run.size() / stride;

@@ -11,6 +11,9 @@ namespace sysid {
 // Recordings with other samples, for the faults of too few, too slow and still
 // ones. `motion` is MotionSeries of a session to which the run belongs.
 
+// Without the samples [first, last).
+Run WithoutRows(const Run& run, int first, int last);
+
 // Every so manieth sample.
 Run Thinned(const Run& run, int stride);
 

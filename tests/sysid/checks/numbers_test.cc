@@ -134,7 +134,6 @@ TEST(StillTest, IsSeenInQuaternions) {
   EXPECT_THAT(findings[0].remedies, ElementsAre("--ignore joint1.q@0:8"));
 }
 
-// At 3.3 Hz a quarter of a second holds one sample.
 // Every joint, and every rest: then nothing is still any more.
 TEST(StillTest, ItsRemedyMendsIt) {
   const Signal signal = [](double t) {
@@ -156,6 +155,7 @@ TEST(StillTest, ItsRemedyMendsIt) {
   EXPECT_THAT(rests.Faults(CheckStill), IsEmpty());
 }
 
+// At 3.3 Hz a quarter of a second holds one sample.
 TEST(StillTest, OfSlowSamplesNothingIsSaidUnlessTheyAreSmooth) {
   Recording rough("cartpole", EvenTimes(60, 0.3));
   rough.Add(kQ, 1, 1e-3, [](double t) { return Swing(1.25 * t); });
@@ -169,14 +169,25 @@ TEST(StillTest, OfSlowSamplesNothingIsSaidUnlessTheyAreSmooth) {
   EXPECT_THAT(rests.Faults(CheckStill), ElementsAre("still"));
 }
 
-TEST(RatesTest, ASwingOfTwoAndAHalfSamplesIsTooFast) {
+double Round(double t) { return 2 * M_PI * t; }
+
+// A swing of two and a half samples is too fast, and a hinge that goes round
+// needs six samples too.
+class RatesOfMotionTest : public ::testing::TestWithParam<Signal> {};
+
+TEST_P(RatesOfMotionTest, TwoAndAHalfSamplesATurnAreTooFewAndTenAreNot) {
   Recording slow("cartpole", EvenTimes(40, 0.4));
-  slow.Add(kQ, 1, 1e-3, Swing);
+  slow.Add(kQ, 1, 1e-3, GetParam());
   EXPECT_THAT(slow.Faults(CheckRates), ElementsAre("slow_sampling"));
   Recording even("cartpole", EvenTimes(160, 0.1));
-  even.Add(kQ, 1, 1e-3, Swing);
+  even.Add(kQ, 1, 1e-3, GetParam());
   EXPECT_THAT(even.Faults(CheckRates), IsEmpty());
 }
+
+INSTANTIATE_TEST_SUITE_P(Motions, RatesOfMotionTest,
+                         ::testing::Values(Swing, Round), [](const auto& info) {
+                           return info.index == 0 ? "Swings" : "GoesRound";
+                         });
 
 TEST(RatesTest, AColumnAtRestInItsNoiseIsNot) {
   Recording recording("cartpole", EvenTimes(200, 0.01));
@@ -192,15 +203,6 @@ TEST(RatesTest, AnAngularVelocityInItsNoiseIsNot) {
   Channel& w = recording.Add(ChannelKind::kAngularVelocity, 0, 3);
   for (double& v : w.values.reshaped()) v = noise(engine);
   EXPECT_THAT(recording.Faults(CheckRates), IsEmpty());
-}
-
-TEST(RatesTest, AHingeThatGoesRoundNeedsSixSamplesToo) {
-  Recording slow("cartpole", EvenTimes(40, 0.4));
-  slow.Add(kQ, 1, 1e-3, [](double t) { return 2 * M_PI * t; });
-  EXPECT_THAT(slow.Faults(CheckRates), ElementsAre("slow_sampling"));
-  Recording even("cartpole", EvenTimes(160, 0.1));
-  even.Add(kQ, 1, 1e-3, [](double t) { return 2 * M_PI * t; });
-  EXPECT_THAT(even.Faults(CheckRates), IsEmpty());
 }
 
 TEST(RatesTest, ABallJointIsNamedOnce) {

@@ -1,0 +1,73 @@
+#include "sysid/checks/find_idle_effort.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/sysid/checks/simulated_recording.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kDuration = 2.0;
+
+SimulatedRecording DrivenPendulum(std::uint64_t seed) {
+  return SimulatedRecording("rod_and_bob", seed, kDuration);
+}
+
+std::vector<Finding> IdleEfforts(const SimulatedRecording& recording) {
+  const CheckInput input = recording.Input();
+  const AsRead as_read(input);
+  std::vector<Finding> findings;
+  const bool found = FindIdleEffort(as_read, &findings);
+  EXPECT_EQ(found, !findings.empty());
+  return findings;
+}
+
+TEST(FindIdleEffortTest, AnEffortOfAnotherExperimentIsNamed) {
+  SimulatedRecording recording = DrivenPendulum(1);
+  recording.run().effort = DrivenPendulum(11).run().effort;
+  const std::vector<Finding> findings = IdleEfforts(recording);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].fault, "effort_idle");
+  EXPECT_EQ(findings[0].subject, "joint1.tau");
+  EXPECT_EQ(findings[0].file, "rod_and_bob.csv");
+  EXPECT_THAT(findings[0].evidence,
+              HasSubstr("the motion follows it by a factor of "));
+  EXPECT_EQ(findings[0].consequence,
+            "what was recorded there is not what moved the mechanism");
+  EXPECT_THAT(findings[0].remedies,
+              ElementsAre("--columns 'joint1.tau=joint1.tau*1e-9'"));
+}
+
+TEST(FindIdleEffortTest, OneThatIsTheMotionsIsNot) {
+  EXPECT_THAT(IdleEfforts(DrivenPendulum(1)), IsEmpty());
+}
+
+// The model does better without it, but best with 0.4 of it.
+TEST(FindIdleEffortTest, OneThatIsTooLargeIsNot) {
+  SimulatedRecording recording = DrivenPendulum(1);
+  recording.run().effort *= 2.5;
+  EXPECT_THAT(IdleEfforts(recording), IsEmpty());
+}
+
+// Of bodies that are too light the same; too heavy ones hardly feel it.
+TEST(FindIdleEffortTest, OneOfBodiesThatAreWrongIsNot) {
+  for (const double factor : {0.4, 5.0, 1000.0}) {
+    SCOPED_TRACE(factor);
+    SimulatedRecording recording = DrivenPendulum(1);
+    MechanismParameters<double> values = recording.model().nominal();
+    for (Inertial<double>& body : values.links) {
+      body.mass *= factor;
+      body.inertia *= factor;
+    }
+    recording.model().SetNominal(values);
+    EXPECT_THAT(IdleEfforts(recording), IsEmpty());
+  }
+}
+
+}  // namespace
+}  // namespace sysid
