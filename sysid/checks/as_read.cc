@@ -29,6 +29,11 @@ AsRead::AsRead(const CheckInput& input, double part)
   fit_ = FitLong(short_);
 }
 
+double AsRead::missed() const {
+  constexpr double kMost = 300.0;
+  return std::min(fit_.error, kMost);
+}
+
 QuickFit AsRead::Glance(const LooseModel& model,
                         const std::function<void(Run*)>& change) const {
   constexpr int kIterations = 8;
@@ -58,7 +63,8 @@ bool AsRead::IsBeyondModel(double error,
 }
 
 std::string TimesText(double error) {
-  return ShortNumber(error) + " times the noise";
+  return std::isfinite(error) ? ShortNumber(error) + " times the noise"
+                              : "more than can be computed";
 }
 
 }  // namespace sysid

@@ -17,6 +17,9 @@ constexpr double kLeastGain = -0.6, kMostGain = 0.3;
 constexpr double kSignificance = 4.0;  // standard errors, from a gain of one
 constexpr double kBetter = 1.15;    // with that gain, than with a gain of one
 constexpr double kNoBetter = 1.05;  // with the effort, than without
+// With that gain, than without: two efforts that are alike to a half by chance
+// make 1.15 of it. Of more it is the motion's own, in another unit.
+constexpr double kAlike = 1.5;
 
 // The model of the fit with its bodies as they are given: only what effects
 // have is free.
@@ -51,6 +54,15 @@ TurnedKnob GainOf(int v, const LooseModel& stiff, const QuickFit& brief,
   return best;
 }
 
+// Fits of the short segments with nothing for that effort.
+QuickFit WithoutEffort(int v, const LooseModel& model, const AsRead& as_read,
+                       const QuickFit& start) {
+  return FitShort(model, as_read.excerpt().Windows([v](Run* run) {
+    run->effort.col(v).setZero();
+  }),
+                  as_read.options(), kShortIterations, &start);
+}
+
 }  // namespace
 
 bool FindIdleEffort(const AsRead& as_read, std::vector<Finding>* findings) {
@@ -64,10 +76,7 @@ bool FindIdleEffort(const AsRead& as_read, std::vector<Finding>* findings) {
   for (const Joint& joint : input.model->mechanism().joints) {
     if (!IsSimple(joint) || !IsDriven(input, joint)) continue;
     const QuickFit short_fit =
-        FitShort(as_read.lean(), as_read.excerpt().Windows([&](Run* run) {
-          run->effort.col(joint.v_index).setZero();
-        }),
-                 as_read.options(), kShortIterations, &as_read.fit());
+        WithoutEffort(joint.v_index, as_read.lean(), as_read, as_read.fit());
     const double without = FitLong(short_fit).error;
     // Of a chaotic motion the short segments say it.
     if (short_fit.error <= kNoBetter * as_read.short_fit().error ||
@@ -93,6 +102,10 @@ bool FindIdleEffort(const AsRead& as_read, std::vector<Finding>* findings) {
           turned.error * kBetter < given.error)) {
       continue;
     }
+    const double none =
+        FitLong(WithoutEffort(effort.joint->v_index, stiff, as_read, given))
+            .error;
+    if (none > kAlike * turned.error) continue;
     const std::string column = effort.joint->name + ".tau";
     columns.push_back({column, Times(SourceOf(input, column), "1e-9")});
     const std::string comma = names.empty() ? "" : ", ";

@@ -53,7 +53,10 @@ std::vector<Candidate> Candidates(const AsRead& as_read,
   const QuickFit& given = as_read.short_fit();
   const std::vector<KnobScore> scores =
       ScoreKnobs(as_read.lean(), given, as_read.excerpt(), knobs);
-  const double glance = as_read.Glance(as_read.lean(), {}).error;
+  // A motion that cannot be followed at all is as bad as any.
+  constexpr double kWorst = 1e9;
+  const double glance =
+      std::min(as_read.Glance(as_read.lean(), {}).error, kWorst);
   std::vector<Candidate> candidates;
   for (size_t i = 0; i < knobs.size(); ++i) {
     const Knob& knob = knobs[i];
@@ -88,8 +91,10 @@ std::vector<Candidate> Candidates(const AsRead& as_read,
 bool IsFinding(const Candidate& candidate, AsRead* as_read) {
   const Knob& knob = *candidate.knob;
   const TurnedKnob& turned = candidate.turned;
-  return turned.error * knob.gain < as_read->fit().error &&
-         turned.windows >= kWindows && std::abs(turned.value) >= knob.least &&
+  const double size = std::abs(turned.value);
+  return turned.error * knob.gain < as_read->missed() &&
+         turned.windows >= kWindows && size >= knob.least &&
+         size < knob.most &&  // there it was held
          candidate.IsSignificant() &&
          (knob.of_model ||
           as_read->IsBeyondModel(

@@ -46,7 +46,7 @@ class ReadingSearch {
   // Those that a glance does not rule out, fitted in full, best first.
   std::vector<Candidate> Candidates() const;
   double ErrorAsRead(const Candidate& candidate) const {
-    return as_read_.fit().error * candidate.scale;
+    return as_read_.missed() * candidate.scale;
   }
 
   AsRead& as_read_;

@@ -97,6 +97,22 @@ bool FindIn(const SingleRuns& singles,
   return found;
 }
 
+// Of a motion that cannot be followed at all, where no reading mends it.
+Finding Diverges(const CheckInput& input) {
+  Finding finding;
+  finding.fault = "diverges";
+  finding.severity = Severity::kWrong;
+  if (input.runs.size() == 1) finding.file = input.runs.front()->name;
+  finding.evidence =
+      "from the recorded states the model's motion grows without bound, even "
+      "over a few samples";
+  finding.consequence =
+      "nothing can be fitted; some effort, mass or damping is wrong by orders "
+      "of magnitude, in the run or in " +
+      input.model_file;
+  return finding;
+}
+
 }  // namespace
 
 bool CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
@@ -107,14 +123,19 @@ bool CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
   const SingleRuns singles = RunsThatStandOut(input);
   if (FindIn(singles, FindReading, findings)) return false;
   const double error = as_read.fit().error;
-  if (!std::isfinite(error) || HasRoughAngle(as_read)) return false;
+  if (HasRoughAngle(as_read)) return false;
   std::vector<Finding> knobs;
   if (!FindKnob(&as_read, &knobs)) FindIn(singles, FindKnob, &knobs);
-  // Another clock makes up for efforts that are another's, as masses do.
-  const bool is_clear = !knobs.empty() && knobs[0].fault != "clock_scale";
+  // Another clock makes up for efforts that are another's, as masses do, and so
+  // does less of them.
+  const bool is_clear = !knobs.empty() && knobs[0].fault != "clock_scale" &&
+                        knobs[0].fault != "effort_scale";
   const bool idle =
       !is_clear && !as_read.CouldBeModel() && FindIdleEffort(as_read, findings);
   if (!idle) findings->insert(findings->end(), knobs.begin(), knobs.end());
+  if (!idle && knobs.empty() && !std::isfinite(error)) {
+    findings->push_back(Diverges(input));
+  }
   return error <= kFits;
 }
 

@@ -20,10 +20,11 @@ void ReadBodies(const CheckInput& input, std::vector<Reading>* readings);
 void FindDelays(const CheckInput& input, std::vector<Knob>* knobs);
 void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs);
 void FindClock(const CheckInput& input, std::vector<Knob>* knobs);
+void FindEffortGains(const CheckInput& input, std::vector<Knob>* knobs);
 
 using KnobFamily = void (*)(const CheckInput& input, std::vector<Knob>* knobs);
 inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts,
-                                               FindClock};
+                                               FindClock, FindEffortGains};
 
 // Of the numbers alone (numbers/).
 void CheckJitter(const CheckInput& input, std::vector<Finding>* findings);

@@ -427,7 +427,9 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
     result.converged = summary.termination_type == ceres::CONVERGENCE ||
                        summary.termination_type == ceres::USER_SUCCESS;
     result.message = Message(summary, shooting_.options().max_iterations);
-    result.iterations += static_cast<int>(summary.iterations.size()) - 1;
+    // The first is the start; where that cannot be evaluated there is none.
+    result.iterations +=
+        std::max(0, static_cast<int>(summary.iterations.size()) - 1);
     result.cost = summary.final_cost;
     result.evaluations +=
         summary.num_residual_evaluations + summary.num_jacobian_evaluations;

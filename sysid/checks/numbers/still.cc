@@ -93,7 +93,8 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
     const int looked_at = still + count(Seen::kMotion);
     if (still <= kMost * looked_at) continue;
     std::vector<std::pair<int, int>> rests = Rests(seen);
-    const auto [first, last] = rests.front();
+    const std::pair<int, int> longest = rests.front();
+    const auto [first, last] = longest;
     Finding finding;
     finding.fault = "still";
     finding.severity = Severity::kHarmful;
@@ -111,8 +112,7 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
     // All columns together, for they are still together.
     constexpr double kWorthIt = 1.0;  // s
     std::erase_if(rests, [&](const auto& rest) {
-      return rest != std::pair(first, last) &&
-             (rest.second - rest.first) * window < kWorthIt;
+      return rest != longest && (rest.second - rest.first) * window < kWorthIt;
     });
     std::vector<std::pair<double, double>> spans;
     for (const auto& [from, to] : rests) {

@@ -77,6 +77,22 @@ TEST(FindKnobTest, ADriftByATurnIsSeen) {
   EXPECT_EQ(findings[0].subject, "joint2.q");
 }
 
+TEST(FindKnobTest, AnEffortInAnotherUnitIsSeen) {
+  for (const double factor : {1e-3, 5.0, 1e3}) {
+    SCOPED_TRACE(factor);
+    SimulatedRecording recording("cartpole", 1, 3.0);
+    recording.run().effort.col(0) *= factor;  // the slider's
+    const CheckInput input = recording.Input();
+    AsRead as_read(input);
+    std::vector<Finding> findings;
+    EXPECT_TRUE(FindKnob(&as_read, &findings));
+    ExpectRemedy(findings, "--columns 'slider.tau=slider.tau*", 1.0 / factor,
+                 0.02 / factor);
+    EXPECT_EQ(findings[0].fault, "effort_scale");
+    EXPECT_EQ(findings[0].subject, "slider.tau");
+  }
+}
+
 TEST(FindKnobTest, ACleanRecordingHasNone) {
   const SimulatedRecording recording("cartpole", 1, 3.0);
   const CheckInput input = recording.Input();

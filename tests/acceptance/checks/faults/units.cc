@@ -8,6 +8,15 @@
 
 namespace sysid {
 
+namespace {
+
+// A slide alone whose mass is fitted has any unit of force.
+std::vector<int> DrivenBesideWeights(const Session& session) {
+  return Hinges(session).empty() ? std::vector<int>{} : DrivenJoints(session);
+}
+
+}  // namespace
+
 std::vector<Fault> UnitFaults() {
   return {
       OfJoint("degrees", {}, Hinges,
@@ -22,6 +31,13 @@ std::vector<Fault> UnitFaults() {
             [](Dice*, Run* run) {
               for (double& t : run->t) t *= 1000.0;
             }),
+      // N cm, N mm, kN m; a gear.
+      OfJoint("effort_scale", {}, DrivenBesideWeights,
+              [](int j, Dice* dice, const Session& s, Run* run) {
+                constexpr double kFactors[] = {100.0, 1000.0, 0.001, 5.0, 0.2};
+                ScaleJoint(s.model.mechanism(), j, kEffort,
+                           kFactors[dice->Below(5)], run);
+              }),
   };
 }
 
