@@ -30,8 +30,8 @@ AsRead::AsRead(const CheckInput& input, double part)
 }
 
 double AsRead::missed() const {
-  constexpr double kMost = 300.0;
-  return std::min(fit_.error, kMost);
+  constexpr double kBeyondNumbers = 300.0;
+  return std::isfinite(fit_.error) ? fit_.error : kBeyondNumbers;
 }
 
 QuickFit AsRead::Glance(const LooseModel& model,

@@ -30,8 +30,8 @@ class AsRead {
   const LooseModel& lean() const { return lean_; }
   const QuickFit& fit() const { return fit_; }
   const QuickFit& short_fit() const { return short_; }  // that it began with
-  // Its error, or what a reading must be better than at least: of a motion that
-  // is missed by more than that, a part of it explains nothing.
+  // Its error; of a motion that cannot be followed at all, what a reading must
+  // be better than at least, for anything is better than that motion.
   double missed() const;
   bool empty() const { return excerpt_.empty() || glance_.empty(); }
 

@@ -37,8 +37,8 @@ void FindEffortGains(const CheckInput& input, std::vector<Knob>* knobs) {
       return "with " + subject + " times " + ShortNumber(factor) + " (+- " +
              ShortNumber(within * factor) +
              "; another unit or gear ratio, or bodies that are " +
-             ShortNumber(factor > 1.0 ? factor : 1.0 / factor) +
-             " times too " + (factor > 1.0 ? "heavy" : "light") + ")";
+             ShortNumber(factor > 1.0 ? factor : 1.0 / factor) + " times too " +
+             (factor > 1.0 ? "heavy" : "light") + ")";
     };
     knob.consequence =
         "masses, frictions and springs are fitted in its unit, not in theirs";

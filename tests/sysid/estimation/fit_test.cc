@@ -338,6 +338,16 @@ TEST(Fit, StopsAfterTheIterationsItMayUse) {
               testing::HasSubstr("still moving after the 2 iterations"));
 }
 
+TEST(Fit, CountsNoIterationOfAMotionThatNothingFollows) {
+  const Model model = Shipped("pendulum2_planar");
+  sysid::Run run = Simulated(model, 0.6, 1, 2.0, 1e-3, Excitation::kMultisine);
+  run.effort *= 1e7;
+  const Fit fit = FitRuns(model, FreeFrom(model, {{"link1.length", 0.5}}),
+                          {run}, EstimationOptions());
+  EXPECT_FALSE(fit.converged);
+  EXPECT_EQ(fit.iterations, 0);
+}
+
 TEST(Fit, NamesOnlyTheMomentThatTheDataLeavesOpen) {
   // The moment about the rod hardly shows in headings; those across it do, and
   // all three are one log-Cholesky factor.
