@@ -6,7 +6,9 @@
 #include "gflags/gflags.h"
 #include "models/error.h"
 #include "models/printable.h"
+#include "sysid/checks/remedy.h"
 #include "sysid/checks/run_checks.h"
+#include "sysid/io/misread_column.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/findings.h"
 #include "sysid/session/check_runs.h"
@@ -48,9 +50,16 @@ it, as a flag where one can; the worst is first. docs/checks.md lists them.
 Exit code: 0 nothing found, 1 findings, 2 bad input.
 )";
 
-// Reads what can be read; what cannot is a finding.
+// A run that the reader refuses, and what would read it right.
+struct Refused {
+  Finding finding;
+  std::string file;
+  NewColumns right;
+};
+
+// Reads what can be read.
 void ReadAll(const std::vector<std::string>& files, Session* session,
-             std::vector<Run>* runs, std::vector<Finding>* findings) {
+             std::vector<Run>* runs, std::vector<Refused>* refused) {
   for (const std::string& file : files) {
     if (!std::filesystem::exists(file)) {
       ReadSessionRun(*session, file, nullptr);  // says so
@@ -60,12 +69,33 @@ void ReadAll(const std::vector<std::string>& files, Session* session,
       CheckTimes({run}, session->columns, session->model.mechanism());
       CheckMotion({run});
       runs->push_back(std::move(run));
+    } catch (const MisreadColumn& error) {
+      refused->push_back({Unreadable(file, error),
+                          file,
+                          {{error.name(), error.expression()}}});
     } catch (const InputError& error) {
       // A flag that is wrong is no fault of the recording.
       if (error.place().starts_with("--")) throw;
-      findings->push_back(Unreadable(file, error));
+      refused->push_back({Unreadable(file, error), file, {}});
     }
   }
+}
+
+// As findings. Where other runs can be read as they are, the remedy is for the
+// refused one alone.
+std::vector<Finding> FindingsOf(const std::vector<Refused>& refused,
+                                const std::vector<std::string>& files,
+                                const Session& session) {
+  const bool others = session.runs.size() + session.holdout.size() > 0;
+  std::vector<Finding> findings;
+  for (const Refused& run : refused) {
+    findings.push_back(run.finding);
+    if (!others || run.right.empty()) continue;
+    CheckInput input = InputOf(session);
+    input.scope = RunScope(files, run.file);
+    findings.back().remedies = {ColumnsFlag(input, run.right)};
+  }
+  return findings;
 }
 
 int Main() {
@@ -74,19 +104,20 @@ int Main() {
   FitRequest request = RequestFromFlags();
   request.fits_nothing = true;
   Session session = OpenModelSession(request, catalogue);
-  std::vector<Finding> unreadable;
-  ReadAll(request.traj, &session, &session.runs, &unreadable);
-  ReadAll(request.holdout, &session, &session.holdout, &unreadable);
+  std::vector<Refused> refused;
+  ReadAll(request.traj, &session, &session.runs, &refused);
+  ReadAll(request.holdout, &session, &session.holdout, &refused);
   CheckOutputs(request, session);
   PrintNotices(session.notices);
-  CheckSession(&session);
-  std::vector<Finding> findings = unreadable;
-  findings.insert(findings.end(), session.findings.begin(),
-                  session.findings.end());
   std::vector<std::string> runs = request.traj;
   runs.insert(runs.end(), request.holdout.begin(), request.holdout.end());
+  CheckResult result;
+  result.error = CheckSession(&session);
+  result.findings = FindingsOf(refused, runs, session);
+  result.findings.insert(result.findings.end(), session.findings.begin(),
+                         session.findings.end());
   const std::string json =
-      CheckJson(session.model_name, runs, findings, session.notices);
+      CheckJson(session.model_name, runs, result, session.notices);
   if (!FLAGS_out.empty()) {
     const std::filesystem::path out = FLAGS_out;
     WriteFileAtomically((out / "check.json").string(), json);
@@ -95,10 +126,9 @@ int Main() {
     WriteStdout(json);
   } else {
     if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
-    WriteStdout(
-        Printable(CheckText(session.model_name, runs.size(), findings)));
+    WriteStdout(Printable(CheckText(session.model_name, runs.size(), result)));
   }
-  return findings.empty() ? kExitDone : kExitFindings;
+  return result.findings.empty() ? kExitDone : kExitFindings;
 }
 
 }  // namespace

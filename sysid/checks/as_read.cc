@@ -41,25 +41,25 @@ QuickFit AsRead::Glance(const LooseModel& model,
                   nullptr);
 }
 
-double AsRead::Anything(const std::function<void(Run*)>& change) const {
+double AsRead::AnythingOf(const std::function<void(Run*)>& change) const {
   return FitQuickly(WithEverything(lean_), excerpt_.Windows(change), options_)
       .error;
 }
 
-double AsRead::AnythingAsRead() {
+double AsRead::Anything() {
   // More freedoms do not always converge as far.
-  if (!anything_) anything_ = std::min(fit_.error, Anything({}));
+  if (!anything_) anything_ = std::min(fit_.error, AnythingOf({}));
   return *anything_;
 }
 
-bool AsRead::CouldBeModel() { return AnythingAsRead() <= kBeyondModel; }
+bool AsRead::CouldBeModel() { return Anything() <= kBeyondModel; }
 
 bool AsRead::IsBeyondModel(double error,
                            const std::function<void(Run*)>& change,
                            double scale) {
   if (!std::isfinite(fit_.error)) return std::isfinite(error);
-  const double limit = AnythingAsRead() * scale / kBeyondModel;
-  return error < limit || Anything(change) < limit;
+  const double limit = Anything() * scale / kBeyondModel;
+  return error < limit || AnythingOf(change) < limit;
 }
 
 std::string TimesText(double error) {

@@ -43,6 +43,9 @@ class AsRead {
   // missed of the data as they were read: then nothing is beyond the model.
   bool CouldBeModel();
 
+  // The error with all of them free.
+  double Anything();
+
   // Whether a reading with this error is better than anything that they could
   // make of the data as they were read; or they make as much more of the
   // reading. `scale`: what an error as it was read counts in units of the
@@ -51,8 +54,7 @@ class AsRead {
                      double scale);
 
  private:
-  double Anything(const std::function<void(Run*)>& change) const;
-  double AnythingAsRead();
+  double AnythingOf(const std::function<void(Run*)>& change) const;
 
   const CheckInput& input_;
   const Excerpt excerpt_, glance_;

@@ -96,10 +96,11 @@ bool IsFinding(const Candidate& candidate, AsRead* as_read) {
          turned.windows >= kWindows && size >= knob.least &&
          size < knob.most &&  // there it was held
          candidate.IsSignificant() &&
-         (knob.of_model ||
-          as_read->IsBeyondModel(
-              turned.error, [&](Run* run) { knob.change(turned.value, run); },
-              1.0));
+         (knob.of_model
+              ? turned.error <= *knob.of_model * as_read->Anything()
+              : as_read->IsBeyondModel(
+                    turned.error,
+                    [&](Run* run) { knob.change(turned.value, run); }, 1.0));
 }
 
 }  // namespace
@@ -109,7 +110,8 @@ bool FindKnob(AsRead* as_read, std::vector<Finding>* findings) {
   std::vector<Knob> knobs;
   for (const KnobFamily family : kKnobFamilies) family(input, &knobs);
   if (as_read->CouldBeModel()) {
-    std::erase_if(knobs, [](const Knob& knob) { return !knob.of_model; });
+    std::erase_if(knobs,
+                  [](const Knob& knob) { return !knob.of_model.has_value(); });
   }
   std::vector<Candidate> candidates = Candidates(*as_read, knobs);
   if (candidates.empty()) return false;

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,9 @@ struct Knob {
   std::function<void(double value, Run*)> change;
   double probe = 0.0;  // a small value, at which its derivative is taken
   double gain = 2.0;   // by which factor it must lower the error
-  // Whether values of the model could do the same, and so tell nothing.
-  bool of_model = false;
+  // Where values of the model could do the same, and so tell nothing: how much
+  // worse than the best of them its error may be.
+  std::optional<double> of_model;
   double least = 0.0;          // nothing smaller is worth a word
   double most = 0.0;           // nor can the linearisation speak of larger ones
   std::vector<double> starts;  // beside what the linearisation says

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -13,9 +14,6 @@
 
 namespace sysid {
 namespace {
-
-// A model within this of the noise misses nothing worth a reading.
-constexpr double kFits = 1.5;
 
 // An angle whose "noise" is a good part of a turn is no smooth motion as it was
 // read (degrees that wrap at every sample): any model is within such a noise.
@@ -35,7 +33,7 @@ bool HasRoughAngle(const AsRead& as_read) {
 }
 
 bool Misses(const AsRead& as_read) {
-  return as_read.fit().error > kFits || HasRoughAngle(as_read);
+  return as_read.fit().error > kExplained || HasRoughAngle(as_read);
 }
 
 // The input with one of its runs alone.
@@ -108,35 +106,37 @@ Finding Diverges(const CheckInput& input) {
       "over a few samples";
   finding.consequence =
       "nothing can be fitted; some effort, mass or damping is wrong by orders "
-      "of magnitude, in the run or in " +
+      "of magnitude (efforts in N mm, masses in grams?), in the run or in " +
       input.model_file;
   return finding;
 }
 
 }  // namespace
 
-bool CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
+double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
   AsRead as_read(input);
-  if (as_read.empty()) return false;
-  if (!Misses(as_read)) return true;
-  if (FindReading(&as_read, findings)) return false;
+  if (as_read.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const bool is_rough = HasRoughAngle(as_read);
+  const double error =
+      is_rough ? std::numeric_limits<double>::quiet_NaN() : as_read.fit().error;
+  if (!Misses(as_read)) return error;
+  if (FindReading(&as_read, findings)) return error;
   const SingleRuns singles = RunsThatStandOut(input);
-  if (FindIn(singles, FindReading, findings)) return false;
-  const double error = as_read.fit().error;
-  if (HasRoughAngle(as_read)) return false;
+  if (FindIn(singles, FindReading, findings) || is_rough) return error;
   std::vector<Finding> knobs;
-  if (!FindKnob(&as_read, &knobs)) FindIn(singles, FindKnob, &knobs);
   // Another clock makes up for efforts that are another's, as masses do, and so
-  // does less of them.
-  const bool is_clear = !knobs.empty() && knobs[0].fault != "clock_scale" &&
-                        knobs[0].fault != "effort_scale";
+  // does less of them; but not those of one run alone.
+  const bool is_clear =
+      FindKnob(&as_read, &knobs)
+          ? knobs[0].fault != "clock_scale" && knobs[0].fault != "effort_scale"
+          : FindIn(singles, FindKnob, &knobs);
   const bool idle =
       !is_clear && !as_read.CouldBeModel() && FindIdleEffort(as_read, findings);
   if (!idle) findings->insert(findings->end(), knobs.begin(), knobs.end());
-  if (!idle && knobs.empty() && !std::isfinite(error)) {
+  if (!idle && knobs.empty() && std::isinf(error)) {
     findings->push_back(Diverges(input));
   }
-  return error <= kFits;
+  return error;
 }
 
 }  // namespace sysid

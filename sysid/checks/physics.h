@@ -9,8 +9,13 @@ namespace sysid {
 // What the physics says of the recordings: a quick fit of the model to an
 // excerpt, and where that misses the noise by far, the same of every other
 // reading. Appends the reading that explains what is missed, if there is one.
-// See docs/checks.md for the criterion. True where the data as they were read
-// are explained to the noise: then nothing that matters is wrong with them.
-bool CheckPhysics(const CheckInput& input, std::vector<Finding>* findings);
+// See docs/checks.md for the criterion. Returns the error of the data as they
+// were read, in times the noise; NaN where there is no motion to ask, or none
+// that is smooth.
+double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings);
+
+// A model within this of the noise misses nothing worth a reading, and nothing
+// that matters is wrong with the data.
+inline constexpr double kExplained = 1.5;
 
 }  // namespace sysid

@@ -59,14 +59,22 @@ std::string Minus(const std::string& a, const std::string& b) {
   return a + "-" + (IsSum(b) ? "(" + b + ")" : b);
 }
 
-std::string RunScope(const CheckInput& input, const std::string& run) {
-  if (input.runs.size() < 2) return input.scope;
+std::string RunScope(const std::vector<std::string>& runs,
+                     const std::string& run) {
+  if (runs.size() < 2) return "";
   const auto name = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
   int same = 0;
-  for (const Run* other : input.runs) same += name(other->name) == name(run);
+  for (const std::string& other : runs) same += name(other) == name(run);
   return (same > 1 ? run : name(run)) + "/";
+}
+
+std::string RunScope(const CheckInput& input, const std::string& run) {
+  if (input.runs.size() < 2) return input.scope;
+  std::vector<std::string> runs;
+  for (const Run* other : input.runs) runs.push_back(other->name);
+  return RunScope(runs, run);
 }
 
 std::string ColumnsFlag(const CheckInput& input, const NewColumns& columns) {

@@ -21,6 +21,8 @@ std::string Minus(const std::string& a, const std::string& b);
 
 // What the names of one run's columns begin with where there are several: its
 // file's name, or path, where the name is another's too, and a slash.
+std::string RunScope(const std::vector<std::string>& runs,
+                     const std::string& run);
 std::string RunScope(const CheckInput& input, const std::string& run);
 
 // "--columns joint1.q=-pos1".

@@ -64,9 +64,10 @@ void DropGuesses(size_t before, std::vector<Finding>* findings) {
 
 }  // namespace
 
-std::vector<Finding> RunChecks(const CheckInput& input) {
-  std::vector<Finding> findings;
-  if (input.runs.empty()) return findings;
+CheckResult RunChecks(const CheckInput& input) {
+  CheckResult result;
+  std::vector<Finding>& findings = result.findings;
+  if (input.runs.empty()) return result;
   for (const NumbersCheck check : kNumbersChecks) check(input, &findings);
   const auto is_wrong = [](const Finding& finding) {
     return finding.severity == Severity::kWrong;
@@ -76,7 +77,8 @@ std::vector<Finding> RunChecks(const CheckInput& input) {
   if (std::none_of(findings.begin(), findings.end(), is_wrong)) {
     const size_t before = findings.size();
     const Mended mended(input, findings);
-    const bool explained = CheckPhysics(mended.input(), &findings);
+    result.error = CheckPhysics(mended.input(), &findings);
+    const bool explained = result.error <= kExplained;
     // What only looked suspicious of the model is settled by the motion.
     const bool found = findings.size() > before;
     if (IsSlow(findings)) DropGuesses(before, &findings);
@@ -85,7 +87,7 @@ std::vector<Finding> RunChecks(const CheckInput& input) {
     });
   }
   Sort(&findings);
-  return findings;
+  return result;
 }
 
 Finding Unreadable(const std::string& file, const InputError& error) {

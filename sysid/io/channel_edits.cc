@@ -156,7 +156,7 @@ std::vector<ChannelShift> ParseShifts(const std::string& text,
                                       const std::string& place) {
   std::vector<ChannelShift> shifts;
   for (const std::string& entry : Entries(text, place, kShiftHint)) {
-    const size_t equals = entry.find('=');
+    const size_t equals = entry.rfind('=');  // a file's name may have one
     if (equals == std::string::npos || equals == 0) {
       throw InputError(place, "'" + entry + "' is no shift", kShiftHint);
     }

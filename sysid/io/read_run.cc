@@ -13,6 +13,7 @@
 #include "sysid/io/csv.h"
 #include "sysid/io/degrees.h"
 #include "sysid/io/memory.h"
+#include "sysid/io/misread_column.h"
 #include "sysid/io/run_sources.h"
 #include "sysid/io/suggest_columns.h"
 #include "sysid/io/table_file.h"
@@ -308,11 +309,11 @@ void RunReader::CheckDegrees(const Run& run) {
              "; if so: " + DegreesFlag(name, from, map_));
       continue;
     }
-    throw InputError(file_.HeaderPlace(in_.sources[source].column()),
-                     Describe(source) + " looks like degrees" +
-                         (velocity ? " per second" : "") +
-                         ", not radians: " + report.reason,
-                     DegreesHint(name, from, map_));
+    throw MisreadColumn(file_.HeaderPlace(in_.sources[source].column()),
+                        Describe(source) + " looks like degrees" +
+                            (velocity ? " per second" : "") +
+                            ", not radians: " + report.reason,
+                        DegreesHint(name, from, map_), name, InRadians(from));
   }
 }
 

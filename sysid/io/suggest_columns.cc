@@ -176,7 +176,7 @@ ColumnMap SuggestPositions(const Mechanism& mechanism,
       const std::string& name = positions[position++];
       const bool degrees = ContainsAny(Lower(name), {"deg", "\u00b0"});
       map.push_back({group.columns[0],
-                     Quoted(name) + (degrees ? kRadiansPerDegree : ""), ""});
+                     degrees ? InRadians(Quoted(name)) : Quoted(name), ""});
     }
     if (group.kind == ChannelKind::kOrientation &&
         quaternion < quaternions.size()) {
@@ -301,9 +301,13 @@ std::string MeasuredHint(const Mechanism& mechanism,
          ListColumns(header);
 }
 
+std::string InRadians(const std::string& column) {
+  return column + kRadiansPerDegree;
+}
+
 std::string DegreesFlag(const std::string& name, const std::string& column,
                         const ColumnMap& given) {
-  return ColumnsFlag(given, {{name, column + kRadiansPerDegree, ""}});
+  return ColumnsFlag(given, {{name, InRadians(column), ""}});
 }
 
 std::string DegreesHint(const std::string& name, const std::string& column,

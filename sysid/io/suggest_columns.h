@@ -27,6 +27,8 @@ std::string MeasuredHint(const Mechanism& mechanism,
                          const std::vector<std::string>& header,
                          int time_column, const ColumnMap& given);
 
+// "pos*0.0174532925".
+std::string InRadians(const std::string& column);
 // "--columns joint1.q=pos*0.0174532925", and how to say that it is radians.
 std::string DegreesHint(const std::string& name, const std::string& column,
                         const ColumnMap& given);

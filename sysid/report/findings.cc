@@ -1,5 +1,7 @@
 #include "sysid/report/findings.h"
 
+#include "sysid/checks/physics.h"
+
 namespace sysid {
 
 Json ToJson(const std::vector<Finding>& findings) {
@@ -20,23 +22,32 @@ Json ToJson(const std::vector<Finding>& findings) {
 
 std::string CheckJson(const std::string& model,
                       const std::vector<std::string>& runs,
-                      const std::vector<Finding>& findings,
+                      const CheckResult& result,
                       const std::vector<std::string>& notices) {
   Json json;
   json["schema"] = "sysid.check/1";
   json["model"] = model;
   json["runs"] = runs;
-  json["findings"] = ToJson(findings);
+  json["error"] = Finite(result.error);
+  json["findings"] = ToJson(result.findings);
   json["notices"] = notices;
   return Dump(json);
 }
 
 std::string CheckText(const std::string& model, size_t runs,
-                      const std::vector<Finding>& findings) {
+                      const CheckResult& result) {
+  const std::vector<Finding>& findings = result.findings;
   const std::string count =
       std::to_string(runs) + (runs == 1 ? " run" : " runs");
   if (findings.empty()) {
-    return model + ": nothing wrong with " + count + "\n";
+    std::string text = model + ": nothing wrong with " + count;
+    if (result.error > kExplained) {
+      text += " that could be told, but the model misses " +
+              std::string(runs == 1 ? "it" : "them") + " by " +
+              ShortNumber(result.error) +
+              " times the noise: sysid_diagnose says what it lacks";
+    }
+    return text + "\n";
   }
   std::string text = model + ": " + std::to_string(findings.size()) +
                      (findings.size() == 1 ? " finding" : " findings") +

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/checks/finding.h"
+#include "sysid/checks/run_checks.h"
 #include "sysid/report/json.h"
 
 namespace sysid {
@@ -11,14 +11,14 @@ namespace sysid {
 // `findings` of fit.json, diagnosis.json and check.json.
 Json ToJson(const std::vector<Finding>& findings);
 
-// check.json.
+// check.json. Results as RunChecks has them (run_checks.h).
 std::string CheckJson(const std::string& model,
                       const std::vector<std::string>& runs,
-                      const std::vector<Finding>& findings,
+                      const CheckResult& result,
                       const std::vector<std::string>& notices);
 
 // What sysid_check prints.
 std::string CheckText(const std::string& model, size_t runs,
-                      const std::vector<Finding>& findings);
+                      const CheckResult& result);
 
 }  // namespace sysid

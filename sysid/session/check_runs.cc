@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "models/error.h"
+#include "sysid/io/misread_column.h"
 
 namespace sysid {
 namespace {
@@ -40,12 +41,13 @@ void CheckUnit(const Run& run, double period, const ColumnMap& columns) {
       column = "(" + column + ")";
     }
   }
-  throw InputError(run.name,
-                   "its samples are " + Seconds(period) +
-                       " apart: is the time in milliseconds?",
-                   "--columns t=" + column +
-                       "*0.001  (if it is seconds after all: t=" + column +
-                       "*1)");
+  throw MisreadColumn(run.name,
+                      "its samples are " + Seconds(period) +
+                          " apart: is the time in milliseconds?",
+                      "--columns t=" + column +
+                          "*0.001  (if it is seconds after all: t=" + column +
+                          "*1)",
+                      "t", column + "*0.001");
 }
 
 void CheckPauses(const Run& run, double period) {

@@ -1,5 +1,7 @@
 #include "sysid/session/check_session.h"
 
+#include <utility>
+
 #include "sysid/checks/run_checks.h"
 
 namespace sysid {
@@ -18,12 +20,14 @@ CheckInput InputOf(const Session& session) {
   return input;
 }
 
-void CheckSession(Session* session) {
-  session->findings = RunChecks(InputOf(*session));
+double CheckSession(Session* session) {
+  CheckResult result = RunChecks(InputOf(*session));
+  session->findings = std::move(result.findings);
   session->checked = true;
   for (const Finding& finding : session->findings) {
     session->notices.push_back(BriefText(finding));
   }
+  return result.error;
 }
 
 std::string CheckedLine(const Session& session) {

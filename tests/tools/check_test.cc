@@ -12,6 +12,7 @@
 namespace sysid {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 const std::string kRuns = std::string(SYSID_SOURCE) + "/data/runs/";
@@ -55,6 +56,27 @@ TEST(CheckTest, NothingIsFoundInAShippedRun) {
   const auto json = nlohmann::json::parse(folder.Read("out/check.json"));
   EXPECT_EQ(json["schema"], "sysid.check/1");
   EXPECT_TRUE(json["findings"].empty());
+  EXPECT_LT(json["error"].get<double>(), 1.5);
+}
+
+// No fault of the data; but "nothing wrong" alone would not be all of it.
+TEST(CheckTest, AMissingEffectIsNoFindingButIsSaid) {
+  const ProgramFolder folder;
+  const ProgramResult made = folder.Run(
+      SYSID_SIMULATE,
+      {"--model", "cartpole", "--add", "spring@hinge=1.5", "--duration", "5",
+       "--excite", "multisine", "--seed", "3", "--out_csv", "run.csv"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const ProgramResult result =
+      folder.Run(SYSID_CHECK,
+                 {"--model", "cartpole", "--traj", "run.csv", "--out", "out"});
+  EXPECT_EQ(result.exit_code, 0) << result.out;
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("cartpole: nothing wrong with 1 run that could "
+                              "be told, but the model misses it by "),
+                    HasSubstr(": sysid_diagnose says what it lacks\n")));
+  const auto json = nlohmann::json::parse(folder.Read("out/check.json"));
+  EXPECT_GT(json["error"].get<double>(), 1.5);
 }
 
 TEST(CheckTest, AFlippedAxisIsNamedWithItsFlagAndExitCodeOne) {
@@ -113,6 +135,25 @@ TEST(CheckTest, WhatTheReaderRefusesIsAFindingAndTheOtherRunsAreChecked) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.out, HasSubstr("1. time_repeats  a.csv:4:1\n"));
   EXPECT_THAT(result.out, HasSubstr("cartpole: 1 finding in 2 runs"));
+}
+
+TEST(CheckTest, WhatIsRefusedOfOneRunIsMendedInThatRunAlone) {
+  const ProgramFolder folder;
+  folder.Write("a.csv", Changed("t", [](double, double t) { return 1e3 * t; }));
+  const std::vector<std::string> both = {"--model", "cartpole", "--traj",
+                                         "a.csv," + kRuns + "cartpole.csv"};
+  const ProgramResult result = folder.Run(SYSID_CHECK, both);
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.out, AllOf(HasSubstr("1. milliseconds  a.csv\n"),
+                                HasSubstr("mend: --columns "
+                                          "'a.csv/t=t*0.001'\n")));
+  std::vector<std::string> mended = both;
+  mended.insert(mended.end(), {"--columns", "a.csv/t=t*0.001"});
+  EXPECT_EQ(folder.Run(SYSID_CHECK, mended).exit_code, 0);
+  // All of them alike: one flag for all.
+  const ProgramResult alone =
+      folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj", "a.csv"});
+  EXPECT_THAT(alone.out, HasSubstr("mend: --columns t=t*0.001  (if"));
 }
 
 TEST(CheckTest, NothingOfAFileIsACommandToTheTerminal) {

@@ -19,7 +19,7 @@ void FindClock(const CheckInput& input, std::vector<Knob>* knobs) {
   knob.most = 1.5;
   knob.starts = {-0.5, -0.2, 0.2, 0.5};
   knob.gain = 3.0;
-  knob.of_model = true;
+  knob.of_model = 1.3;
   knob.change = [](double value, Run* run) {
     const double scale = std::exp(-value);
     for (double& t : run->t) t *= scale;

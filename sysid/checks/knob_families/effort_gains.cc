@@ -25,7 +25,7 @@ void FindEffortGains(const CheckInput& input, std::vector<Knob>* knobs) {
       knob.starts.push_back(std::log(factor));
     }
     knob.gain = 3.0;
-    knob.of_model = true;
+    knob.of_model = 3.0;  // real machines lack effects beside
     std::vector<int> columns;
     for (const Joint* joint : joints) columns.push_back(joint->v_index);
     knob.change = [columns](double value, Run* run) {

@@ -29,7 +29,7 @@ std::vector<Finding> CheckCase(const Session& session) {
   } catch (const InputError& error) {
     return {Unreadable(session.runs.front().name, error)};
   }
-  return RunChecks(InputOf(session));
+  return RunChecks(InputOf(session)).findings;
 }
 
 bool IsNamed(const Fault& fault, const std::vector<Finding>& findings) {

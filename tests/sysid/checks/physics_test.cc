@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/sysid/checks/simulated_recording.h"
 
 namespace sysid {
@@ -18,7 +20,7 @@ TEST(CheckPhysicsTest, AMotionThatNothingFollowsIsNamed) {
   recording.run().effort *= 1e7;
   const CheckInput input = recording.Input();
   std::vector<Finding> findings;
-  EXPECT_FALSE(CheckPhysics(input, &findings));
+  EXPECT_TRUE(std::isinf(CheckPhysics(input, &findings)));
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].fault, "diverges");
   EXPECT_EQ(findings[0].file, "pendulum2_planar.csv");
@@ -29,7 +31,7 @@ TEST(CheckPhysicsTest, ACleanMotionIsExplained) {
   const SimulatedRecording recording("pendulum2_planar", 1, 2.0);
   const CheckInput input = recording.Input();
   std::vector<Finding> findings;
-  EXPECT_TRUE(CheckPhysics(input, &findings));
+  EXPECT_LT(CheckPhysics(input, &findings), kExplained);
   EXPECT_THAT(findings, IsEmpty());
 }
 

@@ -106,6 +106,14 @@ TEST(ChannelEditsTest, IgnoredSpansAreMissingInTheirRun) {
   }
 }
 
+TEST(ChannelEditsTest, AFilesNameMayHaveAnEqualsSign) {
+  const std::vector<ChannelShift> shifts =
+      ParseShifts("x=y.csv/joint1.q=0.01", "--shift");
+  ASSERT_EQ(shifts.size(), 1u);
+  EXPECT_EQ(shifts[0].name, "x=y.csv/joint1.q");
+  EXPECT_EQ(shifts[0].delay, 0.01);
+}
+
 TEST(ChannelEditsTest, AShiftOfThisRunAloneWins) {
   const sysid::Run before = Recorded(0.01, 0.0, 0.0);
   sysid::Run run = before;
