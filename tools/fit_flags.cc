@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "gflags/gflags.h"
+#include "sysid/io/shell_quoted.h"
 #include "sysid/io/write_file.h"
 #include "sysid/session/named_values.h"
 #include "tools/program.h"
@@ -41,12 +42,7 @@ std::string Quoted(const std::string& text) {
     plain = plain && (std::isalnum(c) != 0 ||
                       std::string("_-./,=:@+").find(c) != std::string::npos);
   }
-  if (plain) return text;
-  std::string quoted = "'";
-  for (const char c : text) {
-    quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  }
-  return quoted + "'";
+  return plain ? text : ShellQuoted(text);
 }
 
 }  // namespace

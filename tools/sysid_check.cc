@@ -47,6 +47,7 @@ constexpr char kHelp[] =
   --out DIR                  check.json
 Each finding says where, by what numbers, what it does to a fit, and what mends
 it, as a flag where one can; the worst is first. docs/checks.md lists them.
+Where nothing is wrong but the model misses the data, that is said too.
 Exit code: 0 nothing found, 1 findings, 2 bad input.
 )";
 

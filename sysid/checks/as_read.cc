@@ -37,8 +37,11 @@ double AsRead::missed() const {
 QuickFit AsRead::Glance(const LooseModel& model,
                         const std::function<void(Run*)>& change) const {
   constexpr int kIterations = 8;
-  return FitShort(model, glance_.Windows(change), options_, kIterations,
-                  nullptr);
+  constexpr double kWorst = 1e9;
+  QuickFit fit =
+      FitShort(model, glance_.Windows(change), options_, kIterations, nullptr);
+  fit.error = std::min(fit.error, kWorst);
+  return fit;
 }
 
 double AsRead::AnythingOf(const std::function<void(Run*)>& change) const {

@@ -35,7 +35,8 @@ class AsRead {
   double missed() const;
   bool empty() const { return excerpt_.empty() || glance_.empty(); }
 
-  // A short fit of the glance, its runs changed as a reading says.
+  // A short fit of the glance, its runs changed as a reading says. Its error is
+  // a number also where the motion cannot be followed: as bad as any.
   QuickFit Glance(const LooseModel& model,
                   const std::function<void(Run*)>& change) const;
 

@@ -53,10 +53,7 @@ std::vector<Candidate> Candidates(const AsRead& as_read,
   const QuickFit& given = as_read.short_fit();
   const std::vector<KnobScore> scores =
       ScoreKnobs(as_read.lean(), given, as_read.excerpt(), knobs);
-  // A motion that cannot be followed at all is as bad as any.
-  constexpr double kWorst = 1e9;
-  const double glance =
-      std::min(as_read.Glance(as_read.lean(), {}).error, kWorst);
+  const double glance = as_read.Glance(as_read.lean(), {}).error;
   std::vector<Candidate> candidates;
   for (size_t i = 0; i < knobs.size(); ++i) {
     const Knob& knob = knobs[i];

@@ -6,6 +6,7 @@
 
 #include "models/error.h"
 #include "sysid/io/csv.h"
+#include "sysid/io/shell_quoted.h"
 
 namespace sysid {
 namespace {
@@ -27,11 +28,7 @@ std::string Quoted(const std::string& text) {
       text.find_first_of(" *()/'\"$&;[]") == std::string::npos) {
     return text;
   }
-  std::string quoted = "'";
-  for (const char c : text) {
-    quoted += c == '\'' ? "'\\''" : std::string(1, c);
-  }
-  return quoted + "'";
+  return ShellQuoted(text);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "models/error.h"
 #include "sysid/io/run_columns.h"
+#include "sysid/io/shell_quoted.h"
 
 namespace sysid {
 namespace {
@@ -219,16 +220,8 @@ bool MeasuresAnything(const Mechanism& mechanism,
 
 std::string InShell(const std::string& value) {
   constexpr char kSpecial[] = " \t[](){}\"'`\\$&;|<>#!?~";
-  if (value.find_first_of(kSpecial) == std::string::npos) return value;
-  std::string quoted = "'";
-  for (const char c : value) {
-    if (c == '\'') {
-      quoted += "'\\''";
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "'";
+  const bool plain = value.find_first_of(kSpecial) == std::string::npos;
+  return plain ? value : ShellQuoted(value);
 }
 
 // The flag with `added`, as one types it.

@@ -32,14 +32,32 @@ double LinearisedValue(const AsRead& as_read, KnobFamily family,
       .value;
 }
 
-// The one finding's first remedy begins so, and a number stands behind.
-void ExpectRemedy(const std::vector<Finding>& findings,
-                  const std::string& begin, double value, double tolerance) {
+// One finding, whose first remedy begins so, and a number stands behind.
+struct Expected {
+  std::string fault, subject, remedy;
+  double value, tolerance;
+};
+void ExpectFinding(AsRead* as_read, const Expected& expected) {
+  std::vector<Finding> findings;
+  EXPECT_TRUE(FindKnob(as_read, &findings));
   ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].fault, expected.fault);
+  EXPECT_EQ(findings[0].subject, expected.subject);
   const std::string& remedy = findings[0].remedies.at(0);
-  ASSERT_THAT(remedy, StartsWith(begin));
-  EXPECT_NEAR(std::stod(remedy.substr(begin.size())), value, tolerance)
+  ASSERT_THAT(remedy, StartsWith(expected.remedy));
+  EXPECT_NEAR(std::stod(remedy.substr(expected.remedy.size())), expected.value,
+              expected.tolerance)
       << FullText(findings[0]);
+}
+
+// The same, where the linearisation sees next to nothing of it.
+void ExpectSeenByStarts(const SimulatedRecording& recording, KnobFamily family,
+                        const Expected& expected) {
+  const CheckInput input = recording.Input();
+  AsRead as_read(input);
+  EXPECT_LT(std::abs(LinearisedValue(as_read, family, expected.subject)),
+            0.2 * expected.value);
+  ExpectFinding(&as_read, expected);
 }
 
 TEST(FindKnobTest, ADelayOfTwoAndAHalfSamplesIsSeen) {
@@ -48,16 +66,10 @@ TEST(FindKnobTest, ADelayOfTwoAndAHalfSamplesIsSeen) {
   ChannelEdits edits;
   edits.shifts = {{"hinge.q", -kLate, ""}};
   ApplyEdits(edits, recording.model().mechanism(), &recording.run(), nullptr);
-  const CheckInput input = recording.Input();
-  AsRead as_read(input);
-  EXPECT_LT(std::abs(LinearisedValue(as_read, FindDelays, "hinge.q")),
-            0.2 * kLate);
-  std::vector<Finding> findings;
-  EXPECT_TRUE(FindKnob(&as_read, &findings));
   // A tenth of a sample: what interpolating the channel twice leaves.
-  ExpectRemedy(findings, "--shift hinge.q=", kLate, 1e-3);
-  EXPECT_EQ(findings[0].fault, "channel_late");
-  EXPECT_EQ(findings[0].subject, "hinge.q");
+  ExpectSeenByStarts(
+      recording, FindDelays,
+      {"channel_late", "hinge.q", "--shift hinge.q=", kLate, 1e-3});
 }
 
 TEST(FindKnobTest, ADriftByATurnIsSeen) {
@@ -66,15 +78,9 @@ TEST(FindKnobTest, ADriftByATurnIsSeen) {
   sysid::Run& run = recording.run();
   Channel* q = ChannelOf(&run, ChannelKind::kPosition, 1);
   for (int k = 0; k < run.size(); ++k) q->values(k, 0) += kRate * run.t[k];
-  const CheckInput input = recording.Input();
-  AsRead as_read(input);
-  EXPECT_LT(std::abs(LinearisedValue(as_read, FindDrifts, "joint2.q")),
-            0.2 * kRate);
-  std::vector<Finding> findings;
-  EXPECT_TRUE(FindKnob(&as_read, &findings));
-  ExpectRemedy(findings, "--columns 'joint2.q=joint2.q-t*", kRate, 1e-3);
-  EXPECT_EQ(findings[0].fault, "drift");
-  EXPECT_EQ(findings[0].subject, "joint2.q");
+  ExpectSeenByStarts(
+      recording, FindDrifts,
+      {"drift", "joint2.q", "--columns 'joint2.q=joint2.q-t*", kRate, 1e-3});
 }
 
 TEST(FindKnobTest, AnEffortInAnotherUnitIsSeen) {
@@ -84,12 +90,9 @@ TEST(FindKnobTest, AnEffortInAnotherUnitIsSeen) {
     recording.run().effort.col(0) *= factor;  // the slider's
     const CheckInput input = recording.Input();
     AsRead as_read(input);
-    std::vector<Finding> findings;
-    EXPECT_TRUE(FindKnob(&as_read, &findings));
-    ExpectRemedy(findings, "--columns 'slider.tau=slider.tau*", 1.0 / factor,
-                 0.02 / factor);
-    EXPECT_EQ(findings[0].fault, "effort_scale");
-    EXPECT_EQ(findings[0].subject, "slider.tau");
+    ExpectFinding(&as_read, {"effort_scale", "slider.tau",
+                             "--columns 'slider.tau=slider.tau*", 1.0 / factor,
+                             0.02 / factor});
   }
 }
 
