@@ -119,6 +119,7 @@ bool FindIdleEffort(const AsRead& as_read, std::vector<Finding>* findings) {
   finding.fault = "effort_idle";
   finding.severity = Severity::kWrong;
   finding.weight = as_read.fit().error;
+  finding.error_left = without;
   if (input.runs.size() == 1) finding.file = input.runs.front()->name;
   finding.subject = names;
   finding.evidence = "the motion follows it by a factor of " + gains +

@@ -130,6 +130,7 @@ bool FindKnob(AsRead* as_read, std::vector<Finding>* findings) {
   finding.fault = knob.fault;
   finding.severity = Severity::kWrong;
   finding.weight = as_read->fit().error / turned.error;
+  finding.error_left = turned.error;
   if (input.runs.size() == 1) finding.file = input.runs.front()->name;
   finding.subject = knob.subject;
   finding.evidence = "as it was read the model misses the data by " +

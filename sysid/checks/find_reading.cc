@@ -144,6 +144,7 @@ bool ReadingSearch::Find(std::vector<Finding>* findings) {
   finding.fault = first.fault;
   finding.severity = Severity::kWrong;
   finding.weight = given / best;
+  finding.error_left = equal.front()->fit.error;
   finding.file = first.change_model       ? input.model_file
                  : input.runs.size() == 1 ? input.runs.front()->name
                                           : "";

@@ -9,7 +9,8 @@
 namespace sysid {
 
 Finding::Finding()
-    : t_start(std::numeric_limits<double>::quiet_NaN()),
+    : error_left(std::numeric_limits<double>::quiet_NaN()),
+      t_start(std::numeric_limits<double>::quiet_NaN()),
       t_end(std::numeric_limits<double>::quiet_NaN()) {}
 
 std::string ToString(Severity severity) {
@@ -33,12 +34,16 @@ std::string ShortNumber(double value) {
 }
 
 void Sort(std::vector<Finding>* findings) {
+  const auto rank = [](const Finding& finding) {
+    const bool is_guess = finding.error_left > kExplained;  // not of NaN
+    const Severity severity =
+        is_guess ? std::max(finding.severity, Severity::kHarmful)
+                 : finding.severity;
+    return std::make_tuple(severity, is_guess, -finding.weight);
+  };
   std::stable_sort(
       findings->begin(), findings->end(),
-      [](const Finding& a, const Finding& b) {
-        return std::make_tuple(static_cast<int>(a.severity), -a.weight) <
-               std::make_tuple(static_cast<int>(b.severity), -b.weight);
-      });
+      [&](const Finding& a, const Finding& b) { return rank(a) < rank(b); });
 }
 
 std::string PlaceOf(const Finding& finding) {

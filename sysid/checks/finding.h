@@ -14,6 +14,10 @@ enum class Severity {
 };
 std::string ToString(Severity severity);
 
+// A model within this of the noise misses nothing worth a reading, and nothing
+// that matters is wrong with the data.
+inline constexpr double kExplained = 1.5;
+
 // What is wrong with a recording or a model.
 struct Finding {
   std::string fault;  // short, stable: "axis_flipped" (docs/checks.md)
@@ -21,6 +25,9 @@ struct Finding {
   // How much stands on it, among those of one severity: the larger, the
   // earlier. For findings of the physics, by how much the error falls.
   double weight = 0.0;
+  // Of the physics: what the model still misses with the remedy, in times the
+  // noise. NaN of the numbers alone, which ask no model.
+  double error_left;
   std::string file;     // run or URDF; "" where it is of all runs
   std::string subject;  // our name of the column, joint or link: "joint1.q"
   // Time span, s; NaN where it is everywhere.
@@ -34,7 +41,8 @@ struct Finding {
   Finding();
 };
 
-// Worst first; stable.
+// Worst first; stable. What the physics say and yet do not explain stands
+// behind what the numbers show: it may be their fault, and they are certain.
 void Sort(std::vector<Finding>* findings);
 
 // "run.csv: joint1.q, 2 s to 3 s".

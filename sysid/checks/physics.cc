@@ -56,50 +56,62 @@ struct SingleRun {
   CheckInput input;
   AsRead as_read;
 };
-using SingleRuns = std::vector<std::unique_ptr<SingleRun>>;
 
 // Those that the model misses by far more than another, if it can be asked of
-// them: what is wrong with all of them was asked before. The worst first.
-SingleRuns RunsThatStandOut(const CheckInput& input) {
-  constexpr double kLeastPart = 0.3, kFar = 1.3;
-  constexpr size_t kMost = 4;
-  SingleRuns singles;
-  if (input.runs.size() < 2) return singles;
-  double least = INFINITY;
-  for (const Run* run : input.runs) {
-    auto single = std::make_unique<SingleRun>(
-        input, *run, std::max(kLeastPart, 1.0 / input.runs.size()));
-    if (single->as_read.empty()) continue;
-    least = std::min(least, single->as_read.fit().error);
-    singles.push_back(std::move(single));
+// them: what is wrong with all of them was asked before.
+class RunsThatStandOut {
+ public:
+  explicit RunsThatStandOut(const CheckInput& input) {
+    constexpr double kLeastPart = 0.3;
+    constexpr size_t kMost = 4;
+    if (input.runs.size() < 2) return;
+    for (const Run* run : input.runs) {
+      auto single = std::make_unique<SingleRun>(
+          input, *run, std::max(kLeastPart, 1.0 / input.runs.size()));
+      if (single->as_read.empty()) continue;
+      least_ = std::min(least_, single->as_read.fit().error);
+      runs_.push_back(std::move(single));
+    }
+    std::erase_if(runs_, [&](const auto& single) {
+      return !Misses(single->as_read) ||
+             !StandsOut(single->as_read.fit().error);
+    });
+    std::stable_sort(runs_.begin(), runs_.end(),
+                     [](const auto& a, const auto& b) {
+                       return a->as_read.fit().error > b->as_read.fit().error;
+                     });
+    if (runs_.size() > kMost) runs_.resize(kMost);
   }
-  std::erase_if(singles, [&](const auto& single) {
-    return !Misses(single->as_read) ||
-           !(single->as_read.fit().error > kFar * least);
-  });
-  std::stable_sort(singles.begin(), singles.end(),
-                   [](const auto& a, const auto& b) {
-                     return a->as_read.fit().error > b->as_read.fit().error;
-                   });
-  if (singles.size() > kMost) singles.resize(kMost);
-  return singles;
-}
 
-bool FindIn(const SingleRuns& singles,
-            bool (*find)(AsRead*, std::vector<Finding>*),
-            std::vector<Finding>* findings) {
-  bool found = false;
-  for (const auto& single : singles) {
-    found = find(&single->as_read, findings) || found;
+  // In each of them, the worst first. What leaves a run standing out is not
+  // what is wrong with it.
+  bool Find(bool (*find)(AsRead*, std::vector<Finding>*),
+            std::vector<Finding>* findings) const {
+    std::vector<Finding> found;
+    for (const auto& single : runs_) find(&single->as_read, &found);
+    std::erase_if(found, [&](const Finding& finding) {
+      return StandsOut(finding.error_left);
+    });
+    findings->insert(findings->end(), found.begin(), found.end());
+    return !found.empty();
   }
-  return found;
-}
+
+ private:
+  bool StandsOut(double error) const {
+    constexpr double kFar = 1.3;
+    return error > std::max(kExplained, kFar * least_);
+  }
+
+  std::vector<std::unique_ptr<SingleRun>> runs_;
+  double least_ = INFINITY;  // error of any
+};
 
 // Of a motion that cannot be followed at all, where no reading mends it.
 Finding Diverges(const CheckInput& input) {
   Finding finding;
   finding.fault = "diverges";
   finding.severity = Severity::kWrong;
+  finding.error_left = INFINITY;
   if (input.runs.size() == 1) finding.file = input.runs.front()->name;
   finding.evidence =
       "from the recorded states the model's motion grows without bound, even "
@@ -121,21 +133,23 @@ double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
       is_rough ? std::numeric_limits<double>::quiet_NaN() : as_read.fit().error;
   if (!Misses(as_read)) return error;
   if (FindReading(&as_read, findings)) return error;
-  const SingleRuns singles = RunsThatStandOut(input);
-  if (FindIn(singles, FindReading, findings) || is_rough) return error;
-  std::vector<Finding> knobs;
   // Another clock makes up for efforts that are another's, as masses do, and so
-  // does less of them; but not those of one run alone.
-  const bool is_clear =
-      FindKnob(&as_read, &knobs)
-          ? knobs[0].fault != "clock_scale" && knobs[0].fault != "effort_scale"
-          : FindIn(singles, FindKnob, &knobs);
-  const bool idle =
-      !is_clear && !as_read.CouldBeModel() && FindIdleEffort(as_read, findings);
-  if (!idle) findings->insert(findings->end(), knobs.begin(), knobs.end());
-  if (!idle && knobs.empty() && std::isinf(error)) {
-    findings->push_back(Diverges(input));
+  // does less of them; any other number of all runs explains more than what one
+  // of them has alone.
+  std::vector<Finding> knobs;
+  if (!is_rough && FindKnob(&as_read, &knobs) &&
+      knobs[0].fault != "clock_scale" && knobs[0].fault != "effort_scale") {
+    findings->push_back(knobs[0]);
+    return error;
   }
+  const RunsThatStandOut singles(input);
+  if (singles.Find(FindReading, findings) || is_rough) return error;
+  if (knobs.empty() && singles.Find(FindKnob, findings)) return error;
+  if (!as_read.CouldBeModel() && FindIdleEffort(as_read, findings)) {
+    return error;
+  }
+  findings->insert(findings->end(), knobs.begin(), knobs.end());
+  if (knobs.empty() && std::isinf(error)) findings->push_back(Diverges(input));
   return error;
 }
 

@@ -14,8 +14,4 @@ namespace sysid {
 // that is smooth.
 double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings);
 
-// A model within this of the noise misses nothing worth a reading, and nothing
-// that matters is wrong with the data.
-inline constexpr double kExplained = 1.5;
-
 }  // namespace sysid

@@ -5,15 +5,10 @@
 #include <cstdlib>
 
 namespace sysid {
-namespace {
-
-bool IsSpace(char c) { return c == ' ' || c == '\t'; }
-
-}  // namespace
 
 std::string_view Trim(std::string_view text) {
-  while (!text.empty() && IsSpace(text.front())) text.remove_prefix(1);
-  while (!text.empty() && IsSpace(text.back())) text.remove_suffix(1);
+  while (!text.empty() && IsBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && IsBlank(text.back())) text.remove_suffix(1);
   return text;
 }
 

@@ -17,6 +17,9 @@ bool ParseNumber(std::string_view text, double* value);
 // "1,5", ",5"; false without a comma.
 bool ParseDecimalComma(std::string_view text, double* value);
 
+inline bool IsBlank(char c) { return c == ' ' || c == '\t'; }
+
+// Without the blanks around.
 std::string_view Trim(std::string_view text);
 
 // The shortest text that reads back as the same number.

@@ -57,7 +57,7 @@ size_t EntryEnd(const std::string& text, size_t begin) {
     } else if (c == '(') {
       i = ParenthesisEnd(text, i);
     }
-    if (c != ' ') before = c;
+    if (!IsBlank(c)) before = c;
   }
   return text.size();
 }

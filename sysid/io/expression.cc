@@ -19,7 +19,7 @@ constexpr int kDeepest = 50;
 bool IsOperator(char c) { return c == '+' || c == '-' || c == '*' || c == '/'; }
 
 // What may stand behind a column or number.
-bool EndsOperand(char c) { return c == ' ' || c == ')' || IsOperator(c); }
+bool EndsOperand(char c) { return IsBlank(c) || c == ')' || IsOperator(c); }
 
 }  // namespace
 
@@ -69,7 +69,7 @@ class ExpressionParser {
   }
 
   void SkipSpaces() {
-    while (at_ < text_.size() && text_[at_] == ' ') ++at_;
+    while (at_ < text_.size() && IsBlank(text_[at_])) ++at_;
   }
   // The operator at the cursor if it is one of these, else 0.
   char TakeOperator(char a, char b) {

@@ -1,9 +1,10 @@
 // How often sysid_check names a planted fault first, and how often it finds
 // something in recordings without one: the table of docs/checks.md.
 //
-//   data_faults_suite [FIRST:LAST [REAL_DATA [FAULT,...]]]
+//   data_faults_suite [FIRST:LAST [REAL_DATA [FAULT,... [CASE,...]]]]
 //
-// Seeds FIRST to LAST (1:2); "none" for FAULT are the recordings without one.
+// Seeds FIRST to LAST (1:2); "none" for FAULT are the recordings without one;
+// "all" is every fault; a CASE is a model's name.
 // What is not as it should be goes to stderr, case by case.
 
 #include <glog/logging.h>
@@ -49,14 +50,24 @@ void Print(const std::string& name, const Count& simulated,
 }
 
 struct Request {
-  int first = 1, last = 2;       // seeds
-  std::string folder;            // of the real recordings
-  std::set<std::string> faults;  // all of them where it is empty
+  int first = 1, last = 2;              // seeds
+  std::string folder;                   // of the real recordings
+  std::set<std::string> faults, cases;  // all of them where it is empty
 
   bool Wants(const std::string& fault) const {
-    return faults.empty() || faults.contains(fault);
+    return faults.empty() || faults.contains("all") || faults.contains(fault);
+  }
+  bool WantsCase(const CleanCase& clean) const {
+    return cases.empty() || cases.contains(clean.name);
   }
 };
+
+std::set<std::string> ListOf(const std::string& text) {
+  std::set<std::string> list;
+  std::stringstream stream(text);
+  for (std::string item; std::getline(stream, item, ',');) list.insert(item);
+  return list;
+}
 
 void Tell(const std::string& what, const CleanCase& clean, int seed,
           const std::vector<Finding>& findings) {
@@ -85,6 +96,7 @@ void PrintTable(const Request& request) {
       std::vector<CleanCase> cases = SimulatedCases(seed, false);
       cases.insert(cases.end(), recorded.begin(), recorded.end());
       for (const CleanCase& clean : cases) {
+        if (!request.WantsCase(clean)) continue;
         const auto planted = fault.plant(clean, 1000 + seed);
         if (!planted) continue;
         const std::vector<Finding> findings = check(*planted);
@@ -105,6 +117,7 @@ void PrintTable(const Request& request) {
   if (!request.Wants("none")) return;
   Count clean[2];
   const auto judge = [&](const CleanCase& one, int seed) {
+    if (!request.WantsCase(one)) return;
     const std::vector<Finding> findings = check(one.session);
     if (!findings.empty()) Tell("none", one, seed, findings);
     ++clean[one.real].cases;
@@ -139,11 +152,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   request.folder = argc > 2 ? argv[2] : SYSID_REAL_DATA_DEFAULT;
-  if (argc > 3) {
-    std::stringstream list(argv[3]);
-    for (std::string fault; std::getline(list, fault, ',');) {
-      request.faults.insert(fault);
-    }
-  }
+  if (argc > 3) request.faults = sysid::ListOf(argv[3]);
+  if (argc > 4) request.cases = sysid::ListOf(argv[4]);
   sysid::PrintTable(request);
 }

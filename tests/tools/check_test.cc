@@ -17,14 +17,17 @@ using ::testing::HasSubstr;
 
 const std::string kRuns = std::string(SYSID_SOURCE) + "/data/runs/";
 
-// The shipped run of the cart and pole with one column changed.
+// The first 3 s of the shipped run of the cart and pole with one column
+// changed: under the sanitizers the whole of it takes minutes.
 std::string Changed(const std::string& column,
                     const std::function<double(double t, double)>& change) {
   std::ifstream in(kRuns + "cartpole.csv");
   std::string line, out;
   int at = -1;
-  while (std::getline(in, line)) {
+  constexpr int kRows = 300;
+  for (int rows = -1; rows < kRows && std::getline(in, line);) {
     if (line.empty() || line[0] == '#') continue;
+    ++rows;
     std::vector<std::string> cells;
     std::istringstream row(line);
     for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
@@ -64,7 +67,7 @@ TEST(CheckTest, AMissingEffectIsNoFindingButIsSaid) {
   const ProgramFolder folder;
   const ProgramResult made = folder.Run(
       SYSID_SIMULATE,
-      {"--model", "cartpole", "--add", "spring@hinge=1.5", "--duration", "5",
+      {"--model", "cartpole", "--add", "spring@hinge=1.5", "--duration", "3",
        "--excite", "multisine", "--seed", "3", "--out_csv", "run.csv"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const ProgramResult result =
@@ -100,7 +103,6 @@ TEST(CheckTest, AFlippedAxisIsNamedWithItsFlagAndExitCodeOne) {
       0);
 }
 
-// In two tests: under the sanitizers either takes a minute.
 TEST(CheckTest, AFitSaysWhatTheCheckFound) {
   const ProgramFolder folder;
   folder.Write("a.csv",
@@ -118,7 +120,7 @@ TEST(CheckTest, AFitSaysWhatTheCheckFound) {
 TEST(CheckTest, SpikesAreIgnoredByTheFlagThatIsNamed) {
   const ProgramFolder folder;
   folder.Write("a.csv", Changed("hinge.q", [](double t, double q) {
-                 return std::abs(t - 3.0) < 1e-6 ? q + 40.0 : q;
+                 return std::abs(t - 1.5) < 1e-6 ? q + 40.0 : q;
                }));
   const Arguments flags = {"--model", "cartpole", "--traj", "a.csv"};
   const ProgramResult result =
@@ -127,7 +129,7 @@ TEST(CheckTest, SpikesAreIgnoredByTheFlagThatIsNamed) {
   const auto json = nlohmann::json::parse(result.out);
   EXPECT_EQ(json["findings"][0]["fault"], "spikes");
   const std::string remedy = json["findings"][0]["remedies"][0];
-  ASSERT_EQ(remedy, "--ignore hinge.q@2.995:3.005");
+  ASSERT_EQ(remedy, "--ignore hinge.q@1.495:1.505");
   EXPECT_EQ(
       folder.Run(SYSID_CHECK, flags + Arguments{"--ignore", remedy.substr(9)})
           .exit_code,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
@@ -103,10 +104,10 @@ bool RunsIntoEnd(const Series& series, const Plateau& p, double quantum) {
          std::max(came, went) > 6 * quantum;
 }
 
-void Report(const CheckInput& input, const Series& series,
-            const std::vector<std::pair<int, int>>& spans,
-            const std::string& fault, const std::string& what,
-            const std::string& consequence, std::vector<Finding>* findings) {
+Finding OfSpans(const CheckInput& input, const Series& series,
+                const std::vector<std::pair<int, int>>& spans,
+                const std::string& fault, const std::string& what,
+                const std::string& consequence) {
   int samples = 0;
   for (const auto& [first, last] : spans) samples += last - first + 1;
   Finding finding = At(series, fault, Severity::kWrong);
@@ -120,7 +121,35 @@ void Report(const CheckInput& input, const Series& series,
   finding.consequence = consequence;
   finding.remedies = {IgnoreFlag(input, series.run->name, {series.column},
                                  Times(series.t, spans))};
-  findings->push_back(finding);
+  return finding;
+}
+
+// The digits of a column that has few: even levels, many samples on each.
+struct Digits {
+  int levels = 0;
+  double quantum = 0.0;
+};
+std::optional<Digits> CoarseDigits(const Series& series) {
+  constexpr double kCoarse = 150;  // levels over the range
+  std::vector<double> levels = series.y;
+  std::sort(levels.begin(), levels.end());
+  levels.erase(std::unique(levels.begin(), levels.end(),
+                           [&](double a, double b) {
+                             return b - a < 1e-7 * series.range;
+                           }),
+               levels.end());
+  if (levels.size() < 3 || series.y.size() < 3 * levels.size()) return {};
+  std::vector<double> gaps;
+  for (size_t i = 1; i < levels.size(); ++i) {
+    gaps.push_back(levels[i] - levels[i - 1]);
+  }
+  const double quantum = Median(gaps);
+  const bool regular = std::all_of(gaps.begin(), gaps.end(), [&](double gap) {
+    const double steps = gap / quantum;
+    return std::abs(steps - std::round(steps)) < 0.1;
+  });
+  if (!regular || series.range / quantum > kCoarse) return {};
+  return Digits{static_cast<int>(levels.size()), quantum};
 }
 
 }  // namespace
@@ -145,13 +174,21 @@ void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
       return std::find(levels.begin(), levels.end(), series.y[s.first]) ==
              levels.end();
     });
-    Report(input, series, spans, "saturation",
-           "it runs into " + ShortNumber(levels.front()) +
-               (levels.size() > 1 ? " and " + ShortNumber(levels.back()) : "") +
-               " and stays there exactly",
-           "the motion went on where the sensor ends: what is fitted is too "
-           "slow and too small",
-           findings);
+    Finding finding = OfSpans(
+        input, series, spans, "saturation",
+        "it runs into " + ShortNumber(levels.front()) +
+            (levels.size() > 1 ? " and " + ShortNumber(levels.back()) : "") +
+            " and stays there exactly",
+        "the motion went on where the sensor ends: what is fitted is "
+        "too slow and too small");
+    // What sticks within the last step of coarse digits looks the same: these
+    // are certain, and stand first.
+    if (CoarseDigits(series)) {
+      finding.severity = Severity::kHarmful;
+      finding.weight = 0.0;
+      finding.consequence += "; or it sticks within the last of its digits";
+    }
+    findings->push_back(finding);
   }
 }
 
@@ -174,41 +211,25 @@ void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings) {
       }
     }
     if (spans.empty() || spans.size() > 50) continue;
-    Report(input, series, spans, "frozen",
-           "it stands at " + ShortNumber(series.y[spans.front().first]) +
-               " exactly, and the motion comes and goes at speed",
-           "a channel that hung or dropped out: the motion went on", findings);
+    findings->push_back(
+        OfSpans(input, series, spans, "frozen",
+                "it stands at " + ShortNumber(series.y[spans.front().first]) +
+                    " exactly, and the motion comes and goes at speed",
+                "a channel that hung or dropped out: the motion went on"));
   }
 }
 
 void CheckQuantisation(const CheckInput& input,
                        std::vector<Finding>* findings) {
-  constexpr double kCoarse = 150;  // levels over the range
   for (const Series& series : AllSeries(input)) {
     if (series.channel->kind == ChannelKind::kVelocity) continue;
-    std::vector<double> levels = series.y;
-    std::sort(levels.begin(), levels.end());
-    levels.erase(std::unique(levels.begin(), levels.end(),
-                             [&](double a, double b) {
-                               return b - a < 1e-7 * series.range;
-                             }),
-                 levels.end());
-    if (levels.size() < 3 || series.y.size() < 3 * levels.size()) continue;
-    std::vector<double> gaps;
-    for (size_t i = 1; i < levels.size(); ++i) {
-      gaps.push_back(levels[i] - levels[i - 1]);
-    }
-    const double quantum = Median(gaps);
-    if (series.range / quantum > kCoarse) continue;
-    const bool regular = std::all_of(gaps.begin(), gaps.end(), [&](double gap) {
-      const double steps = gap / quantum;
-      return std::abs(steps - std::round(steps)) < 0.1;
-    });
-    if (!regular) continue;
+    const std::optional<Digits> digits = CoarseDigits(series);
+    if (!digits) continue;
+    const double quantum = digits->quantum;
     Finding finding = At(series, "quantisation", Severity::kHarmful);
     finding.weight = 1e3 * quantum / series.range;
-    finding.evidence = "it has " + std::to_string(levels.size()) + " levels, " +
-                       ShortNumber(quantum) +
+    finding.evidence = "it has " + std::to_string(digits->levels) +
+                       " levels, " + ShortNumber(quantum) +
                        " apart: " + ShortNumber(100 * quantum / series.range) +
                        " % of its range";
     finding.consequence =

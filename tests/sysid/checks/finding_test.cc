@@ -23,6 +23,21 @@ TEST(FindingTest, WorstComeFirst) {
   EXPECT_EQ(order, "dcba");
 }
 
+// A reading that the model does not follow either may be the fault of what the
+// numbers show; one that explains the data is not.
+TEST(FindingTest, WhatIsNotExplainedStandsBehindTheNumbers) {
+  Finding guess = Of("a", Severity::kWrong, 9),
+          sure = Of("b", Severity::kWrong, 2);
+  guess.error_left = 10.0;
+  sure.error_left = 1.1;
+  std::vector<Finding> findings = {guess, Of("c", Severity::kHarmful, 1), sure,
+                                   Of("d", Severity::kNote, 9)};
+  Sort(&findings);
+  std::string order;
+  for (const Finding& finding : findings) order += finding.fault;
+  EXPECT_EQ(order, "bcad");
+}
+
 TEST(FindingTest, TextSaysPlaceEvidenceAndRemedies) {
   Finding finding = Of("spikes", Severity::kWrong, 1);
   finding.file = "a.csv";

@@ -84,6 +84,8 @@ TEST(ColumnMapTest, ACommaInANameIsQuoted) {
   ASSERT_EQ(map.size(), 2u);
   EXPECT_EQ(map[0].expression, "2*'pos, deg'");
   EXPECT_EQ(map[1].expression, "\"a,b\"");
+  // Tabs are blanks as spaces are.
+  EXPECT_EQ(ParseColumnMap("t=\t'a,b',joint1.q=2*\t'c,d'").size(), 2u);
   // An apostrophe in a name opens nothing.
   EXPECT_EQ(ParseColumnMap("t=arm's,joint1.q=x'").size(), 2u);
 }

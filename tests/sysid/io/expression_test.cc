@@ -43,6 +43,7 @@ TEST(ExpressionTest, ReadsArithmetic) {
       {"a", 2, false},
       {"a+b", 5, false},
       {"a - 0.5", 1.5, false},
+      {"a\t-\t0.5", 1.5, false},
       {"+a", 2, false},
       {"a*1", 2, true},
       {"-a", -2, true},
