@@ -8,7 +8,6 @@ namespace {
 
 constexpr int kSamples = 2000;  // of an excerpt
 constexpr int kGlanceSamples = 800;
-constexpr double kBeyondModel = 1.15;
 
 EstimationOptions OwnSteps(EstimationOptions options) {
   options.rollout.step = 0.0;
@@ -53,6 +52,17 @@ double AsRead::Anything() {
   // More freedoms do not always converge as far.
   if (!anything_) anything_ = std::min(fit_.error, AnythingOf({}));
   return *anything_;
+}
+
+double AsRead::AnythingShort() {
+  constexpr int kIterations = 40;  // so many freedoms take longer
+  if (!anything_short_) {
+    anything_short_ = std::min(
+        short_.error, FitShort(WithEverything(lean_), excerpt_.Windows({}),
+                               options_, kIterations, nullptr)
+                          .error);
+  }
+  return *anything_short_;
 }
 
 bool AsRead::CouldBeModel() { return Anything() <= kBeyondModel; }

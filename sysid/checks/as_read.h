@@ -16,6 +16,10 @@ namespace sysid {
 // nothing.
 inline constexpr double kWindows = 0.6;
 
+// How much better than anything of the model a reading must be that is none of
+// it.
+inline constexpr double kBeyondModel = 1.15;
+
 // The recordings as they were read, and what the model makes of an excerpt of
 // them: what every other reading is compared with.
 class AsRead {
@@ -44,8 +48,9 @@ class AsRead {
   // missed of the data as they were read: then nothing is beyond the model.
   bool CouldBeModel();
 
-  // The error with all of them free.
+  // The error with all of them free; of short segments.
   double Anything();
+  double AnythingShort();
 
   // Whether a reading with this error is better than anything that they could
   // make of the data as they were read; or they make as much more of the
@@ -62,7 +67,7 @@ class AsRead {
   EstimationOptions options_;
   const LooseModel lean_;
   QuickFit short_, fit_;
-  std::optional<double> anything_;
+  std::optional<double> anything_, anything_short_;
 };
 
 std::string TimesText(double error);  // "3.2 times the noise"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "sysid/checks/knobs.h"
 #include "sysid/checks/shipped_checks.h"
@@ -29,19 +30,16 @@ double Rounded(double value, double std_error, double grain) {
 
 struct Candidate {
   const Knob* knob;
-  double start;
+  double start;  // of short segments
+  std::optional<double>
+      long_start;  // of whole windows, where they promise more
   double promise;  // error over that as it was read, before it is refined
-  TurnedKnob turned;
+  TurnedKnob brief, turned;  // of short segments, of whole windows
 
-  bool IsSignificant() const {
-    return std::abs(turned.value) >= kSignificance * turned.std_error;
-  }
-  // What is named.
-  double Value() const {
-    return Rounded(turned.value, turned.std_error, knob->grain);
-  }
-  std::string Text() const {
-    return knob->says(Value(), kInterval * turned.std_error);
+  // Whether short segments show it at all.
+  bool ShowsShort(const QuickFit& given) const {
+    constexpr double kHardly = 1.03;
+    return brief.fit.error * kHardly < given.error;
   }
 };
 
@@ -50,18 +48,26 @@ struct Candidate {
 // shows more. Those that promise most first.
 std::vector<Candidate> Candidates(const AsRead& as_read,
                                   const std::vector<Knob>& knobs) {
-  const QuickFit& given = as_read.short_fit();
-  const std::vector<KnobScore> scores =
-      ScoreKnobs(as_read.lean(), given, as_read.excerpt(), knobs);
+  // Of what a long fit misses: a slow motion shows little in short segments.
+  constexpr double kPromises = 0.9;
+  const auto scores_of = [&](const QuickFit& fit) {
+    return ScoreKnobs(as_read.lean(), fit, as_read.excerpt(), knobs);
+  };
+  const std::vector<KnobScore> scores = scores_of(as_read.short_fit());
+  const std::vector<KnobScore> long_scores = scores_of(as_read.fit());
   const double glance = as_read.Glance(as_read.lean(), {}).error;
   std::vector<Candidate> candidates;
   for (size_t i = 0; i < knobs.size(); ++i) {
     const Knob& knob = knobs[i];
-    Candidate candidate{&knob, 0.0, INFINITY, {}};
+    const auto begin = [&](const KnobScore& score) -> std::optional<double> {
+      if (!score.known || !(std::abs(score.value) >= knob.least)) return {};
+      return std::clamp(score.value, -knob.most, knob.most);
+    };
+    Candidate candidate{&knob, 0.0, {}, INFINITY, {}, {}};
     std::vector<double> starts = knob.starts;
-    if (scores[i].known && std::abs(scores[i].value) >= knob.least) {
-      candidate.start = std::clamp(scores[i].value, -knob.most, knob.most);
-      candidate.promise = scores[i].error / given.error;
+    if (const auto start = begin(scores[i])) {
+      candidate.start = *start;
+      candidate.promise = scores[i].error / as_read.short_fit().error;
       starts.insert(starts.begin(), candidate.start);
     }
     double least = INFINITY;
@@ -74,6 +80,13 @@ std::vector<Candidate> Candidates(const AsRead& as_read,
       candidate.start = start;
     }
     candidate.promise = std::min(candidate.promise, least);
+    const double ratio = long_scores[i].error / as_read.fit().error;
+    if (long_scores[i].known && ratio < kPromises) {
+      candidate.long_start = begin(long_scores[i]);
+      if (candidate.long_start) {
+        candidate.promise = std::min(candidate.promise, ratio);
+      }
+    }
     if (candidate.promise < 1.0) candidates.push_back(candidate);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -85,19 +98,102 @@ std::vector<Candidate> Candidates(const AsRead& as_read,
   return candidates;
 }
 
+bool IsSignificant(const TurnedKnob& turned) {
+  return std::abs(turned.value) >= kSignificance * turned.std_error;
+}
+
+// What is named.
+double ValueOf(const Candidate& candidate) {
+  return Rounded(candidate.turned.value, candidate.turned.std_error,
+                 candidate.knob->grain);
+}
+
+std::string TextOf(const Candidate& candidate) {
+  return candidate.knob->says(ValueOf(candidate),
+                              kInterval * candidate.turned.std_error);
+}
+
+// Whether it lowers the error as it was read, that of `given`, by its factor
+// and nearly everywhere; known well, and not where it was held.
+bool Improves(const Knob& knob, const TurnedKnob& turned, const QuickFit& given,
+              double error) {
+  const double size = std::abs(turned.value);
+  return turned.fit.error * knob.gain < error &&
+         PartImproved(turned.fit, given, 1.0) >= kWindows &&
+         size >= knob.least && size < knob.most && IsSignificant(turned);
+}
+
+// Of whole windows.
 bool IsFinding(const Candidate& candidate, AsRead* as_read) {
   const Knob& knob = *candidate.knob;
   const TurnedKnob& turned = candidate.turned;
-  const double size = std::abs(turned.value);
-  return turned.error * knob.gain < as_read->missed() &&
-         turned.windows >= kWindows && size >= knob.least &&
-         size < knob.most &&  // there it was held
-         candidate.IsSignificant() &&
-         (knob.of_model
-              ? turned.error <= *knob.of_model * as_read->Anything()
-              : as_read->IsBeyondModel(
-                    turned.error,
-                    [&](Run* run) { knob.change(turned.value, run); }, 1.0));
+  if (!Improves(knob, turned, as_read->fit(), as_read->missed())) return false;
+  // Of a chaotic motion whole windows say any number to many digits.
+  if (candidate.ShowsShort(as_read->short_fit()) &&
+      !IsSignificant(candidate.brief)) {
+    return false;
+  }
+  return knob.of_model
+             ? turned.fit.error <= *knob.of_model * as_read->Anything()
+             : as_read->IsBeyondModel(
+                   turned.fit.error,
+                   [&](Run* run) { knob.change(turned.value, run); }, 1.0);
+}
+
+// Turned on short segments, where that explains them: a chaotic motion does not
+// always find its way through whole windows even so.
+bool IsShortFinding(const Candidate& candidate, AsRead* as_read) {
+  const Knob& knob = *candidate.knob;
+  const double error = candidate.turned.fit.error;
+  const QuickFit& given = as_read->short_fit();
+  return error <= kExplained &&
+         Improves(knob, candidate.turned, given, given.error) &&
+         error <= (knob.of_model ? *knob.of_model : 1.0 / kBeyondModel) *
+                      as_read->AnythingShort();
+}
+
+void SortByError(std::vector<Candidate>* candidates) {
+  std::stable_sort(candidates->begin(), candidates->end(),
+                   [](const Candidate& a, const Candidate& b) {
+                     return a.turned.fit.error < b.turned.fit.error;
+                   });
+}
+
+// Of the first of the candidates, by their errors; `given`: that as it was
+// read.
+Finding Report(const CheckInput& input,
+               const std::vector<Candidate>& candidates,
+               const std::string& where, double given) {
+  const Candidate& best = candidates.front();
+  const Knob& knob = *best.knob;
+  const double error = best.turned.fit.error;
+  Finding finding;
+  finding.fault = knob.fault;
+  finding.severity = Severity::kWrong;
+  finding.weight = given / error;
+  finding.error_left = error;
+  if (input.runs.size() == 1) finding.file = input.runs.front()->name;
+  finding.subject = knob.subject;
+  finding.evidence = "as it was read the model misses the data" + where +
+                     " by " + TimesText(given) + ", " + TextOf(best) + " by " +
+                     TimesText(error);
+  finding.consequence = knob.consequence;
+  finding.remedies = knob.remedies(ValueOf(best));
+  for (size_t i = 1; i < candidates.size(); ++i) {
+    const Candidate& other = candidates[i];
+    if (other.turned.fit.error > kNearlyEqual * error) break;
+    if (!IsSignificant(other.turned) || other.knob->fault != knob.fault) {
+      continue;
+    }
+    finding.evidence += (finding.remedies.size() == 1
+                             ? "; the data hardly tells it from reading it "
+                             : ", or ") +
+                        TextOf(other);
+    for (const std::string& remedy : other.knob->remedies(ValueOf(other))) {
+      finding.remedies.push_back(remedy);
+    }
+  }
+  return finding;
 }
 
 }  // namespace
@@ -110,47 +206,44 @@ bool FindKnob(AsRead* as_read, std::vector<Finding>* findings) {
     std::erase_if(knobs,
                   [](const Knob& knob) { return !knob.of_model.has_value(); });
   }
+  const LooseModel& lean = as_read->lean();
+  const Excerpt& excerpt = as_read->excerpt();
+  const EstimationOptions& options = as_read->options();
+  const QuickFit &brief = as_read->short_fit(), &fit = as_read->fit();
   std::vector<Candidate> candidates = Candidates(*as_read, knobs);
   if (candidates.empty()) return false;
   for (Candidate& candidate : candidates) {
-    candidate.turned =
-        TurnKnob(as_read->lean(), as_read->short_fit(), as_read->fit(),
-                 as_read->excerpt(), as_read->options(), *candidate.knob,
-                 candidate.start);
-  }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) {
-                     return a.turned.error < b.turned.error;
-                   });
-  const Candidate& best = candidates.front();
-  if (!IsFinding(best, as_read)) return false;
-  const Knob& knob = *best.knob;
-  const TurnedKnob& turned = best.turned;
-  Finding finding;
-  finding.fault = knob.fault;
-  finding.severity = Severity::kWrong;
-  finding.weight = as_read->fit().error / turned.error;
-  finding.error_left = turned.error;
-  if (input.runs.size() == 1) finding.file = input.runs.front()->name;
-  finding.subject = knob.subject;
-  finding.evidence = "as it was read the model misses the data by " +
-                     TimesText(as_read->fit().error) + ", " + best.Text() +
-                     " by " + TimesText(turned.error);
-  finding.consequence = knob.consequence;
-  finding.remedies = knob.remedies(best.Value());
-  for (size_t i = 1; i < candidates.size(); ++i) {
-    const Candidate& other = candidates[i];
-    if (other.turned.error > kNearlyEqual * turned.error) break;
-    if (!other.IsSignificant() || other.knob->fault != knob.fault) continue;
-    finding.evidence += (finding.remedies.size() == 1
-                             ? "; the data hardly tells it from reading it "
-                             : ", or ") +
-                        other.Text();
-    for (const std::string& remedy : other.knob->remedies(other.Value())) {
-      finding.remedies.push_back(remedy);
+    const Knob& knob = *candidate.knob;
+    const auto turn_long = [&](double value, QuickFit at) {
+      candidate.turned =
+          ToGrain(lean, excerpt, options, knob,
+                  TurnLong(lean, excerpt, options, knob, value, std::move(at)));
+    };
+    candidate.brief = TurnShort(lean, excerpt, options, knob, candidate.start,
+                                kShortIterations, fit);
+    if (candidate.ShowsShort(brief)) {
+      turn_long(candidate.brief.value, FitLong(candidate.brief.fit));
+    } else if (candidate.long_start) {
+      const double value = *candidate.long_start;
+      const auto windows =
+          excerpt.Windows([&](Run* run) { knob.change(value, run); });
+      turn_long(value, FitOn(lean, windows, options, fit));
     }
   }
-  findings->push_back(finding);
+  SortByError(&candidates);
+  if (IsFinding(candidates.front(), as_read)) {
+    findings->push_back(Report(input, candidates, "", as_read->missed()));
+    return true;
+  }
+  for (Candidate& candidate : candidates) candidate.turned = candidate.brief;
+  SortByError(&candidates);
+  Candidate& front = candidates.front();
+  front.turned =
+      ToGrain(lean, excerpt, options, *front.knob, std::move(front.turned));
+  if (!IsShortFinding(front, as_read)) return false;
+  findings->push_back(Report(input, candidates,
+                             " over " + ShortNumber(kShortSegment) + " s",
+                             brief.error));
   return true;
 }
 

@@ -119,60 +119,75 @@ Knob Beyond(const Knob& knob, double value) {
   return beyond;
 }
 
+// One step by (C.1) from a fit with the knob at `value`: whether there is more
+// to turn.
+bool Step(const LooseModel& model, const QuickFit& fit, const Excerpt& excerpt,
+          const Knob& knob, double* value, double* std_error) {
+  const KnobScore score =
+      ScoreKnobs(model, fit, excerpt, {Beyond(knob, *value)}).front();
+  if (!score.known) return false;
+  *std_error = score.std_error;
+  const double enough = std::max(0.3 * score.std_error, 1e-3 * knob.least);
+  if (std::abs(score.value) < enough) return false;
+  *value = std::clamp(*value + score.value, -knob.most, knob.most);
+  return true;
+}
+
+std::vector<Run> Turned(const Excerpt& excerpt, const Knob& knob,
+                        double value) {
+  return excerpt.Windows([&](Run* run) { knob.change(value, run); });
+}
+
 }  // namespace
 
-TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& short_as_read,
-                    const QuickFit& as_read, const Excerpt& excerpt,
+TurnedKnob TurnShort(const LooseModel& model, const Excerpt& excerpt,
+                     const EstimationOptions& options, const Knob& knob,
+                     double start, int iterations, const QuickFit& like) {
+  constexpr int kSteps = 8, kInVain = 2;
+  TurnedKnob best;
+  QuickFit fit =
+      FitShort(model, Turned(excerpt, knob, start), options, iterations, &like);
+  double value = start, std_error = best.std_error;
+  for (int step = 0, in_vain = 0;; ++step) {
+    const double at = value;
+    const bool more = Step(model, fit, excerpt, knob, &value, &std_error);
+    const bool is_best = step == 0 || fit.error < best.fit.error;
+    if (is_best) best = {at, std_error, fit};
+    // The first fits are far from where they would end: a step that seems to be
+    // in vain may be none.
+    in_vain = is_best ? 0 : in_vain + 1;
+    if (!more || step == kSteps || in_vain == kInVain) return best;
+    fit = FitOn(model, Turned(excerpt, knob, value), options, fit);
+  }
+}
+
+TurnedKnob TurnLong(const LooseModel& model, const Excerpt& excerpt,
                     const EstimationOptions& options, const Knob& knob,
-                    double start) {
-  constexpr int kShortSteps = 8, kSteps = 4;
-  constexpr double kHardly = 1.03;  // of the error of short segments
+                    double value, QuickFit fit) {
+  constexpr int kSteps = 4;
+  TurnedKnob turned;
+  for (int step = 0; step < kSteps && fit.error < turned.fit.error; ++step) {
+    turned.value = value;
+    turned.fit = fit;
+    if (!Step(model, fit, excerpt, knob, &value, &turned.std_error)) break;
+    fit = FitOn(model, Turned(excerpt, knob, value), options, fit);
+  }
+  return turned;
+}
+
+TurnedKnob ToGrain(const LooseModel& model, const Excerpt& excerpt,
+                   const EstimationOptions& options, const Knob& knob,
+                   TurnedKnob turned) {
   // Of the error of the best value: between samples a cubic smooths the noise,
   // by a tenth at the most.
   constexpr double kAsGood = 1.1;
-  double value = start;
-  const auto windows = [&] {
-    return excerpt.Windows([&](Run* run) { knob.change(value, run); });
-  };
-  // By (C.1) again and again; whether there is more to turn.
-  KnobScore score;
-  const auto turn = [&](const QuickFit& fit) {
-    score = ScoreKnobs(model, fit, excerpt, {Beyond(knob, value)}).front();
-    const double enough = std::max(0.3 * score.std_error, 1e-3 * knob.least);
-    if (!score.known || std::abs(score.value) < enough) return false;
-    value = std::clamp(value + score.value, -knob.most, knob.most);
-    return true;
-  };
+  if (!(knob.grain > 0.0) || !std::isfinite(turned.fit.error)) return turned;
+  const double whole = knob.grain * std::round(turned.value / knob.grain);
+  if (whole == 0.0) return turned;
   QuickFit fit =
-      FitShort(model, windows(), options, kShortIterations, &as_read);
-  for (int step = 0; step < kShortSteps && turn(fit); ++step) {
-    const double before = fit.error;
-    fit = FitOn(model, windows(), options, fit);
-    if (!(fit.error < before)) break;
-  }
-  TurnedKnob turned;
-  if (!(fit.error * kHardly < short_as_read.error)) return turned;
-  fit = FitLong(fit);
-  for (int step = 0; step < kSteps && fit.error < turned.error; ++step) {
-    turned.error = fit.error;
-    turned.value = value;
-    turned.windows = PartImproved(fit, as_read, 1.0);
-    const bool more = turn(fit);
-    if (score.known) turned.std_error = score.std_error;
-    if (!more) break;
-    fit = FitOn(model, windows(), options, fit);
-  }
-  const double whole = knob.grain > 0.0
-                           ? knob.grain * std::round(turned.value / knob.grain)
-                           : 0.0;
-  if (whole == 0.0 || !std::isfinite(turned.error)) return turned;
-  value = whole;
-  fit = FitOn(model, windows(), options, fit);
-  if (!(fit.error <= kAsGood * turned.error)) return turned;
-  turned.value = whole;
-  turned.error = fit.error;
-  turned.windows = PartImproved(fit, as_read, 1.0);
-  return turned;
+      FitOn(model, Turned(excerpt, knob, whole), options, turned.fit);
+  if (!(fit.error <= kAsGood * turned.fit.error)) return turned;
+  return {whole, turned.std_error, std::move(fit)};
 }
 
 }  // namespace sysid

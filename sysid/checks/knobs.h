@@ -56,19 +56,27 @@ std::vector<KnobScore> ScoreKnobs(const LooseModel& model, const QuickFit& fit,
                                   const Excerpt& excerpt,
                                   const std::vector<Knob>& knobs);
 
-// Where a knob ends from a start, with everything else refitted and the
-// linearisation repeated until it stays: on short segments, which are nearly
-// linear in it; then on whole windows, unless the short ones were hardly better
-// (then its error stays infinite). Both fits as it was read are compared with.
+// Where a knob ends, everything else refitted.
 struct TurnedKnob {
   double value = 0.0;
   double std_error = std::numeric_limits<double>::infinity();
-  double error = std::numeric_limits<double>::infinity();
-  double windows = 0.0;  // the part of them that is better than as it was read
+  QuickFit fit;  // there
 };
-TurnedKnob TurnKnob(const LooseModel& model, const QuickFit& short_as_read,
-                    const QuickFit& as_read, const Excerpt& excerpt,
+
+// From a start on short segments, which are nearly linear in it: by (C.1) again
+// and again until it stays. The first fit has so many iterations.
+TurnedKnob TurnShort(const LooseModel& model, const Excerpt& excerpt,
+                     const EstimationOptions& options, const Knob& knob,
+                     double start, int iterations, const QuickFit& like);
+
+// On whole windows, from a value and a fit of them there.
+TurnedKnob TurnLong(const LooseModel& model, const Excerpt& excerpt,
                     const EstimationOptions& options, const Knob& knob,
-                    double start);
+                    double value, QuickFit fit);
+
+// The nearest multiple of the knob's grain where it does as well.
+TurnedKnob ToGrain(const LooseModel& model, const Excerpt& excerpt,
+                   const EstimationOptions& options, const Knob& knob,
+                   TurnedKnob turned);
 
 }  // namespace sysid

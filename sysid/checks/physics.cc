@@ -83,14 +83,15 @@ class RunsThatStandOut {
     if (runs_.size() > kMost) runs_.resize(kMost);
   }
 
-  // In each of them, the worst first. What leaves a run standing out is not
-  // what is wrong with it.
-  bool Find(bool (*find)(AsRead*, std::vector<Finding>*),
+  // In each of them, the worst first. What leaves a run standing out, or misses
+  // more of it than `most` (of what all runs may have), is not what is wrong
+  // with it.
+  bool Find(bool (*find)(AsRead*, std::vector<Finding>*), double most,
             std::vector<Finding>* findings) const {
     std::vector<Finding> found;
     for (const auto& single : runs_) find(&single->as_read, &found);
     std::erase_if(found, [&](const Finding& finding) {
-      return StandsOut(finding.error_left);
+      return StandsOut(finding.error_left) || finding.error_left > most;
     });
     findings->insert(findings->end(), found.begin(), found.end());
     return !found.empty();
@@ -143,8 +144,9 @@ double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
     return error;
   }
   const RunsThatStandOut singles(input);
-  if (singles.Find(FindReading, findings) || is_rough) return error;
-  if (knobs.empty() && singles.Find(FindKnob, findings)) return error;
+  const double most = knobs.empty() ? INFINITY : knobs[0].error_left;
+  if (singles.Find(FindReading, most, findings) || is_rough) return error;
+  if (knobs.empty() && singles.Find(FindKnob, most, findings)) return error;
   if (!as_read.CouldBeModel() && FindIdleEffort(as_read, findings)) {
     return error;
   }

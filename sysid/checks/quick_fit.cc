@@ -14,8 +14,6 @@
 namespace sysid {
 namespace {
 
-constexpr double kShort = 0.15;  // s
-
 void Stage(const ShootingProblem& problem, double tolerance, int most,
            ShootingPoint* point) {
   ShootingStage::Options options;
@@ -110,7 +108,7 @@ QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
                   const QuickFit* like) {
   const auto problem = ProblemOf(model, std::move(windows), options, like);
   ShootingPoint point = CutPoint(*problem, problem->InitialTheta(),
-                                 AllStatesFromData(*problem), kShort);
+                                 AllStatesFromData(*problem), kShortSegment);
   Stage(*problem, 1e-3, iterations, &point);
   return Judged(problem, point);
 }
@@ -124,7 +122,7 @@ QuickFit FitLong(const QuickFit& from) {
   // Longer and longer: from the states of short segments a chaotic motion finds
   // its way, from those of the data it does not.
   ShootingPoint point = from.point;
-  for (double length = 2 * kShort; length < 0.7 * longest; length *= 2) {
+  for (double length = 2 * kShortSegment; length < 0.7 * longest; length *= 2) {
     Recut(problem, length, &point);
     Stage(problem, 1e-3, 10, &point);
   }

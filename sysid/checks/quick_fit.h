@@ -31,9 +31,10 @@ struct QuickFit {
   std::shared_ptr<const ShootingProblem> problem;  // of the windows
 };
 
-// Few iterations from what the data alone say, on segments of 0.15 s: any model
-// can follow so far, and what is hopeless shows already. `like` (may be null):
+// Few iterations from what the data alone say, on short segments: any model can
+// follow so far, and what is hopeless shows already. `like` (may be null):
 // a fit whose noise is used. The step is the options', or a sample's.
+inline constexpr double kShortSegment = 0.15;  // s
 inline constexpr int kShortIterations = 15;
 QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
                   const EstimationOptions& options, int iterations,

@@ -88,30 +88,32 @@ std::string ColumnsFlag(const CheckInput& input, const NewColumns& columns) {
   return "--columns " + Quoted(Join(parts, ","));
 }
 
-std::string ShiftFlag(const CheckInput& input, const std::string& column,
-                      double delay) {
-  const std::string name = input.scope + column;
-  std::vector<std::string> parts;
-  double given = 0.0;  // to this run: its own shift wins over that of all
-  bool is_own = false, is_of_all = false;
-  for (const ChannelShift& shift : input.flag_edits.shifts) {
-    if (shift.name == name) {
-      given = shift.delay;
-      is_own = true;
-      continue;
-    }
-    parts.push_back(ToString(shift));
-    if (shift.name != column) continue;
-    is_of_all = true;
-    if (!is_own) given = shift.delay;
-  }
-  delay += given;
+std::string ShiftFlag(const CheckInput& input,
+                      const std::vector<std::string>& columns, double delay) {
   constexpr double kNone = 1e-9;  // s: what was given, undone
-  if (std::abs(delay) >= kNone) {
-    parts.push_back(name + "=" + ShortNumber(delay));
-  } else if (is_of_all) {
-    parts.push_back(name + "=0");
+  std::vector<std::string> parts, added;
+  std::vector<ChannelShift> others = input.flag_edits.shifts;
+  for (const std::string& column : columns) {
+    const std::string name = input.scope + column;
+    double given = 0.0;  // to this run: its own shift wins over that of all
+    bool is_own = false, is_of_all = false;
+    for (const ChannelShift& shift : input.flag_edits.shifts) {
+      const bool is_this = shift.name == name;
+      is_of_all = is_of_all || (shift.name == column && !is_this);
+      if (is_this || (shift.name == column && !is_own)) given = shift.delay;
+      is_own = is_own || is_this;
+    }
+    std::erase_if(others,
+                  [&](const ChannelShift& s) { return s.name == name; });
+    const double all = given + delay;
+    if (std::abs(all) >= kNone) {
+      added.push_back(name + "=" + ShortNumber(all));
+    } else if (is_of_all) {
+      added.push_back(name + "=0");
+    }
   }
+  for (const ChannelShift& shift : others) parts.push_back(ToString(shift));
+  parts.insert(parts.end(), added.begin(), added.end());
   return "--shift " + Quoted(Join(parts, ","));
 }
 

@@ -28,9 +28,9 @@ std::string RunScope(const CheckInput& input, const std::string& run);
 // "--columns joint1.q=-pos1".
 using NewColumns = std::vector<std::pair<std::string, std::string>>;
 std::string ColumnsFlag(const CheckInput& input, const NewColumns& columns);
-// "--shift joint1.q=0.01".
-std::string ShiftFlag(const CheckInput& input, const std::string& column,
-                      double delay);
+// "--shift joint1.q=0.01": so much more for each of these columns.
+std::string ShiftFlag(const CheckInput& input,
+                      const std::vector<std::string>& columns, double delay);
 // "--ignore joint1.q@12.3:14.5,..." of spans in one run.
 std::string IgnoreFlag(const CheckInput& input, const std::string& run,
                        const std::vector<std::string>& columns,

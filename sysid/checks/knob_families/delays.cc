@@ -47,13 +47,7 @@ void FindDelays(const CheckInput& input, std::vector<Knob>* knobs) {
     knob.consequence =
         "a lag between columns passes for damping, and bends what is fitted";
     knob.remedies = [=](double delay) {
-      CheckInput edited = input;
-      std::string flag;
-      for (const std::string& column : columns) {
-        flag = ShiftFlag(edited, column, delay);
-        edited.flag_edits.shifts.push_back({input.scope + column, delay, ""});
-      }
-      return std::vector<std::string>{flag};
+      return std::vector<std::string>{ShiftFlag(input, columns, delay)};
     };
     knobs->push_back(knob);
   };

@@ -62,7 +62,8 @@ void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs) {
     knob.probe = 1e-4;
     knob.least = 2e-4;
     const Trend trend = TrendOf(input, index);
-    knob.most = std::max(knob.least, trend.fastest);
+    // Twice: a motion may go against its drift.
+    knob.most = std::max(knob.least, 2.0 * trend.fastest);
     knob.starts = {trend.slope};
     if (IsRotation1(mechanism.joints[j].type)) {
       for (const double total : {-0.8, -0.3, 0.3, 0.8}) {  // rad

@@ -177,7 +177,8 @@ std::optional<Finding> FindLate(const CheckInput& input, const Pair& pair) {
                      " (misfit of the changes " +
                      ShortNumber(100 * std::sqrt(misfit)) + " % instead of " +
                      ShortNumber(100 * std::sqrt(still)) + " %)";
-  finding.remedies = {ShiftFlag(input, qd, best), ShiftFlag(input, q, -best)};
+  finding.remedies = {ShiftFlag(input, {qd}, best),
+                      ShiftFlag(input, {q}, -best)};
   return finding;
 }
 

@@ -29,12 +29,14 @@ TEST(RemedyTest, FlagsRepeatWhatWasGiven) {
             "--columns t=time,joint1.q=-pos1");
   EXPECT_EQ(ColumnsFlag(input, {{"t", "time*0.001"}}),
             "--columns 'joint1.q=pos1,t=time*0.001'");
-  EXPECT_EQ(ShiftFlag(input, "joint1.q", 0.01),
+  EXPECT_EQ(ShiftFlag(input, {"joint1.q"}, 0.01),
             "--shift joint2.q=0.002,joint1.q=0.01");
-  EXPECT_EQ(ShiftFlag(input, "joint2.q", 0.01), "--shift joint2.q=0.012");
+  EXPECT_EQ(ShiftFlag(input, {"joint2.q"}, 0.01), "--shift joint2.q=0.012");
   EXPECT_EQ(IgnoreFlag(input, "a.csv", {"joint1.q"}, {{1, 2.5}}),
             "--ignore joint1.q@1:2.5");
-  EXPECT_EQ(ShiftFlag(input, "joint2.q", -0.002), "--shift ''");
+  EXPECT_EQ(ShiftFlag(input, {"joint2.q"}, -0.002), "--shift ''");
+  EXPECT_EQ(ShiftFlag(input, {"joint1.q", "joint2.q"}, 7 * 0.002),
+            "--shift joint1.q=0.014,joint2.q=0.016");
 }
 
 // For one run of several; what was given for all of them stays.
@@ -49,7 +51,7 @@ TEST(RemedyTest, FlagsOfOneRun) {
             "--columns 'joint1.q=pos1,b.csv/joint2.q=-pos2'");
   const auto shift = [&](const std::string& given, double delay) {
     input.flag_edits.shifts = ParseShifts(given, "--shift");
-    return ShiftFlag(input, "joint1.q", delay);
+    return ShiftFlag(input, {"joint1.q"}, delay);
   };
   EXPECT_EQ(shift("", 0.01), "--shift 'b.csv/joint1.q=0.01'");
   EXPECT_EQ(shift("joint1.q=0.02", 0.01),
