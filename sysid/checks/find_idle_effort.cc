@@ -60,23 +60,20 @@ class GainSearch {
     }
   }
 
-  // The one that is idle most plainly, which counts as nothing from here on.
-  // What another's idle effort does to the motion spoils the gain of one that
-  // works.
+  // The one whose gain mends most, if it is idle: it counts as nothing from
+  // here on. What another's wrong effort does to the motion spoils the gain of
+  // one that works.
   std::optional<Gain> Next() {
     const QuickFit given = Short(nullptr, as_read_.fit());
-    Gain worst;
+    Gain most;
     for (const Joint* joint : rest_) {
       const Gain gain = GainOf(joint, given);
-      const bool is_worse =
-          worst.joint == nullptr ||
-          gain.one * worst.best > worst.one * gain.best;  // of their ratios
-      if (gain.IsIdle() && is_worse) worst = gain;
+      if (gain.best < most.best) most = gain;
     }
-    if (worst.joint == nullptr) return std::nullopt;
-    idle_.push_back(worst.joint);
-    std::erase(rest_, worst.joint);
-    return worst;
+    if (!most.IsIdle()) return std::nullopt;
+    idle_.push_back(most.joint);
+    std::erase(rest_, most.joint);
+    return most;
   }
 
  private:

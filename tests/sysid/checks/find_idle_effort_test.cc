@@ -43,6 +43,24 @@ TEST(FindIdleEffortTest, AnEffortOfAnotherExperimentIsNamed) {
               ElementsAre("--columns 'joint1.tau=joint1.tau*1e-9'"));
 }
 
+// Each by itself, and both.
+TEST(FindIdleEffortTest, OfTwoEffortsTheIdleOnesAreNamed) {
+  SimulatedRecording other("pendulum2_planar", 26, 3.0);
+  for (const char* names :
+       {"joint1.tau", "joint2.tau", "joint1.tau, joint2.tau"}) {
+    SCOPED_TRACE(names);
+    SimulatedRecording recording("pendulum2_planar", 6, 3.0);
+    for (int j = 0; j < 2; ++j) {
+      const std::string name = "joint" + std::to_string(j + 1) + ".tau";
+      if (!testing::Value(names, HasSubstr(name))) continue;
+      recording.run().effort.col(j) = other.run().effort.col(j);
+    }
+    const std::vector<Finding> findings = IdleEfforts(recording);
+    ASSERT_EQ(findings.size(), 1u);
+    EXPECT_EQ(findings[0].subject, names);
+  }
+}
+
 TEST(FindIdleEffortTest, OneThatIsTheMotionsIsNot) {
   EXPECT_THAT(IdleEfforts(DrivenPendulum(1)), IsEmpty());
 }
@@ -55,6 +73,13 @@ TEST(FindIdleEffortTest, OneThatIsTooLargeIsNot) {
     recording.run().effort *= factor;
     EXPECT_THAT(IdleEfforts(recording), IsEmpty());
   }
+}
+
+// What is wrong with another effort is not this one's.
+TEST(FindIdleEffortTest, OneBesideOneOfAnotherUnitIsNot) {
+  SimulatedRecording recording("pendulum2_planar", 6, 3.0);
+  recording.run().effort.col(1) *= 0.2;
+  EXPECT_THAT(IdleEfforts(recording), IsEmpty());
 }
 
 // Of bodies that are too light the same; too heavy ones hardly feel it.

@@ -72,6 +72,20 @@ TEST(FindKnobTest, ADelayOfTwoAndAHalfSamplesIsSeen) {
       {"channel_late", "hinge.q", "--shift hinge.q=", kLate, 1e-3});
 }
 
+// Of a slow motion short segments show nothing.
+TEST(FindKnobTest, ADelayThatOnlyWholeWindowsShowIsSeen) {
+  constexpr double kLate = 0.01;
+  SimulatedRecording recording("cartpole", 4, 3.0);
+  ChannelEdits edits;
+  edits.shifts = {{"slider.q", -kLate, ""}};
+  ApplyEdits(edits, recording.model().mechanism(), &recording.run(), nullptr);
+  const CheckInput input = recording.Input();
+  AsRead as_read(input);
+  EXPECT_LT(as_read.short_fit().error, 1.1);
+  ExpectFinding(&as_read,
+                {"channel_late", "slider.q", "--shift slider.q=", kLate, 1e-3});
+}
+
 TEST(FindKnobTest, ADriftByATurnIsSeen) {
   constexpr double kDuration = 3.0, kRate = 2 * M_PI / kDuration;
   SimulatedRecording recording("pendulum2_planar", 1, kDuration);
