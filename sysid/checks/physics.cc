@@ -146,7 +146,7 @@ double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
   const RunsThatStandOut singles(input);
   const double most = knobs.empty() ? INFINITY : knobs[0].error_left;
   if (singles.Find(FindReading, most, findings) || is_rough) return error;
-  if (knobs.empty() && singles.Find(FindKnob, most, findings)) return error;
+  if (singles.Find(FindKnob, most, findings)) return error;
   if (!as_read.CouldBeModel() && FindIdleEffort(as_read, findings)) {
     return error;
   }
