@@ -50,9 +50,12 @@ class Mended {
 
 // Of what the physics found, from `before` on. Between samples so far apart
 // nobody knows the efforts, and physics blames whatever it can; only in
-// degrees, samples that seem far apart are not.
+// degrees, which is plain then, samples that seem far apart are not.
 void DropGuesses(size_t before, std::vector<Finding>* findings) {
-  const auto is_degrees = [](const Finding& f) { return f.fault == "degrees"; };
+  constexpr double kPlain = 5.0;  // by how much the error falls at least
+  const auto is_degrees = [](const Finding& f) {
+    return f.fault == "degrees" && f.weight > kPlain;
+  };
   const auto found = findings->begin() + before;
   if (std::any_of(found, findings->end(), is_degrees)) {
     std::erase_if(*findings,
