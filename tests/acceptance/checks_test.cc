@@ -2,6 +2,7 @@
 // cases are those of data_faults_suite (docs/checks.md); here a few of each
 // kind, and what the flags mend.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -75,6 +76,19 @@ TEST(PlantedFaults, JitterIsMendedBeforeThePhysics) {
   const std::vector<Finding> findings = CheckCase(*planted);
   ASSERT_EQ(findings.size(), 1u) << Named(findings);
   EXPECT_EQ(findings[0].fault, "time_jitter");
+}
+
+// A motion so chaotic that whole windows are missed with the right delay too.
+TEST(PlantedFaults, ADelayThatOnlyShortSegmentsExplain) {
+  const CleanCase pendulum = SimulatedCases(62, false)[0];
+  const auto planted = FaultOf("channel_late").plant(pendulum, 1062);
+  ASSERT_TRUE(planted);
+  const std::vector<Finding> findings = CheckCase(*planted);
+  ASSERT_EQ(findings.size(), 1u) << Named(findings);
+  EXPECT_EQ(findings[0].fault, "channel_late");
+  EXPECT_THAT(findings[0].evidence,
+              ::testing::HasSubstr("misses the data over 0.15 s by "));
+  EXPECT_LT(findings[0].error_left, kExplained);
 }
 
 TEST(PlantedFaults, EveryEffortTheOtherWayRoundIsOneFinding) {
