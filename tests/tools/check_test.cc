@@ -140,6 +140,18 @@ TEST(CheckTest, SpikesAreIgnoredByTheFlagThatIsNamed) {
       0);
 }
 
+// What is given for a run by its name is mended under that name.
+TEST(CheckTest, AColumnThatIsGivenForOneRunIsMendedThere) {
+  const ProgramFolder folder;
+  folder.Write("a.csv", Changed("hinge.q", [](double, double q) { return q; }));
+  const auto check = [&](const std::string& columns) {
+    return folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj", "a.csv",
+                                    "--columns", columns});
+  };
+  EXPECT_THAT(check("a.csv/hinge.q=-hinge.q").out,
+              HasSubstr("mend: --columns 'a.csv/hinge.q=hinge.q'\n"));
+}
+
 TEST(CheckTest, WhatTheReaderRefusesIsAFindingAndTheOtherRunsAreChecked) {
   const ProgramFolder folder;
   folder.Write("a.csv", "t,slider.q,hinge.q\n0,0,0\n1,0,1\n1,0,2\n");
