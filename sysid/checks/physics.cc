@@ -36,20 +36,11 @@ bool Misses(const AsRead& as_read) {
   return as_read.fit().error > kExplained || HasRoughAngle(as_read);
 }
 
-// The input with one of its runs alone.
-CheckInput Alone(const CheckInput& input, const Run& run) {
-  CheckInput alone = input;
-  alone.runs = {&run};
-  alone.columns = ColumnsOf(input.columns, run.name, input.model->mechanism());
-  alone.scope = RunScope(input, run.name);
-  return alone;
-}
-
 // One run of several by itself: a fault that it has alone is none that the same
 // reading of all of them mends.
 struct SingleRun {
   SingleRun(const CheckInput& all, const Run& run, double part)
-      : input(Alone(all, run)), as_read(input, part) {}
+      : input(OfOneRun(all, run)), as_read(input, part) {}
   SingleRun(const SingleRun&) = delete;
   SingleRun& operator=(const SingleRun&) = delete;
 

@@ -68,10 +68,33 @@ std::string RunScope(const std::vector<std::string>& runs,
 }
 
 std::string RunScope(const CheckInput& input, const std::string& run) {
-  if (input.runs.size() < 2) return input.scope;
   std::vector<std::string> runs;
   for (const Run* other : input.runs) runs.push_back(other->name);
-  return RunScope(runs, run);
+  const bool is_alone = runs.size() < 2;
+  const std::string own =
+      is_alone ? std::filesystem::path(run).filename().string() + "/"
+               : RunScope(runs, run);
+  // As the flags name it already, if they do: of two names one would win.
+  for (const std::string& scope : {run + "/", own}) {
+    const auto names_it = [&](const auto& entry) {
+      return entry.name.starts_with(scope);
+    };
+    const auto& columns = input.flag_columns;
+    const auto& shifts = input.flag_edits.shifts;
+    if (std::any_of(columns.begin(), columns.end(), names_it) ||
+        std::any_of(shifts.begin(), shifts.end(), names_it)) {
+      return scope;
+    }
+  }
+  return is_alone ? input.scope : own;
+}
+
+CheckInput OfOneRun(const CheckInput& input, const Run& run) {
+  CheckInput alone = input;
+  alone.runs = {&run};
+  alone.columns = ColumnsOf(input.columns, run.name, input.model->mechanism());
+  alone.scope = RunScope(input, run.name);
+  return alone;
 }
 
 std::string ColumnsFlag(const CheckInput& input, const NewColumns& columns) {

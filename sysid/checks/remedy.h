@@ -19,11 +19,16 @@ std::string Negated(const std::string& expression);
 std::string Times(const std::string& expression, const std::string& factor);
 std::string Minus(const std::string& a, const std::string& b);
 
-// What the names of one run's columns begin with where there are several: its
-// file's name, or path, where the name is another's too, and a slash.
+// What the names of one run's columns begin with where there are several, or
+// where the flags name it so already: its file's name, or path, where the name
+// is another's too, and a slash.
 std::string RunScope(const std::vector<std::string>& runs,
                      const std::string& run);
 std::string RunScope(const CheckInput& input, const std::string& run);
+
+// The input with one of its runs alone: what was given for it by its name
+// counts as what is given for all, and its remedies name it so.
+CheckInput OfOneRun(const CheckInput& input, const Run& run);
 
 // "--columns joint1.q=-pos1".
 using NewColumns = std::vector<std::pair<std::string, std::string>>;

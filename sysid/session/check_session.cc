@@ -2,29 +2,10 @@
 
 #include <utility>
 
+#include "sysid/checks/remedy.h"
 #include "sysid/checks/run_checks.h"
 
 namespace sysid {
-namespace {
-
-// Of one run: what a flag says of it by its name ("a.csv/joint1.q") counts as
-// what is said of all, and a remedy that changes it has to name it so too.
-void TakeOwnNames(CheckInput* input) {
-  const std::string& run = input->runs.front()->name;
-  const Mechanism& mechanism = input->model->mechanism();
-  input->columns = ColumnsOf(input->columns, run, mechanism);
-  const auto take = [&](const std::string& name) {
-    const ScopedName scoped = RunColumn(name, mechanism);
-    if (!scoped.run.empty() && scoped.IsFor(run)) {
-      input->scope = scoped.run + "/";
-    }
-  };
-  for (const ColumnMapping& entry : input->flag_columns) take(entry.name);
-  for (const ChannelShift& shift : input->flag_edits.shifts) take(shift.name);
-}
-
-}  // namespace
-
 CheckInput InputOf(const Session& session) {
   CheckInput input;
   input.model = &session.model;
@@ -36,8 +17,7 @@ CheckInput InputOf(const Session& session) {
   input.flag_columns = session.flag_columns;
   input.flag_edits = session.flag_edits;
   input.options = session.options;
-  if (input.runs.size() == 1) TakeOwnNames(&input);
-  return input;
+  return input.runs.size() == 1 ? OfOneRun(input, *input.runs.front()) : input;
 }
 
 double CheckSession(Session* session) {

@@ -60,12 +60,18 @@ void ExpectSeenByStarts(const SimulatedRecording& recording, KnobFamily family,
   ExpectFinding(&as_read, expected);
 }
 
+SimulatedRecording LateCartpole(std::uint64_t seed, const std::string& column,
+                                double late) {
+  SimulatedRecording recording("cartpole", seed, 3.0);
+  ChannelEdits edits;
+  edits.shifts = {{column, -late, ""}};
+  ApplyEdits(edits, recording.model().mechanism(), &recording.run(), nullptr);
+  return recording;
+}
+
 TEST(FindKnobTest, ADelayOfTwoAndAHalfSamplesIsSeen) {
   constexpr double kLate = 0.025;
-  SimulatedRecording recording("cartpole", 1, 3.0);
-  ChannelEdits edits;
-  edits.shifts = {{"hinge.q", -kLate, ""}};
-  ApplyEdits(edits, recording.model().mechanism(), &recording.run(), nullptr);
+  const SimulatedRecording recording = LateCartpole(1, "hinge.q", kLate);
   // A tenth of a sample: what interpolating the channel twice leaves.
   ExpectSeenByStarts(
       recording, FindDelays,
@@ -75,10 +81,7 @@ TEST(FindKnobTest, ADelayOfTwoAndAHalfSamplesIsSeen) {
 // Of a slow motion short segments show nothing.
 TEST(FindKnobTest, ADelayThatOnlyWholeWindowsShowIsSeen) {
   constexpr double kLate = 0.01;
-  SimulatedRecording recording("cartpole", 4, 3.0);
-  ChannelEdits edits;
-  edits.shifts = {{"slider.q", -kLate, ""}};
-  ApplyEdits(edits, recording.model().mechanism(), &recording.run(), nullptr);
+  const SimulatedRecording recording = LateCartpole(4, "slider.q", kLate);
   const CheckInput input = recording.Input();
   AsRead as_read(input);
   EXPECT_LT(as_read.short_fit().error, 1.1);

@@ -74,6 +74,11 @@ TEST(RemedyTest, RunsAreNamedWhereThereAreSeveral) {
   input.runs = {&a, &b, &c};
   EXPECT_EQ(RunScope(input, a.name), "a.csv/");
   EXPECT_EQ(RunScope(input, c.name), "y/b.csv/");
+  // As the flags name it.
+  input.flag_columns = ParseColumnMap("x/a.csv/joint1.q=pos1");
+  EXPECT_EQ(RunScope(input, a.name), "x/a.csv/");
+  input.runs = {&a};
+  EXPECT_EQ(RunScope(input, a.name), "x/a.csv/");
 }
 
 }  // namespace
