@@ -77,8 +77,8 @@ TEST(FindIdleEffortTest, OneThatIsTooLargeIsNot) {
 
 // What is wrong with another effort is not this one's.
 TEST(FindIdleEffortTest, OneBesideOneOfAnotherUnitIsNot) {
-  SimulatedRecording recording("pendulum2_planar", 6, 3.0);
-  recording.run().effort.col(1) *= 0.2;
+  SimulatedRecording recording("pendulum2_planar", 4, 3.0);
+  recording.run().effort.col(0) *= 0.1;
   EXPECT_THAT(IdleEfforts(recording), IsEmpty());
 }
 
