@@ -7,7 +7,6 @@ namespace sysid {
 namespace {
 
 constexpr double kFastest = 250.0;  // Hz
-constexpr double kMargin = 0.15;    // s, on either side of a window
 
 // The mean of the squared changes from one tenth of the window to the next,
 // each channel by its own scale: what moves tells more.
@@ -159,6 +158,16 @@ std::vector<Run> Excerpt::Windows(
     Run wide = window.wide;
     if (change) change(&wide);
     runs.push_back(Thin(Slice(wide, window.first, window.last), stride_));
+  }
+  return runs;
+}
+
+std::vector<Run> Excerpt::WideWindows(
+    const std::function<void(Run*)>& change) const {
+  std::vector<Run> runs;
+  for (const Window& window : windows_) {
+    runs.push_back(window.wide);
+    if (change) change(&runs.back());
   }
   return runs;
 }

@@ -25,6 +25,11 @@ class Excerpt {
   // it is; a run a window.
   std::vector<Run> Windows(const std::function<void(Run*)>& change) const;
 
+  // The same with what they keep on either side, up to kMargin, and all
+  // samples.
+  std::vector<Run> WideWindows(const std::function<void(Run*)>& change) const;
+  static constexpr double kMargin = 0.15;  // s
+
  private:
   struct Window {
     Run wide;

@@ -10,8 +10,6 @@
 namespace sysid {
 namespace {
 
-constexpr double kSignificance = 4.0;  // standard errors
-constexpr double kInterval = 1.96;     // standard errors of 95 %
 // Others this near to the best are named with it. More than for readings: where
 // two columns are out of step, either may be late, and what tells them apart is
 // a third, whose own delay is the machine's (docs/checks.md).
@@ -185,13 +183,7 @@ Finding Report(const CheckInput& input,
     if (!IsSignificant(other.turned) || other.knob->fault != knob.fault) {
       continue;
     }
-    finding.evidence += (finding.remedies.size() == 1
-                             ? "; the data hardly tells it from reading it "
-                             : ", or ") +
-                        TextOf(other);
-    for (const std::string& remedy : other.knob->remedies(ValueOf(other))) {
-      finding.remedies.push_back(remedy);
-    }
+    NameAlso(TextOf(other), other.knob->remedies(ValueOf(other)), &finding);
   }
   return finding;
 }

@@ -33,6 +33,16 @@ std::string ShortNumber(double value) {
   return text;
 }
 
+void NameAlso(const std::string& says, const std::vector<std::string>& remedies,
+              Finding* finding) {
+  const bool is_second = finding->remedies.size() == 1;
+  finding->evidence +=
+      (is_second ? "; the data hardly tells it from reading it " : ", or ") +
+      says;
+  finding->remedies.insert(finding->remedies.end(), remedies.begin(),
+                           remedies.end());
+}
+
 void Sort(std::vector<Finding>* findings) {
   const auto rank = [](const Finding& finding) {
     const bool is_guess = finding.error_left > kExplained;  // not of NaN

@@ -41,6 +41,11 @@ struct Finding {
   Finding();
 };
 
+// Names another explanation with that of a finding: in its words ("with
+// joint1.q read 8 ms later"), its remedies as others.
+void NameAlso(const std::string& says, const std::vector<std::string>& remedies,
+              Finding* finding);
+
 // Worst first; stable. What the physics say and yet do not explain stands
 // behind what the numbers show: it may be their fault, and they are certain.
 void Sort(std::vector<Finding>* findings);

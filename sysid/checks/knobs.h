@@ -12,6 +12,9 @@
 
 namespace sysid {
 
+inline constexpr double kSignificance = 4.0;  // standard errors
+inline constexpr double kInterval = 1.96;     // standard errors of 95 %
+
 // A reading with a number that the data must say: by how much a channel is
 // late, how fast a zero drifts.
 struct Knob {

@@ -10,6 +10,7 @@
 #include "sysid/checks/find_idle_effort.h"
 #include "sysid/checks/find_knob.h"
 #include "sysid/checks/find_reading.h"
+#include "sysid/checks/find_skew.h"
 #include "sysid/checks/remedy.h"
 
 namespace sysid {
@@ -142,6 +143,9 @@ double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
     return error;
   }
   findings->insert(findings->end(), knobs.begin(), knobs.end());
+  if (knobs.empty() && !as_read.CouldBeModel() && FindSkew(as_read, findings)) {
+    return error;
+  }
   if (knobs.empty() && std::isinf(error)) findings->push_back(Diverges(input));
   return error;
 }

@@ -175,22 +175,31 @@ LooseModel WithFriction(const Model& model,
   return loose;
 }
 
-LooseModel WithEverything(const LooseModel& lean) {
+LooseModel WithBodies(const LooseModel& lean) {
   LooseModel loose = lean;
   for (const Joint& joint : lean.model.mechanism().joints) {
     if (joint.type == JointType::kFixed) continue;
-    if (joint.type != JointType::kSpherical) {
-      AddFree("spring@" + joint.name, &loose);
-      AddFree("sensor_offset@" + joint.name, &loose);
-      AddFree("armature@" + joint.name, &loose);
-      AddFree("quadratic_drag@" + joint.name, &loose);
-    }
     const std::string& link =
         lean.model.mechanism().links[joint.child_link].name;
     for (const char* what :
          {"mass", "com_x", "com_y", "com_z", "inertia_scale"}) {
       FreeAlso(loose.model, link + "." + what, &loose.free);
     }
+  }
+  return loose;
+}
+
+LooseModel WithEverything(const LooseModel& lean) {
+  LooseModel loose = WithBodies(lean);
+  for (const Joint& joint : lean.model.mechanism().joints) {
+    if (joint.type == JointType::kFixed ||
+        joint.type == JointType::kSpherical) {
+      continue;
+    }
+    AddFree("spring@" + joint.name, &loose);
+    AddFree("sensor_offset@" + joint.name, &loose);
+    AddFree("armature@" + joint.name, &loose);
+    AddFree("quadratic_drag@" + joint.name, &loose);
   }
   return loose;
 }

@@ -58,8 +58,11 @@ LooseModel WithFriction(const Model& model,
                         const std::vector<FreeParameter>& free,
                         const std::vector<const Run*>& runs);
 
-// The same with the mass, centre and inertia of every link free too, a spring
-// and the zero of every joint: all that a rigid body could be.
+// The same with the mass, centre and inertia of every link free too.
+LooseModel WithBodies(const LooseModel& lean);
+
+// And with a spring, the zero, an armature and a drag of every joint: all that
+// a rigid body could be.
 LooseModel WithEverything(const LooseModel& lean);
 
 // The part of the windows in which `better` has a smaller error than `worse`

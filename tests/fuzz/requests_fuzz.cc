@@ -7,6 +7,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <chrono>
+#include <cstring>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -43,15 +46,31 @@ Fixture& TheFixture() {
   return fixture;
 }
 
+// By libFuzzer's own clock, of a call that returned this.
+bool WasInterrupted(ssize_t result) { return result < 0 && errno == EINTR; }
+
 int Connect(int port) {
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   address.sin_port = htons(static_cast<std::uint16_t>(port));
-  FUZZ_EXPECT(
-      connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0);
-  return fd;
+  while (true) {
+    const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    FUZZ_EXPECT(fd >= 0);
+    if (connect(fd, reinterpret_cast<sockaddr*>(&address), sizeof(address)) ==
+        0) {
+      return fd;
+    }
+    const int error = errno;
+    close(fd);
+    // Closed connections keep their ports for a minute: several fuzzers beside
+    // each other use up all there are.
+    if (error != EADDRNOTAVAIL && error != EINTR) {
+      std::fprintf(stderr, "connect: %s\n", std::strerror(error));
+      FUZZ_EXPECT(error == 0);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
 }
 
 // The answer to a connection's bytes. While nothing comes, first the client
@@ -64,13 +83,16 @@ std::string Ask(Fixture* fixture, const std::string& request) {
   for (size_t at = 0; at < request.size();) {
     const ssize_t sent =
         send(fd, request.data() + at, request.size() - at, MSG_NOSIGNAL);
+    if (WasInterrupted(sent)) continue;
     if (sent <= 0) break;  // refused before all was read
     at += static_cast<size_t>(sent);
   }
   std::string answer;
   for (int silences = 0;;) {
     pollfd waiting{fd, POLLIN, 0};
-    if (poll(&waiting, 1, silences < 2 ? kQuiet : kHung) == 0) {
+    const int ready = poll(&waiting, 1, silences < 2 ? kQuiet : kHung);
+    if (WasInterrupted(ready)) continue;
+    if (ready == 0) {
       FUZZ_EXPECT(silences < 2);
       if (++silences == 1) shutdown(fd, SHUT_WR);
       if (silences == 2) fixture->studio->Close();
@@ -78,6 +100,7 @@ std::string Ask(Fixture* fixture, const std::string& request) {
     }
     char buffer[4096];
     const ssize_t got = recv(fd, buffer, sizeof(buffer), 0);
+    if (WasInterrupted(got)) continue;
     if (got <= 0) break;
     answer.append(buffer, static_cast<size_t>(got));
   }
