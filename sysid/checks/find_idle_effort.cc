@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "sysid/checks/knobs.h"
 #include "sysid/checks/readings/edit_run.h"
@@ -52,7 +53,14 @@ class GainSearch {
   };
 
   explicit GainSearch(const AsRead& as_read)
-      : as_read_(as_read), stiff_(WithGivenBodies(as_read.lean())) {
+      : as_read_(as_read), model_(WithGivenBodies(as_read.lean())) {
+    // A strong spring that the model lacks makes efforts look idle.
+    constexpr double kSurely = 1.5;  // 1.2 by chance where efforts are idle
+    const double given = Short(nullptr, as_read.fit()).error;
+    LooseModel without = std::exchange(model_, WithSprings(model_));
+    if (!(Short(nullptr, as_read.fit()).error * kSurely < given)) {
+      model_ = std::move(without);
+    }
     for (const Joint& joint : as_read.input().model->mechanism().joints) {
       if (IsSimple(joint) && IsDriven(as_read.input(), joint)) {
         rest_.push_back(&joint);
@@ -83,7 +91,7 @@ class GainSearch {
 
   // Without that effort, if any, too.
   QuickFit Short(const Joint* without, const QuickFit& like) const {
-    return FitShort(stiff_, as_read_.excerpt().Windows([&](Run* run) {
+    return FitShort(model_, as_read_.excerpt().Windows([&](Run* run) {
       Silence(run);
       if (without != nullptr) run->effort.col(without->v_index).setZero();
     }),
@@ -107,14 +115,14 @@ class GainSearch {
     gain.one = given.error;
     for (const double start : {0.0, -0.5, -1.0}) {
       const TurnedKnob turned =
-          TurnShort(stiff_, as_read_.excerpt(), as_read_.options(), knob, start,
+          TurnShort(model_, as_read_.excerpt(), as_read_.options(), knob, start,
                     kIterations, given);
       if (!(turned.fit.error < gain.best)) continue;
       gain.value = 1.0 + turned.value;
       gain.std_error = turned.std_error;
       gain.best = turned.fit.error;
       // On from there, too: a fit of its own may end elsewhere.
-      gain.none = FitOn(stiff_, as_read_.excerpt().Windows([&](Run* run) {
+      gain.none = FitOn(model_, as_read_.excerpt().Windows([&](Run* run) {
                     knob.change(-1.0, run);
                   }),
                         as_read_.options(), turned.fit)
@@ -125,7 +133,7 @@ class GainSearch {
   }
 
   const AsRead& as_read_;
-  const LooseModel stiff_;
+  LooseModel model_;  // its bodies as given
   std::vector<const Joint*> rest_, idle_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "sysid/checks/equation_error.h"
 #include "sysid/checks/readings/edit_run.h"
@@ -97,13 +98,27 @@ double Jackknife(const std::vector<EquationError>& three) {
   return std::sqrt(std::max(0.0, squares - sum * sum / n) * (n - 1) / n);
 }
 
+// The delays that a model's equations ask for.
 class Search {
  public:
-  Search(const AsRead& as_read, const Excerpt& excerpt)
-      : model_(WithBodies(as_read.lean())),
+  Search(LooseModel model, const AsRead& as_read, const Excerpt& excerpt,
+         const std::vector<Knob>& knobs)
+      : model_(std::move(model)),
         excerpt_(excerpt),
-        widths_(WidthsOf(as_read.input())) {}
+        widths_(WidthsOf(as_read.input())),
+        given_(At(knobs.front(), 0.0).Least()) {
+    for (const Knob& knob : knobs) delays_.push_back(Best(knob));
+  }
 
+  double given() const { return given_; }  // error of what was read
+  const std::vector<Delay>& delays() const { return delays_; }
+  double LeastError() const {
+    double least = given_;
+    for (const Delay& delay : delays_) least = std::min(least, delay.error);
+    return least;
+  }
+
+ private:
   EquationError At(const Knob& knob, double delay) const {
     return EquationError(model_, excerpt_.WideWindows([&](Run* run) {
       if (delay != 0.0) knob.change(delay, run);
@@ -140,11 +155,23 @@ class Search {
     return best;
   }
 
- private:
   const LooseModel model_;
   const Excerpt& excerpt_;
   const EquationError::Widths widths_;
+  const double given_;
+  std::vector<Delay> delays_;
 };
+
+// With springs where they surely are: else they only make up for a part of a
+// delay.
+Search WithSpringsIfAny(const AsRead& as_read, const Excerpt& excerpt,
+                        const std::vector<Knob>& knobs) {
+  constexpr double kSurely = 1.5;  // 1.2 by chance
+  const LooseModel bodies = WithBodies(as_read.lean());
+  Search plain(bodies, as_read, excerpt, knobs);
+  Search sprung(WithSprings(bodies), as_read, excerpt, knobs);
+  return sprung.LeastError() * kSurely < plain.LeastError() ? sprung : plain;
+}
 
 // To whole samples.
 double ValueOf(const Delay& delay) {
@@ -174,11 +201,10 @@ bool FindSkew(const AsRead& as_read, std::vector<Finding>* findings) {
   if (excerpt.empty()) return false;
   std::vector<Knob> knobs;
   FindDelays(input, &knobs);
-  const Search search(as_read, excerpt);
+  const Search search = WithSpringsIfAny(as_read, excerpt, knobs);
   std::vector<Delay> columns;
   double least_of_efforts = INFINITY;
-  for (const Knob& knob : knobs) {
-    const Delay delay = search.Best(knob);
+  for (const Delay& delay : search.delays()) {
     if (!IsSignificant(delay)) continue;
     if (IsColumn(delay)) {
       columns.push_back(delay);
@@ -191,7 +217,7 @@ bool FindSkew(const AsRead& as_read, std::vector<Finding>* findings) {
       columns.begin(), columns.end(),
       [](const Delay& a, const Delay& b) { return a.error < b.error; });
   const Delay& best = columns.front();
-  const double given = search.At(*best.knob, 0.0).Least();
+  const double given = search.given();
   if (std::abs(best.value) < std::max(kLeast, best.knob->least) ||
       given < kGain * best.error || least_of_efforts < kAlike * best.error) {
     return false;
@@ -204,9 +230,9 @@ bool FindSkew(const AsRead& as_read, std::vector<Finding>* findings) {
   if (input.runs.size() == 1) finding.file = input.runs.front()->name;
   finding.subject = best.knob->subject;
   finding.evidence =
-      "as it was read, the efforts that the motion needs miss the recorded "
-      "ones by " +
-      ShortNumber(given / best.error) + " times as much as " + TextOf(best);
+      "the error of the equations of motion, between the efforts that the "
+      "motion needs and those recorded, falls by a factor of " +
+      ShortNumber(given / best.error) + " " + TextOf(best);
   finding.consequence = best.knob->consequence;
   finding.remedies = best.knob->remedies(ValueOf(best));
   for (size_t i = 1;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "models/effects/catalogue.h"
 #include "models/error.h"
@@ -175,33 +176,50 @@ LooseModel WithFriction(const Model& model,
   return loose;
 }
 
-LooseModel WithBodies(const LooseModel& lean) {
+namespace {
+
+void AddSpring(const Joint& joint, LooseModel* loose) {
+  if (joint.type != JointType::kSpherical) {
+    AddFree("spring@" + joint.name, loose);
+  }
+}
+
+void FreeBody(const Joint& joint, LooseModel* loose) {
+  const std::string& link =
+      loose->model.mechanism().links[joint.child_link].name;
+  for (const char* what :
+       {"mass", "com_x", "com_y", "com_z", "inertia_scale"}) {
+    FreeAlso(loose->model, link + "." + what, &loose->free);
+  }
+}
+
+// With what is added for each joint that moves.
+LooseModel With(
+    const LooseModel& lean,
+    const std::function<void(const Joint& joint, LooseModel* loose)>& add) {
   LooseModel loose = lean;
   for (const Joint& joint : lean.model.mechanism().joints) {
-    if (joint.type == JointType::kFixed) continue;
-    const std::string& link =
-        lean.model.mechanism().links[joint.child_link].name;
-    for (const char* what :
-         {"mass", "com_x", "com_y", "com_z", "inertia_scale"}) {
-      FreeAlso(loose.model, link + "." + what, &loose.free);
-    }
+    if (joint.type != JointType::kFixed) add(joint, &loose);
   }
   return loose;
 }
 
+}  // namespace
+
+LooseModel WithBodies(const LooseModel& lean) { return With(lean, FreeBody); }
+
+LooseModel WithSprings(const LooseModel& lean) { return With(lean, AddSpring); }
+
 LooseModel WithEverything(const LooseModel& lean) {
-  LooseModel loose = WithBodies(lean);
-  for (const Joint& joint : lean.model.mechanism().joints) {
-    if (joint.type == JointType::kFixed ||
-        joint.type == JointType::kSpherical) {
-      continue;
+  return With(lean, [](const Joint& joint, LooseModel* loose) {
+    AddSpring(joint, loose);
+    if (joint.type != JointType::kSpherical) {
+      AddFree("sensor_offset@" + joint.name, loose);
+      AddFree("armature@" + joint.name, loose);
+      AddFree("quadratic_drag@" + joint.name, loose);
     }
-    AddFree("spring@" + joint.name, &loose);
-    AddFree("sensor_offset@" + joint.name, &loose);
-    AddFree("armature@" + joint.name, &loose);
-    AddFree("quadratic_drag@" + joint.name, &loose);
-  }
-  return loose;
+    FreeBody(joint, loose);
+  });
 }
 
 }  // namespace sysid

@@ -61,6 +61,9 @@ LooseModel WithFriction(const Model& model,
 // The same with the mass, centre and inertia of every link free too.
 LooseModel WithBodies(const LooseModel& lean);
 
+// The same with a spring on every hinge and slide.
+LooseModel WithSprings(const LooseModel& lean);
+
 // And with a spring, the zero, an armature and a drag of every joint: all that
 // a rigid body could be.
 LooseModel WithEverything(const LooseModel& lean);

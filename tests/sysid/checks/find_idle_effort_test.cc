@@ -65,6 +65,16 @@ TEST(FindIdleEffortTest, OneThatIsTheMotionsIsNot) {
   EXPECT_THAT(IdleEfforts(DrivenPendulum(1)), IsEmpty());
 }
 
+// Which makes the motion another in which the effort hardly counts.
+TEST(FindIdleEffortTest, OneBesideAStrongSpringIsNot) {
+  SimulatedRecording recording = DrivenPendulum(1);
+  constexpr double kStiffness = 20.0;  // N m/rad
+  sysid::Run& run = recording.run();
+  // What a spring does, the recorded effort does not say.
+  run.effort.col(0) += kStiffness * run.channels[0].values.col(0);
+  EXPECT_THAT(IdleEfforts(recording), IsEmpty());
+}
+
 // The model does better without it, but best with a part of it.
 TEST(FindIdleEffortTest, OneThatIsTooLargeIsNot) {
   for (const double factor : {2.5, 5.0, 100.0}) {

@@ -82,6 +82,22 @@ TEST(FindSkewTest, AColumnThatIsLateIsNamed) {
   }
 }
 
+// A spring that the model lacks, so strong that no delay shows beside it.
+TEST(FindSkewTest, AColumnThatIsLateIsNamedBesideAStrongSpring) {
+  constexpr double kStiffness = 30.0;  // N m/rad
+  for (const double late : {0.0, 0.02}) {
+    SCOPED_TRACE(late);
+    SimulatedRecording recording = Cogging(1);
+    sysid::Run& run = recording.run();
+    for (int j = 0; j < 2; ++j) {
+      const Channel* q = ChannelOf(&run, ChannelKind::kPosition, j);
+      run.effort.col(j) += kStiffness * q->values.col(0);
+    }
+    if (late != 0.0) Delay({"joint2.q"}, late, &recording);
+    EXPECT_EQ(Skews(recording).size(), late == 0.0 ? 0u : 1u);
+  }
+}
+
 TEST(FindSkewTest, ColumnsInStepAreNot) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE(seed);
