@@ -16,7 +16,6 @@ namespace {
 // to a half by chance. A small gain that is positive may be a body's that is
 // too light.
 constexpr double kLeastGain = -0.6, kMostGain = 0.3;
-constexpr double kSignificance = 4.0;  // standard errors, from a gain of one
 // With that gain, than with a gain of one. Planted ones made 1.09 and more.
 constexpr double kBetter = 1.05;
 // With that gain, than without: two efforts that are alike to a half by chance

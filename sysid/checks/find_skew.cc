@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "sysid/checks/equation_error.h"
+#include "sysid/checks/knobs.h"
 #include "sysid/checks/readings/edit_run.h"
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/shipped_checks.h"
