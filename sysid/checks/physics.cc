@@ -139,13 +139,11 @@ double CheckPhysics(const CheckInput& input, std::vector<Finding>* findings) {
   const double most = knobs.empty() ? INFINITY : knobs[0].error_left;
   if (singles.Find(FindReading, most, findings) || is_rough) return error;
   if (singles.Find(FindKnob, most, findings)) return error;
-  if (!as_read.CouldBeModel() && FindIdleEffort(as_read, findings)) {
-    return error;
+  if (!as_read.CouldBeModel()) {
+    if (FindIdleEffort(as_read, findings)) return error;
+    if (knobs.empty() && FindSkew(as_read, findings)) return error;
   }
   findings->insert(findings->end(), knobs.begin(), knobs.end());
-  if (knobs.empty() && !as_read.CouldBeModel() && FindSkew(as_read, findings)) {
-    return error;
-  }
   if (knobs.empty() && std::isinf(error)) findings->push_back(Diverges(input));
   return error;
 }
