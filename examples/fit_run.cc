@@ -44,7 +44,7 @@ int main() {
     EstimationOptions options;
     options.threads = 2;
     ShootingProblem problem(model, free, std::move(runs), options);
-    const Fit fit = FitLevenbergMarquardt(&problem);
+    const Fit fit = FitLevenbergMarquardt(problem);
 
     for (const ParameterEstimate& p : fit.parameters) {
       std::printf("%s = %.5f %s, from %.5f to %.5f with 95 %%\n",

@@ -73,7 +73,7 @@ int main() {
     EstimationOptions options;
     options.threads = 2;
     ShootingProblem problem(model, free, std::move(runs), options);
-    const Fit fit = FitLevenbergMarquardt(&problem);
+    const Fit fit = FitLevenbergMarquardt(problem);
 
     for (const ParameterEstimate& p : fit.parameters) {
       std::printf("%s = %.5f +- %.5f %s (95 %%)\n", p.name.c_str(), p.value,

@@ -29,6 +29,8 @@ struct RolloutOptions {
   double step = 0.0;
   // What is wanted; PathOf() says what runs.
   LinearizationPath linearization = LinearizationPath::kStructured;
+
+  bool operator==(const RolloutOptions&) const = default;
 };
 
 // How segments of a model are differentiated with these options.

@@ -131,8 +131,8 @@ int Main() {
   if (!FLAGS_out.empty()) {
     PageSource source = PageFromFlags("sysid_diagnose", session);
     if (FLAGS_auto) source.command += " --auto";
-    source.train = diagnosis.base.problem.get();
-    source.holdout = &problem.holdout;
+    source.train = problem.train.get();
+    source.holdout = problem.holdout.get();
     files.Write(
         [&] { WriteOutputs(source, problem, diagnosis, fitted, json); });
   }

@@ -15,6 +15,7 @@
 #include "sysid/report/mixture_report.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
+#include "sysid/session/solvers.h"
 #include "tools/fit_flags.h"
 #include "tools/interrupt.h"
 #include "tools/program.h"
@@ -83,8 +84,9 @@ PageFit Show(const Session& session, const ShootingProblem& problem,
 std::string WriteOutputs(const PageFit& fit) {
   std::vector<std::string> names = WriteModelFiles(fit);
   PageSource source = PageFromFlags("sysid_fit", *fit.session);
-  source.train = fit.problem;
-  source.holdout = &fit.session->holdout;
+  source.train = &fit.problem->data();
+  source.holdout =
+      fit.holdout == nullptr ? nullptr : &fit.holdout->problem->data();
   if (WriteReport([&] { return FitPage(source, fit); })) {
     names.push_back("report.html");
   }
@@ -144,15 +146,15 @@ int Main() {
   Session session = OpenSession(request, catalogue);
   CheckSolverFlags(session.solver);
   CheckSampling(session.solver);
-  const AdamFitOptions adam = AdamOptionsFromFlags();
-  const MixtureOptions gmm = MixtureOptionsFromFlags();
-  if (session.solver == "gmm") CheckMixtureSize(session, gmm);
+  const Solver& solver = FindSolver(session.solver);
+  const SolverOptions how{AdamOptionsFromFlags(), MixtureOptionsFromFlags()};
+  if (session.solver == "gmm") CheckMixtureSize(session, how.mixture);
   CheckSampleSize(session);
   CheckOutputs(request, session);
   const Interrupt interrupt("the best point so far", WritesFiles());
   session.options.stop = interrupt.token();
   CheckSession(&session);
-  if (session.solver != "lm") {
+  if (solver.stochastic) {
     const std::vector<std::string> moved = MovedStarts(session);
     session.notices.insert(session.notices.end(), moved.begin(), moved.end());
   }
@@ -162,19 +164,19 @@ int Main() {
   session.options.progress = [&](const Progress& p) { line.Show(p); };
   // The trial is by Levenberg-Marquardt; the others start where they are told.
   const std::optional<AddedEffects> added =
-      session.solver == "lm" ? TryAddedEffects(catalogue, &session)
-                             : std::nullopt;
-  ShootingProblem problem(session.model, session.free, session.runs,
-                          session.options);
-  std::optional<MixtureFit> mixture;
-  if (session.solver == "gmm") mixture = FitGaussianMixture(&problem, gmm);
-  const Fit fit = mixture                    ? mixture->fit
-                  : session.solver == "adam" ? FitAdam(&problem, adam)
-                                             : FitLevenbergMarquardt(&problem);
+      solver.stochastic ? std::nullopt : TryAddedEffects(catalogue, &session);
+  const ShootingProblem problem(session.model, session.free, session.runs,
+                                session.options);
+  const Solved solved = solver.solve(problem, how);
+  const Fit& fit = solved.fit;
+  const std::optional<MixtureFit>& mixture = solved.mixture;
+  std::shared_ptr<const DataSet> held_out;
   std::optional<Holdout> holdout;
   if (!session.holdout.empty()) {
-    holdout =
-        PredictHoldout(fit.model, session.holdout, problem, fit.segment_s);
+    held_out = MakeDataSetLike(session.model, session.holdout, session.options,
+                               problem.data());
+    holdout = PredictHoldout(OpenHoldout(fit.model, held_out, session.options,
+                                         fit.point.rollout, fit.segment_s));
   }
   line.Clear();
   const Holdout* held = holdout ? &*holdout : nullptr;

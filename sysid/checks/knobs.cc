@@ -5,25 +5,18 @@
 #include <cmath>
 #include <limits>
 
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/linearization.h"
 
 namespace sysid {
 namespace {
 
-ShootingStage::Options StageOptions() {
-  ShootingStage::Options options;
-  options.defect = std::numeric_limits<double>::infinity();
-  options.quiet = true;
-  return options;
-}
-
 // Residuals of every segment, in order; empty where the dynamics fail.
 std::vector<RunLinearization> LinearizeAt(const ShootingProblem& problem,
-                                          const ShootingPoint& at) {
-  ShootingPoint point = at;
-  const ShootingStage stage(problem, StageOptions(), &point);
+                                          const Solution& at) {
   std::vector<RunLinearization> runs;
-  if (!stage.Linearize(&runs)) runs.clear();
+  const LinearizationOptions options{
+      .defect = std::numeric_limits<double>::infinity(), .triangular = false};
+  if (!Linearize(problem, at, options, &runs)) runs.clear();
   return runs;
 }
 
@@ -39,12 +32,13 @@ std::vector<KnobScore> ScoreKnobs(const LooseModel& model, const QuickFit& fit,
   // The change of the residuals by each knob, per run and segment.
   std::vector<std::vector<RunLinearization>> moved(knobs.size());
   for (size_t i = 0; i < knobs.size(); ++i) {
-    ShootingProblem problem(model.model, model.free,
-                            excerpt.Windows([&](Run* run) {
-                              knobs[i].change(knobs[i].probe, run);
-                            }),
-                            fit.problem->options());
-    problem.UseNoiseOf(*fit.problem);
+    const ShootingProblem problem(
+        model.model, model.free,
+        MakeDataSetLike(model.model, excerpt.Windows([&](Run* run) {
+          knobs[i].change(knobs[i].probe, run);
+        }),
+                        fit.problem->options(), fit.problem->data()),
+        fit.problem->options());
     moved[i] = LinearizeAt(problem, fit.point);
   }
   const int n_theta = fit.problem->map().size();

@@ -11,12 +11,13 @@
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/state_weights.h"
 
 namespace sysid {
 namespace {
 
 void Stage(const ShootingProblem& problem, double tolerance, int most,
-           ShootingPoint* point) {
+           Solution* point) {
   ShootingStage::Options options;
   options.defect = std::numeric_limits<double>::infinity();
   options.twist_hold = kHeldSpin;
@@ -70,15 +71,18 @@ std::shared_ptr<ShootingProblem> ProblemOf(const LooseModel& model,
   quick.loss = RobustLoss::kNone;
   quick.segment = 0.0;
   quick.progress = nullptr;
-  auto problem = std::make_shared<ShootingProblem>(model.model, model.free,
-                                                   std::move(windows), quick);
-  if (like != nullptr) problem->UseNoiseOf(*like->problem);
-  return problem;
+  return std::make_shared<ShootingProblem>(
+      model.model, model.free,
+      like == nullptr
+          ? MakeDataSet(model.model, std::move(windows), quick)
+          : MakeDataSetLike(model.model, std::move(windows), quick,
+                            like->problem->data()),
+      quick);
 }
 
 // What was fitted, judged where it ended.
 QuickFit Judged(const std::shared_ptr<const ShootingProblem>& made,
-                const ShootingPoint& point) {
+                const Solution& point) {
   const ShootingProblem& problem = *made;
   QuickFit fit;
   fit.problem = made;
@@ -108,7 +112,7 @@ QuickFit FitShort(const LooseModel& model, std::vector<Run> windows,
                   const EstimationOptions& options, int iterations,
                   const QuickFit* like) {
   const auto problem = ProblemOf(model, std::move(windows), options, like);
-  ShootingPoint point = CutPoint(*problem, problem->InitialTheta(),
+  Solution point = CutPoint(*problem, problem->InitialTheta(),
                                  AllStatesFromData(*problem), kShortSegment);
   Stage(*problem, 1e-3, iterations, &point);
   return Judged(problem, point);
@@ -122,12 +126,12 @@ QuickFit FitLong(const QuickFit& from) {
   }
   // Longer and longer: from the states of short segments a chaotic motion finds
   // its way, from those of the data it does not.
-  ShootingPoint point = from.point;
+  Solution point = from.point;
   for (double length = 2 * kShortSegment; length < 0.7 * longest; length *= 2) {
-    Recut(problem, length, &point);
+    point = Recut(problem, point, length);
     Stage(problem, 1e-3, 10, &point);
   }
-  Recut(problem, 1e9, &point);
+  point = Recut(problem, point, 1e9);
   Stage(problem, 1e-4, 25, &point);
   return Judged(from.problem, point);
 }
@@ -141,7 +145,7 @@ QuickFit FitQuickly(const LooseModel& model, std::vector<Run> windows,
 QuickFit FitOn(const LooseModel& model, std::vector<Run> windows,
                const EstimationOptions& options, const QuickFit& like) {
   const auto problem = ProblemOf(model, std::move(windows), options, &like);
-  ShootingPoint point = like.point;
+  Solution point = like.point;
   Stage(*problem, 1e-4, 10, &point);
   return Judged(problem, point);
 }

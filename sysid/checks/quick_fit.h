@@ -26,7 +26,7 @@ struct QuickFit {
   double dof = 1.0;
   std::vector<double> windows;  // the error of each, uncorrected
   double correlation = 1.0;  // autocorrelation time of the residuals, samples
-  ShootingPoint point;
+  Solution point;
   std::vector<double> values;                      // of the free parameters
   std::shared_ptr<const ShootingProblem> problem;  // of the windows
 };

@@ -93,15 +93,35 @@ class Batch {
     }
   }
 
-  void AddForces(const LinearizedFit::Segment& at,
-                 ParameterForces* forces) const {
+  // Writes the derivatives of a segment's errors, SI, into its columns of
+  // `out`. False where the dynamics fail.
+  bool Evaluate(const LinearizedFit& fit, const LinearizedFit::Segment& at,
+                RowMatrixXd* out) {
+    const SegmentRollout rollout(&model_, &*map_, &at.rollout->measurements(),
+                                 at.rollout->first(), at.rollout->last(),
+                                 at.rollout->options());
+    Eigen::VectorXd errors(rollout.num_residuals());
+    std::vector<double> x_end(model_.state_size());
     if (secant_ != 0.0) {
-      AddSecantForces(model_, *map_, theta_, 0, secant_, *at.rollout,
-                      at.tangent, columns_.front(), forces);
-      return;
+      Eigen::VectorXd moved = theta_;
+      moved[0] += secant_;
+      if (!rollout(fit.StateOf(at), moved.data(), errors.data(),
+                   x_end.data())) {
+        return false;
+      }
+      out->col(columns_.front()) = (errors - at.errors) / secant_;
+      return true;
     }
-    AddParameterForces(model_, *map_, theta_, *at.rollout, at.tangent, columns_,
-                       forces);
+    RowMatrixXd J, J_end;
+    std::unique_ptr<SegmentScratch> scratch = pool_.Take();
+    const bool ok = rollout.LinearizeByTheta(
+        fit.StateOf(at), theta_.data(), errors.data(), x_end.data(), &J, &J_end,
+        scratch.get());
+    pool_.Give(std::move(scratch));
+    for (size_t c = 0; ok && c < columns_.size(); ++c) {
+      out->col(columns_[c]) = J.col(c);
+    }
+    return ok;
   }
 
  private:
@@ -135,62 +155,36 @@ class Batch {
   double secant_ = 0.0;
   std::optional<ParameterMap> map_;  // points to the model
   Eigen::VectorXd theta_;
+  ScratchPool pool_;
 };
 
-// The forces of all candidates along any segment.
-class CandidateForces {
- public:
-  CandidateForces(const Model& fitted, const std::vector<Candidate>& candidates)
-      : candidates_(candidates) {
-    for (const Candidate& candidate : candidates) {
-      for (size_t s = 0; s < candidate.sets.size(); ++s) {
-        const int set = static_cast<int>(s);
-        if (!ActsByEffortAlone(candidate, set)) TakeIn(fitted, candidate, set);
-      }
-    }
-    for (const auto& batch : batches_) batch->Close();
-  }
-
-  void AddTo(const LinearizedFit::Segment& at, ParameterForces* forces) const {
-    for (const auto& batch : batches_) batch->AddForces(at, forces);
-    for (const Candidate& candidate : candidates_) {
-      for (size_t s = 0; s < candidate.sets.size(); ++s) {
-        if (!ActsByEffortAlone(candidate, static_cast<int>(s))) continue;
-        int column = candidate.first[s];
-        for (Probe probe : candidate.sets[s]) {
-          probe.at = candidate.At(probe);
-          AddEffortForces(candidate.model, *candidate.effect, probe, at.tangent,
-                          column++, forces);
-        }
-      }
-    }
-  }
-
- private:
-  static bool ActsByEffortAlone(const Candidate& candidate, int set) {
-    return candidate.effect->hooks() == kEffortHook &&
-           candidate.corrected.empty() && Secant(candidate.sets[set]) == 0.0;
-  }
-
-  void TakeIn(const Model& fitted, const Candidate& candidate, int set) {
-    for (const auto& batch : batches_) {
+// Every set of every candidate in as few batches as can be.
+std::vector<std::unique_ptr<Batch>> MakeBatches(
+    const Model& fitted, const std::vector<Candidate>& candidates) {
+  std::vector<std::unique_ptr<Batch>> batches;
+  const auto take_in = [&](const Candidate& candidate, int set) {
+    for (const auto& batch : batches) {
       if (batch->TakeIn(candidate, set)) return;
     }
-    batches_.push_back(std::make_unique<Batch>(fitted));
-    CHECK(batches_.back()->TakeIn(candidate, set)) << candidate.effect->name();
+    batches.push_back(std::make_unique<Batch>(fitted));
+    CHECK(batches.back()->TakeIn(candidate, set)) << candidate.effect->name();
+  };
+  for (const Candidate& candidate : candidates) {
+    for (size_t s = 0; s < candidate.sets.size(); ++s) {
+      take_in(candidate, static_cast<int>(s));
+    }
   }
-
-  const std::vector<Candidate>& candidates_;
-  std::vector<std::unique_ptr<Batch>> batches_;
-};
+  for (const auto& batch : batches) batch->Close();
+  return batches;
+}
 
 // The whitened errors of each segment from its state, by rolling out with finer
 // steps; false where the dynamics fail.
 bool RollOut(const LinearizedFit& fit, const Model& model,
              std::vector<Eigen::VectorXd>* errors) {
   const ShootingProblem& problem = fit.problem();
-  RolloutOptions options = problem.options().rollout;
-  const double longest = problem.MedianSamplePeriod() / kSecantSteps;
+  RolloutOptions options = fit.point().rollout;
+  const double longest = problem.data().MedianSamplePeriod() / kSecantSteps;
   options.step = options.step > 0 ? std::min(options.step, longest) : longest;
   const ParameterMap nothing(model, {});
   const auto& segments = fit.segments();
@@ -205,13 +199,11 @@ bool RollOut(const LinearizedFit& fit, const Model& model,
         Eigen::VectorXd& out = (*errors)[s];
         out.resize(rollout.num_residuals());
         std::vector<double> x_end(model.state_size());
-        const RowMatrixXd& states = fit.point().runs[at.run].states;
-        if (!rollout(states.row(at.index).data(),
-                     static_cast<const double*>(nullptr), out.data(),
+        if (!rollout(fit.StateOf(at), static_cast<const double*>(nullptr), out.data(),
                      x_end.data())) {
           return false;
         }
-        out = out.cwiseProduct(at.weight);
+        MakeWhitening(problem, at.run, *at.rollout).Apply(out.data(), {});
         return out.allFinite();
       });
 }
@@ -315,14 +307,15 @@ std::vector<Eigen::MatrixXd> RespondToCandidates(
   }
   const auto& segments = fit.segments();
   std::vector<Eigen::MatrixXd> responses(segments.size());
-  const CandidateForces acting(fitted, candidates);
+  const std::vector<std::unique_ptr<Batch>> batches =
+      MakeBatches(fitted, candidates);
   ParallelFor(
       static_cast<int>(segments.size()), fit.problem().options().threads,
       fit.problem().options().stop, [&](int s) {
         const LinearizedFit::Segment& at = *segments[s];
-        ParameterForces forces = ParameterForces::Zero(*at.rollout, total);
-        acting.AddTo(at, &forces);
-        responses[s] = fit.Respond(at, forces);
+        RowMatrixXd columns = RowMatrixXd::Zero(at.rows(), total);
+        for (const auto& batch : batches) batch->Evaluate(fit, at, &columns);
+        responses[s] = fit.Whiten(at, std::move(columns));
         return true;
       });
   UseSecants(fit, fitted, candidates, &responses);

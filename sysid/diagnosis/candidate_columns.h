@@ -60,8 +60,8 @@ std::vector<Candidate> MakeCandidates(
     const std::vector<std::shared_ptr<const Effect>>& effects,
     const std::set<std::string>& taken);
 
-// Rows x columns for each segment, whitened: by the forces (7.2), or where a
-// law is far from linear over the change that matters, by secants.
+// Rows x columns for each segment, whitened: exact derivatives, or where a law
+// is far from linear over the change that matters, secants.
 std::vector<Eigen::MatrixXd> RespondToCandidates(
     const LinearizedFit& fit, const Model& fitted,
     const std::vector<Candidate>& candidates);

@@ -24,18 +24,18 @@ struct Stretch {
 
 // Empty where the dynamics fail.
 std::vector<Stretch> RollOut(const ShootingProblem& problem,
-                             const ShootingPoint& point) {
+                             const Solution& point) {
   const std::vector<SegmentPlace> places = AllSegments(point);
   std::vector<Stretch> stretches(places.size());
   const bool valid = ParallelFor(
       static_cast<int>(places.size()), problem.options().threads, [&](int i) {
-        const ShootingPoint::Nodes& nodes = point.runs[places[i].run];
+        const Solution::Nodes& nodes = point.runs[places[i].run];
         const int k = places[i].segment;
         stretches[i].run = places[i].run;
         stretches[i].rollout = std::make_unique<SegmentRollout>(
             &problem.model(), &problem.map(),
             &problem.runs()[places[i].run]->measurements, nodes.samples[k],
-            nodes.samples[k + 1], problem.options().rollout);
+            nodes.samples[k + 1], point.rollout);
         return LinearizeAlong(*stretches[i].rollout, nodes.states.row(k).data(),
                               point.theta.data(), &stretches[i].tangent);
       });

@@ -86,7 +86,7 @@ Screening Search::Screen(const Judgement& judgement) const {
   }
   // Parameters that ran away for want of an effect are no place to look from:
   // from where they started.
-  const Fit start = StatesAtStart(judgement.problem.get(), judgement.fit.point);
+  const Fit start = StatesAtStart(*judgement.problem, judgement.fit.point);
   const LinearizedFit linearized(*judgement.problem, start.point);
   if (!linearized.Valid()) return {};
   return ScreenEffects(linearized, start.model, candidates_, problem_.known);
@@ -273,7 +273,7 @@ std::optional<Judgement> Search::Lengthen(const Judgement& now) const {
   constexpr double kGrowth = 4.0;
   constexpr double kRegular = 0.6;  // of the longest that is chosen
   const double length = now.fit.segment_s;
-  const double longest = now.problem->LongestDuration();
+  const double longest = now.problem->data().LongestDuration();
   if (problem_.options.segment > 0 || !now.fit.converged ||
       length < kRegular * kLongestLength || length > 0.9 * longest) {
     return std::nullopt;

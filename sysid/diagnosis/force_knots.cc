@@ -33,8 +33,8 @@ double Middle(const Run& run, int k) { return 0.5 * (run.t[k] + run.t[k + 1]); }
 std::vector<ForceKnots> PlaceKnots(const LinearizedFit& fit) {
   const ShootingProblem& problem = fit.problem();
   const double spacing =
-      std::max({kSamplesPerKnot * problem.MedianSamplePeriod(),
-                problem.LongestDuration() / kMostKnots,
+      std::max({kSamplesPerKnot * problem.data().MedianSamplePeriod(),
+                problem.data().LongestDuration() / kMostKnots,
                 LongestSegment(fit) * problem.model().nv() / kMostColumns});
   std::vector<ForceKnots> all;
   for (const auto& data : problem.runs()) {

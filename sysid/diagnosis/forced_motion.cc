@@ -11,15 +11,16 @@ namespace {
 using Eigen::VectorXd;
 
 // The force over each interval of a segment, and what the parameters change.
-ParameterForces ForcesOf(const LinearizedFit& fit,
-                         const LinearizedFit::Segment& segment,
+ParameterForces ForcesOf(const ForceResponse& response, int s,
                          const ForceKnots& knots, const RowMatrixXd& values,
                          const VectorXd& dtheta) {
+  const LinearizedFit& fit = response.fit();
+  const LinearizedFit::Segment& segment = *fit.segments()[s];
   const ShootingProblem& problem = fit.problem();
   const Run& run = problem.runs()[segment.run]->run;
   const ParameterForces by_theta =
       ForcesOfParameters(problem.model(), problem.map(), fit.point().theta,
-                         *segment.rollout, segment.tangent);
+                         *segment.rollout, response.tangent(s));
   ParameterForces forces = ParameterForces::Zero(*segment.rollout, 1);
   forces.direct = by_theta.direct * dtheta;
   for (size_t i = 0; i < forces.f.size(); ++i) {
@@ -34,16 +35,16 @@ ParameterForces ForcesOf(const LinearizedFit& fit,
   return forces;
 }
 
-ForcedMotion MoveSegment(const LinearizedFit& fit,
-                         const LinearizedFit::Segment& segment,
+ForcedMotion MoveSegment(const ForceResponse& response, int s,
                          const ParameterForces& forces) {
+  const LinearizedFit& fit = response.fit();
+  const LinearizedFit::Segment& segment = *fit.segments()[s];
   const Model& model = fit.problem().model();
-  const SegmentTangent& tangent = segment.tangent;
+  const SegmentTangent& tangent = response.tangent(s);
   const Run& run = fit.problem().runs()[segment.run]->run;
   const int nv = model.nv();
-  const VectorXd errors = segment.weight.asDiagonal() * tangent.r;
-  VectorXd dx =
-      fit.StateAgainst(segment, errors + fit.Respond(segment, forces).col(0));
+  VectorXd dx = fit.StateAgainst(
+      segment, segment.whitened + response.Respond(s, forces).col(0));
   ForcedMotion motion{tangent.middle, tangent.acceleration};
   for (int i = 0; i < tangent.middle.rows(); ++i) {
     const int k = segment.rollout->first() + i;
@@ -60,22 +61,23 @@ ForcedMotion MoveSegment(const LinearizedFit& fit,
 
 }  // namespace
 
-std::vector<ForcedMotion> MoveWith(const LinearizedFit& fit,
+std::vector<ForcedMotion> MoveWith(const ForceResponse& response,
                                    const std::vector<ForceKnots>& knots,
                                    const SmoothForce& force) {
   std::vector<RowMatrixXd> values;
   for (size_t r = 0; r < knots.size(); ++r) {
     values.push_back(force.Values(static_cast<int>(r)));
   }
+  const LinearizedFit& fit = response.fit();
   const auto& segments = fit.segments();
   std::vector<ForcedMotion> motions(segments.size());
   ParallelFor(static_cast<int>(segments.size()),
               fit.problem().options().threads, [&](int s) {
-                const LinearizedFit::Segment& segment = *segments[s];
+                const int run = segments[s]->run;
                 motions[s] = MoveSegment(
-                    fit, segment,
-                    ForcesOf(fit, segment, knots[segment.run],
-                             values[segment.run], force.ParameterChange()));
+                    response, s,
+                    ForcesOf(response, s, knots[run], values[run],
+                             force.ParameterChange()));
                 return true;
               });
   return motions;

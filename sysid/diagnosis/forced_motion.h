@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "sysid/diagnosis/force_knots.h"
+#include "sysid/diagnosis/force_response.h"
 #include "sysid/diagnosis/smooth_force.h"
 
 namespace sysid {
@@ -16,7 +17,7 @@ struct ForcedMotion {
 
 // Of every segment: (7.1) with the forces, the parameters that go with them,
 // and the states that suit both.
-std::vector<ForcedMotion> MoveWith(const LinearizedFit& fit,
+std::vector<ForcedMotion> MoveWith(const ForceResponse& response,
                                    const std::vector<ForceKnots>& knots,
                                    const SmoothForce& force);
 

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/state_weights.h"
 #include "sysid/estimation/step_size.h"
 
 namespace sysid {
@@ -98,13 +100,18 @@ bool ThetaAt(const ShootingProblem& problem,
          problem.map().FirstImpossibleLink(theta->data()).empty();
 }
 
-std::unique_ptr<ShootingProblem> MakeProblem(
-    const DiagnosisProblem& problem, const Model& model,
-    const std::vector<FreeParameter>& free, const EstimationOptions& options) {
-  auto made =
-      std::make_unique<ShootingProblem>(model, free, problem.train, options);
-  if (problem.noise) made->UseNoiseOf(*problem.noise);
-  return made;
+std::shared_ptr<const ShootingProblem> MakeProblem(
+    const DiagnosisProblem& problem, const Extended& extended,
+    const EstimationOptions& options) {
+  return std::make_shared<const ShootingProblem>(extended.model, extended.free,
+                                                 problem.train, options);
+}
+
+Holdout OpenHoldoutOf(const DiagnosisProblem& problem,
+                      const Judgement& judgement) {
+  return OpenHoldout(judgement.fit.model, problem.holdout,
+                     judgement.problem->options(), judgement.fit.point.rollout,
+                     judgement.fit.segment_s);
 }
 
 void SetIndependent(Judgement* judgement) {
@@ -119,14 +126,13 @@ void Judge(const DiagnosisProblem& problem, const Judgement* before,
   // Where the fitted runs are predicted so much better the start was bad; near
   // the noise, where little decides, a little is much.
   constexpr double kFar = 2.0, kFarDoubt = 1.5, kNearDoubt = 1.1;
-  const auto judge = [&](const ShootingPoint* start) {
+  const auto judge = [&](const Solution* start) {
     Holdout holdout =
-        JudgeHoldout(judgement->fit.model, problem.holdout, *judgement->problem,
-                     judgement->fit.segment_s, start);
+        EvaluateHoldout(OpenHoldoutOf(problem, *judgement), start);
     judgement->holdout = std::move(holdout.errors);
     judgement->holdout_point = std::move(holdout.point);
   };
-  if (!problem.holdout.empty()) {
+  if (problem.holdout != nullptr) {
     const double train = judgement->train_error();
     const bool warm = before != nullptr &&
                       before->fit.segment_s == judgement->fit.segment_s &&
@@ -177,7 +183,7 @@ Judgement SameModel(const DiagnosisProblem& problem, const Judgement& before) {
   Judgement after(extended.model);
   after.added = before.added;
   after.idle = before.idle;
-  after.problem = MakeProblem(problem, extended.model, extended.free,
+  after.problem = MakeProblem(problem, extended,
                               Coarse(problem.options, before.train_error()));
   return after;
 }
@@ -192,27 +198,20 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
   Judgement after(extended.model);
   after.added = std::move(effects);
   after.idle = std::move(idle);
-  after.problem = MakeProblem(problem, extended.model, extended.free, options);
-  ShootingPoint best;
+  after.problem = MakeProblem(problem, extended, options);
+  Solution best;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& values : starts) {
-    ShootingPoint start = before.fit.point;
+    Solution start = before.fit.point;
     if (!ThetaAt(*after.problem, values, &start.theta)) continue;
     if (options.rollout.step <= 0) {
       // Each with a step that can follow it.
-      after.problem->mutable_options()->rollout.step =
-          ChooseStep(*after.problem, start, kStableError);
+      start.rollout.step = ChooseStep(*after.problem, start, kStableError);
     }
     // The states first: they were those of the model before.
-    ShootingStage::Options alone;
-    alone.defect = std::numeric_limits<double>::infinity();
-    alone.fix_theta = true;
-    alone.twist_hold = kHeldSpin;
-    alone.max_iterations = 5;
-    alone.function_tolerance = 1e-3;
-    std::vector<HistoryEntry> history;
-    ShootingStage(*after.problem, alone, &start)
-        .Solve("starts", Now(), &history);
+    start = SolveStates(
+        *after.problem, std::move(start),
+        {.twist_hold = kHeldSpin, .max_iterations = 5, .tolerance = 1e-3});
     const double squares = EvaluateErrors(*after.problem, start, 0.0).squares;
     if (best.runs.empty() || squares < least) {
       least = squares;
@@ -223,18 +222,19 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
     best = before.fit.point;
     best.theta = after.problem->InitialTheta();
   }
-  after.problem->mutable_options()->rollout.step = options.rollout.step;
-  after.fit = RefitIndependentSegments(after.problem.get(), best);
+  best.rollout = options.rollout;
+  after.fit = RefitIndependentSegments(*after.problem, best);
   if (IsDoubtful(before.fit) &&
       (HasBound(after.fit) || after.train_error() > before.train_error())) {
     // By segments that grow, then.
     const Extended afresh =
         Extend(problem, after.added, after.idle, HeldValues(after));
-    auto staged = MakeProblem(problem, afresh.model, afresh.free, options);
-    staged->mutable_options()->segment = before.fit.segment_s;
-    Fit fit = FitIndependentSegments(staged.get());
+    EstimationOptions alike = options;
+    alike.segment = before.fit.segment_s;
+    const auto staged = MakeProblem(problem, afresh, alike);
+    Fit fit = FitIndependentSegments(*staged);
     if (fit.train.squares < after.fit.train.squares) {
-      after.problem = std::move(staged);
+      after.problem = staged;
       after.fit = std::move(fit);
     }
   }
@@ -252,17 +252,29 @@ EstimationOptions Coarse(EstimationOptions options, double error) {
   return options;
 }
 
+void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
+                               std::vector<Run> holdout_runs) {
+  train = MakeDataSet(model, std::move(train_runs), options);
+  if (holdout_runs.empty()) {
+    holdout = nullptr;
+  } else {
+    holdout =
+        MakeDataSetLike(model, std::move(holdout_runs), options, *train);
+  }
+}
+
 Judgement JudgeBase(const DiagnosisProblem& problem) {
   Judgement base(problem.model);
-  base.problem =
-      MakeProblem(problem, problem.model, problem.free, problem.options);
-  base.fit = FitIndependentSegments(base.problem.get());
+  base.problem = std::make_shared<const ShootingProblem>(
+      problem.model, problem.free, problem.train, problem.options);
+  base.fit = FitIndependentSegments(*base.problem);
   if (base.fit.converged) {
     // Once more, as every other model will be: a refit holds the spins that no
     // sensor sees to where the last fit left them.
     const std::vector<HistoryEntry> history = base.fit.history;
-    *base.problem->mutable_options() = problem.options;
-    base.fit = RefitIndependentSegments(base.problem.get(), base.fit.point);
+    Solution start = base.fit.point;
+    start.rollout = problem.options.rollout;
+    base.fit = RefitIndependentSegments(*base.problem, start);
     base.fit.history = history;
   }
   Judge(problem, nullptr, &base);
@@ -319,14 +331,10 @@ Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
 Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
                       double segment_s) {
   Judgement after = SameModel(problem, before);
-  ShootingPoint point = before.fit.point;
-  // The step that served before, for rolling out to the new cuts.
-  const double step = after.problem->options().rollout.step;
-  after.problem->mutable_options()->rollout.step =
-      before.problem->options().rollout.step;
-  Recut(*after.problem, segment_s, &point);
-  after.problem->mutable_options()->rollout.step = step;
-  after.fit = RefitIndependentSegments(after.problem.get(), point);
+  // Rolled out to the new cuts with the step that served before.
+  Solution start = Recut(*after.problem, before.fit.point, segment_s);
+  start.rollout = after.problem->options().rollout;
+  after.fit = RefitIndependentSegments(*after.problem, start);
   Judge(problem, nullptr, &after);
   return after;
 }
@@ -339,13 +347,13 @@ bool HasBlindStates(const Judgement& judgement) {
 Judgement JudgeJoined(const DiagnosisProblem& problem,
                       const Judgement& before) {
   Judgement after = SameModel(problem, before);
-  after.problem->mutable_options()->progress = nullptr;
-  ShootingPoint point = FitLevenbergMarquardt(after.problem.get()).point;
-  Recut(*after.problem, before.fit.segment_s, &point);
-  after.fit = RefitIndependentSegments(after.problem.get(), point);
-  if (!problem.holdout.empty()) {
-    Holdout holdout = JudgeJoinedHoldout(after.fit.model, problem.holdout,
-                                         *after.problem, after.fit.segment_s);
+  EstimationOptions quiet = after.problem->options();
+  quiet.progress = nullptr;
+  const Fit joined = FitLevenbergMarquardt(after.problem->With(quiet));
+  Solution start = Recut(*after.problem, joined.point, before.fit.segment_s);
+  after.fit = RefitIndependentSegments(*after.problem, start);
+  if (problem.holdout != nullptr) {
+    Holdout holdout = EvaluateJoinedHoldout(OpenHoldoutOf(problem, after));
     after.holdout = std::move(holdout.errors);
     after.holdout_point = std::move(holdout.point);
   }
@@ -354,10 +362,12 @@ Judgement JudgeJoined(const DiagnosisProblem& problem,
 }
 
 Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement) {
-  EstimationOptions* options = judgement.problem->mutable_options();
-  *options = Coarse(problem.options, judgement.train_error());
-  judgement.fit =
-      RefitIndependentSegments(judgement.problem.get(), judgement.fit.point);
+  judgement.problem = std::make_shared<const ShootingProblem>(
+      judgement.problem->With(
+          Coarse(problem.options, judgement.train_error())));
+  Solution start = judgement.fit.point;
+  start.rollout = judgement.problem->options().rollout;
+  judgement.fit = RefitIndependentSegments(*judgement.problem, start);
   Judge(problem, &judgement, &judgement);
   return judgement;
 }

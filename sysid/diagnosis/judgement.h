@@ -9,22 +9,23 @@
 #include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
+#include "sysid/estimation/holdout.h"
 
 namespace sysid {
 
-// What a diagnosis starts from: a model with what is free in it, runs to fit
-// and runs to judge by.
+// What a diagnosis starts from: a model with what is free in it, data to fit
+// and data to judge by (null: none). Every model that is tried shares both.
 struct DiagnosisProblem {
   Model model;
   std::vector<FreeParameter> free;
-  std::vector<Run> train, holdout;
+  std::shared_ptr<const DataSet> train, holdout;
   // Names of parameters that are known to be right: no candidate moves them.
   std::set<std::string> known;
   EstimationOptions options;
-  // Whose noise the runs have; their own where there is none.
-  std::shared_ptr<const ShootingProblem> noise;
 
   explicit DiagnosisProblem(const Model& m) : model(m) {}
+  // The data sets of runs; those that are held out have the others' noise.
+  void SetRuns(std::vector<Run> train_runs, std::vector<Run> holdout_runs);
 };
 
 // A model that was fitted to the training runs, in independent segments, and
@@ -35,10 +36,10 @@ struct Judgement {
   std::vector<std::shared_ptr<const Effect>> added;
   // Parameters of those that the data says nothing of: held where they are.
   std::set<std::string> idle;
-  std::unique_ptr<ShootingProblem> problem;
+  std::shared_ptr<const ShootingProblem> problem;
   Fit fit;
   RunErrors holdout;
-  ShootingPoint holdout_point;  // its states
+  Solution holdout_point;  // its states
   // How many of the numbers of both are as good as independent, errors being
   // correlated in time (6.3).
   double independent = 1.0;

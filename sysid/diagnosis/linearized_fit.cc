@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "glog/logging.h"
 #include "sysid/estimation/evaluation.h"
-#include "sysid/estimation/fit.h"
 #include "sysid/estimation/parallel.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/state_weights.h"
 
 namespace sysid {
 namespace {
@@ -34,27 +34,10 @@ Eigen::MatrixXd InverseRoot(const Eigen::MatrixXd& N) {
          eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
-// Calls visit(i, first, size) for the i-th sample of a segment, whose errors
-// are the rows [first, first + size).
-template <typename Visit>
-void ForEachSample(const SegmentRollout& rollout, const Visit& visit) {
-  const std::vector<SegmentRow>& rows = rollout.rows();
-  size_t row = 0;
-  int first = 0;
-  for (int k = rollout.first(); k <= rollout.last(); ++k) {
-    int size = 0;
-    for (; row < rows.size() && rows[row].sample == k; ++row) {
-      size += rows[row].size;
-    }
-    visit(k - rollout.first(), first, size);
-    first += size;
-  }
-}
-
 }  // namespace
 
 LinearizedFit::LinearizedFit(const ShootingProblem& problem,
-                             const ShootingPoint& point,
+                             const Solution& point,
                              const std::map<std::string, double>& taken_back)
     : problem_(problem), point_(point) {
   if (!TakeBack(taken_back)) return;
@@ -66,14 +49,17 @@ LinearizedFit::LinearizedFit(const ShootingProblem& problem,
       const auto& samples = point.runs[r].samples;
       segment->rollout = std::make_unique<SegmentRollout>(
           &problem.model(), &problem.map(), &problem.runs()[r]->measurements,
-          samples[k], samples[k + 1], problem.options().rollout);
+          samples[k], samples[k + 1], point.rollout);
       if (segment->rollout->num_residuals() == 0) continue;
       segments_.push_back(std::move(segment));
     }
   }
+  ScratchPool pool;
   valid_ = ParallelFor(static_cast<int>(segments_.size()),
                        problem.options().threads, problem.options().stop,
-                       [&](int i) { return Linearize(segments_[i].get()); });
+                       [&](int i) {
+                         return Linearize(segments_[i].get(), &pool);
+                       });
   if (valid_) ProjectResiduals();
 }
 
@@ -97,69 +83,55 @@ bool LinearizedFit::TakeBack(const std::map<std::string, double>& taken_back) {
   return true;
 }
 
-bool LinearizedFit::Linearize(Segment* segment) const {
-  const Model& model = problem_.model();
-  const RunData& data = *problem_.runs()[segment->run];
+bool LinearizedFit::Linearize(Segment* segment, ScratchPool* pool) const {
   const SegmentRollout& rollout = *segment->rollout;
-  SegmentTangent& tangent = segment->tangent;
-  if (!LinearizeAlong(
-          rollout, point_.runs[segment->run].states.row(segment->index).data(),
-          point_.theta.data(), &tangent)) {
-    return false;
-  }
-  const int rows = rollout.num_residuals(), n = model.tangent_size();
-  segment->weight.resize(rows);
-  const EstimationOptions& options = problem_.options();
-  for (const SegmentRow& row : rollout.rows()) {
-    const double sigma = data.sigma[row.channel];
-    const double s =
-        tangent.r.segment(row.first, row.size).squaredNorm() / (sigma * sigma);
-    double rho = s, slope = 1.0;
-    EvaluateLoss(options.loss, options.loss_scale, s, &rho, &slope);
-    segment->weight.segment(row.first, row.size)
-        .setConstant(std::sqrt(slope) / sigma);
-  }
-  // The columns of S: (7.1) without forces, from dx_0 = 1.
+  const int rows = rollout.num_residuals();
+  const int n = problem_.model().tangent_size();
+  segment->errors.resize(rows);
+  std::vector<double> x_end(problem_.model().state_size());
+  RowMatrixXd J, J_end;
+  std::unique_ptr<SegmentScratch> scratch = pool->Take();
+  const bool ok = rollout.Linearize(StateOf(*segment), point_.theta.data(),
+                                    true, segment->errors.data(), x_end.data(),
+                                    &J, &J_end, scratch.get());
+  pool->Give(std::move(scratch));
+  if (!ok) return false;
+  segment->whitened = segment->errors;
+  MakeWhitening(problem_, segment->run, rollout)
+      .Apply(segment->whitened.data(), {});
+  const Eigen::MatrixXd columns = Whiten(*segment, std::move(J));
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(rows + n, n);
-  RowMatrixXd phi = RowMatrixXd::Identity(n, n);
-  ForEachSample(rollout, [&](int i, int first, int size) {
-    S.middleRows(first, size) = tangent.C.middleRows(first, size) * phi;
-    if (i < rollout.last() - rollout.first()) phi = tangent.A[i] * phi;
-  });
-  S.topRows(rows) = segment->weight.asDiagonal() * S.topRows(rows);
+  S.topRows(rows) = columns.leftCols(n);
   const std::vector<double> belief = StateBelief(problem_, kHeldSpin);
   for (int i = 0; i < n; ++i) S(rows + i, i) = 1.0 / belief[i];
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(S);
   segment->basis = qr.householderQ() * Eigen::MatrixXd::Identity(rows + n, n);
   segment->R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const Eigen::MatrixXd theta = WithoutStates(
-      *segment,
-      Respond(*segment, ForcesOfParameters(model, problem_.map(), point_.theta,
-                                           rollout, tangent)));
+  const Eigen::MatrixXd theta =
+      WithoutStates(*segment, columns.rightCols(columns.cols() - n));
   segment->theta = theta(Eigen::all, kept_);
-  segment->r = WithoutStates(
-      *segment, segment->weight.asDiagonal() * Eigen::MatrixXd(tangent.r));
+  segment->r = WithoutStates(*segment, segment->whitened);
   segment->r += theta * moved_;
   return true;
 }
 
-Eigen::MatrixXd LinearizedFit::Respond(const Segment& segment,
-                                       const ParameterForces& forces) const {
+Eigen::MatrixXd LinearizedFit::Whiten(const Segment& segment,
+                                      RowMatrixXd columns) const {
+  Eigen::VectorXd r = segment.errors;
+  MakeWhitening(problem_, segment.run, *segment.rollout)
+      .Apply(r.data(), {Eigen::Map<RowMatrixXd>(columns.data(), columns.rows(),
+                                                columns.cols())});
+  return columns;
+}
+
+RowMatrixXd LinearizedFit::StatesAlong(const Segment& segment) const {
   const SegmentRollout& rollout = *segment.rollout;
-  const SegmentTangent& tangent = segment.tangent;
-  const int columns = static_cast<int>(forces.direct.cols());
-  const int n = problem_.model().tangent_size();
-  RowMatrixXd out = forces.direct;
-  RowMatrixXd dx = RowMatrixXd::Zero(n, columns), next(n, columns);
-  ForEachSample(rollout, [&](int i, int first, int size) {
-    out.middleRows(first, size).noalias() +=
-        tangent.C.middleRows(first, size) * dx;
-    if (i == rollout.last() - rollout.first()) return;
-    next.noalias() = tangent.A[i] * dx;
-    next.noalias() += tangent.B[i] * forces.f[i];
-    dx.swap(next);
-  });
-  return segment.weight.asDiagonal() * out;
+  const int size = problem_.model().state_size();
+  std::vector<double> errors(rollout.num_residuals()), x_end(size), visited;
+  CHECK(rollout(StateOf(segment), point_.theta.data(), errors.data(),
+                x_end.data(), &visited));
+  return Eigen::Map<const RowMatrixXd>(
+      visited.data(), static_cast<int>(visited.size()) / size, size);
 }
 
 Eigen::MatrixXd LinearizedFit::WithoutStates(
@@ -250,7 +222,7 @@ double LinearizedFit::AutocorrelationTime() const {
   for (const auto& segment : segments_) {
     runs[segment->run].push_back(WhitenErrors(*problem_.runs()[segment->run],
                                               *segment->rollout,
-                                              segment->tangent.r.data()));
+                                              segment->errors.data()));
   }
   return sysid::AutocorrelationTime(runs);
 }

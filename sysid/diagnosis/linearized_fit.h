@@ -5,9 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "residuals/parameter_forces.h"
-#include "residuals/segment_tangent.h"
-#include "sysid/estimation/shooting_problem.h"
+#include "sysid/estimation/shooting_segment.h"
 
 namespace sysid {
 
@@ -19,21 +17,22 @@ namespace sysid {
 //
 // whitened, S by the states of the segments (block by block), Theta by the free
 // parameters, A by whatever is asked. States and free parameters are projected
-// out, r and A that remain are orthogonal to them.
+// out, r and A that remain are orthogonal to them. S, Theta and the candidates'
+// columns are exact derivatives (SegmentRollout::Linearize).
 class LinearizedFit {
  public:
   // The problem and the point must outlive it. Valid() is false where the
   // dynamics fail. Parameters that are `taken_back`, by name, are no part of
   // Theta: to first order they are back at the values given.
-  LinearizedFit(const ShootingProblem& problem, const ShootingPoint& point,
+  LinearizedFit(const ShootingProblem& problem, const Solution& point,
                 const std::map<std::string, double>& taken_back = {});
   bool Valid() const { return valid_; }
 
   struct Segment {
     int run = 0, index = 0;
     std::unique_ptr<SegmentRollout> rollout;
-    SegmentTangent tangent;
-    Eigen::VectorXd weight;  // per row: 1 / sigma, bent by the robust loss
+    Eigen::VectorXd errors;    // SI
+    Eigen::VectorXd whitened;  // the same over sigma, bent by the robust loss
     // Orthonormal basis of the columns of S; below the rows of the segment
     // those of the belief about its state.
     Eigen::MatrixXd basis;
@@ -42,18 +41,23 @@ class LinearizedFit {
     // Columns that span it, orthonormal over all segments.
     Eigen::MatrixXd theta_basis;
     Eigen::VectorXd r;  // without states and Theta
-    int rows() const { return static_cast<int>(weight.size()); }
+    int rows() const { return static_cast<int>(errors.size()); }
   };
   const std::vector<std::unique_ptr<Segment>>& segments() const {
     return segments_;
   }
   const ShootingProblem& problem() const { return problem_; }
-  const ShootingPoint& point() const { return point_; }
+  const Solution& point() const { return point_; }
+  const double* StateOf(const Segment& segment) const {
+    const RowMatrixXd& states = point_.runs[segment.run].states;
+    return states.data() + segment.index * states.cols();
+  }
+  // At its samples, samples x state_size.
+  RowMatrixXd StatesAlong(const Segment& segment) const;
 
-  // What a force would do to the whitened errors of a segment: (7.1) rolled
-  // along it; rows x columns.
-  Eigen::MatrixXd Respond(const Segment& segment,
-                          const ParameterForces& forces) const;
+  // Derivatives of a segment's errors, SI, as (7.3) has them: whitened like
+  // them.
+  Eigen::MatrixXd Whiten(const Segment& segment, RowMatrixXd columns) const;
 
   // Columns of a segment as (7.3) has them, with the states projected out;
   // below its rows those of the belief about its state.
@@ -75,11 +79,11 @@ class LinearizedFit {
 
  private:
   bool TakeBack(const std::map<std::string, double>& taken_back);
-  bool Linearize(Segment* segment) const;
+  bool Linearize(Segment* segment, ScratchPool* pool) const;
   void ProjectResiduals();
 
   const ShootingProblem& problem_;
-  const ShootingPoint& point_;
+  const Solution& point_;
   bool valid_ = false;
   std::vector<std::unique_ptr<Segment>> segments_;
   std::vector<int> kept_;  // places in theta that Theta has

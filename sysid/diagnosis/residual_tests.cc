@@ -60,7 +60,7 @@ std::vector<Series> SeriesOf(const LinearizedFit& fit,
   for (const auto& segment : fit.segments()) {
     const SegmentRollout& rollout = *segment->rollout;
     const Run& run = fit.problem().runs()[segment->run]->run;
-    const VectorXd e = segment->weight.asDiagonal() * segment->tangent.r;
+    const VectorXd e = segment->whitened;
     std::vector<const SegmentRow*> rows;
     for (const SegmentRow& row : rollout.rows()) {
       if (run.channels[row.channel].name == name) rows.push_back(&row);
@@ -294,7 +294,7 @@ std::vector<InputCorrelation> CorrelateInputs(const LinearizedFit& fit) {
   if (!fit.Valid()) return out;
   const std::vector<Input> inputs = InputsOf(fit);
   if (inputs.empty()) return out;
-  const double period = fit.problem().MedianSamplePeriod();
+  const double period = fit.problem().data().MedianSamplePeriod();
   const int first = static_cast<int>(std::ceil(kEarliest / period));
   const int last = static_cast<int>(std::floor(kLatest / period));
   const int stride = std::max(1, (last - first) / (kMostInputLags - 1));

@@ -6,6 +6,7 @@
 
 #include "sysid/diagnosis/force_knots.h"
 #include "sysid/diagnosis/force_regression.h"
+#include "sysid/diagnosis/force_response.h"
 #include "sysid/diagnosis/smooth_force.h"
 #include "sysid/estimation/parallel.h"
 
@@ -65,17 +66,17 @@ struct SegmentProducts {
   double squares = 0.0;
 };
 
-SegmentProducts ProductsOf(const LinearizedFit& fit,
-                           const LinearizedFit::Segment& at,
+SegmentProducts ProductsOf(const ForceResponse& response, int s,
                            const ForceKnots& knots) {
+  const LinearizedFit& fit = response.fit();
+  const LinearizedFit::Segment& at = *fit.segments()[s];
   const Run& run = fit.problem().runs()[at.run]->run;
   SegmentProducts out;
   out.range = RangeOf(knots, run, at);
   const MatrixXd A = fit.WithoutStates(
-      at, fit.Respond(
-              at, Hats(knots, out.range, run, at, fit.problem().model().nv())));
-  const VectorXd r =
-      fit.WithoutStates(at, at.weight.asDiagonal() * at.tangent.r);
+      at, response.Respond(
+              s, Hats(knots, out.range, run, at, fit.problem().model().nv())));
+  const VectorXd r = fit.WithoutStates(at, at.whitened);
   out.G.setZero(A.cols(), A.cols());
   out.G.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
   out.G = out.G.selfadjointView<Eigen::Lower>();
@@ -87,10 +88,11 @@ SegmentProducts ProductsOf(const LinearizedFit& fit,
   return out;
 }
 
-ForceEquations Assemble(const LinearizedFit& fit,
+ForceEquations Assemble(const ForceResponse& response,
                         const std::vector<ForceKnots>& knots) {
   // Keeps parameters where they are that the data does not tell of.
   constexpr double kHold = 1e-10;
+  const LinearizedFit& fit = response.fit();
   const ShootingProblem& problem = fit.problem();
   const int nv = problem.model().nv(), free = problem.map().size();
   const auto& segments = fit.segments();
@@ -98,7 +100,7 @@ ForceEquations Assemble(const LinearizedFit& fit,
   std::vector<SegmentProducts> products(count);
   ParallelFor(
       count, problem.options().threads, problem.options().stop, [&](int s) {
-        products[s] = ProductsOf(fit, *segments[s], knots[segments[s]->run]);
+        products[s] = ProductsOf(response, s, knots[segments[s]->run]);
         return true;
       });
   ForceEquations equations;
@@ -189,8 +191,10 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
   UnexplainedForce out;
   if (!fit.Valid() || fit.segments().empty()) return out;
   const auto& bodies = fit.problem().model().bodies();
+  const ForceResponse response(fit);
+  if (!response.Valid()) return out;
   const std::vector<ForceKnots> knots = PlaceKnots(fit);
-  const ForceEquations equations = Assemble(fit, knots);
+  const ForceEquations equations = Assemble(response, knots);
   const SmoothForce force(equations);
   out.variance = force.variance();
   std::vector<ForcedMotion> motions;
@@ -206,7 +210,7 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
     out.joints.push_back(joint);
     std::move(curves.begin(), curves.end(), std::back_inserter(out.curves));
     if (!joint.significant) continue;
-    if (motions.empty()) motions = MoveWith(fit, knots, force);
+    if (motions.empty()) motions = MoveWith(response, knots, force);
     for (ForceRegression& law :
          RegressForce(fit, knots, force, motions, body)) {
       out.regression.push_back(std::move(law));

@@ -7,7 +7,7 @@
 #include "sysid/diagnosis/joint_motion.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/state_weights.h"
 
 namespace sysid {
 namespace {
@@ -65,7 +65,7 @@ void AddBinsOf(const LinearizedFit& fit, const Body& body,
   std::vector<Sample> by_position, by_velocity;
   for (const auto& segment : fit.segments()) {
     const RunData& data = *fit.problem().runs()[segment->run];
-    const SegmentTangent& tangent = segment->tangent;
+    const RowMatrixXd states = fit.StatesAlong(*segment);
     for (const SegmentRow& row : segment->rollout->rows()) {
       const Channel& channel = data.run.channels[row.channel];
       if (channel.kind == ChannelKind::kFramePosition ||
@@ -74,12 +74,12 @@ void AddBinsOf(const LinearizedFit& fit, const Body& body,
       }
       const double sigma = data.sigma[row.channel];
       Sample sample;
-      sample.squares = tangent.r.segment(row.first, row.size).squaredNorm() /
+      sample.squares = segment->errors.segment(row.first, row.size).squaredNorm() /
                        (sigma * sigma);
       sample.dof = ResidualDof(data.measurements.residuals[row.channel]);
       const JointMotion motion = MotionAt(
           model, body, axis,
-          tangent.states.row(row.sample - segment->rollout->first()).data());
+          states.row(row.sample - segment->rollout->first()).data());
       // A joint that turns over comes back to where it was.
       sample.value = IsRotation1(body.type)
                          ? std::remainder(motion.position, 2 * M_PI)
@@ -104,21 +104,11 @@ void AddBinsOf(const LinearizedFit& fit, const Body& body,
 
 // Segments of another length, their states from the data and then the best for
 // the parameters as they are.
-ShootingPoint CutAnew(const ShootingProblem& problem,
-                      const Eigen::VectorXd& theta, double length) {
-  std::vector<RowMatrixXd> from_data;
-  for (size_t r = 0; r < problem.runs().size(); ++r) {
-    from_data.push_back(StatesFromData(problem, static_cast<int>(r)));
-  }
-  ShootingPoint point = CutPoint(problem, theta, from_data, length);
-  ShootingStage::Options options;
-  options.defect = std::numeric_limits<double>::infinity();
-  options.fix_theta = true;
-  options.twist_hold = kHeldSpin;
-  options.function_tolerance = 1e-6;
-  std::vector<HistoryEntry> history;
-  ShootingStage(problem, options, &point).Solve("where", Now(), &history);
-  return point;
+Solution CutAnew(const ShootingProblem& problem, const Solution& like,
+                 const Eigen::VectorXd& theta, double length) {
+  Solution cut = CutPoint(problem, theta, AllStatesFromData(problem), length);
+  cut.rollout = like.rollout;
+  return SolveStates(problem, cut, {.twist_hold = kHeldSpin});
 }
 
 // The furthest that a parameter ended from where it started, over its size.
@@ -144,11 +134,12 @@ double Concentration(const UnexplainedForce& force) {
 
 // With the parameters theta, in segments from `length` down to as short as it
 // takes to explain the errors; `best` where none does better.
-UnexplainedForce ForceFrom(const ShootingProblem& problem,
+UnexplainedForce ForceFrom(const Judgement& judgement,
                            const Eigen::VectorXd& theta, double length,
                            double enough, UnexplainedForce best) {
+  const ShootingProblem& problem = *judgement.problem;
   for (; best.variance > enough && length > kShortest; length /= kShorter) {
-    const ShootingPoint cut = CutAnew(problem, theta, length);
+    const Solution cut = CutAnew(problem, judgement.fit.point, theta, length);
     UnexplainedForce next = EstimateForce(LinearizedFit(problem, cut));
     if (next.curves.empty()) continue;
     if (next.variance < best.variance) best = std::move(next);
@@ -176,12 +167,12 @@ UnexplainedForce ForceOf(const Judgement& judgement,
   none.variance = std::numeric_limits<double>::infinity();
   UnexplainedForce best = none;
   if (trusted) {
-    best = ForceFrom(problem, judgement.fit.point.theta, length / kShorter,
+    best = ForceFrom(judgement, judgement.fit.point.theta, length / kShorter,
                      enough, EstimateForce(fitted));
   }
   if (wavering) {
     UnexplainedForce start =
-        ForceFrom(problem, problem.InitialTheta(), length, enough, none);
+        ForceFrom(judgement, problem.InitialTheta(), length, enough, none);
     if (best.curves.empty() ||
         (!start.curves.empty() &&
          start.variance < std::max(enough, best.variance) &&
@@ -199,7 +190,7 @@ Where FindWhere(const Judgement& judgement) {
   const ShootingProblem& problem = *judgement.problem;
   where.channels = judgement.fit.train.channels;
   where.segments = judgement.fit.train.segments;
-  where.horizon = EvaluateHorizon(problem, judgement.fit.point.theta);
+  where.horizon = EvaluateHorizon(problem, judgement.fit.point);
   const LinearizedFit fit(problem, judgement.fit.point);
   if (fit.Valid()) {
     for (const Body& body : problem.model().bodies()) {

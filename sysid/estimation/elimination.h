@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/linearization.h"
 
 namespace sysid {
 
@@ -26,8 +26,41 @@ RowMatrixXd TriangularFactor(const RowMatrixXd& rows);
 // (A square-root information filter: Bierman 1977; in SLAM: Dellaert and Kaess
 // 2006.)
 //
-// Returns [R | z], upper triangular, theta x (theta + 1): |R dtheta + z|^2 is
-// the cost, but for a constant, of the best states for each dtheta.
+// So each run reduces itself to a square root over theta,
+//
+//   |R dtheta + z|^2 + rest = the cost of the best states for dtheta,
+//
+// kept as the triangle [R z; 0 sqrt(rest)], and those of several runs merge
+// exactly, in any order, by triangularising them together: what runs have to
+// exchange is as large as theta, not as their samples.
+class RunReduction {
+ public:
+  // `state_damping`: of each state's tangent, the numbers D of the rows D dx
+  // that a damped step adds (Levenberg and Marquardt); empty: none.
+  explicit RunReduction(const RunLinearization& run,
+                        const Eigen::VectorXd& state_damping = {});
+
+  // At most (theta + 1) x (theta + 1), upper triangular.
+  const RowMatrixXd& root() const { return root_; }
+  // The change of each segment's state that goes with a change of theta:
+  // segments x tangent.
+  RowMatrixXd SubstituteBack(const Eigen::VectorXd& dtheta) const;
+
+ private:
+  // What a state is computed from: R dx + next dx_next + theta dtheta + z = 0.
+  struct StateRows {
+    Eigen::MatrixXd R, next, theta;
+    Eigen::VectorXd z;
+  };
+  RowMatrixXd root_;
+  std::vector<StateRows> states_;
+};
+
+// The square root of several.
+RowMatrixXd MergeRoots(const std::vector<RowMatrixXd>& roots);
+
+// [R | z] of all runs with theta's priors, upper triangular,
+// theta x (theta + 1).
 RowMatrixXd EliminateStates(const std::vector<RunLinearization>& runs,
                             const RowMatrixXd& J_prior,
                             const Eigen::VectorXd& r_prior, int threads);

@@ -8,12 +8,10 @@
 #include <map>
 
 #include "models/state.h"
-#include "sysid/estimation/holdout.h"
 #include "sysid/estimation/horizon.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
-#include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
 namespace {
@@ -54,17 +52,17 @@ std::vector<Sums> SumByChannel(const RunData& data,
 // Rolls segments out by all threads and hands over their errors (SI), which are
 // not kept. False where the dynamics of any fail; the others are handed over.
 bool RollSegments(
-    const ShootingProblem& problem, const ShootingPoint& point,
+    const ShootingProblem& problem, const Solution& point,
     const std::vector<SegmentPlace>& which,
     const std::function<void(int i, const SegmentRollout& rollout,
                              const std::vector<double>& errors)>& use) {
   std::atomic<bool> failed{false};
   const auto roll = [&](int i) {
     const auto [r, k] = which[i];
-    const ShootingPoint::Nodes& nodes = point.runs[r];
+    const Solution::Nodes& nodes = point.runs[r];
     const SegmentRollout rollout(
         &problem.model(), &problem.map(), &problem.runs()[r]->measurements,
-        nodes.samples[k], nodes.samples[k + 1], problem.options().rollout);
+        nodes.samples[k], nodes.samples[k + 1], point.rollout);
     std::vector<double> errors(rollout.num_residuals());
     std::vector<double> x_end(problem.model().state_size());
     if (!rollout(nodes.states.row(k).data(), point.theta.data(), errors.data(),
@@ -93,7 +91,7 @@ double ObservedStateDof(const ShootingProblem& problem) {
 }
 
 RunErrors EvaluateErrors(const ShootingProblem& problem,
-                         const ShootingPoint& point, double fitted) {
+                         const Solution& point, double fitted) {
   RunErrors errors;
   std::vector<std::string> order;
   std::map<std::string, Sums> by_channel;
@@ -175,7 +173,7 @@ WhitenedSeries WhitenErrors(const RunData& data, const SegmentRollout& rollout,
 }
 
 double AutocorrelationTime(const ShootingProblem& problem,
-                           const ShootingPoint& point) {
+                           const Solution& point) {
   const std::vector<SegmentPlace> all = AllSegments(point);
   std::vector<WhitenedSeries> parts(all.size());
   const auto whiten = [&](int i, const SegmentRollout& rollout,
@@ -228,9 +226,11 @@ double AutocorrelationTime(
 }
 
 std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
-                                          const Eigen::VectorXd& theta) {
-  ShootingPoint windows =
+                                          const Solution& solution) {
+  const Eigen::VectorXd& theta = solution.theta;
+  Solution windows =
       CutPoint(problem, theta, AllStatesFromData(problem), kHorizonWindow);
+  windows.rollout = solution.rollout;
   std::vector<SegmentPlace> starts;
   for (size_t r = 0; r < problem.runs().size(); ++r) {
     const int segments = windows.runs[r].segments();
@@ -239,19 +239,14 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
       starts.push_back({static_cast<int>(r), k});
     }
   }
-  ShootingStage::Options options;
-  options.defect = kInfinity;
-  options.fix_theta = true;
-  options.max_iterations = 20;
-  options.function_tolerance = 1e-6;
-  windows = SolveOneByOne(problem, options, {windows}, starts);
+  windows = SolveOneByOne(problem, {.max_iterations = 20}, {windows}, starts);
   constexpr int kCount = sizeof(kHorizons) / sizeof(kHorizons[0]);
   std::vector<std::vector<Sums>> parts(starts.size(),
                                        std::vector<Sums>(kCount));
   const auto predict = [&](int i) {
     const auto [r, k] = starts[i];
     const RunData& data = *problem.runs()[r];
-    const ShootingPoint::Nodes& nodes = windows.runs[r];
+    const Solution::Nodes& nodes = windows.runs[r];
     const std::vector<double>& t = data.run.t;
     const int first = nodes.samples[k];
     const auto end = std::upper_bound(t.begin(), t.end(),
@@ -260,7 +255,7 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
     if (last <= first) return true;
     const SegmentRollout rollout(&problem.model(), &problem.map(),
                                  &data.measurements, first, last,
-                                 problem.options().rollout);
+                                 solution.rollout);
     std::vector<double> r_si(rollout.num_residuals());
     std::vector<double> x_end(problem.model().state_size());
     if (!rollout(nodes.states.row(k).data(), theta.data(), r_si.data(),
@@ -299,13 +294,13 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
 }
 
 std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
-                                    const ShootingPoint& point) {
+                                    const Solution& point) {
   std::vector<OpenError> result;
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const RunData& data = *problem.runs()[r];
     const SegmentRollout rollout(&problem.model(), &problem.map(),
                                  &data.measurements, 0, data.run.size() - 1,
-                                 problem.options().rollout);
+                                 point.rollout);
     std::vector<double> errors(rollout.num_residuals());
     std::vector<double> x_end(problem.model().state_size());
     const bool ok = rollout(point.runs[r].states.row(0).data(),
@@ -342,63 +337,6 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
     result.push_back(std::move(open));
   }
   return result;
-}
-
-namespace {
-
-// Held-out runs under a model, with nothing free and no states yet.
-void JudgeFrom(const ShootingPoint& point, Holdout* holdout) {
-  holdout->point = point;
-  double states = 0.0;
-  for (const auto& nodes : point.runs) states += nodes.segments();
-  holdout->errors = EvaluateErrors(
-      *holdout->problem, point, states * ObservedStateDof(*holdout->problem));
-}
-
-}  // namespace
-
-Holdout OpenHoldout(const Model& model, std::vector<Run> runs,
-                    const ShootingProblem& train, double segment_s) {
-  EstimationOptions same = train.options();
-  same.progress = nullptr;
-  same.segment = segment_s;
-  Holdout holdout;
-  holdout.problem = std::make_unique<ShootingProblem>(
-      model, std::vector<FreeParameter>(), std::move(runs), same);
-  holdout.problem->UseNoiseOf(train);
-  return holdout;
-}
-
-Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
-                     const ShootingProblem& train, double segment_s,
-                     const ShootingPoint* start) {
-  Holdout holdout = OpenHoldout(model, std::move(runs), train, segment_s);
-  const ShootingProblem& problem = *holdout.problem;
-  JudgeFrom(start != nullptr ? StatesFrom(problem, *start)
-                             : StatesOnly(problem, segment_s, kInfinity),
-            &holdout);
-  return holdout;
-}
-
-Holdout JudgeJoinedHoldout(const Model& model, std::vector<Run> runs,
-                           const ShootingProblem& train, double segment_s) {
-  Holdout holdout = OpenHoldout(model, std::move(runs), train, segment_s);
-  const ShootingProblem& problem = *holdout.problem;
-  const ShootingPoint joined = StatesOnly(problem, segment_s, kJoinedDefect);
-  holdout.open = EvaluateOpen(problem, joined);
-  JudgeFrom(StatesFrom(problem, joined), &holdout);
-  return holdout;
-}
-
-Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
-                       const ShootingProblem& train, double segment_s) {
-  Holdout holdout = JudgeHoldout(model, runs, train, segment_s, nullptr);
-  // For the open prediction one initial state has to serve the whole run; its
-  // spins, where no sensor sees them, may be the better start of segments too.
-  Holdout joined = JudgeJoinedHoldout(model, std::move(runs), train, segment_s);
-  if (joined.errors.squares < holdout.errors.squares) return joined;
-  holdout.open = std::move(joined.open);
-  return holdout;
 }
 
 std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,

@@ -42,7 +42,7 @@ struct RunErrors {
 // Of the trajectories of a point, when `fitted` numbers were fitted to them.
 // Where the dynamics fail the errors are infinite.
 RunErrors EvaluateErrors(const ShootingProblem& problem,
-                         const ShootingPoint& point, double fitted);
+                         const Solution& point, double fitted);
 
 // By how much the variance of an estimate exceeds that under white residuals:
 // the integrated autocorrelation time of the whitened residuals in samples,
@@ -51,7 +51,7 @@ RunErrors EvaluateErrors(const ShootingProblem& problem,
 // standard errors of a white series), over components and weighted by their
 // squares. 1 where they are white.
 double AutocorrelationTime(const ShootingProblem& problem,
-                           const ShootingPoint& point);
+                           const Solution& point);
 
 // The same of errors that are there already, of each run its segments in the
 // order of time: by channel, by component, each a series.
@@ -72,7 +72,7 @@ struct HorizonError {
   double rms = 0.0;
 };
 std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
-                                          const Eigen::VectorXd& theta);
+                                          const Solution& solution);
 
 // One prediction over the whole run from the first state of the point; in the
 // measurement's own unit, angles as the angle between (rad).
@@ -86,27 +86,7 @@ struct OpenError {
   std::vector<Channel> channels;
 };
 std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
-                                    const ShootingPoint& point);
-
-// Runs that were not fitted, predicted by a model. Each segment starts from a
-// state that is estimated from that segment alone; the parameters stay.
-struct Holdout {
-  std::unique_ptr<ShootingProblem> problem;  // nothing free
-  RunErrors errors;
-  std::vector<OpenError> open;
-  ShootingPoint point;
-};
-Holdout PredictHoldout(const Model& model, std::vector<Run> runs,
-                       const ShootingProblem& train, double segment_s);
-// The same without the open prediction, which takes as long again. `start`: the
-// point of a model that is near, cut alike; null: from the data.
-Holdout JudgeHoldout(const Model& model, std::vector<Run> runs,
-                     const ShootingProblem& train, double segment_s,
-                     const ShootingPoint* start);
-// The same from one trajectory a run, with its open prediction: for models of
-// whose states the data does not show all.
-Holdout JudgeJoinedHoldout(const Model& model, std::vector<Run> runs,
-                           const ShootingProblem& train, double segment_s);
+                                    const Solution& point);
 
 // What each channel would have measured at each sample, given the states there
 // (SampleStates): matrices like Channel::values.

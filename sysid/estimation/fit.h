@@ -34,7 +34,7 @@ struct Fit {
   std::vector<OpenError> open;
   std::vector<HistoryEntry> history;
 
-  ShootingPoint point;
+  Solution point;
   Model model;  // with the estimates as nominal values
 
   explicit Fit(const Model& m) : model(m) {}
@@ -54,28 +54,22 @@ struct Fit {
 // Never throws for numerics: Fit::converged and termination say what happened.
 // Throws Cancelled, as all fits and diagnoses do, where EstimationOptions::stop
 // asks for it; with keep_best only before the first step that was taken.
-Fit FitLevenbergMarquardt(ShootingProblem* problem);
-
-// Independent segments have nothing but their own data to say how a body spins
-// about its heading, which that does not show: a wrong model would put its
-// errors there. The measured rotation knows better, to about this part of
-// StateBelief.
-inline constexpr double kHeldSpin = 10.0;
+Fit FitLevenbergMarquardt(const ShootingProblem& problem);
 
 // The same without joining the segments of the last length: each keeps a state
 // of its own. What the model lacks then spoils no more than the length of a
 // segment, so that such a fit converges where one trajectory does not exist,
 // and its errors are those of prediction over that length, as held-out runs are
 // judged. `horizon` and `open` stay empty.
-Fit FitIndependentSegments(ShootingProblem* problem);
+Fit FitIndependentSegments(const ShootingProblem& problem);
 
 // The states alone, of independent segments cut like `cut`, with the parameters
 // where the problem starts.
-Fit StatesAtStart(ShootingProblem* problem, const ShootingPoint& cut);
+Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut);
 
 // The same from a point that is cut already, in one stage: for models that
 // differ little from one that was fitted.
-Fit RefitIndependentSegments(ShootingProblem* problem,
-                             const ShootingPoint& start);
+Fit RefitIndependentSegments(const ShootingProblem& problem,
+                             const Solution& start);
 
 }  // namespace sysid

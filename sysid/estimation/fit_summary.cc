@@ -4,24 +4,21 @@
 
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/linearization.h"
 #include "sysid/estimation/segmentation.h"
-#include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
 
-void SummarizeFit(const ShootingProblem& problem, const ShootingPoint& point,
+void SummarizeFit(const ShootingProblem& problem, const Solution& point,
                   double fitted, Fit* fit) {
   const int n = problem.map().size();
   fit->point = point;
-  ShootingStage::Options options;
-  options.defect = fit->defect;
-  const ShootingStage stage(problem, options, &fit->point);
   RowMatrixXd R = RowMatrixXd::Zero(n, n + 1);
   std::vector<RunLinearization> runs;
   RowMatrixXd J_prior;
   Eigen::VectorXd r_prior;
-  stage.LinearizePriors(&J_prior, &r_prior);
-  if (stage.Linearize(&runs, ShootingStage::Rows::kTriangular)) {
+  LinearizePriors(problem, point.theta, &J_prior, &r_prior);
+  if (Linearize(problem, point, {.defect = fit->defect}, &runs)) {
     R = EliminateStates(runs, J_prior, r_prior, problem.options().threads);
   } else {
     fit->converged = false;
@@ -39,7 +36,7 @@ void SummarizeFit(const ShootingProblem& problem, const ShootingPoint& point,
   MechanismParameters<double> values;
   problem.map().Apply<double>(point.theta.data(), &values);
   fit->model.SetNominal(values);
-  fit->step_s = problem.options().rollout.step;
+  fit->step_s = point.rollout.step;
   fit->segment_s = MeanSegment(problem, point);
 }
 

@@ -9,7 +9,7 @@
 #include "models/state.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/shooting_segment.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/state_weights.h"
 
 namespace sysid {
 namespace {
@@ -31,10 +31,11 @@ int After(const std::vector<double>& times, double t) {
 // A state at a sample of a run, and what becomes of it.
 class Start {
  public:
-  Start(const ShootingProblem& problem, const Eigen::VectorXd& theta, int run,
+  Start(const ShootingProblem& problem, const Solution& solution, int run,
         int sample, const Eigen::VectorXd& x)
       : problem_(problem),
-        theta_(theta),
+        theta_(solution.theta),
+        rollout_(solution.rollout),
         run_(run),
         data_(*problem.runs()[run]),
         first_(sample),
@@ -55,6 +56,7 @@ class Start {
 
   const ShootingProblem& problem_;
   const Eigen::VectorXd& theta_;
+  const RolloutOptions rollout_;
   const int run_;
   const RunData& data_;
   const int first_, last_;
@@ -66,7 +68,7 @@ bool Start::Derivative(ScratchPool* pool, RowMatrixXd* J) const {
   const int end =
       std::min(After(t, t[first_] + kHorizonWindow), data_.run.size() - 1);
   if (end <= first_) return false;
-  const ShootingSegment window(problem_, run_, first_, end, pool);
+  const ShootingSegment window(problem_, rollout_, run_, first_, end, pool);
   Eigen::VectorXd r, x_end;
   RowMatrixXd J_end;
   return window.LinearizeRows(x_.data(), theta_.data(),
@@ -94,8 +96,7 @@ void Start::Add(ScratchPool* pool, std::mt19937_64* random,
   for (int i = 0; i < J.cols(); ++i) rows(J.rows() + i, i) = 1.0 / belief[i];
   const Eigen::HouseholderQR<Eigen::MatrixXd> solver(rows);
   const SegmentRollout rollout(&problem_.model(), &problem_.map(),
-                               &data_.measurements, first_, last_,
-                               problem_.options().rollout);
+                               &data_.measurements, first_, last_, rollout_);
   std::vector<double> there, moved;
   if (!Roll(rollout, x_, &there)) return;
   std::normal_distribution<double> normal;
@@ -129,7 +130,7 @@ void Start::Add(ScratchPool* pool, std::mt19937_64* random,
 }  // namespace
 
 std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
-                                               const ShootingPoint& point) {
+                                               const Solution& point) {
   std::vector<Start> starts;
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const int run = static_cast<int>(r);
@@ -140,7 +141,7 @@ std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
     const int count = static_cast<int>(windows.size()) - 1;
     const int stride = std::max(1, count / kMostHorizonStarts);
     for (int k = 0; k < count; k += stride) {
-      starts.emplace_back(problem, point.theta, run, windows[k],
+      starts.emplace_back(problem, point, run, windows[k],
                           states.row(windows[k]).transpose());
     }
   }

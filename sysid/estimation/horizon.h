@@ -28,6 +28,6 @@ inline constexpr int kMostHorizonStarts = 40;
 // where it is large few states count. Horizons for which there is no data are
 // left out.
 std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
-                                               const ShootingPoint& point);
+                                               const Solution& point);
 
 }  // namespace sysid

@@ -286,7 +286,7 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
   }
   for (const Body& body : model.bodies()) {
     if (!movable[body.v_index]) continue;
-    const double sigma = problem.JointSigma(body.joint);
+    const double sigma = problem.data().JointSigma(body.joint);
     if (body.type == JointType::kSpherical) {
       SmoothQuaternion(run.t, sigma, solved.middleCols(body.q_index, 4),
                        states->middleCols(body.q_index, 4),
@@ -325,7 +325,7 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
       }
       (IsPositionLike(channel.kind) ? position : velocity) = &channel;
     }
-    const double sigma = problem.JointSigma(body.joint);
+    const double sigma = problem.data().JointSigma(body.joint);
     if (position != nullptr && body.type == JointType::kSpherical) {
       SmoothQuaternion(run.t, sigma, position->values, q, qd);
     } else if (position != nullptr) {

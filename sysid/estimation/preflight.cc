@@ -4,8 +4,9 @@
 
 #include "models/dynamics.h"
 #include "models/error.h"
+#include "sysid/estimation/linearization.h"
 #include "sysid/estimation/parallel.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/state_weights.h"
 
 namespace sysid {
 namespace {
@@ -34,7 +35,7 @@ bool HasInfluence(const ShootingProblem& problem, int i, double square) {
 // Whether every parameter changes a measured residual at theta: all but always,
 // and the cheaper question.
 bool AllHaveInfluence(const ShootingProblem& problem,
-                      const ShootingPoint& point, ShootingSegments* segments) {
+                      const Solution& point, ShootingSegments* segments) {
   const std::vector<SegmentPlace> all = AllSegments(point);
   if (!ParallelFor(all.size(), problem.options().threads, [&](int i) {
         const auto [run, k] = all[i];
@@ -58,20 +59,17 @@ bool AllHaveInfluence(const ShootingProblem& problem,
 
 // Names of the parameters that change no residual, at theta or beside it.
 std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
-                                          const ShootingPoint& point,
+                                          const Solution& point,
                                           ShootingSegments* segments) {
   if (AllHaveInfluence(problem, point, segments)) return {};
   const int n = problem.map().size();
   Eigen::VectorXd norms = Eigen::VectorXd::Zero(n);
   bool known = false;
   for (const bool nudge : {false, true}) {
-    ShootingPoint at = point;
+    Solution at = point;
     if (nudge) at.theta = Nudged(problem, point.theta);
-    ShootingStage::Options options;
-    options.defect = kLooseDefect;
-    const ShootingStage stage(problem, options, &at);
     std::vector<RunLinearization> runs;
-    if (!stage.Linearize(&runs, ShootingStage::Rows::kTriangular)) continue;
+    if (!Linearize(problem, at, {.defect = kLooseDefect}, &runs)) continue;
     known = true;
     for (const RunLinearization& run : runs) {
       for (const SegmentLinearization& segment : run.segments) {
@@ -108,7 +106,7 @@ std::string WhyImmobile(const ShootingProblem& problem,
 }  // namespace
 
 std::string WhyHopeless(const ShootingProblem& problem,
-                        const ShootingPoint& point,
+                        const Solution& point,
                         ShootingSegments* segments) {
   const std::string immobile = WhyImmobile(problem, point.theta);
   if (!immobile.empty()) return immobile;

@@ -12,6 +12,6 @@ namespace sysid {
 // residual (by name). `segments` are those of the point's cut: what they are
 // linearised for here a first stage need not do again.
 std::string WhyHopeless(const ShootingProblem& problem,
-                        const ShootingPoint& point, ShootingSegments* segments);
+                        const Solution& point, ShootingSegments* segments);
 
 }  // namespace sysid

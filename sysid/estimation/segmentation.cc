@@ -4,15 +4,15 @@
 #include <cmath>
 #include <limits>
 
-#include "glog/logging.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
+#include "sysid/estimation/shooting_stage.h"
 
 namespace sysid {
 namespace {
 
 std::vector<RowMatrixXd> AllSampleStates(const ShootingProblem& problem,
-                                         const ShootingPoint& point) {
+                                         const Solution& point) {
   std::vector<RowMatrixXd> states(point.runs.size());
   for (size_t r = 0; r < point.runs.size(); ++r) {
     if (!SampleStates(problem, point, static_cast<int>(r), &states[r])) {
@@ -25,20 +25,21 @@ std::vector<RowMatrixXd> AllSampleStates(const ShootingProblem& problem,
 }  // namespace
 
 int MinSegmentSamples(const ShootingProblem& problem) {
-  const double per_sample = std::max(problem.DofPerSample(), 0.1);
+  const double per_sample = std::max(problem.data().DofPerSample(), 0.1);
   return std::max(5, static_cast<int>(std::ceil(
                          2.0 * problem.model().tangent_size() / per_sample)));
 }
 
-ShootingPoint CutPoint(const ShootingProblem& problem,
+Solution CutPoint(const ShootingProblem& problem,
                        const Eigen::VectorXd& theta,
                        const std::vector<RowMatrixXd>& sample_states,
                        double length) {
   const int min_samples = MinSegmentSamples(problem);
-  ShootingPoint point;
+  Solution point;
   point.theta = theta;
+  point.rollout = problem.options().rollout;
   for (size_t r = 0; r < problem.runs().size(); ++r) {
-    ShootingPoint::Nodes nodes;
+    Solution::Nodes nodes;
     nodes.samples = CutRun(problem.runs()[r]->run.t, length, min_samples);
     nodes.states.resize(nodes.segments(), sample_states[r].cols());
     for (int k = 0; k < nodes.segments(); ++k) {
@@ -49,20 +50,33 @@ ShootingPoint CutPoint(const ShootingProblem& problem,
   return point;
 }
 
-void Recut(const ShootingProblem& problem, double length,
-           ShootingPoint* point) {
-  *point =
-      CutPoint(problem, point->theta, AllSampleStates(problem, *point), length);
+Solution Recut(const ShootingProblem& problem, const Solution& solution,
+               double length) {
+  Solution cut = CutPoint(problem, solution.theta,
+                          AllSampleStates(problem, solution), length);
+  cut.rollout = solution.rollout;
+  return cut;
 }
 
-bool SameCut(const ShootingPoint& a, const ShootingPoint& b) {
+Solution WithStatesFromData(const ShootingProblem& problem, Solution solution) {
+  const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
+  for (size_t r = 0; r < states.size(); ++r) {
+    Solution::Nodes& nodes = solution.runs[r];
+    for (int k = 0; k < nodes.segments(); ++k) {
+      nodes.states.row(k) = states[r].row(nodes.samples[k]);
+    }
+  }
+  return solution;
+}
+
+bool SameCut(const Solution& a, const Solution& b) {
   for (size_t r = 0; r < a.runs.size(); ++r) {
     if (a.runs[r].samples != b.runs[r].samples) return false;
   }
   return true;
 }
 
-double MeanSegment(const ShootingProblem& problem, const ShootingPoint& point) {
+double MeanSegment(const ShootingProblem& problem, const Solution& point) {
   double duration = 0.0;
   int segments = 0;
   for (size_t r = 0; r < point.runs.size(); ++r) {
@@ -74,12 +88,12 @@ double MeanSegment(const ShootingProblem& problem, const ShootingPoint& point) {
 }
 
 double ChooseSegment(const ShootingProblem& problem,
-                     const ShootingPoint& point) {
+                     const Solution& point) {
   constexpr double kGrowth = 4.0;
   constexpr int kStarts = 12;  // of a run, evenly spread
   const Model& model = problem.model();
   const int nv = model.nv();
-  const double longest = std::min(problem.LongestDuration(), kLongestLength);
+  const double longest = std::min(problem.data().LongestDuration(), kLongestLength);
   // How far each of some segments has been followed, and how the state there
   // moves with that at the start; lengths double, so each goes on from there.
   struct Walk {
@@ -90,7 +104,7 @@ double ChooseSegment(const ShootingProblem& problem,
   };
   std::vector<Walk> walks;
   for (size_t r = 0; r < point.runs.size(); ++r) {
-    const ShootingPoint::Nodes& nodes = point.runs[r];
+    const Solution::Nodes& nodes = point.runs[r];
     const int count = std::min(nodes.segments(), kStarts);
     for (int i = 0; i < count; ++i) {
       const int k = nodes.segments() * i / count;
@@ -113,8 +127,7 @@ double ChooseSegment(const ShootingProblem& problem,
       const int last = static_cast<int>(end - t.begin()) - 1;
       if (last <= walk.sample) return true;
       const SegmentRollout rollout(&model, &problem.map(), &data.measurements,
-                                   walk.sample, last,
-                                   problem.options().rollout);
+                                   walk.sample, last, point.rollout);
       Eigen::VectorXd errors(rollout.num_residuals());
       Eigen::VectorXd x_end(model.state_size());
       RowMatrixXd J, J_end;
@@ -136,79 +149,83 @@ double ChooseSegment(const ShootingProblem& problem,
   return std::min(best, longest);
 }
 
-ShootingPoint SolveOneByOne(const ShootingProblem& problem,
-                            ShootingStage::Options options,
-                            const std::vector<ShootingPoint>& starts,
-                            const std::vector<SegmentPlace>& which) {
-  options.threads = 1;  // each; they are spread instead
-  options.quiet = true;
-  ShootingPoint point = starts.front();
+namespace {
+
+ShootingStage::Options StageOf(const StateOptions& options) {
+  ShootingStage::Options stage;
+  stage.fix_theta = true;
+  stage.defect = options.defect;
+  stage.twist_hold = options.twist_hold;
+  stage.max_iterations = options.max_iterations;
+  stage.function_tolerance = options.tolerance;
+  return stage;
+}
+
+}  // namespace
+
+Solution SolveStates(const ShootingProblem& problem, Solution solution,
+                     const StateOptions& options) {
+  std::vector<HistoryEntry> history;
+  ShootingStage(problem, StageOf(options), &solution)
+      .Solve("states", Now(), &history);
+  return solution;
+}
+
+Solution SolveOneByOne(const ShootingProblem& problem,
+                       const StateOptions& options,
+                       const std::vector<Solution>& starts,
+                       const std::vector<SegmentPlace>& which) {
+  ShootingStage::Options stage = StageOf(options);
+  stage.threads = 1;  // each; they are spread instead
+  stage.quiet = true;
+  Solution solution = starts.front();
   const auto solve = [&](int i) {
     const auto [r, k] = which[i];
-    ShootingPoint single;
-    single.theta = point.theta;
-    single.runs.resize(point.runs.size());
-    for (ShootingPoint::Nodes& nodes : single.runs) {
+    Solution single;
+    single.theta = solution.theta;
+    single.rollout = solution.rollout;
+    single.runs.resize(solution.runs.size());
+    for (Solution::Nodes& nodes : single.runs) {
       nodes.samples = {0};
-      nodes.states.resize(0, point.runs[r].states.cols());
+      nodes.states.resize(0, solution.runs[r].states.cols());
     }
-    ShootingPoint::Nodes& one = single.runs[r];
-    one.samples = {point.runs[r].samples[k], point.runs[r].samples[k + 1]};
+    Solution::Nodes& one = single.runs[r];
+    one.samples = {solution.runs[r].samples[k],
+                   solution.runs[r].samples[k + 1]};
     const auto segments = std::make_shared<ShootingSegments>(problem, single);
     double least = std::numeric_limits<double>::infinity();
-    Eigen::RowVectorXd best = point.runs[r].states.row(k);
-    for (const ShootingPoint& start : starts) {
+    Eigen::RowVectorXd best = solution.runs[r].states.row(k);
+    for (const Solution& start : starts) {
       one.states = start.runs[r].states.row(k);
       std::vector<HistoryEntry> history;
-      const StageSummary done =
-          ShootingStage(problem, options, &single, segments)
-              .Solve("states", Now(), &history);
+      const StageSummary done = ShootingStage(problem, stage, &single, segments)
+                                    .Solve("states", Now(), &history);
       if (!(done.cost < least)) continue;
       least = done.cost;
       best = one.states.row(0);
     }
-    point.runs[r].states.row(k) = best;
+    solution.runs[r].states.row(k) = best;
     return true;
   };
   ParallelFor(static_cast<int>(which.size()), problem.options().threads, solve);
-  return point;
+  return solution;
 }
 
-ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
-                         double defect) {
-  CHECK_EQ(problem.map().size(), 0);
-  const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
-  ShootingPoint point =
-      CutPoint(problem, Eigen::VectorXd(0), states, kFirstLength);
-  std::vector<HistoryEntry> history;
-  ShootingStage::Options options;
-  options.defect = kLooseDefect;
-  options.max_iterations = 20;
-  options.function_tolerance = 1e-4;
-  ShootingStage(problem, options, &point).Solve("states", Now(), &history);
-  ShootingPoint longer =
-      CutPoint(problem, point.theta, AllSampleStates(problem, point), length);
-  options.defect = defect;
-  options.max_iterations = 100;
-  options.function_tolerance = 1e-8;
-  if (std::isfinite(defect)) {
-    ShootingStage(problem, options, &longer).Solve("states", Now(), &history);
-    return longer;
-  }
-  ShootingPoint joined = longer;
-  options.defect = kJoinedDefect;
-  ShootingStage(problem, options, &joined).Solve("states", Now(), &history);
-  options.defect = defect;
-  return SolveOneByOne(problem, options, {longer, joined}, AllSegments(longer));
-}
-
-ShootingPoint StatesFrom(const ShootingProblem& problem,
-                         const ShootingPoint& start) {
-  CHECK_EQ(problem.map().size(), 0);
-  ShootingStage::Options options;
-  options.defect = std::numeric_limits<double>::infinity();
-  options.function_tolerance = 1e-6;
-  return SolveOneByOne(problem, options, {start}, AllSegments(start));
+Solution StatesFromScratch(const ShootingProblem& problem, double length,
+                           double defect) {
+  const Solution loose = SolveStates(
+      problem,
+      CutPoint(problem, problem.InitialTheta(), AllStatesFromData(problem),
+               kFirstLength),
+      {.defect = kLooseDefect, .max_iterations = 20, .tolerance = 1e-4});
+  const Solution longer = Recut(problem, loose, length);
+  const bool independent = std::isinf(defect);
+  const Solution joined = SolveStates(
+      problem, longer,
+      {.defect = independent ? kJoinedDefect : defect, .tolerance = 1e-8});
+  if (!independent) return joined;
+  return SolveOneByOne(problem, {.tolerance = 1e-8}, {longer, joined},
+                       AllSegments(longer));
 }
 
 }  // namespace sysid

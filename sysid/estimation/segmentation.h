@@ -1,9 +1,10 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "sysid/estimation/shooting_problem.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/shooting_segment.h"
 
 namespace sysid {
 
@@ -18,43 +19,53 @@ inline constexpr double kLongestLength = 3.2;  // s
 // Fewest samples of a segment: they must say more than its state is free to do.
 int MinSegmentSamples(const ShootingProblem& problem);
 
-// A point cut into segments of about `length` seconds, with states from
-// `sample_states` (samples x state_size for each run).
-ShootingPoint CutPoint(const ShootingProblem& problem,
-                       const Eigen::VectorXd& theta,
-                       const std::vector<RowMatrixXd>& sample_states,
-                       double length);
+// A start cut into segments of about `length` seconds, with states from
+// `sample_states` (samples x state_size for each run), integrated as the
+// problem's options say.
+Solution CutPoint(const ShootingProblem& problem, const Eigen::VectorXd& theta,
+                  const std::vector<RowMatrixXd>& sample_states, double length);
 
-// Cuts the point anew, with states from its own trajectories (from the data
+// The solution cut anew, with states from its own trajectories (from the data
 // where the dynamics fail).
-void Recut(const ShootingProblem& problem, double length, ShootingPoint* point);
+Solution Recut(const ShootingProblem& problem, const Solution& solution,
+               double length);
 
-bool SameCut(const ShootingPoint& a, const ShootingPoint& b);
+// The same cut with the states that the data gives.
+Solution WithStatesFromData(const ShootingProblem& problem, Solution solution);
+
+bool SameCut(const Solution& a, const Solution& b);
 double MeanSegment(const ShootingProblem& problem,
-                   const ShootingPoint& point);  // s
+                   const Solution& point);  // s
 
 // The longest length, doubling from kFirstLength up to kLongestLength or the
 // whole run, over which a change of the initial position grows less than
 // fourfold anywhere: chaos asks for short segments.
 double ChooseSegment(const ShootingProblem& problem,
-                     const ShootingPoint& point);
+                     const Solution& point);
 
-// States of independent segments, each a problem of its own: together they
-// would share one trust region, and the most crooked of them would hold up all.
-// Each of `which` starts from its state in every one of `starts`, which are cut
-// alike, and keeps the best; the others stay as in the first. `options` of the
-// stage that each is.
-ShootingPoint SolveOneByOne(const ShootingProblem& problem,
-                            ShootingStage::Options options,
-                            const std::vector<ShootingPoint>& starts,
-                            const std::vector<SegmentPlace>& which);
+// The best states for the parameters as they are (theta stays), by one stage of
+// the same cut.
+struct StateOptions {
+  double defect = std::numeric_limits<double>::infinity();  // not joined
+  double twist_hold = 1.0;  // of StateBelief
+  int max_iterations = 100;
+  double tolerance = 1e-6;  // of the cost
+};
+Solution SolveStates(const ShootingProblem& problem, Solution solution,
+                     const StateOptions& options);
 
-// The states alone, theta as the model has it (the problem frees nothing):
-// short segments first, then `length`, joined by `defect`.
-ShootingPoint StatesOnly(const ShootingProblem& problem, double length,
-                         double defect);
-// The same of independent segments, from those of a model that is near.
-ShootingPoint StatesFrom(const ShootingProblem& problem,
-                         const ShootingPoint& start);
+// Of independent segments, each a problem of its own: together they would share
+// one trust region, and the most crooked of them would hold up all. Each of
+// `which` starts from its state in every one of `starts`, which are cut alike,
+// and keeps the best; the others stay as in the first.
+Solution SolveOneByOne(const ShootingProblem& problem,
+                       const StateOptions& options,
+                       const std::vector<Solution>& starts,
+                       const std::vector<SegmentPlace>& which);
+
+// States of a model that has none yet: from the data, by short segments first,
+// then `length`, joined by `defect` (infinity: independent).
+Solution StatesFromScratch(const ShootingProblem& problem, double length,
+                           double defect);
 
 }  // namespace sysid

@@ -8,7 +8,7 @@
 
 #include "models/parameters.h"
 #include "residuals/costs.h"
-#include "residuals/segment.h"
+#include "sysid/estimation/data_set.h"
 #include "sysid/parameters/free_parameter.h"
 
 namespace sysid {
@@ -23,7 +23,7 @@ struct Progress {
 };
 
 struct EstimationOptions {
-  RolloutOptions rollout;  // step 0: chosen, see ChooseStep
+  RolloutOptions rollout;  // step 0: chosen, see ChooseStep; Solution has it
   // Length of a shooting segment in the last stage, s; 0: chosen from the data.
   double segment = 0.0;
   // Standard deviation of position-like measurements; 0: estimated per channel.
@@ -43,58 +43,63 @@ struct EstimationOptions {
   bool keep_best = false;
 };
 
-// A run as the estimators use it. `measurements.run` points into it, so it is
-// built once and not copied.
-struct RunData {
-  Run run;
-  Measurements measurements;
-  std::vector<double> sigma;  // per channel, SI
+// What is asked of data: a model, and which of its parameters are free, with
+// their bounds and priors. Never changes.
+struct Question {
+  Question(const Model& m, std::vector<FreeParameter> f);
+  Question(const Question&) = delete;  // the map points to the model
+  Question& operator=(const Question&) = delete;
+
+  const Model model;
+  const std::vector<FreeParameter> free;
+  const ParameterMap map;
 };
 
-// What is fitted to what: a model, its free parameters, runs.
+// What is fitted to what, and how: a question, data and options. A value: a
+// copy, with other options (With) or not, shares question and data.
 class ShootingProblem {
  public:
-  // Estimates the noise where the options do not give it. The runs keep their
-  // order.
+  ShootingProblem(const Model& model, std::vector<FreeParameter> free,
+                  std::shared_ptr<const DataSet> data,
+                  const EstimationOptions& options);
+  // With a data set of its own (MakeDataSet).
   ShootingProblem(const Model& model, std::vector<FreeParameter> free,
                   std::vector<Run> runs, const EstimationOptions& options);
-  ShootingProblem(const ShootingProblem&) = delete;
-  ShootingProblem& operator=(const ShootingProblem&) = delete;
 
-  const Model& model() const { return model_; }
-  const ParameterMap& map() const { return *map_; }
-  const std::vector<FreeParameter>& free() const { return free_; }
-  const std::vector<std::unique_ptr<RunData>>& runs() const { return runs_; }
+  ShootingProblem With(const EstimationOptions& options) const;
+
+  const Model& model() const { return question_->model; }
+  const ParameterMap& map() const { return question_->map; }
+  const std::vector<FreeParameter>& free() const { return question_->free; }
+  const DataSet& data() const { return *data_; }
+  const std::shared_ptr<const DataSet>& shared_data() const { return data_; }
+  const std::vector<std::shared_ptr<const RunData>>& runs() const {
+    return data_->runs();
+  }
   const EstimationOptions& options() const { return options_; }
-  EstimationOptions* mutable_options() { return &options_; }
-  // The noise of the same channels elsewhere: held-out runs are judged by that
-  // of the fitted ones.
-  void UseNoiseOf(const ShootingProblem& other);
 
   // The start of the estimation.
   Eigen::VectorXd InitialTheta() const;
-  // The noise of a joint's position, or a stand-in where it is not measured.
-  double JointSigma(int joint) const;
-  // Root mean square of the channels' sigmas that are position-like: `noise` of
-  // fit.json.
-  double PooledNoise() const;
-  double LongestDuration() const;     // of a run, s
-  double MedianSamplePeriod() const;  // over all runs, s
-  // Independent numbers that an average sample of all runs measures.
-  double DofPerSample() const;
 
  private:
-  Model model_;
-  std::vector<FreeParameter> free_;
-  std::unique_ptr<ParameterMap> map_;
-  std::vector<std::unique_ptr<RunData>> runs_;
+  std::shared_ptr<const Question> question_;
+  std::shared_ptr<const DataSet> data_;
   EstimationOptions options_;
 };
 
-// The unknowns of multiple shooting: theta, and for each run the state at the
-// first sample of each segment. Segment k of a run covers samples[k] to
-// samples[k + 1].
-struct ShootingPoint {
+// The data set that the options mean: their noise and residual.
+std::shared_ptr<const DataSet> MakeDataSet(const Model& model,
+                                           std::vector<Run> runs,
+                                           const EstimationOptions& options);
+// With the noise of another's channels.
+std::shared_ptr<const DataSet> MakeDataSetLike(
+    const Model& model, std::vector<Run> runs,
+    const EstimationOptions& options, const DataSet& other);
+
+// What a fit finds, and where the next one starts: theta, how the runs are cut
+// into segments, and the state at the first sample of each. Segment k of a run
+// covers samples[k] to samples[k + 1]. A value.
+struct Solution {
   struct Nodes {
     std::vector<int> samples;  // segments + 1
     RowMatrixXd states;        // segments x state_size
@@ -102,6 +107,9 @@ struct ShootingPoint {
   };
   Eigen::VectorXd theta;
   std::vector<Nodes> runs;
+  // How its segments are integrated: the step that was chosen is part of what
+  // was found.
+  RolloutOptions rollout;
 };
 
 // A segment of a point, and all of them in the order of runs and time.
@@ -109,17 +117,17 @@ struct SegmentPlace {
   int run;
   int segment;
 };
-std::vector<SegmentPlace> AllSegments(const ShootingPoint& point);
+std::vector<SegmentPlace> AllSegments(const Solution& point);
 
 // Cuts a run into segments of about `length` seconds (all of the same number of
 // samples, within one), each of at least `min_samples`; one segment where the
-// run is too short for two. Returns samples as in ShootingPoint::Nodes.
+// run is too short for two. Returns samples as in Solution::Nodes.
 std::vector<int> CutRun(const std::vector<double>& t, double length,
                         int min_samples);
 
 // The states at every sample, by rolling every segment out; by all threads.
 // samples x state_size; false where the dynamics fail.
-bool SampleStates(const ShootingProblem& problem, const ShootingPoint& point,
+bool SampleStates(const ShootingProblem& problem, const Solution& point,
                   int run, RowMatrixXd* states);
 
 }  // namespace sysid

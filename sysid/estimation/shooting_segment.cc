@@ -6,12 +6,12 @@
 #include <limits>
 
 namespace sysid {
-namespace {
 
 using Map = Eigen::Map<RowMatrixXd>;
 
-Whitening WhiteningOf(const ShootingProblem& problem, const RunData& data,
-                      const SegmentRollout& rollout) {
+Whitening MakeWhitening(const ShootingProblem& problem, int run,
+                        const SegmentRollout& rollout) {
+  const RunData& data = *problem.runs()[run];
   std::vector<double> sigma;
   std::vector<Whitening::Group> groups;
   for (const SegmentRow& row : rollout.rows()) {
@@ -23,8 +23,6 @@ Whitening WhiteningOf(const ShootingProblem& problem, const RunData& data,
   return Whitening(std::move(sigma), options.loss, options.loss_scale,
                    std::move(groups));
 }
-
-}  // namespace
 
 std::unique_ptr<SegmentScratch> ScratchPool::Take() {
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -39,13 +37,13 @@ void ScratchPool::Give(std::unique_ptr<SegmentScratch> scratch) {
   idle_.push_back(std::move(scratch));
 }
 
-ShootingSegment::ShootingSegment(const ShootingProblem& problem, int run,
+ShootingSegment::ShootingSegment(const ShootingProblem& problem,
+                                 const RolloutOptions& rollout, int run,
                                  int first, int last, ScratchPool* pool)
     : rollout_(&problem.model(), &problem.map(),
-               &problem.runs()[run]->measurements, first, last,
-               problem.options().rollout),
+               &problem.runs()[run]->measurements, first, last, rollout),
       pool_(pool),
-      whitening_(WhiteningOf(problem, *problem.runs()[run], rollout_)) {}
+      whitening_(MakeWhitening(problem, run, rollout_)) {}
 
 int ShootingSegment::CountColumns(Columns columns) const {
   const int tangent = rollout_.model().tangent_size();
@@ -164,26 +162,22 @@ void ShootingSegment::Compress(const RowMatrixXd& J, const Eigen::VectorXd& r) {
 }
 
 ShootingSegments::ShootingSegments(const ShootingProblem& problem,
-                                   const ShootingPoint& point)
-    : options_(problem.options().rollout) {
+                                   const Solution& point)
+    : rollout_(point.rollout) {
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const std::vector<int>& samples = point.runs[r].samples;
     samples_.push_back(samples);
     runs_.emplace_back();
     for (size_t k = 0; k + 1 < samples.size(); ++k) {
       runs_.back().push_back(std::make_unique<ShootingSegment>(
-          problem, static_cast<int>(r), samples[k], samples[k + 1], &pool_));
+          problem, point.rollout, static_cast<int>(r), samples[k],
+          samples[k + 1], &pool_));
     }
   }
 }
 
-bool ShootingSegments::Fit(const ShootingProblem& problem,
-                           const ShootingPoint& point) const {
-  const RolloutOptions& options = problem.options().rollout;
-  if (options.step != options_.step ||
-      options.integrator != options_.integrator ||
-      options.linearization != options_.linearization ||
-      point.runs.size() != samples_.size()) {
+bool ShootingSegments::Fit(const Solution& point) const {
+  if (!(point.rollout == rollout_) || point.runs.size() != samples_.size()) {
     return false;
   }
   for (size_t r = 0; r < samples_.size(); ++r) {

@@ -22,6 +22,11 @@ class ScratchPool {
   std::vector<std::unique_ptr<SegmentScratch>> idle_;
 };
 
+// What divides the errors of a segment of a run by their standard deviations,
+// and bends them by the problem's robust loss.
+Whitening MakeWhitening(const ShootingProblem& problem, int run,
+                        const SegmentRollout& rollout);
+
 // A segment of a run with its measurements whitened. It remembers the place
 // (x_k, theta) where it was last rolled out and what came of it: Ceres asks for
 // one place several times (in its search along a step, for the cost of the
@@ -40,8 +45,8 @@ class ShootingSegment {
  public:
   // Samples `first` to `last` of a run. The problem must outlive it, and the
   // pool, which segments of one problem share.
-  ShootingSegment(const ShootingProblem& problem, int run, int first, int last,
-                  ScratchPool* pool);
+  ShootingSegment(const ShootingProblem& problem, const RolloutOptions& rollout,
+                  int run, int first, int last, ScratchPool* pool);
 
   const SegmentRollout& rollout() const { return rollout_; }
   // Derivatives by the tangent of x_k, by theta, or by both in this order: what
@@ -90,21 +95,22 @@ class ShootingSegment {
 class ShootingSegments {
  public:
   // The problem must outlive it; of the point only the cut counts.
-  ShootingSegments(const ShootingProblem& problem, const ShootingPoint& point);
-  // Whether they are those of this cut, integrated as the problem now has it.
-  bool Fit(const ShootingProblem& problem, const ShootingPoint& point) const;
+  ShootingSegments(const ShootingProblem& problem, const Solution& point);
+  // Whether they are those of this cut, integrated as it says.
+  bool Fit(const Solution& point) const;
   ShootingSegment* at(int run, int k) const { return runs_[run][k].get(); }
 
  private:
   ScratchPool pool_;
   std::vector<std::vector<std::unique_ptr<ShootingSegment>>> runs_;
-  std::vector<std::vector<int>> samples_;  // as in ShootingPoint::Nodes
-  RolloutOptions options_;
+  std::vector<std::vector<int>> samples_;  // as in Solution::Nodes
+  RolloutOptions rollout_;
 };
 
-// Of a segment for Ceres: parameter blocks as SegmentCost has them, residuals
-// z and the rest of (6.4), then the whitened defect where `defect_sigma`
-// is not empty. Where no derivatives are asked for all of |r| is in the rest.
+// Of a segment for Ceres: parameter blocks x_k, theta (none where nothing is
+// free), and x_{k+1} where another segment follows; residuals z and the rest of
+// (6.4), then the whitened defect where `defect_sigma` is not empty. Where no
+// derivatives are asked for all of |r| is in the rest.
 class ShootingSegmentCost final : public ceres::CostFunction {
  public:
   ShootingSegmentCost(ShootingSegment* segment,

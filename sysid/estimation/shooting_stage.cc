@@ -8,10 +8,7 @@
 #include <utility>
 
 #include "glog/logging.h"
-#include "models/state.h"
 #include "sysid/estimation/cancelled.h"
-#include "sysid/estimation/elimination.h"
-#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -103,31 +100,6 @@ std::string Message(const ceres::Solver::Summary& summary, int most) {
   return summary.message;
 }
 
-// The triangular factor of a segment's measured rows; those of the defect, the
-// last, stay as they are.
-void Triangularise(SegmentLinearization* segment) {
-  const int tangent = static_cast<int>(segment->J_x.cols());
-  const int n_theta = static_cast<int>(segment->J_theta.cols());
-  const int defects = static_cast<int>(segment->J_next.cols());
-  const int measured = static_cast<int>(segment->r.size()) - defects;
-  RowMatrixXd rows(measured, tangent + n_theta + 1);
-  rows << segment->J_x.topRows(measured), segment->J_theta.topRows(measured),
-      segment->r.head(measured);
-  const RowMatrixXd R = TriangularFactor(rows);
-  SegmentLinearization small;
-  const int all = static_cast<int>(R.rows()) + defects;
-  small.J_x.resize(all, tangent);
-  small.J_x << R.leftCols(tangent), segment->J_x.bottomRows(defects);
-  small.J_theta.resize(all, n_theta);
-  small.J_theta << R.middleCols(tangent, n_theta),
-      segment->J_theta.bottomRows(defects);
-  small.r.resize(all);
-  small.r << R.rightCols(1), segment->r.tail(defects);
-  small.J_next.setZero(all, defects);
-  small.J_next.bottomRows(defects) = segment->J_next.bottomRows(defects);
-  *segment = std::move(small);
-}
-
 }  // namespace
 
 double Now() {
@@ -136,59 +108,15 @@ double Now() {
       .count();
 }
 
-double TightDefect(const ShootingPoint& point) {
-  double samples = 1.0, segments = 1.0;  // of the run with most of both
-  for (const ShootingPoint::Nodes& nodes : point.runs) {
-    samples = std::max<double>(samples, nodes.samples.back());
-    segments = std::max<double>(segments, nodes.segments());
-  }
-  return std::min(kJoinedDefect, 0.1 / std::sqrt(samples * segments));
-}
-
-std::vector<double> DefectSigma(const ShootingProblem& problem) {
-  const Model& model = problem.model();
-  std::vector<double> sigma(model.tangent_size());
-  for (const Body& body : model.bodies()) {
-    const double joint = problem.JointSigma(body.joint);
-    for (int i = 0; i < VelocitySize(body.type); ++i) {
-      sigma[body.v_index + i] = joint;
-      sigma[model.nv() + body.v_index + i] = joint / kDefectTime;
-    }
-  }
-  return sigma;
-}
-
-std::vector<double> StateBelief(const ShootingProblem& problem,
-                                double twist_hold) {
-  constexpr double kPosition = 1.0,
-                   kVelocity = 100.0;  // rad or m, where measured
-  // Of a spherical joint by heading vectors: the rotation is measured, though
-  // the residual does not see its twist.
-  constexpr double kTwist = 0.05, kTwistRate = 0.5;
-  const Model& model = problem.model();
-  std::vector<double> sigma(model.tangent_size());
-  for (const Body& body : model.bodies()) {
-    const bool blind =
-        body.type == JointType::kSpherical &&
-        problem.options().orientation == OrientationResidual::kHeading;
-    for (int i = 0; i < VelocitySize(body.type); ++i) {
-      sigma[body.v_index + i] = blind ? kTwist / twist_hold : kPosition;
-      sigma[model.nv() + body.v_index + i] =
-          blind ? kTwistRate / twist_hold : kVelocity;
-    }
-  }
-  return sigma;
-}
-
 ShootingStage::ShootingStage(const ShootingProblem& problem,
-                             const Options& options, ShootingPoint* point,
+                             const Options& options, Solution* point,
                              std::shared_ptr<ShootingSegments> segments)
     : shooting_(problem),
       options_(options),
       point_(point),
       manifold_(std::make_unique<StateManifold>(&problem.model())),
       segments_(std::move(segments)) {
-  if (segments_ == nullptr || !segments_->Fit(problem, *point)) {
+  if (segments_ == nullptr || !segments_->Fit(*point)) {
     segments_ = std::make_shared<ShootingSegments>(problem, *point);
   }
   if (std::isfinite(options.defect)) {
@@ -219,23 +147,6 @@ double* ShootingStage::State(int run, int segment) const {
 
 bool ShootingStage::HasDefect(int run, int segment) const {
   return !defect_sigma_.empty() && segment + 1 < point_->runs[run].segments();
-}
-
-bool ShootingStage::HasOwnPrior(int run, int segment) const {
-  return segment > 0 && segment < static_cast<int>(state_priors_[run].size());
-}
-
-void ShootingStage::StatePrior(int run, int segment, double* r,
-                               RowMatrixXd* J) const {
-  const int size = shooting_.model().state_size();
-  const int tangent = shooting_.model().tangent_size();
-  const double* x = State(run, segment);
-  RowMatrixXd ambient(tangent, size), P(size, tangent);
-  double* jacobian = J == nullptr ? nullptr : ambient.data();
-  state_priors_[run][segment]->Evaluate(&x, r, &jacobian);
-  if (J == nullptr) return;
-  manifold_->PlusJacobian(x, P.data());
-  *J = ambient * P;
 }
 
 void ShootingStage::AddSegments() {
@@ -283,7 +194,6 @@ void ShootingStage::AddPriors() {
   const bool independent = std::isinf(options_.defect);
   const std::vector<double> sigma = StateBelief(shooting_, options_.twist_hold);
   for (size_t r = 0; r < point_->runs.size(); ++r) {
-    state_priors_.emplace_back();
     const int count = independent ? point_->runs[r].segments() : 1;
     for (int k = 0; k < count; ++k) {
       const double* x = State(r, k);
@@ -293,7 +203,6 @@ void ShootingStage::AddPriors() {
           sigma);
       problem_->AddResidualBlock(cost, nullptr, State(r, k));
       problem_->SetManifold(State(r, k), manifold_.get());
-      state_priors_.back().push_back(cost);
     }
   }
   std::vector<int> places;
@@ -305,10 +214,11 @@ void ShootingStage::AddPriors() {
     sigmas.push_back(shooting_.free()[i].prior->std);
   }
   if (places.empty() || options_.fix_theta) return;
-  theta_prior_ = new WhitenedCost(
-      std::make_unique<PriorCost>(shooting_.map().size(), places, means),
-      sigmas);
-  problem_->AddResidualBlock(theta_prior_, nullptr, point_->theta.data());
+  problem_->AddResidualBlock(
+      new WhitenedCost(
+          std::make_unique<PriorCost>(shooting_.map().size(), places, means),
+          sigmas),
+      nullptr, point_->theta.data());
 }
 
 ceres::Solver::Options ShootingStage::SolverOptions() const {
@@ -326,7 +236,7 @@ ceres::Solver::Options ShootingStage::SolverOptions() const {
   // short instead.
   constexpr double kFar = 3e0, kNear = 1e3, kJoined = 1e4;
   bool joined = false;
-  for (const ShootingPoint::Nodes& nodes : point_->runs) {
+  for (const Solution::Nodes& nodes : point_->runs) {
     joined |= nodes.segments() > 1 && std::isfinite(options_.defect);
   }
   options.initial_trust_region_radius =
@@ -401,9 +311,8 @@ void ShootingStage::HoldTheta(const std::vector<int>& held) {
 StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
                                   std::vector<HistoryEntry>* history) {
   constexpr int kMostSets = 8;  // of parameters held at their bounds
-  double samples = 0.0;
-  for (const auto& run : shooting_.runs()) samples += run->run.size();
-  const double dof = std::max(1.0, shooting_.DofPerSample() * samples);
+  const DataSet& data = shooting_.data();
+  const double dof = std::max(1.0, data.DofPerSample() * data.samples());
   StageSummary result;
   ceres::Solver::Options options = SolverOptions();
   // The active set: parameters at a bound that the cost pushes outward are
@@ -438,133 +347,6 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
     held = pushed;
   }
   return result;
-}
-
-bool ShootingStage::RollSegment(int run, int k, Eigen::VectorXd* r) const {
-  Eigen::VectorXd x_end;
-  if (!segments_->at(run, k)->RollRows(State(run, k), point_->theta.data(), r,
-                                       &x_end)) {
-    return false;
-  }
-  if (!HasDefect(run, k) && !HasOwnPrior(run, k)) return true;
-  const int tangent = shooting_.model().tangent_size();
-  const int measured = static_cast<int>(r->size());
-  r->conservativeResize(measured + tangent);
-  double* defect = r->data() + measured;
-  if (HasOwnPrior(run, k)) {
-    StatePrior(run, k, defect, nullptr);
-    return true;
-  }
-  StateDefect(shooting_.model(), x_end.data(), State(run, k + 1), defect,
-              nullptr, nullptr);
-  Whitening(defect_sigma_).Apply(defect, {});
-  return true;
-}
-
-bool ShootingStage::LinearizeSegment(int run, int k,
-                                     SegmentLinearization* out) const {
-  const Model& model = shooting_.model();
-  const int tangent = model.tangent_size(), n_theta = shooting_.map().size();
-  Eigen::VectorXd x_end;
-  RowMatrixXd J, J_end;
-  if (!segments_->at(run, k)->LinearizeRows(State(run, k), point_->theta.data(),
-                                            ShootingSegment::Columns::kBoth,
-                                            &out->r, &x_end, &J, &J_end)) {
-    return false;
-  }
-  if (HasDefect(run, k)) {
-    RowMatrixXd D_end, D_next;
-    Eigen::VectorXd defect(tangent);
-    StateDefect(model, x_end.data(), State(run, k + 1), defect.data(), &D_end,
-                &D_next);
-    RowMatrixXd J_defect = D_end * J_end;
-    using Map = Eigen::Map<RowMatrixXd>;
-    Whitening(defect_sigma_)
-        .Apply(defect.data(), {Map(J_defect.data(), tangent, J_defect.cols()),
-                               Map(D_next.data(), tangent, tangent)});
-    const int rows = static_cast<int>(J.rows()) + tangent;
-    J.conservativeResize(rows, Eigen::NoChange);
-    J.bottomRows(tangent) = J_defect;
-    out->r.conservativeResize(rows);
-    out->r.tail(tangent) = defect;
-    out->J_next.setZero(rows, tangent);
-    out->J_next.bottomRows(tangent) = D_next;
-  }
-  if (HasOwnPrior(run, k)) {
-    const int rows = static_cast<int>(J.rows());
-    RowMatrixXd J_prior;
-    out->r.conservativeResize(rows + tangent);
-    StatePrior(run, k, out->r.data() + rows, &J_prior);
-    J.conservativeResize(rows + tangent, Eigen::NoChange);
-    J.bottomRows(tangent) << J_prior, RowMatrixXd::Zero(tangent, n_theta);
-  }
-  out->J_x = J.leftCols(tangent);
-  out->J_theta = J.rightCols(n_theta);
-  return true;
-}
-
-bool ShootingStage::LinearizeAll(
-    const std::function<bool(int, int, SegmentLinearization*)>& linearize,
-    std::vector<RunLinearization>* runs) const {
-  runs->assign(point_->runs.size(), {});
-  for (size_t r = 0; r < runs->size(); ++r) {
-    (*runs)[r].segments.resize(point_->runs[r].segments());
-  }
-  const std::vector<SegmentPlace> all = AllSegments(*point_);
-  if (!ParallelFor(static_cast<int>(all.size()), Threads(), [&](int i) {
-        const auto [r, k] = all[i];
-        return linearize(r, k, &(*runs)[r].segments[k]);
-      })) {
-    return false;
-  }
-  for (size_t r = 0; r < runs->size(); ++r) {
-    (*runs)[r].r_prior.resize(shooting_.model().tangent_size());
-    StatePrior(r, 0, (*runs)[r].r_prior.data(), &(*runs)[r].J_prior);
-  }
-  return true;
-}
-
-bool ShootingStage::Linearize(std::vector<RunLinearization>* runs,
-                              Rows rows) const {
-  return LinearizeAll(
-      [&](int run, int k, SegmentLinearization* out) {
-        if (!LinearizeSegment(run, k, out)) return false;
-        if (rows == Rows::kTriangular) Triangularise(out);
-        return true;
-      },
-      runs);
-}
-
-bool ShootingStage::LinearizeChange(const ShootingStage& from,
-                                    const ShootingStage& to,
-                                    std::vector<RunLinearization>* runs) const {
-  const auto linearize = [&](int run, int k, SegmentLinearization* out) {
-    Eigen::VectorXd before, after;
-    if (!LinearizeSegment(run, k, out) || !from.RollSegment(run, k, &before) ||
-        !to.RollSegment(run, k, &after)) {
-      return false;
-    }
-    out->r = after - before;
-    Triangularise(out);
-    return true;
-  };
-  if (!LinearizeAll(linearize, runs)) return false;
-  for (RunLinearization& run : *runs) run.r_prior.setZero();
-  return true;
-}
-
-void ShootingStage::LinearizePriors(RowMatrixXd* J, Eigen::VectorXd* r) const {
-  const int n_theta = shooting_.map().size();
-  if (theta_prior_ == nullptr) {
-    J->setZero(0, n_theta);
-    r->resize(0);
-    return;
-  }
-  J->resize(theta_prior_->num_residuals(), n_theta);
-  r->resize(theta_prior_->num_residuals());
-  const double* theta = point_->theta.data();
-  double* jacobian = J->data();
-  theta_prior_->Evaluate(&theta, r->data(), &jacobian);
 }
 
 }  // namespace sysid

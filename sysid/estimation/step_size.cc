@@ -3,29 +3,27 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 
 #include "models/state.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/linearization.h"
 #include "sysid/estimation/parallel.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/state_weights.h"
 
 namespace sysid {
-namespace {}  // namespace
-
-double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
+double ChooseStep(const ShootingProblem& problem, const Solution& point,
                   double step_error) {
   constexpr int kMost = 64;
   constexpr int kSegments = 40;  // of a run, evenly spread
-  const double period = problem.MedianSamplePeriod();
+  const double period = problem.data().MedianSamplePeriod();
   const int size = problem.model().state_size();
   const std::vector<double> state_sigma = DefectSigma(problem);
   // The whitened errors of a segment, and the state at its end.
-  const auto roll = [&](const RunData& data, const ShootingPoint::Nodes& nodes,
+  const auto roll = [&](const RunData& data, const Solution::Nodes& nodes,
                         int k, double step, std::vector<double>* errors,
                         std::vector<double>* x_end) {
-    RolloutOptions options = problem.options().rollout;
+    RolloutOptions options = point.rollout;
     options.step = step;
     const SegmentRollout rollout(&problem.model(), &problem.map(),
                                  &data.measurements, nodes.samples[k],
@@ -56,7 +54,7 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
   const auto fine_enough = [&](int i) {
     const auto [r, k] = some[i];
     const RunData& data = *problem.runs()[r];
-    const ShootingPoint::Nodes& nodes = point.runs[r];
+    const Solution::Nodes& nodes = point.runs[r];
     std::vector<double> coarse, fine, coarse_end, fine_end;
     if (!roll(data, nodes, k, period / parts, &coarse, &coarse_end) ||
         !roll(data, nodes, k, period / (2 * parts), &fine, &fine_end)) {
@@ -89,10 +87,10 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
 }
 
 double ChooseStepAhead(const ShootingProblem& problem,
-                       const ShootingPoint& point) {
+                       const Solution& point) {
   const double needed =
       ChooseStep(problem, point, problem.options().step_error);
-  ShootingPoint ahead = point;
+  Solution ahead = point;
   bool grows = false;
   for (size_t i = 0; i < problem.free().size(); ++i) {
     const FreeParameter& free = problem.free()[i];
@@ -107,40 +105,35 @@ double ChooseStepAhead(const ShootingProblem& problem,
   return std::min(needed, ChooseStep(problem, ahead, kStableError));
 }
 
-void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point) {
+double RefineStep(const ShootingProblem& problem, double defect,
+                  const Solution& point) {
   constexpr double kStepBias = 0.2;
   constexpr int kMostHalvings = 5;
-  RolloutOptions& rollout = problem->mutable_options()->rollout;
-  if (Order(rollout.integrator) < 4) return;
-  ShootingStage::Options options;
-  options.defect = defect;
-  // Linearised where it starts; finer rollouts only say by how much the
-  // residuals are off.
-  const ShootingStage start(*problem, options, point);
+  double step = point.rollout.step;
+  if (Order(point.rollout.integrator) < 4) return step;
   RowMatrixXd J_prior;
   Eigen::VectorXd r_prior;
-  start.LinearizePriors(&J_prior, &r_prior);
+  LinearizePriors(problem, point.theta, &J_prior, &r_prior);
   r_prior.setZero();
   const double missed =
-      std::max(1.0, EvaluateErrors(*problem, *point, 0.0).total.normalized_rms);
-  auto coarse = std::make_unique<ShootingStage>(*problem, options, point);
+      std::max(1.0, EvaluateErrors(problem, point, 0.0).total.normalized_rms);
   for (int halving = 0; halving < kMostHalvings; ++halving) {
-    const double step = rollout.step;
-    rollout.step = 0.5 * step;
-    auto fine = std::make_unique<ShootingStage>(*problem, options, point);
+    RolloutOptions coarse = point.rollout, fine = point.rollout;
+    coarse.step = step;
+    fine.step = 0.5 * step;
+    // Linearised where it starts; finer rollouts only say by how much the
+    // residuals are off.
     std::vector<RunLinearization> change;
-    bool enough = !start.LinearizeChange(*coarse, *fine, &change);
-    if (!enough) {
-      const RowMatrixXd R =
-          EliminateStates(change, J_prior, r_prior, problem->options().threads);
-      enough = R.rightCols(1).norm() < kStepBias * missed;
-    }
-    if (enough) {
-      rollout.step = step;
+    if (!LinearizeChange(problem, point, {.defect = defect}, coarse, fine,
+                         &change)) {
       break;
     }
-    coarse = std::move(fine);
+    const RowMatrixXd R =
+        EliminateStates(change, J_prior, r_prior, problem.options().threads);
+    if (R.rightCols(1).norm() < kStepBias * missed) break;
+    step = fine.step;
   }
+  return step;
 }
 
 }  // namespace sysid

@@ -10,7 +10,7 @@ namespace sysid {
 // rolling the point's segments out differs from half that step by less than
 // `step_error` standard deviations (rms of the worst segment: of its
 // measurements, and of the state at its end).
-double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
+double ChooseStep(const ShootingProblem& problem, const Solution& point,
                   double step_error);
 
 // Such a step that the effects may also grow on the way to the solution: the
@@ -20,14 +20,15 @@ double ChooseStep(const ShootingProblem& problem, const ShootingPoint& point,
 // and a fit that starts from none of it would never get there.
 inline constexpr double kStableError = 100.0;
 double ChooseStepAhead(const ShootingProblem& problem,
-                       const ShootingPoint& point);
+                       const Solution& point);
 
-// Halves the step until theta does not depend on it: until the change of the
+// The step of the solution, halved until theta does not depend on it: until the change of the
 // residuals that another halving makes moves theta, by the linearised problem,
 // less than kStepBias standard errors. (ChooseStep sees one segment at a time;
 // along a whole run its small errors add up, most of all those of dry friction,
 // whose kinks the steps pass over.) A first-order step never gets there and is
 // left as it is.
-void RefineStep(ShootingProblem* problem, double defect, ShootingPoint* point);
+double RefineStep(const ShootingProblem& problem, double defect,
+                  const Solution& point);
 
 }  // namespace sysid

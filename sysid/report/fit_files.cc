@@ -40,7 +40,7 @@ std::vector<std::string> ColumnNames(const Channel& channel,
 
 struct Part {
   const ShootingProblem* problem;
-  const ShootingPoint* point;
+  const Solution* point;
   int run;
 };
 

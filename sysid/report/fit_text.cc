@@ -44,7 +44,7 @@ std::string ParameterTable(const Fit& fit) {
 enum class Floor { kReached, kPerhaps, kMissed };
 
 Floor FloorOf(const ShootingProblem& problem, const Fit& fit) {
-  const double dof = std::max(1.0, problem.DofPerSample() * fit.samples);
+  const double dof = std::max(1.0, problem.data().DofPerSample() * fit.samples);
   const double chance = 0.5 / dof;
   const double estimate = problem.options().noise > 0 ? 0.0 : 9.0 * chance;
   const double error = fit.train.total.normalized_rms;

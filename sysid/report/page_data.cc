@@ -61,9 +61,11 @@ JudgedModel OpenJudgement(const Session& session,
   judged.session.effects = judged.session.model.effects().names();
   judged.session.runs.clear();  // those of the problem count
   judged.session.holdout.clear();
-  if (!problem.holdout.empty() && !judgement.holdout_point.runs.empty()) {
-    judged.holdout = OpenHoldout(judgement.fit.model, problem.holdout,
-                                 *judgement.problem, judgement.fit.segment_s);
+  if (problem.holdout != nullptr && !judgement.holdout_point.runs.empty()) {
+    judged.holdout =
+        OpenHoldout(judgement.fit.model, problem.holdout,
+                    judgement.problem->options(), judgement.fit.point.rollout,
+                    judgement.fit.segment_s);
     judged.holdout->errors = judgement.holdout;
     judged.holdout->point = judgement.holdout_point;
   }

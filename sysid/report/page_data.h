@@ -25,10 +25,9 @@ struct PageSource {
   std::string command;               // that made the page, for a shell
   const Session* session = nullptr;  // as opened: the model as given
   // The runs that are shown, whatever a model was fitted to: for a fit those
-  // of its problem, for a diagnosis those that it searches. `train` has the
-  // noise of the channels.
-  const ShootingProblem* train = nullptr;
-  const std::vector<Run>* holdout = nullptr;
+  // of its problem, for a diagnosis those that it searches; null: none.
+  const DataSet* train = nullptr;
+  const DataSet* holdout = nullptr;
   // The command that fits with effects added and parameters held, both comma
   // separated; see CommandFromFlags.
   std::function<std::string(const std::string& add, const std::string& fix)>

@@ -54,7 +54,7 @@ Json HorizonJson(const PageSource& source, const PageFit& fit,
   std::vector<HorizonError> noise;
   try {
     if (horizon.empty()) {
-      horizon = EvaluateHorizon(*fit.problem, fit.fit->point.theta);
+      horizon = EvaluateHorizon(*fit.problem, fit.fit->point);
     }
     if (!horizon.empty()) {
       noise = EstimateNoiseHorizon(*fit.problem, fit.fit->point);

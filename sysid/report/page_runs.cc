@@ -19,15 +19,15 @@ std::vector<const Run*> ShownRuns(const PageSource& source) {
   std::vector<const Run*> runs;
   for (const auto& data : source.train->runs()) runs.push_back(&data->run);
   if (source.holdout != nullptr) {
-    for (const Run& run : *source.holdout) runs.push_back(&run);
+    for (const auto& data : source.holdout->runs()) runs.push_back(&data->run);
   }
   return runs;
 }
 
 // Held-out channels have the noise of the fitted ones of the same name.
-std::map<std::string, double> NoiseOf(const ShootingProblem& problem) {
+std::map<std::string, double> NoiseOf(const DataSet& train) {
   std::map<std::string, double> noise;
-  for (const auto& data : problem.runs()) {
+  for (const auto& data : train.runs()) {
     for (size_t c = 0; c < data->run.channels.size(); ++c) {
       noise.emplace(data->run.channels[c].name, data->sigma[c]);
     }
@@ -60,14 +60,14 @@ Json EffortsJson(const Mechanism& mechanism, const Run& run) {
 // A shown run among the runs that a model was fitted to or judged by.
 struct Place {
   const ShootingProblem* problem = nullptr;  // null: it is none of them
-  const ShootingPoint* point = nullptr;
+  const Solution* point = nullptr;
   int run = 0;
   std::vector<int> samples;  // there, of each shown one; -1: not there
   int found = 0;
 };
 
 void Look(const Run& shown, const ShootingProblem& problem,
-          const ShootingPoint& point, Place* best) {
+          const Solution& point, Place* best) {
   for (size_t r = 0; r < problem.runs().size() && r < point.runs.size(); ++r) {
     const Run& run = problem.runs()[r]->run;
     if (run.name != shown.name) continue;

@@ -7,7 +7,7 @@
 namespace sysid {
 
 std::optional<Prediction> Predict(const ShootingProblem& problem,
-                                  const ShootingPoint& point, int run) {
+                                  const Solution& point, int run) {
   Prediction prediction;
   if (!SampleStates(problem, point, run, &prediction.states)) {
     return std::nullopt;

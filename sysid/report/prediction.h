@@ -15,7 +15,7 @@ struct Prediction {
 };
 // Nothing where the dynamics fail.
 std::optional<Prediction> Predict(const ShootingProblem& problem,
-                                  const ShootingPoint& point, int run);
+                                  const Solution& point, int run);
 
 // The measurement as near to the prediction as its meaning allows: angles of
 // the same turn, quaternions of the same sign.

@@ -44,7 +44,9 @@ double MotionOverNoise(const Run& run, const std::vector<double>& sigma) {
 void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
                     std::vector<std::string>* notices) {
   int longest = 0;
-  for (const Run& run : problem.train) longest = std::max(longest, run.size());
+  for (const auto& data : problem.train->runs()) {
+    longest = std::max(longest, data->run.size());
+  }
   if (longest < kFewestSamples) {
     throw InputError(
         "--traj",
@@ -53,10 +55,8 @@ void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
             std::to_string(kFewestSamples) + " are the fewest",
         "record some seconds of motion, and hold out another run (--holdout)");
   }
-  const ShootingProblem noise(problem.model, problem.free, problem.train,
-                              problem.options);
   double motion = 0.0;
-  for (const auto& data : noise.runs()) {
+  for (const auto& data : problem.train->runs()) {
     const double moved = MotionOverNoise(data->run, data->sigma);
     motion = std::max(motion, moved);
     if (moved > kLeastMotion) continue;
@@ -71,7 +71,8 @@ void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
                      "record motion that is wide beside the noise");
   }
   if (!judged_by_others) return;
-  for (const Run& run : problem.holdout) {
+  for (const auto& data : problem.holdout->runs()) {
+    const Run& run = data->run;
     if (run.size() < kFewestSamples) {
       throw InputError("--holdout",
                        run.name + " is too short to judge by: it has " +
@@ -80,7 +81,7 @@ void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
                        "hold out some seconds of motion, or nothing: then the "
                        "last quarter of every run is");
     }
-    if (!(MotionOverNoise(run, noise.runs().front()->sigma) > kLeastMotion)) {
+    if (!(MotionOverNoise(run, data->sigma) > kLeastMotion)) {
       throw InputError("--holdout",
                        run.name +
                            " is too still to judge by: its widest "
@@ -112,22 +113,29 @@ Model Without(const Model& model, const std::vector<std::string>& names) {
   return without;
 }
 
-// Thins many samples for the search; by how much.
+// Thins many samples for the search; by how much. The noise is that of all
+// samples: of fewer it is harder to tell.
 int Thin(DiagnosisProblem* problem) {
-  int samples = 0;
-  for (const Run& run : problem->train) samples += run.size();
-  if (samples <= kManySamples) return 1;
-  // The noise is that of all samples: of fewer it is harder to tell.
-  problem->noise = std::make_shared<ShootingProblem>(
-      problem->model, problem->free, problem->train, problem->options);
-  const int n = ThinRuns(kSearchRate, &problem->train);
-  ThinRuns(kSearchRate, &problem->holdout);
+  if (problem->train->samples() <= kManySamples) return 1;
+  const std::shared_ptr<const DataSet> all = problem->train;
+  std::vector<Run> train = RunsOf(*all);
+  const int n = ThinRuns(kSearchRate, &train);
+  problem->train = MakeDataSetLike(problem->model, std::move(train),
+                                   problem->options, *all);
+  if (problem->holdout != nullptr) {
+    std::vector<Run> holdout = RunsOf(*problem->holdout);
+    ThinRuns(kSearchRate, &holdout);
+    problem->holdout = MakeDataSetLike(problem->model, std::move(holdout),
+                                       problem->options, *all);
+  }
   return n;
 }
 
 // The model of a judgement but for some effects, fitted as sysid_fit does.
 FinalFit FitWithout(const std::set<std::string>& effects,
-                    const Session& session, const DiagnosisProblem& problem,
+                    const Session& session,
+                    const std::shared_ptr<const DataSet>& data,
+                    const DiagnosisProblem& problem,
                     const Judgement& judgement) {
   Model model = session.model;
   std::vector<FreeParameter> free = session.free;
@@ -136,9 +144,9 @@ FinalFit FitWithout(const std::set<std::string>& effects,
   final.session.model = model;
   final.session.free = free;
   final.session.effects = model.effects().names();
-  final.problem = std::make_unique<ShootingProblem>(model, free, session.runs,
-                                                    session.options);
-  final.fit = FitLevenbergMarquardt(final.problem.get());
+  final.problem = std::make_shared<const ShootingProblem>(
+      model, free, data, session.options);
+  final.fit = FitLevenbergMarquardt(*final.problem);
   return final;
 }
 
@@ -192,16 +200,16 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
                                std::vector<std::string>* notices) {
   DiagnosisProblem problem(session.model);
   problem.free = session.free;
-  problem.train = session.runs;
-  problem.holdout = session.holdout;
   problem.options = session.options;
   problem.known = {session.fixed.begin(), session.fixed.end()};
-  const bool judged_by_others = !problem.holdout.empty();
+  const bool judged_by_others = !session.holdout.empty();
+  std::vector<Run> train = session.runs, holdout = session.holdout;
   if (!judged_by_others) {
-    problem.holdout = HoldOutLastQuarter(&problem.train);
+    holdout = HoldOutLastQuarter(&train);
     notices->push_back(
         "no --holdout: the last quarter of every run is held out to judge by");
   }
+  problem.SetRuns(std::move(train), std::move(holdout));
   CheckDecidable(problem, judged_by_others, notices);
   const int n = Thin(&problem);
   if (n > 1) {
@@ -264,10 +272,9 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
     problem.free.push_back(free);
     problem.free.back().parameter = at->second;
   }
-  problem.train = session->runs;
-  problem.holdout = session->holdout;
   problem.options = session->options;
   problem.known = {session->fixed.begin(), session->fixed.end()};
+  problem.SetRuns(session->runs, session->holdout);
   Thin(&problem);
   const Judgement before = JudgeBase(problem);
   const LinearizedFit linearized(*before.problem, before.fit.point);
@@ -309,7 +316,8 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
 
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
                   const Diagnosis& diagnosis) {
-  FinalFit final = FitWithout({}, session, problem, diagnosis.last());
+  const auto data = MakeDataSet(session.model, session.runs, session.options);
+  FinalFit final = FitWithout({}, session, data, problem, diagnosis.last());
   // What segments tell of an effect whole trajectories may deny.
   std::set<std::string> denied;
   while (true) {
@@ -319,7 +327,7 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
     without.insert(least);
     try {
       FinalFit simpler =
-          FitWithout(without, session, problem, diagnosis.last());
+          FitWithout(without, session, data, problem, diagnosis.last());
       if (!IsAsGood(simpler.fit, final.fit)) break;
       final = std::move(simpler);
     } catch (const Cancelled&) {
@@ -330,8 +338,11 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
   }
   final.denied = {denied.begin(), denied.end()};
   if (!session.holdout.empty()) {
-    final.holdout = PredictHoldout(final.fit.model, session.holdout,
-                                   *final.problem, final.fit.segment_s);
+    final.holdout = PredictHoldout(OpenHoldout(
+        final.fit.model,
+        MakeDataSetLike(session.model, session.holdout, session.options, *data),
+        final.problem->options(), final.fit.point.rollout,
+        final.fit.segment_s));
   }
   return final;
 }

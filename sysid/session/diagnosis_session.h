@@ -45,7 +45,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
 // effects that so are not told from none.
 struct FinalFit {
   Session session;  // with the effects, what is free, and the starting values
-  std::unique_ptr<ShootingProblem> problem;
+  std::shared_ptr<const ShootingProblem> problem;
   Fit fit;
   std::optional<Holdout> holdout;   // where there were held-out runs
   std::vector<std::string> denied;  // effects of the diagnosis it does without

@@ -22,13 +22,13 @@ bool IsDone(const GaussNewtonStep& step) {
 
 }  // namespace
 
-Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
-  const double given = problem->options().segment;
+Fit FitAdam(const ShootingProblem& problem, const AdamFitOptions& options) {
+  const double given = problem.options().segment;
   Descent descent(problem, "adam",
                   given > 0 ? given : std::numeric_limits<double>::infinity(),
                   options.from_rest);
   Fit* fit = descent.fit();
-  Eigen::VectorXd v = Eigen::VectorXd::Zero(problem->map().size());
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(problem.map().size());
   fit->termination = descent.hopeless();
   if (!fit->termination.empty()) return descent.Finish(v);
 
@@ -36,7 +36,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
   const std::vector<int> all = FirstOnes(rollouts.size());
   const int samples = rollouts.Samples(all), epochs = options.adam.epochs;
   LossOptions how = options.loss;
-  how.threads = problem->options().threads;
+  how.threads = problem.options().threads;
   Adam adam(static_cast<int>(v.size()), options.adam);
   RolloutSums sums;
   Eigen::VectorXd gradient, good = v, best = v;
@@ -105,7 +105,7 @@ Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options) {
         " epochs the loss is not at a minimum: a Gauss-Newton step would "
         "take " +
         Words("%.2g %%", 100.0 * step.gain) + " of it away and move " +
-        problem->free()[worst].parameter.name + " by " +
+        problem.free()[worst].parameter.name + " by " +
         Words("%.2g %%", 100.0 * std::abs(step.dv[worst])) +
         " of its size; more --epochs or another --learning_rate may help";
   }

@@ -16,14 +16,13 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-std::unique_ptr<ShootingProblem> Copy(const ShootingProblem& problem,
-                                      const Eigen::VectorXd& start) {
+// The same problem from another start.
+ShootingProblem StartedAt(const ShootingProblem& problem,
+                          const Eigen::VectorXd& start) {
   std::vector<FreeParameter> free = problem.free();
   for (size_t i = 0; i < free.size(); ++i) free[i].initial = start[i];
-  std::vector<Run> runs;
-  for (const auto& run : problem.runs()) runs.push_back(run->run);
-  return std::make_unique<ShootingProblem>(problem.model(), std::move(free),
-                                           std::move(runs), problem.options());
+  return ShootingProblem(problem.model(), std::move(free),
+                         problem.shared_data(), problem.options());
 }
 
 Eigen::VectorXd Values(const ShootingProblem& problem,
@@ -39,17 +38,14 @@ class Judge {
  public:
   Judge(const ShootingProblem& problem, const Eigen::VectorXd& start,
         double step, bool from_rest)
-      : problem_(Copy(problem, start)) {
-    problem_->mutable_options()->rollout.step = step;
-    std::vector<RowMatrixXd> states;
-    for (size_t r = 0; r < problem_->runs().size(); ++r) {
-      states.push_back(StatesFromData(*problem_, static_cast<int>(r)));
-    }
-    const double given = problem_->options().segment;
-    ShootingPoint point = CutPoint(*problem_, problem_->InitialTheta(), states,
-                                   given > 0 ? given : kInfinity);
-    if (from_rest) StartAtRest(problem_->model(), &point);
-    rollouts_ = std::make_unique<Rollouts>(problem_.get(), point);
+      : problem_(StartedAt(problem, start)) {
+    const double given = problem_.options().segment;
+    Solution point = CutPoint(problem_, problem_.InitialTheta(),
+                              AllStatesFromData(problem_),
+                              given > 0 ? given : kInfinity);
+    point.rollout.step = step;
+    if (from_rest) StartAtRest(problem_.model(), &point);
+    rollouts_ = std::make_unique<Rollouts>(&problem_, point);
     all_ = FirstOnes(rollouts_->size());
   }
 
@@ -71,10 +67,10 @@ class Judge {
     return H;
   }
   int samples() const { return rollouts_->Samples(all_); }
-  const ShootingProblem& problem() const { return *problem_; }
+  const ShootingProblem& problem() const { return problem_; }
 
  private:
-  std::unique_ptr<ShootingProblem> problem_;
+  const ShootingProblem problem_;
   std::unique_ptr<Rollouts> rollouts_;
   std::vector<int> all_;
 };
@@ -128,21 +124,14 @@ Solved SolveAll(const ShootingProblem& problem, const Eigen::VectorXd& start,
     solved.step = std::min(solved.step, run.fit.step_s);
     solved.runs.push_back(std::move(run));
   };
-  {
-    const auto own = Copy(problem, start);
-    own->mutable_options()->progress = options.progress;
-    add(SolverRun(FitLevenbergMarquardt(own.get())), "lm");
-  }
-  {
-    const auto own = Copy(problem, start);
-    own->mutable_options()->progress = options.progress;
-    add(SolverRun(FitAdam(own.get(), options.adam)), "adam");
-  }
-  const auto own = Copy(problem, start);
-  own->mutable_options()->progress = options.progress;
+  EstimationOptions watched = problem.options();
+  watched.progress = options.progress;
+  const ShootingProblem own = StartedAt(problem, start).With(watched);
+  add(SolverRun(FitLevenbergMarquardt(own)), "lm");
+  add(SolverRun(FitAdam(own, options.adam)), "adam");
   MixtureOptions mixture = options.mixture;
   mixture.seed = seed;
-  MixtureFit fit = FitGaussianMixture(own.get(), mixture);
+  MixtureFit fit = FitGaussianMixture(own, mixture);
   SolverRun run(fit.fit);
   run.mixture = std::move(fit);
   add(std::move(run), "gmm");
@@ -276,9 +265,9 @@ Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
   for (const SolverRun& run : comparison.runs) {
     best = std::min(best, run.path.back().loss);
   }
-  const double noise2 = std::pow(judge.problem().PooledNoise(), 2);
+  const double noise2 = std::pow(judge.problem().data().PooledNoise(), 2);
   const double dof =
-      std::max(1.0, judge.problem().DofPerSample() * judge.samples() - 2.0);
+      std::max(1.0, judge.problem().data().DofPerSample() * judge.samples() - 2.0);
   const double chi2 = std::max(1.0, best * judge.samples() / noise2 / dof);
   landscape.deviance =
       (landscape.deviance.array() - best) * (judge.samples() / noise2 / chi2);

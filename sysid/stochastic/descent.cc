@@ -14,27 +14,24 @@
 
 namespace sysid {
 
-Descent::Descent(ShootingProblem* problem, const std::string& solver,
+Descent::Descent(const ShootingProblem& problem, const std::string& solver,
                  double segment, bool from_rest)
     : problem_(problem),
-      choose_step_(problem->options().rollout.step <= 0),
+      choose_step_(problem.options().rollout.step <= 0),
       start_s_(Now()),
-      transformation_(*problem),
-      fit_(problem->model()) {
+      transformation_(problem),
+      fit_(problem.model()) {
   fit_.solver = solver;
-  for (const auto& run : problem->runs()) fit_.samples += run->run.size();
-  fit_.noise = problem->PooledNoise();
-  std::vector<RowMatrixXd> states;
-  for (size_t r = 0; r < problem->runs().size(); ++r) {
-    states.push_back(StatesFromData(*problem, static_cast<int>(r)));
-  }
+  fit_.samples = problem.data().samples();
+  fit_.noise = problem.data().PooledNoise();
   const Eigen::VectorXd v = Eigen::VectorXd::Zero(transformation_.size());
-  point_ = CutPoint(*problem, transformation_.Theta(v), states, segment);
-  if (from_rest) StartAtRest(problem->model(), &point_);
+  point_ = CutPoint(problem_, transformation_.Theta(v),
+                    AllStatesFromData(problem_), segment);
+  if (from_rest) StartAtRest(problem.model(), &point_);
   ShortenStep(v);
-  ShootingSegments segments(*problem, point_);
-  hopeless_ = WhyHopeless(*problem, point_, &segments);
-  rollouts_ = std::make_unique<Rollouts>(problem, point_);
+  ShootingSegments segments(problem_, point_);
+  hopeless_ = WhyHopeless(problem_, point_, &segments);
+  rollouts_ = std::make_unique<Rollouts>(&problem_, point_);
 }
 
 double Descent::Seconds() const { return Now() - start_s_; }
@@ -42,15 +39,16 @@ double Descent::Seconds() const { return Now() - start_s_; }
 bool Descent::ShortenStep(const Eigen::VectorXd& v) {
   if (!choose_step_) return false;
   point_.theta = transformation_.Theta(v);
-  double& step = problem_->mutable_options()->rollout.step;
-  const double needed = ChooseStepAhead(*problem_, point_);
+  double& step = point_.rollout.step;
+  const double needed = ChooseStepAhead(problem_, point_);
   const bool shorter = step <= 0 || needed < 0.75 * step;
   if (shorter) step = needed;
+  if (rollouts_ != nullptr) rollouts_->SetStep(step);
   return shorter;
 }
 
 bool Descent::Interrupted(int epoch) {
-  const EstimationOptions& options = problem_->options();
+  const EstimationOptions& options = problem_.options();
   if (!options.keep_best || epoch == 0 || !options.stop.stop_requested()) {
     return false;
   }
@@ -64,12 +62,12 @@ void Descent::Note(int epoch, int epochs, double loss, int samples,
   const double squares = loss * samples / (fit_.noise * fit_.noise);
   fit_.history.push_back(
       {epoch, 0.5 * squares, Seconds(), transformation_.Theta(v)});
-  if (!problem_->options().keep_best) {
-    ThrowIfCancelled(problem_->options().stop);
+  if (!problem_.options().keep_best) {
+    ThrowIfCancelled(problem_.options().stop);
   }
-  if (!problem_->options().progress) return;
-  const double dof = std::max(1.0, problem_->DofPerSample() * samples);
-  problem_->options().progress(
+  if (!problem_.options().progress) return;
+  const double dof = std::max(1.0, problem_.data().DofPerSample() * samples);
+  problem_.options().progress(
       {fit_.solver, epoch, epochs, std::sqrt(squares / dof)});
 }
 
@@ -102,7 +100,7 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
     }
   }
   for (int i = 0; i < n; ++i) {
-    const auto& prior = problem_->free()[i].prior;
+    const auto& prior = problem_.free()[i].prior;
     if (!prior) continue;
     const double weight = fit_.noise / prior->std;
     const double off = weight * (theta[i] - prior->mean);
@@ -131,16 +129,18 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
 Fit Descent::Finish(const Eigen::VectorXd& v) {
   point_.theta = transformation_.Theta(v);
   // What is left is short, and makes the point one that is worth keeping.
-  if (problem_->options().keep_best) problem_->mutable_options()->stop = {};
+  EstimationOptions options = problem_.options();
+  if (options.keep_best) options.stop = {};
+  const ShootingProblem rest = problem_.With(options);
   fit_.defect = std::numeric_limits<double>::infinity();
   // The states were given.
-  SummarizeFit(*problem_, point_, transformation_.size(), &fit_);
+  SummarizeFit(rest, point_, transformation_.size(), &fit_);
   // A start at a bound was moved.
   for (int i = 0; i < transformation_.size(); ++i) {
     fit_.parameters[i].initial = transformation_.start()[i];
   }
-  fit_.horizon = EvaluateHorizon(*problem_, point_.theta);
-  fit_.open = EvaluateOpen(*problem_, point_);
+  fit_.horizon = EvaluateHorizon(rest, point_);
+  fit_.open = EvaluateOpen(rest, point_);
   fit_.wall_time_s = Seconds();
   return fit_;
 }

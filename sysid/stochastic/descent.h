@@ -23,7 +23,7 @@ class Descent {
   // Cuts runs into rollouts of about `segment` seconds (infinity: whole runs)
   // with first states from the data (those of runs that start from rest have
   // no velocity), and chooses the step where the options do not.
-  Descent(ShootingProblem* problem, const std::string& solver, double segment,
+  Descent(const ShootingProblem& problem, const std::string& solver, double segment,
           bool from_rest);
 
   // Why there is no use in starting, else "".
@@ -49,11 +49,11 @@ class Descent {
   Fit Finish(const Eigen::VectorXd& v);
 
  private:
-  ShootingProblem* problem_;
+  const ShootingProblem problem_;
   const bool choose_step_;
   const double start_s_;
   Transformation transformation_;
-  ShootingPoint point_;
+  Solution point_;
   std::unique_ptr<Rollouts> rollouts_;
   std::string hopeless_;
   Fit fit_;

@@ -30,17 +30,17 @@ double RolloutLength(const ShootingProblem& problem,
 
 class MixtureDescent {
  public:
-  MixtureDescent(ShootingProblem* problem, const MixtureOptions& options)
+  MixtureDescent(const ShootingProblem& problem, const MixtureOptions& options)
       : problem_(problem),
         options_(options),
-        descent_(problem, "gmm", RolloutLength(*problem, options),
+        descent_(problem, "gmm", RolloutLength(problem, options),
                  options.from_rest),
         random_(options.seed),
         result_(*descent_.fit()),
-        n_(problem->map().size()) {
+        n_(problem.map().size()) {
     mixture_ = StartingMixture(options.kernels, n_, options.spread, &random_);
     good_ = mixture_;
-    options_.loss.threads = problem->options().threads;
+    options_.loss.threads = problem.options().threads;
     options_.adam.epochs = options.epochs();
     adam_ = std::make_unique<Adam>(static_cast<int>(mixture_.Pack().size()),
                                    options_.adam);
@@ -66,7 +66,7 @@ class MixtureDescent {
   // What the kernels leave open joins what the Jacobian does.
   void MarkDisagreeing();
 
-  ShootingProblem* problem_;
+  const ShootingProblem& problem_;
   MixtureOptions options_;
   Descent descent_;
   std::mt19937_64 random_;
@@ -87,14 +87,14 @@ class MixtureDescent {
 void MixtureDescent::Record(int epoch, int rollouts, double loss) {
   result_.epochs.push_back(
       {epoch, rollouts, loss,
-       InParameters(*problem_, descent_.transformation(), mixture_)});
+       InParameters(problem_, descent_.transformation(), mixture_)});
 }
 
 Eigen::VectorXd MixtureDescent::Estimate() const {
   Eigen::VectorXd theta;
   // A weighted sum of possible bodies is one, unless an inertia has overflown.
   const bool possible =
-      problem_->map().ThetaOf(result_.epochs.back().kernels.Mean(), &theta);
+      problem_.map().ThetaOf(result_.epochs.back().kernels.Mean(), &theta);
   return possible ? descent_.transformation().Inverse(theta) : mixture_.Mean();
 }
 
@@ -104,10 +104,10 @@ void MixtureDescent::CountBeyondBounds() {
   const Eigen::VectorXd slope = descent_.transformation().Slope(mean);
   beyond_.setConstant(draws_.count(), false);
   for (int i = 0; i < n_; ++i) {
-    if (problem_->map().IsTransformed(i)) continue;
+    if (problem_.map().IsTransformed(i)) continue;
     const auto linear = theta[i] + slope[i] * (draws_.v().col(i) - mean[i]);
-    beyond_ = beyond_ || linear < problem_->free()[i].lower ||
-              linear > problem_->free()[i].upper;
+    beyond_ = beyond_ || linear < problem_.free()[i].lower ||
+              linear > problem_.free()[i].upper;
   }
   result_.beyond_bounds += static_cast<int>(beyond_.count());
 }
@@ -190,7 +190,7 @@ void MixtureDescent::Judge() {
   fit->termination =
       std::string(fit->converged ? "settled" : "the mean has not settled") +
       ": a Gauss-Newton step from it would move " +
-      problem_->free()[worst].parameter.name + " by " +
+      problem_.free()[worst].parameter.name + " by " +
       Words("%.2g %%", 100.0 * move) + " of its size" +
       (fit->converged ? ""
                       : "; more --epochs or another --learning_rate may help");
@@ -198,8 +198,8 @@ void MixtureDescent::Judge() {
 
 // Online, too few runs are cut, which the other solvers do not do.
 void MixtureDescent::RemarkOnCuts() {
-  const double length = RolloutLength(*problem_, options_);
-  if (problem_->options().segment > 0 || length == kInfinity) return;
+  const double length = RolloutLength(problem_, options_);
+  if (problem_.options().segment > 0 || length == kInfinity) return;
   result_.remarks.push_back("--online cut the runs into " +
                             std::to_string(descent_.rollouts().size()) +
                             Words(" rollouts of about %.2g s, ", length) +
@@ -264,7 +264,7 @@ void MixtureDescent::RemarkOnKernels() {
                       samples / (noise * noise));
   }
   const double best = *std::min_element(squares.begin(), squares.end());
-  const double dof = std::max(1.0, problem_->DofPerSample() * samples);
+  const double dof = std::max(1.0, problem_.data().DofPerSample() * samples);
   const double equal = kEqual * std::max(1.0, best / dof);
   std::vector<bool> apart(n_, false);
   for (size_t a = 0; a < polished.size(); ++a) {
@@ -279,7 +279,7 @@ void MixtureDescent::RemarkOnKernels() {
   }
   std::vector<std::string> names;
   for (int i = 0; i < n_; ++i) {
-    if (apart[i]) names.push_back(problem_->free()[i].parameter.name);
+    if (apart[i]) names.push_back(problem_.free()[i].parameter.name);
   }
   if (names.empty()) return;
   result_.remarks.push_back("the kernels lead to different " + Join(names) +
@@ -342,7 +342,7 @@ MixtureFit MixtureDescent::Run() {
 
 }  // namespace
 
-MixtureFit FitGaussianMixture(ShootingProblem* problem,
+MixtureFit FitGaussianMixture(const ShootingProblem& problem,
                               const MixtureOptions& options) {
   return MixtureDescent(problem, options).Run();
 }

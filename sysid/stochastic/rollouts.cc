@@ -7,12 +7,12 @@
 
 namespace sysid {
 
-Rollouts::Rollouts(const ShootingProblem* problem, const ShootingPoint& point)
-    : problem_(problem) {
-  const double position_noise = problem->PooledNoise();
+Rollouts::Rollouts(const ShootingProblem* problem, const Solution& point)
+    : problem_(problem), rollout_(point.rollout) {
+  const double position_noise = problem->data().PooledNoise();
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const RunData& data = *problem->runs()[r];
-    const ShootingPoint::Nodes& nodes = point.runs[r];
+    const Solution::Nodes& nodes = point.runs[r];
     for (int k = 0; k < nodes.segments(); ++k) {
       One one;
       one.measurements = &data.measurements;
@@ -43,7 +43,7 @@ Rollouts::Rollouts(const ShootingProblem* problem, const ShootingPoint& point)
 SegmentRollout Rollouts::functor(int i) const {
   const One& one = all_[i];
   return SegmentRollout(&problem_->model(), &problem_->map(), one.measurements,
-                        one.first, one.last, problem_->options().rollout);
+                        one.first, one.last, rollout_);
 }
 
 bool Rollouts::Errors(int i, const double* theta, double* errors) const {
@@ -90,8 +90,8 @@ int Rollouts::Samples(const std::vector<int>& which) const {
   return count;
 }
 
-void StartAtRest(const Model& model, ShootingPoint* point) {
-  for (ShootingPoint::Nodes& nodes : point->runs) {
+void StartAtRest(const Model& model, Solution* point) {
+  for (Solution::Nodes& nodes : point->runs) {
     nodes.states.row(0).tail(model.nv()).setZero();
   }
 }

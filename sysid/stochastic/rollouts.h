@@ -23,8 +23,11 @@ namespace sysid {
 // times the negative log-posterior, doubled, a sample.
 class Rollouts {
  public:
-  // The problem must outlive it. Its integration step is read at every call.
-  Rollouts(const ShootingProblem* problem, const ShootingPoint& point);
+  // The problem must outlive it.
+  Rollouts(const ShootingProblem* problem, const Solution& point);
+
+  // The step changes on the way.
+  void SetStep(double step) { rollout_.step = step; }
 
   int size() const { return static_cast<int>(all_.size()); }
   int num_parameters() const { return problem_->map().size(); }
@@ -68,13 +71,14 @@ class Rollouts {
   };
 
   const ShootingProblem* problem_;
+  RolloutOptions rollout_;
   std::vector<One> all_;
 };
 
 template <typename T>
 T Rollouts::Prior(const T* theta) const {
   T sum(0.0);
-  const double noise = problem_->PooledNoise();
+  const double noise = problem_->data().PooledNoise();
   for (int i = 0; i < num_parameters(); ++i) {
     const auto& prior = problem_->free()[i].prior;
     if (!prior) continue;
@@ -86,7 +90,7 @@ T Rollouts::Prior(const T* theta) const {
 
 // The first state of every run has no velocity; a rollout that starts in the
 // middle of a run keeps its own.
-void StartAtRest(const Model& model, ShootingPoint* point);
+void StartAtRest(const Model& model, Solution* point);
 
 // 0 .. count - 1.
 std::vector<int> FirstOnes(int count);

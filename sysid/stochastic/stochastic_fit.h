@@ -33,7 +33,7 @@ struct AdamFitOptions {
 };
 
 // Deterministic: equation 1.
-Fit FitAdam(ShootingProblem* problem, const AdamFitOptions& options);
+Fit FitAdam(const ShootingProblem& problem, const AdamFitOptions& options);
 
 struct MixtureEpoch {
   int epoch = 0;
@@ -85,7 +85,7 @@ struct MixtureFit {
   explicit MixtureFit(const Fit& f) : fit(f) {}
 };
 
-MixtureFit FitGaussianMixture(ShootingProblem* problem,
+MixtureFit FitGaussianMixture(const ShootingProblem& problem,
                               const MixtureOptions& options);
 
 // Draws from the mixture: parameter values, count x n, all within bounds.

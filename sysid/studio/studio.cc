@@ -23,9 +23,7 @@ Json Failed(const std::string& error, const std::string& hint) {
 
 Studio::Studio(StudioSetup setup)
     : setup_(std::move(setup)),
-      noise_(setup_.problem.model, setup_.problem.free, setup_.problem.train,
-             setup_.problem.options),
-      header_(PageHeader(SourceOf(setup_, noise_))),
+      header_(PageHeader(SourceOf(setup_))),
       folder_(setup_),
       models_(folder_.TakeModels()) {}
 
@@ -98,7 +96,7 @@ void Studio::Work(const std::stop_token& stop, const StudioChange& change,
   Json end;
   try {
     model = std::make_shared<const StudioModel>(FitStudioModel(
-        setup_, noise_, change, id, stop,
+        setup_, change, id, stop,
         [&](const Progress& progress) { Report(title, start_s, progress); }));
     folder_.Save(*model);
     end = {{"type", "done"}, {"model", id}};

@@ -80,7 +80,6 @@ class Studio {
               const Progress& progress);
 
   const StudioSetup setup_;
-  const ShootingProblem noise_;  // of the runs that the search takes
   const Json header_;            // PageData without models
 
   StudioFolder folder_;       // the worker's

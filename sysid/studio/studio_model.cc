@@ -141,18 +141,17 @@ std::string NextCommand(const PageSource& source, const Diagnosis& diagnosis,
 
 }  // namespace
 
-PageSource SourceOf(const StudioSetup& setup, const ShootingProblem& noise) {
+PageSource SourceOf(const StudioSetup& setup) {
   PageSource source = setup.page;
   source.live = true;
   source.session = &setup.session;
-  source.train = &noise;
-  source.holdout = &setup.problem.holdout;
+  source.train = setup.problem.train.get();
+  source.holdout = setup.problem.holdout.get();
   return source;
 }
 
 StudioModel FitStudioModel(
-    const StudioSetup& setup, const ShootingProblem& noise,
-    const StudioChange& change, int id, const std::stop_token& stop,
+    const StudioSetup& setup, const StudioChange& change, int id, const std::stop_token& stop,
     const std::function<void(const Progress&)>& progress) {
   const Changed changed = Apply(setup, change);
   DiagnosisProblem problem = WithEffects(
@@ -179,7 +178,7 @@ StudioModel FitStudioModel(
   for (const CandidateEffect& candidate : diagnosis.candidates) {
     model.candidates[candidate.screened.name()] = StartOf(candidate);
   }
-  PageSource source = SourceOf(setup, noise);
+  PageSource source = SourceOf(setup);
   source.fit_command = [&](const std::string& add, const std::string& fix) {
     std::vector<std::string> all = model.effects;
     if (!add.empty()) all.push_back(add);

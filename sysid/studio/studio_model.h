@@ -65,15 +65,14 @@ struct StudioChange {
 void CheckChange(const StudioSetup& setup, const StudioChange& change);
 
 // What all models of the session share, for its page. Points at both.
-PageSource SourceOf(const StudioSetup& setup, const ShootingProblem& noise);
+PageSource SourceOf(const StudioSetup& setup);
 
 // The changed model, fitted, diagnosed, and fitted once more to whole runs for
 // its files. Added effects start at what their refit found, or else at what the
 // screening expects. Throws Cancelled where `stop` asks for it. `noise` is that
 // of the training runs.
 StudioModel FitStudioModel(
-    const StudioSetup& setup, const ShootingProblem& noise,
-    const StudioChange& change, int id, const std::stop_token& stop,
+    const StudioSetup& setup, const StudioChange& change, int id, const std::stop_token& stop,
     const std::function<void(const Progress&)>& progress);
 
 // As it is saved; reading throws InputError at `file`.

@@ -175,7 +175,7 @@ bool HasDoublePendulum() {
 double FitError(const Session& session) {
   ShootingProblem problem(session.model, session.free, session.runs,
                           session.options);
-  return FitLevenbergMarquardt(&problem).train.total.normalized_rms;
+  return FitLevenbergMarquardt(problem).train.total.normalized_rms;
 }
 
 // The value of a flag: the remedy's, where it is one, else as it was.

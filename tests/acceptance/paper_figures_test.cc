@@ -71,7 +71,7 @@ TEST(Figure1, AdamSettlesWithinEightyEpochsOnAModelWithoutTheDamping) {
                                  {Integrator::kSemiImplicitEuler, kStep});
     AdamFitOptions options;
     options.from_rest = true;
-    const Fit fit = FitAdam(problem.get(), options);
+    const Fit fit = FitAdam(*problem, options);
     EXPECT_TRUE(fit.converged) << fit.termination;
     EXPECT_GE(fit.history.front().cost, 4.0 * fit.history.back().cost);
     EXPECT_LE(SettledAt(fit.history), 80) << "seed " << seed;
@@ -85,7 +85,7 @@ TEST(Figure1, LevenbergMarquardtNeedsFifteenIterationsForTheSame) {
   for (int seed = 1; seed <= 10; ++seed) {
     const auto problem = Figure1(Shipped("pendulum2"), 1e-3, seed,
                                  {Integrator::kSemiImplicitEuler, 0.0});
-    const Fit fit = FitLevenbergMarquardt(problem.get());
+    const Fit fit = FitLevenbergMarquardt(*problem);
     EXPECT_TRUE(fit.converged) << fit.termination;
     EXPECT_LE(fit.iterations, 15) << "seed " << seed;
   }
@@ -101,8 +101,8 @@ TEST(Figure1, WithDampingAndRungeKuttaBothFindTheLengthsWithinTwoPercent) {
     AdamFitOptions options;
     options.from_rest = true;
     options.adam.epochs = 1500;
-    const Fit fits[] = {FitLevenbergMarquardt(lm.get()),
-                        FitAdam(adam.get(), options)};
+    const Fit fits[] = {FitLevenbergMarquardt(*lm),
+                        FitAdam(*adam, options)};
     lm_converged += fits[0].converged;
     EXPECT_TRUE(fits[1].converged) << fits[1].termination;
     for (const Fit& fit : fits) {
@@ -140,7 +140,7 @@ TEST(Figure2, TheMixtureFindsThreeLengthsFromRunsThatArriveOneByOne) {
     options.from_rest = true;
     options.online = true;
     options.seed = seed;
-    const MixtureFit fit = FitGaussianMixture(&problem, options);
+    const MixtureFit fit = FitGaussianMixture(problem, options);
     const ParameterMixture& first = fit.epochs.front().kernels;
     const ParameterMixture& then = fit.epochs[kEpoch].kernels;
     bool ok = true;

@@ -90,7 +90,7 @@ TEST_P(Pendulum3, LengthsStartedThirtyPercentOffEndWithinATenthOfAPercent) {
     EstimationOptions options;
     options.threads = 2;
     ShootingProblem problem(model, FreeLengths(model, start), {run}, options);
-    const Fit fit = FitLevenbergMarquardt(&problem);
+    const Fit fit = FitLevenbergMarquardt(problem);
     ASSERT_TRUE(fit.converged) << "seed " << seed << ": " << fit.termination;
     for (size_t i = 0; i < truth.size(); ++i) {
       const ParameterEstimate& p = fit.parameters[i];
@@ -124,7 +124,7 @@ Fit FitFigure1(const Model& truth, double noise, int seed, const Model& model) {
   options.noise = noise;
   ShootingProblem problem(model, FreeLengths(model, {1.0, 1.0}), {run},
                           options);
-  return FitLevenbergMarquardt(&problem);
+  return FitLevenbergMarquardt(problem);
 }
 
 TEST(Figure1, IsSolvedInFifteenIterationsWithoutNoise) {

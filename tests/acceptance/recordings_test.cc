@@ -31,7 +31,7 @@ Fit FitOf(const FitRequest& request) {
   const Session session = OpenSession(request, catalogue);
   ShootingProblem problem(session.model, session.free, session.runs,
                           session.options);
-  return FitLevenbergMarquardt(&problem);
+  return FitLevenbergMarquardt(problem);
 }
 
 double ValueOfParameter(const Fit& fit, const std::string& name) {

@@ -80,7 +80,7 @@ struct Fitted {
     options.threads = 1;
     problem = std::make_unique<ShootingProblem>(
         model, FreeFrom(model, Free(name)), runs, options);
-    fit = FitIndependentSegments(problem.get());
+    fit = FitIndependentSegments(*problem);
     const Catalogue catalogue;
     for (const std::string& candidate :
          catalogue.Candidates(model.mechanism())) {
@@ -93,7 +93,7 @@ struct Fitted {
   // want its core. Seconds an iteration of the fit's last stage takes, from
   // parameters that are a little off.
   double MeasureIteration() const {
-    ShootingPoint point = fit.point;
+    Solution point = fit.point;
     point.theta *= 1.01;
     ShootingStage::Options options;
     options.defect = fit.defect;

@@ -79,7 +79,7 @@ std::vector<FreeParameter> Lengths(const Model& model, double factor) {
 // by `defect` (ShootingStage::Options).
 struct Task {
   std::unique_ptr<ShootingProblem> problem;
-  ShootingPoint point;
+  Solution point;
   ShootingStage::Options options;
   double factor;
 
@@ -94,7 +94,7 @@ struct Task {
         estimation);
     const int samples = problem->runs().front()->run.size() - 1;
     point.theta = problem->InitialTheta();
-    ShootingPoint::Nodes nodes;
+    Solution::Nodes nodes;
     if (single) {
       nodes.samples = {0, samples};
       nodes.states = RandomState(model, kTilt, 1).transpose();
@@ -112,7 +112,7 @@ struct Task {
     options.function_tolerance = 1e-6;
   }
 
-  StageSummary Solve(ShootingPoint* at) const {
+  StageSummary Solve(Solution* at) const {
     *at = point;
     std::vector<HistoryEntry> history;
     ShootingStage stage(*problem, options, at);
@@ -151,7 +151,7 @@ class Reference {
   void Write(const Task& task) const {
     const Model& model = task.problem->model();
     const RunData& data = *task.problem->runs().front();
-    const ShootingPoint::Nodes& nodes = task.point.runs.front();
+    const Solution::Nodes& nodes = task.point.runs.front();
     std::ofstream(folder_ / "model.xml") << ToMjcf(model.mechanism(), {});
     Json json;
     json["samples"] = nodes.samples[1];
@@ -215,7 +215,7 @@ Eigen::VectorXd StandardErrors() {
 void FitBesideScipy(benchmark::State& state, double factor, double defect) {
   const Task task(factor, defect);
   const Eigen::VectorXd sigma = StandardErrors();
-  ShootingPoint point;
+  Solution point;
   StageSummary done;
   const double start = Cpu();
   for (auto _ : state) done = task.Solve(&point);

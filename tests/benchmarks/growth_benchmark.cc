@@ -76,7 +76,7 @@ Growth Measure(int samples, int rounds) {
   const ShootingProblem problem(
       model, FreeFrom(model, {{"link1.length", 0.52}, {"link2.length", 0.48}}),
       {Simulate(model, RandomState(model, 0.5, 1), simulation)}, options);
-  const ShootingPoint start = CutPoint(problem, problem.InitialTheta(),
+  const Solution start = CutPoint(problem, problem.InitialTheta(),
                                        AllStatesFromData(problem), kSegment);
   ShootingStage::Options stage_options;
   stage_options.defect = kMiddleDefect;
@@ -89,7 +89,7 @@ Growth Measure(int samples, int rounds) {
     const double began = Cpu();
     int linearised = 0;
     for (int i = 0; i < repeats; ++i) {
-      ShootingPoint point = start;
+      Solution point = start;
       std::vector<HistoryEntry> history;
       ShootingStage stage(problem, stage_options, &point);
       linearised += stage.Solve("growth", Now(), &history).iterations + 1;

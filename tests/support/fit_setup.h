@@ -58,11 +58,19 @@ inline std::vector<FreeParameter> FreeFrom(const Model& model,
   return free;
 }
 
+// The same problem with options that `change` sets.
+template <typename Change>
+ShootingProblem Changed(const ShootingProblem& problem, const Change& change) {
+  EstimationOptions options = problem.options();
+  change(&options);
+  return problem.With(options);
+}
+
 inline Fit FitRuns(const Model& model, const std::vector<FreeParameter>& free,
                    std::vector<Run> runs,
                    const EstimationOptions& options = {}) {
   ShootingProblem problem(model, free, std::move(runs), options);
-  return FitLevenbergMarquardt(&problem);
+  return FitLevenbergMarquardt(problem);
 }
 
 inline const ParameterEstimate& EstimateOf(const Fit& fit,

@@ -24,7 +24,7 @@ double Scale(const HiddenData& data, double estimated_noise) {
 Fit FitCase(const HiddenData& data, const Model& model,
             const std::vector<FreeParameter>& free) {
   ShootingProblem problem(model, free, data.train, Options());
-  return FitIndependentSegments(&problem);
+  return FitIndependentSegments(problem);
 }
 
 // The plain model with these of the planted effects, fitted from the truth.
@@ -61,9 +61,8 @@ Outcome DiagnoseCase(const HiddenData& data) {
   const auto start = std::chrono::steady_clock::now();
   DiagnosisProblem problem(data.mechanism.plain);
   problem.free = data.mechanism.free;
-  problem.train = data.train;
-  problem.holdout = {data.holdout};
   problem.options = Options();
+  problem.SetRuns(data.train, {data.holdout});
   const Catalogue catalogue;
   const Mechanism& mechanism = data.mechanism.plain.mechanism();
   std::vector<std::shared_ptr<const Effect>> candidates;

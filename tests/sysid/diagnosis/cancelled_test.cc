@@ -47,7 +47,7 @@ TEST(Cancelled, EndsAFitAtItsNextIteration) {
       Stopper stopper(&options);
       stopper.at = at;
       ShootingProblem problem(runs.model, runs.free, runs.train, options);
-      EXPECT_THROW(fit(&problem), Cancelled);
+      EXPECT_THROW(fit(problem), Cancelled);
       EXPECT_EQ(stopper.doing.size(), at);
     }
   }
@@ -95,7 +95,7 @@ TEST(Interrupted, FitHasItsBestPointFromEachOfItsStages) {
   {
     Stopper never(&options);
     ShootingProblem problem(runs.model, runs.free, runs.train, options);
-    EXPECT_TRUE(FitLevenbergMarquardt(&problem).converged);
+    EXPECT_TRUE(FitLevenbergMarquardt(problem).converged);
     doing = never.doing;
   }
   {
@@ -103,7 +103,7 @@ TEST(Interrupted, FitHasItsBestPointFromEachOfItsStages) {
     Stopper stopper(&options);
     stopper.source.request_stop();
     ShootingProblem problem(runs.model, runs.free, runs.train, options);
-    EXPECT_THROW(FitLevenbergMarquardt(&problem), Cancelled);
+    EXPECT_THROW(FitLevenbergMarquardt(problem), Cancelled);
   }
   const auto parts = Parts(doing);
   ASSERT_GE(parts.size(), 3u);
@@ -112,7 +112,7 @@ TEST(Interrupted, FitHasItsBestPointFromEachOfItsStages) {
     Stopper stopper(&options);
     stopper.at = first;
     ShootingProblem problem(runs.model, runs.free, runs.train, options);
-    const Fit fit = FitLevenbergMarquardt(&problem);
+    const Fit fit = FitLevenbergMarquardt(problem);
     EXPECT_FALSE(fit.converged);
     EXPECT_GT(fit.iterations, 0);
     EXPECT_EQ(fit.iterations, fit.history.back().iteration);
@@ -136,7 +136,7 @@ TEST(Interrupted, FitsThatAreJudgedKeepNothing) {
   Stopper stopper(&options);
   stopper.at = 6;
   ShootingProblem problem(runs.model, runs.free, runs.train, options);
-  EXPECT_THROW(FitIndependentSegments(&problem), Cancelled);
+  EXPECT_THROW(FitIndependentSegments(problem), Cancelled);
 }
 
 TEST(Interrupted, DiagnosisHasWhatItJudgedByThen) {

@@ -265,7 +265,8 @@ TEST(Diagnose, RefusesWhatLowersOnlyTheFittedError) {
                       {"viscous_damping@joint1"},
                       {{"joint1.damping", 0.05}}};
   DiagnosisProblem problem = ProblemOf(damped);
-  problem.holdout = RecordAll({"pendulum2_planar", {}, {}}, 1);
+  problem.SetRuns(RunsOf(*problem.train),
+                  RecordAll({"pendulum2_planar", {}, {}}, 1));
   const Diagnosis diagnosis = Diagnosed(problem);
   SCOPED_TRACE(Print(diagnosis));
   const CandidateEffect* damping = Find(diagnosis, "viscous_damping@joint1");

@@ -48,9 +48,8 @@ inline DiagnosisProblem MakeProblem(const Model& model,
                                     std::vector<Run> runs) {
   DiagnosisProblem problem(model);
   problem.free = FreeFrom(model, free);
-  problem.holdout = {runs.front()};
-  problem.train.assign(runs.begin() + 1, runs.end());
   problem.options.noise = kSetupNoise;
+  problem.SetRuns({runs.begin() + 1, runs.end()}, {runs.front()});
   return problem;
 }
 

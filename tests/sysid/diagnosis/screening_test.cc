@@ -22,9 +22,9 @@ struct Screened {
   Screening screening;
 
   explicit Screened(const DiagnosisProblem& problem) : base(problem.model) {
-    base.problem = std::make_unique<ShootingProblem>(
+    base.problem = std::make_shared<const ShootingProblem>(
         problem.model, problem.free, problem.train, problem.options);
-    base.fit = FitIndependentSegments(base.problem.get());
+    base.fit = FitIndependentSegments(*base.problem);
     EXPECT_TRUE(base.fit.converged);
     const LinearizedFit linearized(*base.problem, base.fit.point);
     EXPECT_TRUE(linearized.Valid());
@@ -70,7 +70,7 @@ TEST(CandidateColumns, DoNotDependOnTheOthers) {
                    Record(truth, 2, {.duration = 1.0, .level = 0.5})});
   ShootingProblem shooting(problem.model, problem.free, problem.train,
                            problem.options);
-  const Fit fit = FitIndependentSegments(&shooting);
+  const Fit fit = FitIndependentSegments(shooting);
   const LinearizedFit linearized(shooting, fit.point);
   ASSERT_TRUE(linearized.Valid());
   const auto effects = AllCandidates(problem.model);

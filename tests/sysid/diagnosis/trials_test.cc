@@ -84,7 +84,7 @@ TEST(JudgeJoined, FindsTheSpinsThatSegmentsMiss) {
   Judgement base = JudgeBase(problem);
   ASSERT_TRUE(HasBlindStates(base));
   // Spins by 20 rad/s about each link, which no heading shows.
-  for (ShootingPoint::Nodes* nodes :
+  for (Solution::Nodes* nodes :
        {&base.fit.point.runs[0], &base.holdout_point.runs[0]}) {
     for (int k = 0; k < nodes->segments(); ++k) {
       for (const Body& body : model.bodies()) {

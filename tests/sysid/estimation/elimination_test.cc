@@ -144,6 +144,91 @@ TEST(EliminateStates, KnowsNothingWithoutData) {
   EXPECT_EQ(R, RowMatrixXd::Zero(3, 4));
 }
 
+// A damped step of everything, from the reductions of the runs alone: theta's
+// from their merged roots, then each run's states by itself.
+TEST(RunReduction, GivesTheDampedStepOfTheDenseProblem) {
+  Random random(6);
+  constexpr int kTangent = 4, kTheta = 3;
+  const std::vector<RunLinearization> runs = {
+      RandomRun({9, 12, 7}, kTangent, kTheta, &random),
+      RandomRun({11, 6}, kTangent, kTheta, &random),
+      RandomRun({3}, kTangent, kTheta, &random)};
+  const VectorXd damping =
+      random.NormalVector(kTangent).cwiseAbs() + VectorXd::Constant(4, 0.1);
+  const VectorXd theta_damping =
+      random.NormalVector(kTheta).cwiseAbs() + VectorXd::Constant(3, 0.1);
+  Dense dense(runs, RowMatrixXd(0, kTheta), VectorXd(0));
+  dense.H.diagonal().head(kTheta) += theta_damping.cwiseAbs2();
+  for (int at = kTheta; at < dense.H.cols(); at += kTangent) {
+    dense.H.diagonal().segment(at, kTangent) += damping.cwiseAbs2();
+  }
+  const VectorXd step = -dense.H.ldlt().solve(dense.g);
+  std::vector<RunReduction> reduced;
+  std::vector<RowMatrixXd> roots;
+  for (const RunLinearization& run : runs) {
+    reduced.emplace_back(run, damping);
+    roots.push_back(reduced.back().root());
+  }
+  RowMatrixXd damped = RowMatrixXd::Zero(kTheta, kTheta + 1);
+  damped.leftCols(kTheta) = theta_damping.asDiagonal();
+  roots.push_back(damped);
+  const RowMatrixXd R = MergeRoots(roots);
+  const VectorXd dtheta =
+      -R.topLeftCorner(kTheta, kTheta)
+           .triangularView<Eigen::Upper>()
+           .solve(R.topRightCorner(kTheta, 1))
+           .col(0);
+  EXPECT_LT((dtheta - step.head(kTheta)).norm(), 1e-11 * step.norm());
+  int at = kTheta;
+  for (const RunReduction& run : reduced) {
+    const RowMatrixXd dx = run.SubstituteBack(dtheta);
+    for (int k = 0; k < dx.rows(); ++k, at += kTangent) {
+      EXPECT_LT(
+          (dx.row(k).transpose() - step.segment(at, kTangent)).norm(),
+          1e-11 * step.norm());
+    }
+  }
+  EXPECT_EQ(at, step.size());
+}
+
+// The cost of the best states is known from the root alone.
+TEST(RunReduction, KeepsTheCost) {
+  Random random(7);
+  const RunLinearization run = RandomRun({9, 12, 7}, 4, 3, &random);
+  const Dense dense({run}, RowMatrixXd(0, 3), VectorXd(0));
+  double squares = run.r_prior.squaredNorm();
+  for (const auto& segment : run.segments) squares += segment.r.squaredNorm();
+  const VectorXd dtheta = random.NormalVector(3);
+  VectorXd homogeneous(4);
+  homogeneous << dtheta, 1.0;
+  const double from_root =
+      (RunReduction(run).root() * homogeneous).squaredNorm();
+  // |r|^2 + 2 g' d + d' H d at the best states for dtheta.
+  const int n = static_cast<int>(dense.H.cols()) - 3;
+  const MatrixXd H_xx = dense.H.bottomRightCorner(n, n);
+  const VectorXd b = dense.g.tail(n) + dense.H.bottomLeftCorner(n, 3) * dtheta;
+  const double expected =
+      squares + 2.0 * dense.g.head(3).dot(dtheta) +
+      dtheta.dot(dense.H.topLeftCorner(3, 3) * dtheta) - b.dot(H_xx.ldlt().solve(b));
+  EXPECT_NEAR(from_root, expected, 1e-10 * squares);
+}
+
+// In any order and any grouping the same information.
+TEST(MergeRoots, DoesNotDependOnTheOrder) {
+  Random random(8);
+  std::vector<RowMatrixXd> roots;
+  for (int r = 0; r < 5; ++r) {
+    roots.push_back(
+        RunReduction(RandomRun({9, 5 + r}, 4, 3, &random)).root());
+  }
+  const RowMatrixXd all = MergeRoots(roots);
+  const RowMatrixXd grouped =
+      MergeRoots({MergeRoots({roots[4], roots[1]}),
+                  MergeRoots({roots[3], MergeRoots({roots[0], roots[2]})})});
+  const MatrixXd H = all.transpose() * all;
+  EXPECT_LT((grouped.transpose() * grouped - H).norm(), 1e-13 * H.norm());
+}
+
 TEST(EliminateStates, HoldsStiffDefects) {
   Random random(5);
   // Rows of 1e4 beside rows of 1: what squares them loses half the digits.

@@ -25,11 +25,11 @@ sysid::Run Simulated(const Model& model, int seed, double noise = 1e-3,
 
 Holdout Predict(const Model& model, const sysid::Run& held_out,
                 const sysid::Run& train) {
-  EstimationOptions options;
-  ShootingProblem problem(model, FreeFrom(model, {{"link1.length", 0.5}}),
-                          {train}, options);
-  problem.mutable_options()->rollout.step = 0.01;
-  return PredictHoldout(model, {held_out}, problem, 0.5);
+  const EstimationOptions options;
+  const auto fitted = MakeDataSet(model, {train}, options);
+  return PredictHoldout(OpenHoldout(
+      model, MakeDataSetLike(model, {held_out}, options, *fitted), options,
+      {.step = 0.01}, 0.5));
 }
 
 TEST(PredictHoldout, IsAtTheNoiseFloorForTheRightModel) {
@@ -74,7 +74,7 @@ struct Exact {
     problem = std::make_unique<ShootingProblem>(
         model, std::vector<FreeParameter>(),
         std::vector<sysid::Run>{Simulated(model, 5, noise, 10.0)}, options);
-    ShootingPoint::Nodes nodes;
+    Solution::Nodes nodes;
     nodes.samples = {0, 1000};
     nodes.states = RandomState(model, 0.5, 5).transpose();
     point.theta.resize(0);
@@ -82,7 +82,7 @@ struct Exact {
   }
   Model model;
   std::unique_ptr<ShootingProblem> problem;
-  ShootingPoint point;
+  Solution point;
 };
 
 TEST(EvaluateErrors, CountsIndependentNumbers) {
@@ -146,7 +146,7 @@ TEST(EvaluateHorizon, GrowsFromTheNoiseFloor) {
   options.rollout.step = 0.01;
   const ShootingProblem problem(model, {}, {Simulated(model, 3)}, options);
   const std::vector<HorizonError> horizon =
-      EvaluateHorizon(problem, VectorXd(0));
+      EvaluateHorizon(problem, {.rollout = options.rollout});
   ASSERT_GE(horizon.size(), 6u);
   EXPECT_EQ(horizon.front().horizon_s, 0.05);
   // Within the window that the state was estimated from: the noise.

@@ -25,15 +25,16 @@ struct True {
     problem = std::make_unique<ShootingProblem>(
         model, std::vector<FreeParameter>(),
         std::vector<sysid::Run>{Simulate(model, start, simulation)}, options);
-    ShootingPoint::Nodes nodes;
+    Solution::Nodes nodes;
     nodes.samples = {0, problem->runs()[0]->run.size() - 1};
     nodes.states = start.transpose();
     point.theta.resize(0);
+    point.rollout = options.rollout;
     point.runs.push_back(nodes);
   }
   Model model;
   std::unique_ptr<ShootingProblem> problem;
-  ShootingPoint point;
+  Solution point;
 };
 
 // Of a model that is true: EvaluateHorizon, which estimates its states from the
@@ -49,7 +50,7 @@ TEST(EstimateNoiseHorizon, IsWhatATrueModelReaches) {
         std::tuple("pendulum2_planar", 2.5, 2.8),
         std::tuple("pendulum2", 0.5, 1.4)}) {
     const True truth(name, amplitude, 1e-3);
-    const auto found = EvaluateHorizon(*truth.problem, truth.point.theta);
+    const auto found = EvaluateHorizon(*truth.problem, truth.point);
     const auto noise = EstimateNoiseHorizon(*truth.problem, truth.point);
     ASSERT_EQ(found.size(), noise.size()) << name;
     for (size_t h = 0; h < found.size(); ++h) {

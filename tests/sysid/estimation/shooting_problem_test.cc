@@ -77,7 +77,7 @@ TEST(ShootingProblem, EstimatesTheNoiseOfEachChannel) {
   for (const double sigma : problem.runs()[0]->sigma) {
     EXPECT_NEAR(sigma, 2e-3, 0.15 * 2e-3);
   }
-  EXPECT_NEAR(problem.PooledNoise(), 2e-3, 0.1 * 2e-3);
+  EXPECT_NEAR(problem.data().PooledNoise(), 2e-3, 0.1 * 2e-3);
 }
 
 TEST(ShootingProblem, EstimatesTheNoiseOfSphericalJoints) {
@@ -90,7 +90,7 @@ TEST(ShootingProblem, EstimatesTheNoiseOfSphericalJoints) {
     EstimationOptions estimation;
     estimation.orientation = residual;
     const ShootingProblem problem(model, {}, {run}, estimation);
-    EXPECT_NEAR(problem.PooledNoise(), 2e-3, 0.1 * 2e-3);
+    EXPECT_NEAR(problem.data().PooledNoise(), 2e-3, 0.1 * 2e-3);
   }
 }
 
@@ -106,7 +106,7 @@ TEST(ShootingProblem, PoolsTheNoiseOfASensorOverTheRuns) {
   const ShootingProblem problem(Shipped("pendulum2_planar"), {},
                                 {PlanarRun(1e-3, 1), PlanarRun(3e-3, 2)}, {});
   EXPECT_EQ(problem.runs()[0]->sigma, problem.runs()[1]->sigma);
-  EXPECT_NEAR(problem.PooledNoise(), std::sqrt(5.0) * 1e-3, 0.2e-3);
+  EXPECT_NEAR(problem.data().PooledNoise(), std::sqrt(5.0) * 1e-3, 0.2e-3);
 }
 
 TEST(ShootingProblem, SeesThroughTheWrapOfAnAngle) {
@@ -122,14 +122,14 @@ TEST(ShootingProblem, CountsWhatASampleMeasures) {
   sysid::Run run = PlanarRun(1e-3, 1);
   run.channels[0].values.topRows(run.size() / 2).setConstant(kNaN);
   const ShootingProblem problem(Shipped("pendulum2_planar"), {}, {run}, {});
-  EXPECT_NEAR(problem.DofPerSample(), 1.5, 0.01);
-  EXPECT_NEAR(problem.MedianSamplePeriod(), 0.01, 1e-12);
-  EXPECT_NEAR(problem.LongestDuration(), 5.0, 1e-12);
+  EXPECT_NEAR(problem.data().DofPerSample(), 1.5, 0.01);
+  EXPECT_NEAR(problem.data().MedianSamplePeriod(), 0.01, 1e-12);
+  EXPECT_NEAR(problem.data().LongestDuration(), 5.0, 1e-12);
 }
 
 // --- SampleStates and ChooseStep --------------------------------------------
 
-ShootingPoint PointOf(const ShootingProblem& problem, double length) {
+Solution PointOf(const ShootingProblem& problem, double length) {
   std::vector<RowMatrixXd> states;
   for (size_t r = 0; r < problem.runs().size(); ++r) {
     states.push_back(StatesFromData(problem, static_cast<int>(r)));
@@ -140,7 +140,7 @@ ShootingPoint PointOf(const ShootingProblem& problem, double length) {
 TEST(SampleStates, PassThroughTheNodesAndFollowTheModelBetween) {
   const sysid::Run run = PlanarRun(1e-3, 1);
   const ShootingProblem problem(Shipped("pendulum2_planar"), {}, {run}, {});
-  const ShootingPoint point = PointOf(problem, 0.5);
+  const Solution point = PointOf(problem, 0.5);
   RowMatrixXd states;
   ASSERT_TRUE(SampleStates(problem, point, 0, &states));
   ASSERT_EQ(states.rows(), run.size());

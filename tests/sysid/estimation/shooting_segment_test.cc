@@ -95,7 +95,7 @@ class SegmentTest : public testing::TestWithParam<RobustLoss> {};
 TEST_P(SegmentTest, HasTheNormalEquationsOfAllRows) {
   const At at(GetParam());
   for (const bool with_defect : {true, false}) {
-    ShootingSegment segment(*at.problem, 0, 0, 10, &at.pool);
+    ShootingSegment segment(*at.problem, {}, 0, 0, 10, &at.pool);
     const ShootingSegmentCost cost(&segment, with_defect
                                                  ? std::vector<double>(12, 1e-2)
                                                  : std::vector<double>());
@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(Losses, SegmentTest,
 
 TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
   const At at;
-  ShootingSegment segment(*at.problem, 0, 0, 10, &at.pool);
+  ShootingSegment segment(*at.problem, {}, 0, 0, 10, &at.pool);
   ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
   const RowMatrixXd R = segment.R();
   const double squares = segment.squares();
@@ -126,7 +126,7 @@ TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
     ASSERT_TRUE(segment.Roll(x.data(), theta.data()));
     const double moved = segment.squares();
     EXPECT_NE(moved, squares);
-    ShootingSegment fresh(*at.problem, 0, 0, 10, &at.pool);
+    ShootingSegment fresh(*at.problem, {}, 0, 0, 10, &at.pool);
     ASSERT_TRUE(fresh.Roll(x.data(), theta.data()));
     EXPECT_EQ(moved, fresh.squares());
     ASSERT_TRUE(segment.Linearize(x.data(), theta.data(), Columns::kBoth));
@@ -144,7 +144,7 @@ TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
 
 TEST(ShootingSegment, LinearisesAgainForColumnsThatItDidNotHave) {
   const At at;
-  ShootingSegment segment(*at.problem, 0, 0, 10, &at.pool);
+  ShootingSegment segment(*at.problem, {}, 0, 0, 10, &at.pool);
   ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kState));
   EXPECT_EQ(segment.R().cols(), 12);
   ASSERT_TRUE(segment.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
@@ -155,8 +155,8 @@ TEST(ShootingSegment, LinearisesAgainForColumnsThatItDidNotHave) {
 
 TEST(ShootingSegment, LinearisesByThetaAlone) {
   const At at;
-  ShootingSegment some(*at.problem, 0, 0, 10, &at.pool),
-      all(*at.problem, 0, 0, 10, &at.pool);
+  ShootingSegment some(*at.problem, {}, 0, 0, 10, &at.pool),
+      all(*at.problem, {}, 0, 0, 10, &at.pool);
   ASSERT_TRUE(some.Linearize(at.x.data(), at.theta.data(), Columns::kTheta));
   ASSERT_TRUE(all.Linearize(at.x.data(), at.theta.data(), Columns::kBoth));
   EXPECT_EQ(some.R().cols(), 2);
@@ -172,7 +172,7 @@ TEST(ShootingSegment, LinearisesByThetaAlone) {
 
 TEST(ShootingSegment, ForgetsWhatFailed) {
   const At at;
-  ShootingSegment segment(*at.problem, 0, 0, 10, &at.pool);
+  ShootingSegment segment(*at.problem, {}, 0, 0, 10, &at.pool);
   ASSERT_TRUE(segment.Roll(at.x.data(), at.theta.data()));
   VectorXd x = at.x;
   x[at.problem->model().nq()] = std::nan("");
@@ -182,15 +182,16 @@ TEST(ShootingSegment, ForgetsWhatFailed) {
 
 TEST(ShootingSegments, FitTheirCutAndStepAlone) {
   At at;
-  ShootingPoint point;
+  Solution point;
   point.runs.push_back({{0, 10, 20}, {}});
   const ShootingSegments segments(*at.problem, point);
-  EXPECT_TRUE(segments.Fit(*at.problem, point));
-  ShootingPoint other = point;
+  EXPECT_TRUE(segments.Fit(point));
+  Solution other = point;
   other.runs[0].samples[1] = 9;
-  EXPECT_FALSE(segments.Fit(*at.problem, other));
-  at.problem->mutable_options()->rollout.step = 0.005;
-  EXPECT_FALSE(segments.Fit(*at.problem, point));
+  EXPECT_FALSE(segments.Fit(other));
+  other = point;
+  other.rollout.step = 0.005;
+  EXPECT_FALSE(segments.Fit(other));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "models/state.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/linearization.h"
 #include "sysid/estimation/segmentation.h"
 #include "tests/support/fit_setup.h"
 #include "tests/support/ridders.h"
@@ -43,10 +44,14 @@ struct Problem {
     problem = std::make_unique<ShootingProblem>(model, free, runs, options);
     std::vector<RowMatrixXd> states = {StatesFromData(*problem, 0),
                                        StatesFromData(*problem, 1)};
-    point = CutPoint(*problem, problem->InitialTheta(), states, 0.25);
+    start = point = CutPoint(*problem, problem->InitialTheta(), states, 0.25);
+  }
+  // All rows of a stage that began at the start.
+  LinearizationOptions Rows(double defect) const {
+    return {.defect = defect, .believed = &start, .triangular = false};
   }
   std::unique_ptr<ShootingProblem> problem;
-  ShootingPoint point;
+  Solution start, point;
 };
 
 ShootingStage::Options WithDefect(double defect) {
@@ -57,12 +62,12 @@ ShootingStage::Options WithDefect(double defect) {
 
 // Every whitened residual in one column: priors of theta, then run by run the
 // prior of the first state and the segments.
-VectorXd AllResiduals(const ShootingStage& stage) {
+VectorXd AllResiduals(const Problem& at, double defect) {
   std::vector<RunLinearization> runs;
-  EXPECT_TRUE(stage.Linearize(&runs));
+  EXPECT_TRUE(Linearize(*at.problem, at.point, at.Rows(defect), &runs));
   RowMatrixXd J;
   VectorXd all;
-  stage.LinearizePriors(&J, &all);
+  LinearizePriors(*at.problem, at.point.theta, &J, &all);
   const auto append = [&](const VectorXd& r) {
     all.conservativeResize(all.size() + r.size());
     all.tail(r.size()) = r;
@@ -76,8 +81,8 @@ VectorXd AllResiduals(const ShootingStage& stage) {
 
 class StageTest : public testing::TestWithParam<RobustLoss> {};
 
-double Cost(const ShootingStage& stage) {
-  return 0.5 * AllResiduals(stage).squaredNorm();
+double Cost(const Problem& at, double defect) {
+  return 0.5 * AllResiduals(at, defect).squaredNorm();
 }
 
 MatrixXd Columns(const SegmentLinearization& segment) {
@@ -95,11 +100,11 @@ MatrixXd Columns(const SegmentLinearization& segment) {
 TEST_P(StageTest, LinearizesWhatItMinimises) {
   Problem at(GetParam());
   ShootingStage stage(*at.problem, WithDefect(0.3), &at.point);
-  const double before = Cost(stage);
+  const double before = Cost(at, 0.3);
   std::vector<HistoryEntry> history;
   const StageSummary summary = stage.Solve("test", Now(), &history);
   EXPECT_NEAR(history.front().cost, before, 1e-9 * before);
-  EXPECT_NEAR(summary.cost, Cost(stage), 1e-9 * summary.cost);
+  EXPECT_NEAR(summary.cost, Cost(at, 0.3), 1e-9 * summary.cost);
 }
 
 TEST_P(StageTest, LinearizesWhatItMinimisesOfIndependentSegments) {
@@ -107,17 +112,18 @@ TEST_P(StageTest, LinearizesWhatItMinimisesOfIndependentSegments) {
   ShootingStage stage(*at.problem, WithDefect(kInfinity), &at.point);
   std::vector<HistoryEntry> history;
   const StageSummary summary = stage.Solve("test", Now(), &history);
-  EXPECT_NEAR(summary.cost, Cost(stage), 1e-9 * summary.cost);
+  EXPECT_NEAR(summary.cost, Cost(at, kInfinity), 1e-9 * summary.cost);
 }
 
 // The same least squares of theta and states, of far fewer rows.
 TEST_P(StageTest, LinearizesTheSameByATriangularFactor) {
   for (const double defect : {0.3, kInfinity}) {
     Problem at(GetParam());
-    const ShootingStage stage(*at.problem, WithDefect(defect), &at.point);
     std::vector<RunLinearization> all, triangular;
-    ASSERT_TRUE(stage.Linearize(&all));
-    ASSERT_TRUE(stage.Linearize(&triangular, ShootingStage::Rows::kTriangular));
+    LinearizationOptions rows = at.Rows(defect);
+    ASSERT_TRUE(Linearize(*at.problem, at.point, rows, &all));
+    rows.triangular = true;
+    ASSERT_TRUE(Linearize(*at.problem, at.point, rows, &triangular));
     for (size_t r = 0; r < all.size(); ++r) {
       for (size_t k = 0; k < all[r].segments.size(); ++k) {
         const SegmentLinearization& a = all[r].segments[k];
@@ -136,15 +142,14 @@ TEST_P(StageTest, LinearizesTheSameByATriangularFactor) {
 
 TEST_P(StageTest, LinearizesAsDifferencesDo) {
   Problem at(GetParam());
-  const ShootingStage stage(*at.problem, WithDefect(0.3), &at.point);
   std::vector<RunLinearization> runs;
-  ASSERT_TRUE(stage.Linearize(&runs));
+  ASSERT_TRUE(Linearize(*at.problem, at.point, at.Rows(0.3), &runs));
   RowMatrixXd J_theta_prior;
   VectorXd r_theta_prior;
-  stage.LinearizePriors(&J_theta_prior, &r_theta_prior);
+  LinearizePriors(*at.problem, at.point.theta, &J_theta_prior, &r_theta_prior);
   const Model& model = at.problem->model();
   const int tangent = model.tangent_size();
-  const ShootingPoint center = at.point;
+  const Solution center = at.point;
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
   // Along random directions of everything together; Huber's loss has a kink in
@@ -169,7 +174,7 @@ TEST_P(StageTest, LinearizesAsDifferencesDo) {
                               at.point.runs[r].states.row(k).data());
             }
           }
-          return AllResiduals(stage);
+          return AllResiduals(at, 0.3);
         },
         largest);
     VectorXd expected = J_theta_prior * dtheta;
@@ -207,19 +212,19 @@ INSTANTIATE_TEST_SUITE_P(Losses, StageTest,
 TEST(ShootingStage, FindsAPointWithoutAGradient) {
   Problem at;
   ShootingStage stage(*at.problem, WithDefect(0.3), &at.point);
-  const double before = Cost(stage);
+  const double before = Cost(at, 0.3);
   std::vector<HistoryEntry> history;
   const StageSummary summary = stage.Solve("test", Now(), &history);
   EXPECT_TRUE(summary.converged) << summary.message;
   EXPECT_LT(summary.cost, before);
-  EXPECT_NEAR(Cost(stage), summary.cost, 1e-9 * summary.cost);
+  EXPECT_NEAR(Cost(at, 0.3), summary.cost, 1e-9 * summary.cost);
   EXPECT_EQ(history.size(), static_cast<size_t>(summary.iterations) + 1);
   // What a further step of theta would change, the states eliminated.
   std::vector<RunLinearization> runs;
-  ASSERT_TRUE(stage.Linearize(&runs));
+  ASSERT_TRUE(Linearize(*at.problem, at.point, at.Rows(0.3), &runs));
   RowMatrixXd J;
   VectorXd r;
-  stage.LinearizePriors(&J, &r);
+  LinearizePriors(*at.problem, at.point.theta, &J, &r);
   const RowMatrixXd R = EliminateStates(runs, J, r, 1);
   const VectorXd left =
       R.leftCols(2).triangularView<Eigen::Upper>().solve(R.col(2));
@@ -234,7 +239,7 @@ TEST(ShootingStage, LeavesThetaWhereItIsFixed) {
   options.fix_theta = true;
   ShootingStage stage(*at.problem, options, &at.point);
   std::vector<HistoryEntry> history;
-  const double before = Cost(stage);
+  const double before = Cost(at, kInfinity);
   const StageSummary summary = stage.Solve("test", Now(), &history);
   EXPECT_TRUE(summary.converged) << summary.message;
   EXPECT_EQ(at.point.theta, theta);
@@ -248,7 +253,7 @@ TEST(ShootingStage, LeavesTheStatesWhereTheyAreFixed) {
   ShootingStage::Options options = WithDefect(1.0);
   options.fix_states = true;
   ShootingStage stage(*at.problem, options, &at.point);
-  const double before = Cost(stage);
+  const double before = Cost(at, 1.0);
   std::vector<HistoryEntry> history;
   const StageSummary summary = stage.Solve("test", Now(), &history);
   EXPECT_TRUE(summary.converged) << summary.message;
@@ -257,11 +262,10 @@ TEST(ShootingStage, LeavesTheStatesWhereTheyAreFixed) {
   EXPECT_LT(summary.cost, before);
 }
 
-TEST(ShootingStage, HasNoDefectsWhereSegmentsAreIndependent) {
-  Problem at;
-  const ShootingStage loose(*at.problem, WithDefect(kInfinity), &at.point);
+TEST(Linearization, HasNoDefectsWhereSegmentsAreIndependent) {
+  const Problem at;
   std::vector<RunLinearization> runs;
-  ASSERT_TRUE(loose.Linearize(&runs));
+  ASSERT_TRUE(Linearize(*at.problem, at.point, at.Rows(kInfinity), &runs));
   for (const RunLinearization& run : runs) {
     for (const SegmentLinearization& segment : run.segments) {
       EXPECT_EQ(segment.J_next.size(), 0);

@@ -85,20 +85,20 @@ Session OpenOn(const DiagnosisProblem& problem) {
   Session session(problem.model);
   session.model_name = "pendulum2_planar";
   session.free = problem.free;
-  session.runs = problem.train;
-  session.holdout = problem.holdout;
+  session.runs = RunsOf(*problem.train);
+  session.holdout = RunsOf(*problem.holdout);
   session.options = problem.options;
   session.effects = problem.model.effects().names();
   return session;
 }
 
-PageSource SourceOf(const Session& session, const ShootingProblem& train) {
+PageSource SourceOf(const Session& session, const DiagnosisProblem& problem) {
   PageSource source;
   source.program = "sysid_diagnose";
   source.command = "sysid_diagnose --auto";
   source.session = &session;
-  source.train = &train;
-  source.holdout = &session.holdout;
+  source.train = problem.train.get();
+  source.holdout = problem.holdout.get();
   source.fit_command = [](const std::string& add, const std::string& fix) {
     return "sysid_fit --add " + add + (fix.empty() ? "" : " --fix " + fix);
   };
@@ -129,7 +129,7 @@ class DiagnosedPage : public ::testing::Test {
         Diagnose(*problem_, AllCandidates(problem_->model), options));
     final_ = new FinalFit(FitFinal(*session_, *problem_, *diagnosis_));
     page_ =
-        new Json(DiagnosisPage(SourceOf(*session_, *diagnosis_->base.problem),
+        new Json(DiagnosisPage(SourceOf(*session_, *problem_),
                                *problem_, *diagnosis_, final_));
   }
   static void TearDownTestSuite() {
@@ -241,7 +241,7 @@ TEST_F(DiagnosedPage, PredictsNothingWhereItPromisesNothing) {
   near.candidates[0].screened.predicted_error = 1200;
   near.base.fit.train.total.normalized_rms = 1090;
   const Json candidate =
-      CandidatesJson(SourceOf(*session_, *diagnosis_->base.problem), near)[0];
+      CandidatesJson(SourceOf(*session_, *problem_), near)[0];
   EXPECT_TRUE(candidate["predictedError"].is_null());
   EXPECT_THAT(candidate["noPrediction"].get<std::string>(),
               HasSubstr("too far from this data"));

@@ -64,10 +64,10 @@ struct Motion {
     options.noise = 0.05;
     problem = std::make_unique<ShootingProblem>(
         model, std::move(free), std::vector<sysid::Run>{run}, options);
-    ShootingPoint point;
+    Solution point;
     point.theta = problem->InitialTheta();
     const RowMatrixXd states = StatesOf(model, run, x0, options.rollout);
-    ShootingPoint::Nodes nodes;
+    Solution::Nodes nodes;
     nodes.samples = {0, 3, kSamples - 1};
     nodes.states.resize(2, states.cols());
     nodes.states << states.row(0), states.row(3);
@@ -287,7 +287,7 @@ TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
 // As many steps as are worth a thread, so that there are two.
 TEST(RolloutGradient, ByThreadsIsTheSameToTheLastBit) {
   const Pendulum pendulum;
-  pendulum.problem->mutable_options()->rollout.step = 1e-5;
+  *pendulum.problem = Changed(*pendulum.problem, [&](EstimationOptions* o) { o->rollout.step = 1e-5; });
   std::mt19937_64 random(6);
   const GaussianMixture mixture = StartingMixture(3, 2, 0.1, &random);
   RolloutSums kept;

@@ -33,7 +33,7 @@ MixtureOptions MixtureFromRest() {
 
 TEST(FitAdam, FindsLengthsAndFillsTheFit) {
   const auto problem = TwoLengths();
-  const Fit fit = FitAdam(problem.get(), FromRest());
+  const Fit fit = FitAdam(*problem, FromRest());
   EXPECT_TRUE(fit.converged) << fit.termination;
   EXPECT_EQ(fit.solver, "adam");
   EXPECT_EQ(fit.iterations, 150);
@@ -51,11 +51,13 @@ TEST(FitAdam, FindsLengthsAndFillsTheFit) {
 
 // Asks to stop when epoch `at` is reported.
 void StopAt(int at, std::stop_source* source, ShootingProblem* problem) {
-  problem->mutable_options()->stop = source->get_token();
-  problem->mutable_options()->keep_best = true;
-  problem->mutable_options()->progress = [at, source](const Progress& p) {
-    if (p.iteration == at) source->request_stop();
-  };
+  *problem = Changed(*problem, [&](EstimationOptions* options) {
+    options->stop = source->get_token();
+    options->keep_best = true;
+    options->progress = [at, source](const Progress& p) {
+      if (p.iteration == at) source->request_stop();
+    };
+  });
 }
 
 TEST(FitAdam, KeepsTheBestEpochWhereItIsInterrupted) {
@@ -65,7 +67,7 @@ TEST(FitAdam, KeepsTheBestEpochWhereItIsInterrupted) {
     const auto problem = TwoLengths();
     std::stop_source source;
     StopAt(at, &source, problem.get());
-    const Fit fit = FitAdam(problem.get(), FromRest());
+    const Fit fit = FitAdam(*problem, FromRest());
     const int epochs = std::max(1, at);
     EXPECT_FALSE(fit.converged);
     EXPECT_EQ(fit.termination, "interrupted after " + std::to_string(epochs) +
@@ -82,7 +84,7 @@ TEST(FitGaussianMixture, KeepsItsLastEpochWhereItIsInterrupted) {
   std::stop_source source;
   StopAt(5, &source, problem.get());
   const MixtureFit mixture =
-      FitGaussianMixture(problem.get(), MixtureFromRest());
+      FitGaussianMixture(*problem, MixtureFromRest());
   EXPECT_FALSE(mixture.fit.converged);
   EXPECT_THAT(mixture.fit.termination, HasSubstr("interrupted after 5 epochs"));
   EXPECT_EQ(mixture.epochs.back().epoch, 5);
@@ -93,19 +95,19 @@ TEST(FitAdam, IsTheSameEveryTimeAndBothWays) {
   AdamFitOptions options = FromRest();
   options.adam.epochs = 20;
   const auto a = TwoLengths(), b = TwoLengths(), c = TwoLengths();
-  const Eigen::VectorXd first = FitAdam(a.get(), options).point.theta;
-  EXPECT_EQ(first, FitAdam(b.get(), options).point.theta);
+  const Eigen::VectorXd first = FitAdam(*a, options).point.theta;
+  EXPECT_EQ(first, FitAdam(*b, options).point.theta);
   options.loss.way = GradientWay::kTape;
-  EXPECT_LT((first - FitAdam(c.get(), options).point.theta).norm(), 1e-9);
+  EXPECT_LT((first - FitAdam(*c, options).point.theta).norm(), 1e-9);
 }
 
 // Only where a run begins is it known to rest, not where a rollout is cut out
 // of its middle. Those first velocities are the data's: rough, but no zeros.
 TEST(FitAdam, LetsARolloutOutOfTheMiddleMoveFromTheStart) {
   const auto problem = TwoLengths(1e-5, 2);
-  problem->mutable_options()->segment = 0.3;
-  const Fit fit = FitAdam(problem.get(), FromRest());
-  for (const ShootingPoint::Nodes& nodes : fit.point.runs) {
+  *problem = Changed(*problem, [&](EstimationOptions* o) { o->segment = 0.3; });
+  const Fit fit = FitAdam(*problem, FromRest());
+  for (const Solution::Nodes& nodes : fit.point.runs) {
     ASSERT_EQ(nodes.segments(), 2);
     EXPECT_EQ(nodes.states.row(0).tail(6).norm(), 0.0);
     EXPECT_GT(nodes.states.row(1).tail(6).norm(), 0.1);
@@ -120,7 +122,7 @@ TEST(FitAdam, StopsAtItsBounds) {
   free[0].lower = 0.45;  // the truth is 0.4
   free[0].upper = 0.6;
   const auto problem = Freeing(*whole, free);
-  const Fit fit = FitAdam(problem.get(), FromRest());
+  const Fit fit = FitAdam(*problem, FromRest());
   EXPECT_GE(EstimateOf(fit, "link1.length").value, 0.45);
   EXPECT_LT(EstimateOf(fit, "link1.length").value, 0.46);
   for (const HistoryEntry& entry : fit.history) {
@@ -134,7 +136,7 @@ TEST(FitAdam, FollowsAStiffDampingWithShorterSteps) {
       TwoDampings({{"joint1.damping", 0.0}, {"joint2.damping", 0.0}}, 1.0);
   AdamFitOptions adam = FromRest();
   adam.adam.epochs = 300;
-  const Fit fit = FitAdam(problem.get(), adam);
+  const Fit fit = FitAdam(*problem, adam);
   EXPECT_TRUE(fit.converged) << fit.termination;
   // Null is its bound: that start was not used.
   EXPECT_GT(EstimateOf(fit, "joint1.damping").initial, 0.0);
@@ -149,7 +151,7 @@ TEST(FitAdam, SaysWhatIsMissingWhereItHasNotSettled) {
   const auto problem = TwoLengths();
   AdamFitOptions options = FromRest();
   options.adam.epochs = 2;
-  const Fit fit = FitAdam(problem.get(), options);
+  const Fit fit = FitAdam(*problem, options);
   EXPECT_FALSE(fit.converged);
   EXPECT_THAT(fit.termination,
               AllOf(HasSubstr("after 2 epochs"), HasSubstr("link"),
@@ -158,7 +160,7 @@ TEST(FitAdam, SaysWhatIsMissingWhereItHasNotSettled) {
 
 TEST(FitAdam, SaysWhereTheRolloutsFail) {
   const auto problem = StiffDamping(1e30, 0.04, 2.0);
-  const Fit fit = FitAdam(problem.get(), FromRest());
+  const Fit fit = FitAdam(*problem, FromRest());
   EXPECT_FALSE(fit.converged);
   EXPECT_THAT(fit.termination, HasSubstr("the rollouts fail"));
 }
@@ -168,7 +170,7 @@ TEST(FitAdam, IsPulledByAPrior) {
   std::vector<FreeParameter> free = whole->free();
   free[1].prior = FreeParameter::Prior{0.45, 1e-5};
   const auto problem = Freeing(*whole, free);
-  const Fit fit = FitAdam(problem.get(), FromRest());
+  const Fit fit = FitAdam(*problem, FromRest());
   EXPECT_NEAR(EstimateOf(fit, "link2.length").value, 0.45, 1e-3);
 }
 
@@ -179,8 +181,8 @@ TEST(FitGaussianMixture, IsTheSameByOneThreadAndByTwo) {
   std::vector<MixtureFit> fits;
   for (const int threads : {1, 2}) {
     const auto problem = TwoLengths(1e-3, 3);
-    problem->mutable_options()->threads = threads;
-    fits.push_back(FitGaussianMixture(problem.get(), options));
+    *problem = Changed(*problem, [&](EstimationOptions* o) { o->threads = threads; });
+    fits.push_back(FitGaussianMixture(*problem, options));
   }
   EXPECT_EQ(fits[0].kernels.Pack(), fits[1].kernels.Pack());
   ASSERT_EQ(fits[0].epochs.size(), fits[1].epochs.size());
@@ -192,7 +194,7 @@ TEST(FitGaussianMixture, IsTheSameByOneThreadAndByTwo) {
 TEST(FitGaussianMixture, FindsLengthsAndRecordsEveryEpoch) {
   const auto problem = TwoLengths();
   const MixtureFit result =
-      FitGaussianMixture(problem.get(), MixtureFromRest());
+      FitGaussianMixture(*problem, MixtureFromRest());
   EXPECT_TRUE(result.fit.converged) << result.fit.termination;
   EXPECT_EQ(result.fit.solver, "gmm");
   EXPECT_NEAR(result.mixture.Mean()[0], 0.4, 0.02 * 0.4);
@@ -220,7 +222,7 @@ TEST(FitGaussianMixture, EstimatesTheWeightedSumOfItsKernels) {
   const auto problem = TwoLengths();
   MixtureOptions options = MixtureFromRest();
   options.adam.epochs = 5;
-  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const MixtureFit result = FitGaussianMixture(*problem, options);
   const ParameterMixture& last = result.mixture;
   EXPECT_GT(last.Std().minCoeff(), 0.05);
   const Eigen::VectorXd sum = last.means.transpose() * last.weights;
@@ -236,8 +238,8 @@ TEST(FitGaussianMixture, IsTheSameForASeedAndOneThreadOrTwo) {
   const auto run = [&](std::uint64_t seed, int threads) {
     options.seed = seed;
     const auto problem = TwoLengths(1e-3, 10);
-    problem->mutable_options()->threads = threads;
-    return FitGaussianMixture(problem.get(), options).kernels.Pack();
+    *problem = Changed(*problem, [&](EstimationOptions* o) { o->threads = threads; });
+    return FitGaussianMixture(*problem, options).kernels.Pack();
   };
   const Eigen::VectorXd one = run(1, 1);
   EXPECT_EQ(one, run(1, 1));
@@ -249,7 +251,7 @@ TEST(FitGaussianMixture, OnlineTakesTheRunsAsTheyArrive) {
   MixtureOptions options = MixtureFromRest();
   options.online = true;
   const auto problem = TwoLengths(1e-3, 10);
-  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const MixtureFit result = FitGaussianMixture(*problem, options);
   ASSERT_EQ(result.epochs.size(), 151u);
   for (int epoch = 1; epoch <= 150; ++epoch) {
     EXPECT_EQ(result.epochs[epoch].rollouts, (epoch - 1) / 15 + 1);
@@ -261,7 +263,7 @@ TEST(FitGaussianMixture, OnlineTakesTheRunsAsTheyArrive) {
   for (int i = 3; i < 10; ++i) runs[i] = runs[2];
   ShootingProblem other(changed->model(), changed->free(), runs,
                         changed->options());
-  const MixtureFit second = FitGaussianMixture(&other, options);
+  const MixtureFit second = FitGaussianMixture(other, options);
   EXPECT_EQ(result.epochs[45].kernels.means, second.epochs[45].kernels.means);
   EXPECT_NE(result.epochs[46].kernels.means, second.epochs[46].kernels.means);
 }
@@ -276,7 +278,7 @@ TEST(FitGaussianMixture, OnlineCutsOneLongRunIntoTen) {
   MixtureOptions options;
   options.online = true;
   options.draws = 2;
-  const MixtureFit result = FitGaussianMixture(&problem, options);
+  const MixtureFit result = FitGaussianMixture(problem, options);
   EXPECT_EQ(result.epochs.back().rollouts, 10);
   EXPECT_NEAR(result.fit.segment_s, 1.0, 0.05);
   EXPECT_THAT(result.remarks,
@@ -290,7 +292,7 @@ TEST(FitGaussianMixture, SaysWhereKernelsCollapse) {
   options.adam.schedule = Schedule::kConstant;
   options.adam.learning_rate = 0.3;
   options.adam.epochs = 600;
-  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const MixtureFit result = FitGaussianMixture(*problem, options);
   EXPECT_THAT(result.remarks,
               Contains(testing::AnyOf(HasSubstr("has lost its weight"),
                                       HasSubstr("has collapsed"))));
@@ -300,7 +302,7 @@ TEST(FitGaussianMixture, KeepsLengthsPositiveAndSaysSo) {
   const auto problem = TwoLengths();
   MixtureOptions options = MixtureFromRest();
   options.spread = 1.0;  // a third of Gaussian lengths would be negative
-  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const MixtureFit result = FitGaussianMixture(*problem, options);
   EXPECT_GT(result.beyond_bounds, 0);
   EXPECT_THAT(result.remarks, Contains(HasSubstr("a negative length")));
   for (const MixtureEpoch& epoch : result.epochs) {
@@ -314,7 +316,7 @@ TEST(FitGaussianMixture, LeavesFailedDrawsOutAndCountsThem) {
   MixtureOptions options = MixtureFromRest();
   options.spread = 2.0;
   options.adam.epochs = 30;
-  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const MixtureFit result = FitGaussianMixture(*problem, options);
   EXPECT_GT(result.failed_draws, 0);
   EXPECT_LT(result.failed_draws, result.draws);
   EXPECT_THAT(result.remarks, Contains(HasSubstr("their rollouts failed")));
@@ -330,7 +332,7 @@ TEST(FitGaussianMixture, IsNotStoppedByDrawsThatAllButFail) {
   MixtureOptions options = MixtureFromRest();
   options.spread = 0.5;
   options.adam.epochs = 100;
-  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const MixtureFit result = FitGaussianMixture(*problem, options);
   EXPECT_GT(result.clipped_epochs, 0);
   EXPECT_THAT(result.remarks, Contains(HasSubstr("was cut")));
   const auto length_at = [&](int epoch) {
@@ -342,7 +344,7 @@ TEST(FitGaussianMixture, IsNotStoppedByDrawsThatAllButFail) {
 TEST(FitGaussianMixture, SaysWhereItDiverges) {
   const auto problem = StiffDamping(1e30, 0.04, 2.0);
   const MixtureFit result =
-      FitGaussianMixture(problem.get(), MixtureFromRest());
+      FitGaussianMixture(*problem, MixtureFromRest());
   EXPECT_FALSE(result.fit.converged);
   EXPECT_THAT(result.fit.termination, HasSubstr("fail"));
 }
@@ -351,7 +353,7 @@ TEST(SampleParameters, AreDrawsOfTheMixtureWithinTheBounds) {
   const auto problem = TwoLengths();
   MixtureOptions options = MixtureFromRest();
   options.adam.epochs = 30;
-  const MixtureFit result = FitGaussianMixture(problem.get(), options);
+  const MixtureFit result = FitGaussianMixture(*problem, options);
   constexpr int kDraws = 4000;
   const Eigen::MatrixXd draws =
       SampleParameters(*problem, result.kernels, kDraws, 7);
@@ -369,11 +371,11 @@ TEST(SampleParameters, AreDrawsOfTheMixtureWithinTheBounds) {
 // The Jacobian at either does not know of the other.
 TEST(FitGaussianMixture, CallsUnidentifiableWhatItsKernelsDisagreeIn) {
   const auto lm = TwoCentresOfMass(), gmm = TwoCentresOfMass();
-  EXPECT_THAT(FitLevenbergMarquardt(lm.get()).not_identifiable, IsEmpty());
+  EXPECT_THAT(FitLevenbergMarquardt(*lm).not_identifiable, IsEmpty());
   MixtureOptions options = MixtureFromRest();
   options.adam.epochs = 5;  // before one of the two has all the kernels
   options.seed = 5;
-  const MixtureFit result = FitGaussianMixture(gmm.get(), options);
+  const MixtureFit result = FitGaussianMixture(*gmm, options);
   EXPECT_THAT(result.disagreeing, ElementsAre("bob.com_z"));
   EXPECT_THAT(result.fit.not_identifiable,
               ElementsAre(ElementsAre("bob.com_z")));
@@ -388,11 +390,11 @@ TEST(CoupledParameters, AreSaidToBeIndistinguishableByAllSolvers) {
     const auto lm = RodAndBob(), adam = RodAndBob(), gmm = RodAndBob();
     const auto both =
         ElementsAre(UnorderedElementsAre("rod.length", "bob.com_z"));
-    EXPECT_THAT(FitLevenbergMarquardt(lm.get()).not_identifiable, both);
-    EXPECT_THAT(FitAdam(adam.get(), FromRest()).not_identifiable, both);
+    EXPECT_THAT(FitLevenbergMarquardt(*lm).not_identifiable, both);
+    EXPECT_THAT(FitAdam(*adam, FromRest()).not_identifiable, both);
     MixtureOptions options = MixtureFromRest();
     options.seed = seed;
-    const MixtureFit mixture = FitGaussianMixture(gmm.get(), options);
+    const MixtureFit mixture = FitGaussianMixture(*gmm, options);
     EXPECT_THAT(mixture.fit.not_identifiable, both);
     // By its own kernels, too.
     EXPECT_THAT(mixture.disagreeing,

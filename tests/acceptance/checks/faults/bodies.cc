@@ -21,7 +21,7 @@ const Model& CleanModel(const CleanCase& clean) {
   if (known != fitted.end()) return known->second;
   ShootingProblem problem(session.model, session.free, session.runs,
                           session.options);
-  return fitted.emplace(name, FitLevenbergMarquardt(&problem).model)
+  return fitted.emplace(name, FitLevenbergMarquardt(problem).model)
       .first->second;
 }
 

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "residuals/segment.h"
+
+namespace sysid {
+
+// A recording with what compares a model with it. `measurements.run` points
+// into it, so it is made once and not copied.
+struct RunData {
+  Run run;
+  Measurements measurements;
+  std::vector<double> sigma;  // per channel, SI
+};
+
+// How the numbers of a recording count.
+struct MeasurementOptions {
+  OrientationResidual orientation = OrientationResidual::kHeading;
+  // Standard deviation of position-like measurements; 0: estimated per channel.
+  double noise = 0.0;
+};
+
+// Recordings of one mechanism: their samples, the residual of each channel and
+// its noise, estimated once. Never changes; whoever needs it shares it.
+class DataSet {
+ public:
+  // Estimates the noise where the options do not give it. The runs keep their
+  // order.
+  DataSet(const Mechanism& mechanism, std::vector<Run> runs,
+          const MeasurementOptions& options);
+  // With the noise that the same channels have in `other`: held-out runs are
+  // judged by that of the fitted ones, thinned ones by that of all samples.
+  DataSet(const Mechanism& mechanism, std::vector<Run> runs,
+          const MeasurementOptions& options, const DataSet& other);
+
+  const std::vector<std::shared_ptr<const RunData>>& runs() const {
+    return runs_;
+  }
+  const MeasurementOptions& options() const { return options_; }
+
+  // The noise of a joint's position, or a stand-in where it is not measured.
+  double JointSigma(int joint) const;
+  // Root mean square of the channels' sigmas that are position-like: `noise` of
+  // fit.json.
+  double PooledNoise() const;
+  double LongestDuration() const { return longest_; }       // of a run, s
+  double MedianSamplePeriod() const { return period_; }     // over all runs, s
+  // Independent numbers that an average sample of all runs measures.
+  double DofPerSample() const { return dof_per_sample_; }
+  int samples() const { return samples_; }  // of all runs
+
+ private:
+  void Summarize();
+
+  MeasurementOptions options_;
+  std::vector<std::shared_ptr<const RunData>> runs_;
+  double longest_ = 0.0, period_ = 0.0, dof_per_sample_ = 0.0;
+  int samples_ = 0;
+};
+
+// The recordings as they were given, to be changed.
+std::vector<Run> RunsOf(const DataSet& data);
+
+}  // namespace sysid

@@ -1,0 +1,245 @@
+#include "sysid/estimation/linearization.h"
+
+#include <cmath>
+#include <functional>
+
+#include "residuals/costs.h"
+#include "sysid/estimation/elimination.h"
+#include "sysid/estimation/parallel.h"
+#include "sysid/estimation/shooting_segment.h"
+#include "sysid/estimation/state_weights.h"
+
+namespace sysid {
+namespace {
+
+using Map = Eigen::Map<RowMatrixXd>;
+
+// The triangular factor of a segment's measured rows; those of the defect, the
+// last, stay as they are.
+void Triangularise(SegmentLinearization* segment) {
+  const int tangent = static_cast<int>(segment->J_x.cols());
+  const int n_theta = static_cast<int>(segment->J_theta.cols());
+  const int defects = static_cast<int>(segment->J_next.cols());
+  const int measured = static_cast<int>(segment->r.size()) - defects;
+  RowMatrixXd rows(measured, tangent + n_theta + 1);
+  rows << segment->J_x.topRows(measured), segment->J_theta.topRows(measured),
+      segment->r.head(measured);
+  const RowMatrixXd R = TriangularFactor(rows);
+  SegmentLinearization small;
+  const int all = static_cast<int>(R.rows()) + defects;
+  small.J_x.resize(all, tangent);
+  small.J_x << R.leftCols(tangent), segment->J_x.bottomRows(defects);
+  small.J_theta.resize(all, n_theta);
+  small.J_theta << R.middleCols(tangent, n_theta),
+      segment->J_theta.bottomRows(defects);
+  small.r.resize(all);
+  small.r << R.rightCols(1), segment->r.tail(defects);
+  small.J_next.setZero(all, defects);
+  small.J_next.bottomRows(defects) = segment->J_next.bottomRows(defects);
+  *segment = std::move(small);
+}
+
+// The segments of a solution, one after another.
+class Linearizer {
+ public:
+  Linearizer(const ShootingProblem& problem, const Solution& solution,
+             const LinearizationOptions& options)
+      : problem_(problem),
+        solution_(solution),
+        options_(options),
+        joined_(std::isfinite(options.defect)),
+        belief_(StateBelief(problem, options.twist_hold)) {
+    if (!joined_) return;
+    defect_sigma_ = DefectSigma(problem);
+    for (double& sigma : defect_sigma_) sigma *= options.defect;
+  }
+
+  // Calls `linearize` for each segment and adds the beliefs.
+  bool All(const std::function<bool(const SegmentPlace& at,
+                                    SegmentLinearization* out)>& linearize,
+           std::vector<RunLinearization>* runs) const;
+  bool Linearize(const SegmentPlace& at, SegmentLinearization* out);
+  // The rows alone, integrated in another way.
+  bool Roll(const SegmentPlace& at, const RolloutOptions& rollout,
+            Eigen::VectorXd* r);
+
+ private:
+  const double* State(int run, int segment) const {
+    const RowMatrixXd& states = solution_.runs[run].states;
+    return states.data() + segment * states.cols();
+  }
+  bool HasDefect(const SegmentPlace& at) const {
+    return joined_ && at.segment + 1 < solution_.runs[at.run].segments();
+  }
+  // The belief about a run's first state is the run's.
+  bool HasOwnBelief(const SegmentPlace& at) const {
+    return !joined_ && at.segment > 0;
+  }
+  ShootingSegment SegmentAt(const SegmentPlace& at,
+                            const RolloutOptions& rollout) {
+    const std::vector<int>& samples = solution_.runs[at.run].samples;
+    return ShootingSegment(problem_, rollout, at.run, samples[at.segment],
+                           samples[at.segment + 1], &pool_);
+  }
+  // x [-] the state that is believed, whitened; J by x's tangent.
+  void Belief(const SegmentPlace& at, Eigen::VectorXd* r, RowMatrixXd* J) const;
+
+  const ShootingProblem& problem_;
+  const Solution& solution_;
+  const LinearizationOptions options_;
+  const bool joined_;
+  const std::vector<double> belief_;
+  std::vector<double> defect_sigma_;
+  ScratchPool pool_;
+};
+
+void Linearizer::Belief(const SegmentPlace& at, Eigen::VectorXd* r,
+                        RowMatrixXd* J) const {
+  const int tangent = static_cast<int>(belief_.size());
+  r->setZero(tangent);
+  J->setIdentity(tangent, tangent);
+  if (options_.believed != nullptr) {
+    const RowMatrixXd& states = options_.believed->runs[at.run].states;
+    StateDefect(problem_.model(), State(at.run, at.segment),
+                states.data() + at.segment * states.cols(), r->data(), J,
+                nullptr);
+  }
+  Whitening(belief_).Apply(r->data(), {Map(J->data(), tangent, tangent)});
+}
+
+bool Linearizer::Roll(const SegmentPlace& at, const RolloutOptions& rollout,
+                      Eigen::VectorXd* r) {
+  Eigen::VectorXd x_end;
+  if (!SegmentAt(at, rollout)
+           .RollRows(State(at.run, at.segment), solution_.theta.data(), r,
+                     &x_end)) {
+    return false;
+  }
+  const int tangent = problem_.model().tangent_size();
+  if (HasOwnBelief(at)) {
+    Eigen::VectorXd belief;
+    RowMatrixXd J;
+    Belief(at, &belief, &J);
+    r->conservativeResize(r->size() + tangent);
+    r->tail(tangent) = belief;
+  }
+  if (!HasDefect(at)) return true;
+  r->conservativeResize(r->size() + tangent);
+  double* defect = r->data() + r->size() - tangent;
+  StateDefect(problem_.model(), x_end.data(), State(at.run, at.segment + 1),
+              defect, nullptr, nullptr);
+  Whitening(defect_sigma_).Apply(defect, {});
+  return true;
+}
+
+bool Linearizer::Linearize(const SegmentPlace& at, SegmentLinearization* out) {
+  const Model& model = problem_.model();
+  const int tangent = model.tangent_size(), n_theta = problem_.map().size();
+  Eigen::VectorXd x_end;
+  RowMatrixXd J, J_end;
+  if (!SegmentAt(at, solution_.rollout)
+           .LinearizeRows(State(at.run, at.segment), solution_.theta.data(),
+                          ShootingSegment::Columns::kBoth, &out->r, &x_end, &J,
+                          &J_end)) {
+    return false;
+  }
+  const int measured = static_cast<int>(J.rows());
+  if (HasDefect(at)) {
+    RowMatrixXd D_end, D_next;
+    Eigen::VectorXd defect(tangent);
+    StateDefect(model, x_end.data(), State(at.run, at.segment + 1),
+                defect.data(), &D_end, &D_next);
+    RowMatrixXd J_defect = D_end * J_end;
+    Whitening(defect_sigma_)
+        .Apply(defect.data(), {Map(J_defect.data(), tangent, J_defect.cols()),
+                               Map(D_next.data(), tangent, tangent)});
+    J.conservativeResize(measured + tangent, Eigen::NoChange);
+    J.bottomRows(tangent) = J_defect;
+    out->r.conservativeResize(measured + tangent);
+    out->r.tail(tangent) = defect;
+    out->J_next.setZero(measured + tangent, tangent);
+    out->J_next.bottomRows(tangent) = D_next;
+  }
+  if (HasOwnBelief(at)) {
+    Eigen::VectorXd belief;
+    RowMatrixXd J_belief;
+    Belief(at, &belief, &J_belief);
+    out->r.conservativeResize(measured + tangent);
+    out->r.tail(tangent) = belief;
+    J.conservativeResize(measured + tangent, Eigen::NoChange);
+    J.bottomRows(tangent) << J_belief, RowMatrixXd::Zero(tangent, n_theta);
+  }
+  out->J_x = J.leftCols(tangent);
+  out->J_theta = J.rightCols(n_theta);
+  return true;
+}
+
+bool Linearizer::All(
+    const std::function<bool(const SegmentPlace&, SegmentLinearization*)>&
+        linearize,
+    std::vector<RunLinearization>* runs) const {
+  runs->assign(solution_.runs.size(), {});
+  for (size_t r = 0; r < runs->size(); ++r) {
+    (*runs)[r].segments.resize(solution_.runs[r].segments());
+    Belief({static_cast<int>(r), 0}, &(*runs)[r].r_prior, &(*runs)[r].J_prior);
+  }
+  const std::vector<SegmentPlace> all = AllSegments(solution_);
+  return ParallelFor(static_cast<int>(all.size()), problem_.options().threads,
+                     [&](int i) {
+                       const auto [run, k] = all[i];
+                       SegmentLinearization* out = &(*runs)[run].segments[k];
+                       if (!linearize(all[i], out)) return false;
+                       if (options_.triangular) Triangularise(out);
+                       return true;
+                     });
+}
+
+}  // namespace
+
+bool Linearize(const ShootingProblem& problem, const Solution& solution,
+               const LinearizationOptions& options,
+               std::vector<RunLinearization>* runs) {
+  Linearizer linearizer(problem, solution, options);
+  return linearizer.All(
+      [&](const SegmentPlace& at, SegmentLinearization* out) {
+        return linearizer.Linearize(at, out);
+      },
+      runs);
+}
+
+bool LinearizeChange(const ShootingProblem& problem, const Solution& solution,
+                     const LinearizationOptions& options,
+                     const RolloutOptions& from, const RolloutOptions& to,
+                     std::vector<RunLinearization>* runs) {
+  Linearizer linearizer(problem, solution, options);
+  return linearizer.All(
+      [&](const SegmentPlace& at, SegmentLinearization* out) {
+        Eigen::VectorXd before, after;
+        if (!linearizer.Linearize(at, out) ||
+            !linearizer.Roll(at, from, &before) ||
+            !linearizer.Roll(at, to, &after)) {
+          return false;
+        }
+        out->r = after - before;
+        return true;
+      },
+      runs);
+}
+
+void LinearizePriors(const ShootingProblem& problem,
+                     const Eigen::VectorXd& theta, RowMatrixXd* J,
+                     Eigen::VectorXd* r) {
+  int rows = 0;
+  for (const FreeParameter& free : problem.free()) rows += free.prior ? 1 : 0;
+  J->setZero(rows, problem.map().size());
+  r->resize(rows);
+  int row = 0;
+  for (size_t i = 0; i < problem.free().size(); ++i) {
+    const auto& prior = problem.free()[i].prior;
+    if (!prior) continue;
+    (*J)(row, i) = 1.0 / prior->std;
+    (*r)[row++] = (theta[i] - prior->mean) / prior->std;
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,52 @@
+#include "sysid/estimation/state_weights.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sysid {
+
+double TightDefect(const Solution& solution) {
+  double samples = 1.0, segments = 1.0;  // of the run with most of both
+  for (const Solution::Nodes& nodes : solution.runs) {
+    samples = std::max<double>(samples, nodes.samples.back());
+    segments = std::max<double>(segments, nodes.segments());
+  }
+  return std::min(kJoinedDefect, 0.1 / std::sqrt(samples * segments));
+}
+
+std::vector<double> DefectSigma(const ShootingProblem& problem) {
+  const Model& model = problem.model();
+  std::vector<double> sigma(model.tangent_size());
+  for (const Body& body : model.bodies()) {
+    const double joint = problem.data().JointSigma(body.joint);
+    for (int i = 0; i < VelocitySize(body.type); ++i) {
+      sigma[body.v_index + i] = joint;
+      sigma[model.nv() + body.v_index + i] = joint / kDefectTime;
+    }
+  }
+  return sigma;
+}
+
+std::vector<double> StateBelief(const ShootingProblem& problem,
+                                double twist_hold) {
+  constexpr double kPosition = 1.0,
+                   kVelocity = 100.0;  // rad or m, where measured
+  // Of a spherical joint by heading vectors: the rotation is measured, though
+  // the residual does not see its twist.
+  constexpr double kTwist = 0.05, kTwistRate = 0.5;
+  const Model& model = problem.model();
+  std::vector<double> sigma(model.tangent_size());
+  for (const Body& body : model.bodies()) {
+    const bool blind =
+        body.type == JointType::kSpherical &&
+        problem.options().orientation == OrientationResidual::kHeading;
+    for (int i = 0; i < VelocitySize(body.type); ++i) {
+      sigma[body.v_index + i] = blind ? kTwist / twist_hold : kPosition;
+      sigma[model.nv() + body.v_index + i] =
+          blind ? kTwistRate / twist_hold : kVelocity;
+    }
+  }
+  return sigma;
+}
+
+}  // namespace sysid

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "sysid/estimation/shooting_problem.h"
+
+namespace sysid {
+
+// What holds the states of segments beside the measurements: how tightly
+// segments hang together, and what is believed of a state that no sensor sees.
+
+// Standard deviation of the defect x_end [-] x_next, as a multiple of the noise
+// (positions), and of the noise over kDefectTime (velocities).
+//
+// The rollout is deterministic, so the maximum-likelihood estimate has no
+// defects at all; a defect that is free to be large is what lets the solver
+// walk through a landscape that single shooting cannot. So a fit starts loose,
+// joins the segments, and ends tight.
+inline constexpr double kLooseDefect = 10.0;
+inline constexpr double kMiddleDefect = 1.0;
+inline constexpr double kCloseDefect = 0.1;
+inline constexpr double kJoinedDefect = 0.01;
+inline constexpr double kDefectTime = 0.1;  // s
+
+// The last tightness. K defects of d each shift the end of a run by D = K d at
+// a cost of D^2 / (K sigma_d^2); left unshifted the same D costs the N samples
+// about N D^2 / sigma^2. What is not model stays below 1 % of that with
+// sigma_d = 0.1 sigma / sqrt(N K).
+double TightDefect(const Solution& solution);
+
+// Standard deviations of the defect: tangent_size numbers for defect = 1.
+std::vector<double> DefectSigma(const ShootingProblem& problem);
+
+// Independent segments have nothing but their own data to say how a body spins
+// about its heading, which that does not show: a wrong model would put its
+// errors there. The measured rotation knows better, to about this part of
+// StateBelief.
+inline constexpr double kHeldSpin = 10.0;
+
+// Beliefs about the first state of a run (of each segment, where they are
+// independent), as wide as keeps them without weight beside a measurement and
+// still gives every direction some: what no sensor sees (the spin of a rod
+// about itself, by heading vectors) would otherwise make the problem singular,
+// and a state that is frozen instead biases the parameters. Standard
+// deviations, tangent_size numbers; those of a spin are divided by
+// `twist_hold`.
+std::vector<double> StateBelief(const ShootingProblem& problem,
+                                double twist_hold);
+
+}  // namespace sysid
