@@ -162,12 +162,6 @@ TEST_F(BadRunsTest, APauseThatNoPredictionCrosses) {
             "split it there into two files");
 }
 
-TEST_F(BadRunsTest, ARunThatIsShorterThanASegment) {
-  ExpectRun(Swing(101), "--segment",
-            "a segment of 5 s is longer than the run run.csv of 1 s",
-            "leave it out, or give at most 1", {"--segment", "5"});
-}
-
 TEST_F(BadRunsTest, TooFewSamples) {
   ExpectRun(Swing(4), "run.csv", "has 4 samples: too few to fit anything",
             "at least 5 are needed");
