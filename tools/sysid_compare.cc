@@ -137,8 +137,7 @@ int Main() {
     }
     CheckWritableFile(FLAGS_figure);
   }
-  const Interrupt interrupt("what there is of the comparison",
-                            WritesFiles() || !FLAGS_figure.empty());
+  const Interrupt interrupt;
   session.options.stop = interrupt.token();
   CheckSession(&session);
   const std::vector<std::string> moved = MovedStarts(session);
@@ -167,6 +166,8 @@ int Main() {
   });
   WriteStdout(to_stdout ? json : ComparisonText(session, comparison));
   files.Rethrow();
+  interrupt.SayKept("what there is of the comparison",
+                    WritesFiles() || !FLAGS_figure.empty());
   const int starts = static_cast<int>(comparison.trials.size());
   if (starts < comparison.asked) {
     std::fprintf(stderr, "error: interrupted after %d of %d starts\n", starts,
