@@ -102,9 +102,10 @@ class ShootingSegments {
   RolloutOptions options_;
 };
 
-// Of a segment for Ceres: parameter blocks as SegmentCost has them, residuals
-// z and the rest of (6.4), then the whitened defect where `defect_sigma`
-// is not empty. Where no derivatives are asked for all of |r| is in the rest.
+// Of a segment for Ceres: parameter blocks x_k, theta (none where nothing is
+// free), and x_{k+1} where `defect_sigma` is not empty; residuals z and the
+// rest of (6.4), then the whitened defect x_end [-] x_{k+1} where there is
+// x_{k+1}. Where no derivatives are asked for all of |r| is in the rest.
 class ShootingSegmentCost final : public ceres::CostFunction {
  public:
   ShootingSegmentCost(ShootingSegment* segment,
