@@ -62,8 +62,14 @@ show_progress() {
   fi
 }
 
+# The presets that have tests: "known: debug release ".
+test_presets() {
+  echo "known: $(cd "$root" && ctest --list-presets |
+    sed -n 's/^ *"\([^"]*\)".*/\1/p' | tr '\n' ' ')"
+}
+
 # run_tests PRESET [CTEST ARGUMENT...]: a line a test in build/PRESET-test.log
-# and, on failure, the outputs; else ctest's closing lines only.
+# and, on failure, the outputs; else ctest's closing lines and what was skipped.
 run_tests() {
   local preset="$1"
   shift
