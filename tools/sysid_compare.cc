@@ -11,6 +11,7 @@
 #include "sysid/io/write_file.h"
 #include "sysid/report/comparison_report.h"
 #include "sysid/session/check_session.h"
+#include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
 #include "tools/interrupt.h"

@@ -15,6 +15,7 @@
 #include "sysid/io/read_run.h"
 #include "sysid/io/write_file.h"
 #include "sysid/io/write_run.h"
+#include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/session.h"
 #include "sysid/simulation/simulate.h"
