@@ -6,6 +6,7 @@
 
 #include "models/state.h"
 #include "tests/support/all_joints.h"
+#include "tests/support/random_mechanism.h"
 #include "tests/support/ridders.h"
 
 namespace sysid {
