@@ -335,7 +335,7 @@ void CheckValue(const Model& model, const Parameter& parameter, double value,
                 const std::string& place) {
   const std::string cannot = "'" + parameter.name + "' cannot be " +
                              Number(value) + " " + parameter.unit;
-  if (value < parameter.lower || value > parameter.upper) {
+  if (!(value >= parameter.lower && value <= parameter.upper)) {  // or NaN
     throw InputError(place, cannot,
                      "it lies between " + Number(parameter.lower) + " and " +
                          Number(parameter.upper));
