@@ -38,23 +38,6 @@ void LiftToAmbient(const Model& model, const double* x,
                    const Eigen::Ref<const RowMatrixXd>& J_tangent,
                    Eigen::Ref<RowMatrixXd> J);
 
-// Of a segment, in SI units: parameter blocks x_k, theta, and x_{k+1} where
-// another segment follows; residuals are the errors of SegmentRollout, then the
-// defect x_end [-] x_{k+1} (2 nv numbers) where another follows. No theta block
-// where the map is empty. Fits use ShootingSegmentCost, which tests hold to it.
-class SegmentCost final : public ceres::CostFunction {
- public:
-  SegmentCost(const SegmentRollout* rollout, bool with_defect);
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  const SegmentRollout* rollout_;
-  bool with_defect_;
-  bool with_theta_;
-};
-
 // (theta - mean) / 1 for the components of one block that have a prior; SI.
 class PriorCost final : public ceres::CostFunction {
  public:

@@ -62,8 +62,14 @@ show_progress() {
   fi
 }
 
+# The presets that have tests: "known: debug release ".
+test_presets() {
+  echo "known: $(cd "$root" && ctest --list-presets |
+    sed -n 's/^ *"\([^"]*\)".*/\1/p' | tr '\n' ' ')"
+}
+
 # run_tests PRESET [CTEST ARGUMENT...]: a line a test in build/PRESET-test.log
-# and, on failure, the outputs; else ctest's closing lines only.
+# and, on failure, the outputs; else ctest's closing lines and what was skipped.
 run_tests() {
   local preset="$1"
   shift
@@ -74,7 +80,30 @@ run_tests() {
     sed -n '/ tests failed out of /,$p' "$log" >&2
     fail "tests failed; their output is in $log"
   fi
-  sed -n '/ tests passed, /,$p' "$log"
+  # Up to the list of tests that did not run, which report_skipped sums up.
+  sed -n '/ tests passed, /,/did not run:$/p' "$log" | sed '/did not run:$/d'
+  report_skipped "$preset" "$log"
+}
+
+# report_skipped PRESET LOG: how many tests a run left out, and why.
+report_skipped() {
+  local all recordings=0
+  local outputs="$root/build/$1/Testing/Temporary/LastTest.log"
+  all="$(grep -c '\*\*\*Skipped ' "$2" || true)"
+  ((all > 0)) || return 0
+  # The tests say so themselves, in what they print.
+  if [[ -e "$outputs" ]]; then
+    recordings="$(grep -c '^no recordings' "$outputs" || true)"
+  fi
+  if ((recordings > 0)); then
+    echo "skipped: $recordings tests of real recordings" \
+      "(SYSID_REAL_DATA, ${SYSID_REAL_DATA:-$root/../shared/data}," \
+      "has not all of them)"
+  fi
+  if ((all > recordings)); then
+    echo "skipped: $((all - recordings)) tests that this machine does not" \
+      "allow; $outputs says why"
+  fi
 }
 
 # Reads ctest's lines: a failed test with its output is shown at once, of the
@@ -94,6 +123,8 @@ show_tests() {
           last_tenth=$tenth
         fi
       fi
+    elif [[ "$line" =~ ^\ *[0-9]+/[0-9]+\ Test\ +#.*\*\*\*Skipped\  ]]; then
+      failed=0
     elif [[ "$line" =~ ^\ *[0-9]+/[0-9]+\ Test\ +# ]]; then
       failed=1
       echo

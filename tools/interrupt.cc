@@ -33,7 +33,7 @@ sigset_t BlockInterrupts() {
   return signals;
 }
 
-Interrupt::Interrupt(const std::string& what_is_there, bool into_files) {
+Interrupt::Interrupt() {
   const bool no_int = IsIgnored(SIGINT), no_term = IsIgnored(SIGTERM);
   sigset_t signals = BlockInterrupts();
   if (no_int && no_term) return;
@@ -41,14 +41,11 @@ Interrupt::Interrupt(const std::string& what_is_there, bool into_files) {
   if (no_term) sigdelset(&signals, SIGTERM);
   // Detached: it waits as long as the program lives, and a source may be
   // copied.
-  const std::string what =
-      what_is_there + (into_files ? " is written" : " is printed");
-  std::thread([signals, source = source_, what]() mutable {
+  std::thread([signals, source = source_]() mutable {
     Await(signals);
     std::fprintf(
-        stderr, "%s: %s; once more ends at once\n",
-        isatty(STDERR_FILENO) == 1 ? "\r\033[Kinterrupted" : "interrupted",
-        what.c_str());
+        stderr, "%s: stops with what there is; once more ends at once\n",
+        isatty(STDERR_FILENO) == 1 ? "\r\033[Kinterrupted" : "interrupted");
     source.request_stop();
     const int again = Await(signals);
     // Ends by the signal itself: who waits for the program sees that.
@@ -56,6 +53,12 @@ Interrupt::Interrupt(const std::string& what_is_there, bool into_files) {
     pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
     raise(again);
   }).detach();
+}
+
+void Interrupt::SayKept(const std::string& what, bool into_files) const {
+  if (!source_.stop_requested()) return;
+  std::fprintf(stderr, "interrupted: %s is %s\n", what.c_str(),
+               into_files ? "written" : "printed");
 }
 
 }  // namespace sysid

@@ -17,10 +17,13 @@ namespace sysid {
 // (nohup) stays ignored.
 class Interrupt {
  public:
-  // What is there when the first signal comes ("the best point so far") goes
-  // into files, or is only printed: that is said on standard error then.
-  Interrupt(const std::string& what_is_there, bool into_files);
+  // The first signal is only said to have come: whether there is anything to
+  // keep by then is known where the work ends.
+  Interrupt();
   std::stop_token token() const { return source_.get_token(); }
+  // If a signal came: says on standard error that `what` ("the best point so
+  // far") is written, or printed where it went into no file. After that.
+  void SayKept(const std::string& what, bool into_files) const;
 
  private:
   std::stop_source source_;

@@ -11,6 +11,7 @@
 #include "sysid/io/write_file.h"
 #include "sysid/report/comparison_report.h"
 #include "sysid/session/check_session.h"
+#include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
 #include "tools/interrupt.h"
@@ -137,8 +138,7 @@ int Main() {
     }
     CheckWritableFile(FLAGS_figure);
   }
-  const Interrupt interrupt("what there is of the comparison",
-                            WritesFiles() || !FLAGS_figure.empty());
+  const Interrupt interrupt;
   session.options.stop = interrupt.token();
   CheckSession(&session);
   const std::vector<std::string> moved = MovedStarts(session);
@@ -167,6 +167,8 @@ int Main() {
   });
   WriteStdout(to_stdout ? json : ComparisonText(session, comparison));
   files.Rethrow();
+  interrupt.SayKept("what there is of the comparison",
+                    WritesFiles() || !FLAGS_figure.empty());
   const int starts = static_cast<int>(comparison.trials.size());
   if (starts < comparison.asked) {
     std::fprintf(stderr, "error: interrupted after %d of %d starts\n", starts,

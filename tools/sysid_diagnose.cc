@@ -104,7 +104,7 @@ int Main() {
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);
-  const Interrupt interrupt("what was judged so far", WritesFiles());
+  const Interrupt interrupt;
   session.options.stop = problem.options.stop = interrupt.token();
   CheckSession(&session);
   PrintNotices(session.notices);
@@ -147,6 +147,7 @@ int Main() {
   }
   files.Rethrow();
   if (!diagnosis.interrupted.empty()) {
+    interrupt.SayKept("what was judged so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: interrupted while %s\n",
                  diagnosis.interrupted.c_str());
     return kExitNoResult;

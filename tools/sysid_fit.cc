@@ -151,7 +151,7 @@ int Main() {
   if (session.solver == "gmm") CheckMixtureSize(session, how.mixture);
   CheckSampleSize(session);
   CheckOutputs(request, session);
-  const Interrupt interrupt("the best point so far", WritesFiles());
+  const Interrupt interrupt;
   session.options.stop = interrupt.token();
   CheckSession(&session);
   if (solver.stochastic) {
@@ -210,6 +210,7 @@ int Main() {
   }
   files.Rethrow();
   if (!fit.converged) {
+    interrupt.SayKept("the best point so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: %s\n",
                  fit.termination.c_str());
     return kExitNoResult;

@@ -15,6 +15,7 @@
 #include "sysid/io/read_run.h"
 #include "sysid/io/write_file.h"
 #include "sysid/io/write_run.h"
+#include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/session.h"
 #include "sysid/simulation/simulate.h"
@@ -251,6 +252,14 @@ void CheckSize(const Model& model) {
               "give a shorter duration or a lower rate");
 }
 
+// A flag's value; gflags itself prints 0.0005 as 0.00050000000000000001.
+std::string Value(const char* name) {
+  const gflags::CommandLineFlagInfo info =
+      gflags::GetCommandLineFlagInfoOrDie(name);
+  if (info.type != "double") return info.current_value;
+  return ShortestText(*static_cast<const double*>(info.flag_ptr));
+}
+
 int Main() {
   if (FLAGS_model.empty()) {
     throw InputError(
@@ -294,10 +303,8 @@ int Main() {
   for (const char* name :
        {"model", "set", "add", "initial", "tilt", "duration", "rate", "noise",
         "seed", "excite", "integrator", "step"}) {
-    if (!FlagGiven(name)) continue;
-    std::string value;
-    gflags::GetCommandLineOption(name, &value);
-    command += std::string(" --") + name + " " + value;
+    if (FlagGiven(name))
+      command += std::string(" --") + name + " " + Value(name);
   }
   const std::string text = FormatRun(model.mechanism(), run, {command});
   if (to_stdout) {

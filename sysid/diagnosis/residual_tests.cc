@@ -243,9 +243,11 @@ Correlation Correlate(const std::vector<Series>& all, const Input& input,
                                        static_cast<int>(u.size()) - 1);
       part[k] = u[from];
     }
-    product += part.dot(series.e);
     efforts += part.squaredNorm();
     part -= series.Q * (series.Q.transpose() * part);
+    // Of both with what the states leave of the effort: with all of it, the
+    // product could be more than the norms allow, and no correlation.
+    product += part.dot(series.e);
     C += part.squaredNorm();
     squares += series.e.squaredNorm();
     dof += series.e.size() - series.Q.squaredNorm();

@@ -25,6 +25,10 @@ std::string_view Trim(std::string_view text);
 // The shortest text that reads back as the same number.
 std::string ShortestText(double value);
 
+// As a person would write what was computed (9 digits: one more than times of
+// a day to the millisecond have): 109.995, not 109.99499999999999.
+std::string RoundedText(double value);
+
 // A cell as RFC 4180 writes it: quoted where it must be.
 std::string CsvCell(const std::string& text);
 

@@ -62,6 +62,45 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
                                 in->sources[in->Find("t")].column(), map));
 }
 
+// The joints whose position or effort is not read, and a column that would be
+// it; "" where there are none. A file of frames' positions measures
+// joints without their own columns.
+std::string UnreadJoints(const Mechanism& mechanism, const RunSources& in,
+                         std::string* column) {
+  const auto has_target = [](const std::vector<RunSources::Group>& groups,
+                             const ColumnGroup& wanted) {
+    return std::any_of(groups.begin(), groups.end(), [&](const auto& found) {
+      return found.group.kind == wanted.kind &&
+             found.group.target == wanted.target;
+    });
+  };
+  const bool has_frames = std::any_of(
+      in.channels.begin(), in.channels.end(), [](const auto& found) {
+        return found.group.kind == ChannelKind::kFramePosition;
+      });
+  std::vector<std::string> positions, efforts;
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    const bool is_position =
+        !group.is_effort && (group.kind == ChannelKind::kPosition ||
+                             group.kind == ChannelKind::kOrientation);
+    const bool asked = group.is_effort || (is_position && !has_frames);
+    if (!asked ||
+        has_target(group.is_effort ? in.efforts : in.channels, group)) {
+      continue;
+    }
+    (group.is_effort ? efforts : positions)
+        .push_back(mechanism.joints[group.target].name);
+    // Of a position rather than of an effort, which joints may do without.
+    if (column->empty() || (is_position && positions.size() == 1)) {
+      *column = group.columns.front();
+    }
+  }
+  std::vector<std::string> parts;
+  if (!positions.empty()) parts.push_back("the position of " + Join(positions));
+  if (!efforts.empty()) parts.push_back("the effort of " + Join(efforts));
+  return Join(parts, " or ");
+}
+
 std::string IgnoredColumns(const std::vector<std::string>& header,
                            const Mechanism& mechanism, const RunSources& in) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
@@ -90,9 +129,14 @@ std::string IgnoredColumns(const std::vector<std::string>& header,
     ignored.resize(kMostNames);
     ignored.push_back("and " + std::to_string(more) + " more");
   }
-  return (ignored.size() == 1 ? "ignored the column "
-                              : "ignored the columns ") +
-         Join(ignored);
+  const std::string list =
+      (ignored.size() == 1 ? "ignored the column " : "ignored the columns ") +
+      Join(ignored);
+  std::string column;
+  const std::string unread = UnreadJoints(mechanism, in, &column);
+  if (unread.empty()) return list;
+  return "no column is read as " + unread + "; " + list + ": --columns " +
+         column + "=COLUMN maps one";
 }
 
 }  // namespace

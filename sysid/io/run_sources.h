@@ -27,7 +27,8 @@ struct RunSources {
 };
 
 // The map first, then the columns that have our names. `ignored` is a notice of
-// the file's other columns, "" where there are none.
+// the file's other columns, "" where there are none; it begins with the joints
+// whose position or effort no column gives, since one of those may be it.
 //
 // Throws InputError for what ResolveColumns refuses, and where there is no
 // time, nothing measured, or only a part of a quaternion or vector.

@@ -2,21 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <limits>
 
 #include "models/error.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/misread_column.h"
 
 namespace sysid {
 namespace {
 
-std::string Seconds(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.9g s", value);
-  return text;
-}
+std::string Seconds(double value) { return RoundedText(value) + " s"; }
 
 double MedianPeriod(const Run& run) {
   std::vector<double> periods;

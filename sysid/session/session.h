@@ -69,11 +69,6 @@ struct Session {
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
                 std::string* file, std::vector<std::string>* notices);
 
-// Throws InputError at `place` where a parameter of the model cannot have the
-// value: outside its physical bounds, or no whole number where it must be one.
-void CheckValue(const Model& model, const Parameter& parameter, double value,
-                const std::string& place);
-
 // Reads model, specification and runs, and decides what is free. Flags win over
 // the specification. Throws InputError for whatever is wrong with any of them.
 Session OpenSession(const FitRequest& request, const Catalogue& catalogue);

@@ -71,17 +71,28 @@ void FitStepToRuns(const Located<double>& step, const std::vector<Run>& runs,
                      "ends at every sample");
 }
 
-void CheckSegment(const Located<double>& segment,
-                  const std::vector<Run>& runs) {
+// A run that is shorter than a segment is one segment: a notice names those,
+// unless the segment is the whole run as a person rounds its duration.
+void FitSegmentToRuns(const Located<double>& segment,
+                      const std::vector<Run>& runs, EstimationOptions* options,
+                      std::vector<std::string>* notices) {
+  options->segment = segment.value;
+  if (segment.place.empty()) return;
+  double longest = 0.0;
+  std::vector<std::string> shorter;
   for (const Run& run : runs) {
     const double duration = run.t.back() - run.t.front();
-    if (segment.value <= duration * (1 + 1e-9)) continue;
-    throw InputError(segment.place,
-                     "a segment of " + Number(segment.value) +
-                         " s is longer than the run " + run.name + " of " +
-                         Number(duration) + " s",
-                     "leave it out, or give at most " + Number(duration));
+    const double period = duration / std::max(1, run.size() - 1);
+    longest = std::max(longest, duration);
+    if (segment.value <= duration + period) continue;
+    shorter.push_back(run.name + " (" + RoundedText(duration) + " s)");
   }
+  options->segment = std::min(segment.value, longest);
+  if (shorter.empty()) return;
+  notices->push_back(
+      segment.place + ": " + Number(segment.value) + " s is longer than " +
+      Join(shorter) + ", which " + (shorter.size() == 1 ? "is" : "are") +
+      " fitted in one segment" + (shorter.size() == 1 ? "" : " each"));
 }
 
 }  // namespace
@@ -175,8 +186,7 @@ void FillLengths(const FitRequest& request, const FitSpecification& spec,
   const std::string hint = "give seconds, or leave it out: it is then chosen";
   const Located<double> segment = ChooseNumber(request.segment, spec.segment,
                                                "segment", 0.0, kInfinity, hint);
-  CheckSegment(segment, runs);
-  options->segment = segment.value;
+  FitSegmentToRuns(segment, runs, options, notices);
   FitStepToRuns(
       ChooseNumber(request.step, spec.step, "step", 0.0, kInfinity, hint), runs,
       options, notices);

@@ -17,8 +17,9 @@ std::string ChooseSolver(const FitRequest& request,
 void FillOptions(const FitRequest& request, const FitSpecification& spec,
                  EstimationOptions* options);
 
-// The integration step and the length of segments, which must suit the runs. A
-// step that is longer than the samples are apart is cut to that, with a notice.
+// The integration step and the length of segments, as they suit the runs. A
+// step that is longer than the samples are apart is cut to that, and a segment
+// to the longest run, with a notice.
 void FillLengths(const FitRequest& request, const FitSpecification& spec,
                  const std::vector<Run>& runs, EstimationOptions* options,
                  std::vector<std::string>* notices);

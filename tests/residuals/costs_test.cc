@@ -6,7 +6,7 @@
 
 #include "models/state.h"
 #include "tests/support/all_joints.h"
-#include "tests/support/measured_run.h"
+#include "tests/support/random_mechanism.h"
 #include "tests/support/ridders.h"
 
 namespace sysid {
@@ -185,131 +185,42 @@ TEST_F(StateManifoldTest, MultipliesByThePlusJacobianOnTheRight) {
   EXPECT_LT((tangent - ambient * PlusJacobian(x)).norm(), 1e-14);
 }
 
-// --- SegmentCost ------------------------------------------------------------
+// --- StateDefect ------------------------------------------------------------
 
-struct SegmentSetup {
-  explicit SegmentSetup(OrientationResidual orientation,
-                        std::vector<std::string> free)
-      : model(AllJoints()) {
-    Random random(2);
-    AddEveryEffect(Catalogue(), &random, &model);
-    map = std::make_unique<ParameterMap>(model,
-                                         FindParameters(model, free, "test"));
-    VectorXd values(map->size());
-    for (int i = 0; i < map->size(); ++i) {
-      values[i] = map->parameters()[i].nominal;
-    }
-    EXPECT_TRUE(map->ThetaOf(values, &theta));
-    x0 = RandomX(model, &random);
-    run = MeasureEverything(model, x0, 6, 0.02, 0.1, &random);
-    measurements = MeasurementsOf(model.mechanism(), run, orientation);
-    rollout = std::make_unique<SegmentRollout>(&model, map.get(), &measurements,
-                                               0, 4, RolloutOptions{});
-    // The next segment does not start where this one ends.
-    x_next = StatesOf(model, run, x0).row(4).transpose();
-    const VectorXd dx = 0.3 * random.NormalVector(model.tangent_size());
-    BoxPlus<double>(model, x_next.data(), dx.data(), x_next.data());
-  }
-  Model model;
-  std::unique_ptr<ParameterMap> map;
-  VectorXd theta, x0, x_next;
-  Run run;
-  Measurements measurements;
-  std::unique_ptr<SegmentRollout> rollout;
-};
-
-const std::vector<std::string>& SomeFree() {
-  static const auto& names = *new std::vector<std::string>{
-      "upper.length", "car.mass",          "lower.ixx",
-      "lower.iyy",    "lower.izz",         "hinge.x",
-      "rim.com_y",    "gravity",           "hinge.friction",
-      "ball.damping", "slide.effort_bias", "hinge.sensor_offset",
-      "wheel.damping"};
-  return names;
-}
-
-class SegmentCostTest : public testing::TestWithParam<OrientationResidual> {};
-
-TEST_P(SegmentCostTest, HasTheGradientsOfDifferencesWithADefect) {
-  const SegmentSetup at(GetParam(), SomeFree());
-  const StateManifold manifold(&at.model);
-  const SegmentCost cost(at.rollout.get(), true);
-  ExpectGradients(cost, {&manifold, nullptr, &manifold},
-                  {at.x0, at.theta, at.x_next});
-}
-
-TEST_P(SegmentCostTest, HasTheGradientsOfDifferencesWithoutADefect) {
-  const SegmentSetup at(GetParam(), SomeFree());
-  const StateManifold manifold(&at.model);
-  const SegmentCost cost(at.rollout.get(), false);
-  ExpectGradients(cost, {&manifold, nullptr}, {at.x0, at.theta});
-}
-
-TEST_P(SegmentCostTest, HasTheGradientsOfDifferencesWithoutTheta) {
-  const SegmentSetup at(GetParam(), {});
-  const StateManifold manifold(&at.model);
-  const SegmentCost cost(at.rollout.get(), true);
-  ExpectGradients(cost, {&manifold, &manifold}, {at.x0, at.x_next});
-}
-
-INSTANTIATE_TEST_SUITE_P(Orientations, SegmentCostTest,
-                         testing::Values(OrientationResidual::kHeading,
-                                         OrientationResidual::kRotation),
-                         [](const auto& info) {
-                           return info.param == OrientationResidual::kHeading
-                                      ? "Heading"
-                                      : "Rotation";
-                         });
-
-TEST(SegmentCost, HoldsTheErrorsAndThenTheDefect) {
-  const SegmentSetup at(OrientationResidual::kHeading, SomeFree());
-  const SegmentCost cost(at.rollout.get(), true);
-  const VectorXd r = Residuals(cost, {at.x0, at.theta, at.x_next});
-  const int n = at.rollout->num_residuals();
-  ASSERT_EQ(r.size(), n + at.model.tangent_size());
-  VectorXd errors(n), x_end(at.model.state_size()),
-      defect(at.model.tangent_size());
-  ASSERT_TRUE((*at.rollout)(at.x0.data(), at.theta.data(), errors.data(),
-                            x_end.data()));
-  BoxMinus<double>(at.model, x_end.data(), at.x_next.data(), defect.data());
-  EXPECT_EQ(r.head(n), errors);
-  EXPECT_EQ(r.tail(defect.size()), defect);
-}
-
-TEST(SegmentCost, LeavesOutTheDerivativesThatNobodyAsksFor) {
-  const SegmentSetup at(OrientationResidual::kHeading, SomeFree());
-  const SegmentCost cost(at.rollout.get(), true);
-  const double* parameters[] = {at.x0.data(), at.theta.data(),
-                                at.x_next.data()};
-  const int rows = cost.num_residuals();
-  RowMatrixXd J_x(rows, at.x0.size()), J_theta(rows, at.theta.size()),
-      J_next(rows, at.x0.size());
-  double* all[] = {J_x.data(), J_theta.data(), J_next.data()};
-  VectorXd r(rows);
-  ASSERT_TRUE(cost.Evaluate(parameters, r.data(), all));
-  for (int left_out = 0; left_out < 3; ++left_out) {
-    RowMatrixXd some[] = {J_x, J_theta, J_next};
-    for (RowMatrixXd& J : some) J.setZero();
-    double* jacobians[] = {some[0].data(), some[1].data(), some[2].data()};
-    jacobians[left_out] = nullptr;
-    ASSERT_TRUE(cost.Evaluate(parameters, r.data(), jacobians));
-    const RowMatrixXd* expected[] = {&J_x, &J_theta, &J_next};
-    for (int b = 0; b < 3; ++b) {
-      if (b == left_out) continue;
-      EXPECT_LT((some[b] - *expected[b]).norm(), 1e-11 * expected[b]->norm())
-          << "block " << b << " without " << left_out;
+TEST(StateDefect, IsTheTangentBetweenTheStatesWithItsDerivatives) {
+  const Model model{AllJoints()};
+  Random random(2);
+  const int n = model.tangent_size();
+  for (const double apart : {0.0, 1e-4, 0.3, 2.0}) {
+    const VectorXd x_next = RandomX(model, &random);
+    VectorXd dx = random.NormalVector(n);
+    dx *= apart / dx.norm();
+    VectorXd x_end(x_next.size()), defect(n);
+    BoxPlus<double>(model, x_next.data(), dx.data(), x_end.data());
+    RowMatrixXd J_end, J_next;
+    StateDefect(model, x_end.data(), x_next.data(), defect.data(), &J_end,
+                &J_next);
+    EXPECT_LT((defect - dx).norm(), 1e-13);
+    // By the tangent of either state.
+    const auto moved = [&](bool end, int column, double h) {
+      const VectorXd step = h * VectorXd::Unit(n, column);
+      VectorXd x = end ? x_end : x_next, out(n);
+      BoxPlus<double>(model, x.data(), step.data(), x.data());
+      StateDefect(model, end ? x.data() : x_end.data(),
+                  end ? x_next.data() : x.data(), out.data(), nullptr, nullptr);
+      return out;
+    };
+    for (const bool end : {true, false}) {
+      const RowMatrixXd& J = end ? J_end : J_next;
+      ASSERT_EQ(J.cols(), n);
+      for (int column = 0; column < n; ++column) {
+        const auto difference = RiddersDifference(
+            [&](double h) { return moved(end, column, h); }, 2e-3);
+        EXPECT_LT((J.col(column) - difference.value).norm(), 1e-8)
+            << (end ? "end" : "next") << ", column " << column;
+      }
     }
   }
-}
-
-TEST(SegmentCost, FailsForAnImpossibleBody) {
-  const SegmentSetup at(OrientationResidual::kHeading, SomeFree());
-  const SegmentCost cost(at.rollout.get(), true);
-  VectorXd theta = at.theta;
-  theta[1] = -1.0;  // car.mass
-  const double* parameters[] = {at.x0.data(), theta.data(), at.x_next.data()};
-  VectorXd r(cost.num_residuals());
-  EXPECT_FALSE(cost.Evaluate(parameters, r.data(), nullptr));
 }
 
 // --- Priors -----------------------------------------------------------------

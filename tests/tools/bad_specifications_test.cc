@@ -104,9 +104,8 @@ TEST_F(BadSpecificationsTest, ValuesThatCannotBe) {
   ExpectSpec("free: [link1.length]\nstep: 1e-9\n", "fit.yaml:2:7",
              "makes more than 1000 steps from one sample of run.csv",
              "leave it out");
-  ExpectSpec("free: [link1.length]\nsegment: 9\n", "fit.yaml:2:10",
-             "a segment of 9 s is longer than the run run.csv of 1 s",
-             "at most 1");
+  ExpectSpec("free: [link1.length]\nsegment: -9\n", "fit.yaml:2:10",
+             "must be a positive number, not -9", "give seconds");
 }
 
 TEST_F(BadSpecificationsTest, WhatThisBuildDoesNotHave) {

@@ -188,8 +188,7 @@ TEST(CheckTest, NothingOfAFileIsACommandToTheTerminal) {
                "t,slider.q,hinge.q,\x1b[2J\u009b2J\n0,0,0,1\n1,0,1,1\n");
   const ProgramResult result =
       folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj", "a.csv"});
-  EXPECT_THAT(result.err,
-              HasSubstr("note: a.csv: ignored the column ?[2J?2J\n"));
+  EXPECT_THAT(result.err, HasSubstr("; ignored the column ?[2J?2J: --columns"));
 }
 
 TEST(CheckTest, BadUsageIsRefused) {

@@ -133,6 +133,16 @@ TEST_F(SimulateTest, TheSameSeedMakesTheSameRun) {
                                   "--duration 1 --seed 7\nt,joint1.qw,"));
 }
 
+TEST_F(SimulateTest, NamesTheNumbersOfItsFlagsAsAPersonWould) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum1", "--duration", "0.1", "--noise", "5e-4",
+                "--rate", "200.0"});
+  EXPECT_THAT(folder_.Read("run.csv"),
+              testing::StartsWith("# sysid_simulate --model pendulum1 "
+                                  "--duration 0.1 --rate 200 "
+                                  "--noise 0.0005\nt,joint1.qw,"));
+}
+
 TEST_F(SimulateTest, WritesToStandardOutput) {
   const Arguments simulate{"--model", "cartpole", "--duration", "0.1"};
   SimulateInto(folder_, "run.csv", simulate);

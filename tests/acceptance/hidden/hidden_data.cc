@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <random>
@@ -13,6 +12,7 @@
 #include "sysid/simulation/simulate.h"
 #include "tests/acceptance/hidden/hidden_case.h"
 #include "tests/acceptance/hidden/plant.h"
+#include "tests/support/fnv1a.h"
 
 namespace sysid {
 namespace {
@@ -118,9 +118,8 @@ void Measure(const Model& model, const RowMatrixXd& seen, double noise,
 
 // Seeds of what is random in a case, apart from one another.
 std::uint64_t Seed(const HiddenCase& c, int use) {
-  std::seed_seq sequence{
-      static_cast<unsigned>(c.seed), static_cast<unsigned>(use),
-      static_cast<unsigned>(std::hash<std::string>{}(c.name))};
+  std::seed_seq sequence{static_cast<unsigned>(c.seed),
+                         static_cast<unsigned>(use), Fnv1a(c.name)};
   std::uint64_t seed[1];
   sequence.generate(seed, seed + 1);
   return seed[0];

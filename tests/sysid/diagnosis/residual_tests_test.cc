@@ -111,6 +111,47 @@ TEST(CorrelateInputs, SeesAWrongGainByItsJoint) {
   EXPECT_LT(std::abs(inputs[1].correlation), std::abs(right.correlation));
 }
 
+// The slider's velocity, measured too much by `bias`.
+void AddVelocity(double bias, sysid::Run* run) {
+  const Channel& position = run->channels[0];
+  Channel velocity;
+  velocity.kind = ChannelKind::kVelocity;
+  velocity.target = position.target;
+  velocity.name = position.name + ".qd";
+  velocity.values.resize(run->size(), 1);
+  for (int k = 0; k < run->size(); ++k) {
+    const int before = std::max(0, k - 5);
+    const int after = std::min(run->size() - 1, k + 5);
+    velocity.values(k, 0) =
+        bias + (position.values(after, 0) - position.values(before, 0)) /
+                   (run->t[after] - run->t[before]);
+  }
+  run->channels.push_back(velocity);
+}
+
+// The states settle between a position and a velocity that contradict it: the
+// errors of either are then not free of what states take up, which of a slow
+// effort is nearly all.
+TEST(CorrelateInputs, LiesBetweenMinusOneAndOne) {
+  for (const double length : {0.2, 0.5}) {
+    std::vector<sysid::Run> runs = RunsOf(Shipped("cartpole"), 5, 0.0, 4.0);
+    for (sysid::Run& run : runs) {
+      for (int k = 0; k < run.size(); ++k) run.effort(k, 0) = 1e-3 * run.t[k];
+      AddVelocity(0.1, &run);
+    }
+    DiagnosisProblem problem = MakeProblem(Shipped("cartpole"), {}, runs);
+    problem.options.segment = length;
+    const Judgement judgement = JudgeBase(problem);
+    const LinearizedFit fit(*judgement.problem, judgement.fit.point);
+    const std::vector<InputCorrelation> inputs = CorrelateInputs(fit);
+    ASSERT_EQ(inputs.size(), 3u);
+    for (const InputCorrelation& input : inputs) {
+      EXPECT_LE(std::abs(input.correlation), 1.0)
+          << input.channel << " with " << input.input << ", " << length;
+    }
+  }
+}
+
 TEST(CorrelateInputs, SeesNothingInExactModels) {
   const Model model = Shipped("cartpole");
   int significant = 0;

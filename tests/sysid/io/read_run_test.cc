@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -116,9 +117,12 @@ TEST(ReadRunTest, TheMapWinsOverAColumnOfOurName) {
   const sysid::Run run =
       Parse("t,joint1.q,other\n0,1,5\n1,2,6\n", "joint1.q=other", &notices);
   EXPECT_EQ(run.channels[0].values(1, 0), 6.0);
-  EXPECT_THAT(notices,
-              ElementsAre("run.csv: ignored the column joint1.q (mapped from "
-                          "another column)"));
+  EXPECT_THAT(
+      notices,
+      ElementsAre("run.csv: no column is read as the position of joint2 "
+                  "or the effort of joint1, joint2; ignored the column "
+                  "joint1.q (mapped from another column): --columns "
+                  "joint2.q=COLUMN maps one"));
 }
 
 TEST(ReadRunTest, AnEmptyCellIsAMissingMeasurement) {
@@ -161,13 +165,19 @@ TEST(ReadRunTest, ListsUnknownColumnsInOneNotice) {
   EXPECT_THAT(
       notices,
       ElementsAre(
-          "run.csv: ignored the columns note, jiont2.q (the model has no joint "
+          "run.csv: no column is read as the position of joint2 or the effort "
+          "of joint1, joint2; "
+          "ignored the columns note, jiont2.q (the model has no joint "
           "'jiont2' (column 'jiont2.q'); did you mean 'joint2.q'?), zz.qd (the "
           "model has no joint 'zz' (column 'zz.qd'); known: joint1, joint2), "
           "joint1.qw (joint 'joint1' is revolute and has no column "
-          "'joint1.qw'; its columns are joint1.q, joint1.qd, joint1.tau)"));
+          "'joint1.qw'; its columns are joint1.q, joint1.qd, joint1.tau): "
+          "--columns joint2.q=COLUMN maps one"));
   notices.clear();
-  Parse("t,joint1.q,\x1b[2J\n0,0,1\n1,0,2\n", "", &notices);
+  Parse(
+      "t,joint1.q,joint2.q,joint1.tau,joint2.tau,\x1b[2J\n0,0,0,0,0,1\n"
+      "1,0,0,0,0,2\n",
+      "", &notices);
   EXPECT_THAT(notices, ElementsAre("run.csv: ignored the column ?[2J"));
   notices.clear();
   Parse("time,t,pos\n0,x,0\n1,x,0\n", "t=time,joint1.q=pos", &notices);
@@ -467,7 +477,40 @@ TEST(ReadRunTest, NamesAtMostTwoDozenIgnoredColumns) {
   std::vector<std::string> notices;
   Parse(header + "\n" + row + "\n" + next + "\n", "", &notices);
   ASSERT_EQ(notices.size(), 1u);
-  EXPECT_THAT(notices[0], testing::EndsWith(", c22, c23, and 6 more"));
+  EXPECT_THAT(notices[0], HasSubstr(", c22, c23, and 6 more: --columns"));
+}
+
+// Columns that nobody mapped: what they may be is said with their names, before
+// anything else of the file.
+TEST(ReadRunTest, SaysFirstWhichJointsNoColumnGives) {
+  const auto first = [](const std::string& header,
+                        const Mechanism& mechanism = Hinges()) {
+    const auto cells = 1 + std::count(header.begin(), header.end(), ',');
+    std::string text = header + "\n";
+    for (const std::string t : {"0", "1"}) {
+      text += t;
+      for (int i = 1; i < cells; ++i) text += i == 1 ? ",1" : ",0";
+      text += "\n";
+    }
+    std::vector<std::string> notices;
+    Parse(text, "", &notices, mechanism);
+    return notices.empty() ? "" : notices.front();
+  };
+  EXPECT_EQ(first("t,joint1.q,pos2,cur2,joint1.tau"),
+            "run.csv: no column is read as the position of joint2 or the "
+            "effort of joint2; ignored the columns pos2, cur2: --columns "
+            "joint2.q=COLUMN maps one");
+  EXPECT_EQ(first("t,joint1.q,joint2.q,cur1"),
+            "run.csv: no column is read as the effort of joint1, joint2; "
+            "ignored the column cur1: --columns joint1.tau=COLUMN maps one");
+  EXPECT_EQ(first("t,ball.qw,ball.qx,ball.qy,ball.qz,motor", Ball()),
+            "run.csv: no column is read as the effort of ball; ignored the "
+            "column motor: --columns ball.taux=COLUMN maps one");
+  // A frame that is measured is a measurement of joints.
+  EXPECT_EQ(first("t,tip.px,tip.py,tip.pz,joint1.tau,joint2.tau,note"),
+            "run.csv: ignored the column note");
+  // Nothing that could be one: a joint need not be measured or driven.
+  EXPECT_EQ(first("t,joint1.q"), "");
 }
 
 TEST(ReadRunTest, ReadsAFileFromDisk) {

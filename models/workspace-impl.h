@@ -1,0 +1,111 @@
+#pragma once
+
+#include "models/math/congruence.h"
+#include "models/math/rotation.h"
+#include "models/workspace.h"
+
+// Definitions of workspace.h; see dynamics-impl.h.
+
+namespace sysid {
+
+template <typename T>
+Workspace<T>::Workspace(const Model& model)
+    : bodies(model.bodies().size()),
+      p_BL(model.mechanism().links.size(), Vector3<T>::Zero()),
+      tau(model.nv(), T(0.0)),
+      model_(&model) {
+  const MechanismParameters<double>& nominal = model.nominal();
+  MechanismParameters<T> parameters;
+  for (const Inertial<double>& link : nominal.links) {
+    parameters.links.push_back(
+        {T(link.mass), link.com.cast<T>(), link.inertia.cast<T>()});
+  }
+  for (const Eigen::Vector3d& p : nominal.joint_p) {
+    parameters.joint_p.push_back(p.cast<T>());
+  }
+  parameters.gravity = T(nominal.gravity);
+  for (const double value : nominal.effects) {
+    parameters.effects.push_back(T(value));
+  }
+  SetParameters(parameters);
+}
+
+template <typename T>
+void Workspace<T>::SetParameters(const MechanismParameters<T>& parameters) {
+  parameters_ = parameters;
+  const Mechanism& mechanism = model_->mechanism();
+  for (BodyData<T>& body : bodies) {
+    body.mass = T(0.0);
+    body.h_B.setZero();
+    body.I_B.setZero();
+    body.armature = T(0.0);
+    body.has_armature = false;
+  }
+  for (size_t i = 0; i < mechanism.joints.size(); ++i) {
+    const Joint& joint = mechanism.joints[i];
+    const int parent_link = joint.parent_link;
+    const Placement& parent = model_->placement(parent_link);
+    const Placement& child = model_->placement(joint.child_link);
+    const Vector3<T> p_BJ =
+        p_BL[parent_link] +
+        internal::Rotate<T>(parent.R_BL, parameters_.joint_p[i]);
+    if (joint.type == JointType::kFixed) {
+      p_BL[joint.child_link] = p_BJ;
+    } else {
+      p_BL[joint.child_link].setZero();
+      bodies[child.body].p_PB = p_BJ;
+    }
+    if (child.body < 0) continue;
+    BodyData<T>& body = bodies[child.body];
+    const Inertial<T>& link = parameters_.links[joint.child_link];
+    const Vector3<T> com_B =
+        p_BL[joint.child_link] + internal::Rotate<T>(child.R_BL, link.com);
+    const Vector3<T> h = com_B * link.mass;
+    body.mass += link.mass;
+    body.h_B += h;
+    // Parallel axes: - m c x c x = m (|c|^2 - c c^T).
+    body.I_B += internal::Congruence<T>(child.R_BL, link.inertia) -
+                h * com_B.transpose() + Matrix3<T>::Identity() * h.dot(com_B);
+  }
+  BindEffects();
+}
+
+template <typename T>
+void Workspace<T>::BindEffects() {
+  effort_effects.clear();
+  link_force_effects.clear();
+  input_effects.clear();
+  delay_effects.clear();
+  measurement_effects.clear();
+  gravity = Vector3<T>(T(0.0), T(0.0), -parameters_.gravity);
+  const EffectSet& effects = model_->effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    const Effect& effect = effects.effect(i);
+    Bound bound{&HooksFor(effect, ScalarTag<T>()),
+                parameters_.effects.data() + effects.offset(i), -1,
+                effect.link()};
+    if (effect.joint() >= 0) {
+      const int child = model_->mechanism().joints[effect.joint()].child_link;
+      bound.body = model_->placement(child).body;
+    } else if (effect.link() >= 0) {
+      bound.body = model_->placement(effect.link()).body;
+    }
+    const unsigned hooks = effect.hooks();
+    if (hooks & kEffortHook) effort_effects.push_back(bound);
+    // A link that is fixed to the world does not feel a force.
+    if ((hooks & kLinkForceHook) && bound.body >= 0) {
+      link_force_effects.push_back(bound);
+    }
+    if (hooks & kInputHook) input_effects.push_back(bound);
+    if (hooks & kInputDelayHook) delay_effects.push_back(bound);
+    if (hooks & kMeasurementHook) measurement_effects.push_back(bound);
+    if (hooks & kGravityHook) bound.hooks->ModifyGravity(bound.p, &gravity);
+    if (hooks & kJointInertiaHook) {
+      BodyData<T>& body = bodies[bound.body];
+      bound.hooks->AddJointInertia(bound.p, &body.armature);
+      body.has_armature = true;
+    }
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,375 @@
+#include "sysid/session/free_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "models/dynamics.h"
+#include "models/error.h"
+#include "sysid/io/csv.h"
+#include "sysid/session/named_values.h"
+
+namespace sysid {
+namespace {
+
+std::string Number(double value) { return ShortestText(value); }
+
+bool IsWhole(const Model& model, const Parameter& parameter) {
+  return parameter.kind == ParameterKind::kEffect &&
+         model.effects().parameters()[parameter.index].whole;
+}
+
+// Collects what is to be free, by name, in order, once each.
+class FreeList {
+ public:
+  void Add(const FitSpecification::Free& free) {
+    for (FitSpecification::Free& known : list_) {
+      if (known.name == free.name) return;
+    }
+    list_.push_back(free);
+  }
+  bool Has(const std::string& name) const {
+    return std::any_of(list_.begin(), list_.end(),
+                       [&](const auto& free) { return free.name == name; });
+  }
+  void Remove(const std::string& name) {
+    std::erase_if(list_, [&](const auto& free) { return free.name == name; });
+  }
+  const std::vector<FitSpecification::Free>& list() const { return list_; }
+
+ private:
+  std::vector<FitSpecification::Free> list_;
+};
+
+// What the specification says of a parameter (bounds, start, prior), or just
+// its name.
+FitSpecification::Free Described(const FitSpecification& spec,
+                                 const std::string& name,
+                                 const std::string& place) {
+  for (const FitSpecification::Free& free : spec.free) {
+    if (free.name == name) return free;
+  }
+  FitSpecification::Free free;
+  free.name = name;
+  free.place = place;
+  return free;
+}
+
+// Whether the motion depends on a parameter of the mechanism at all: a planar
+// one never feels most of its links' inertia. Asked of the efforts of a motion
+// that has no symmetry.
+bool Moves(const Model& model, const Parameter& parameter) {
+  Eigen::VectorXd x(model.state_size() + model.nv());
+  for (int i = 0; i < x.size(); ++i) x[i] = std::sin(1.0 + 2.0 * i);
+  for (const Body& body : model.bodies()) {
+    if (body.type == JointType::kSpherical) {
+      x.segment<4>(body.q_index).normalize();
+    }
+  }
+  const auto efforts = [&](double value) {
+    Model changed = model;
+    SetParameters({parameter}, {value}, &changed);
+    Workspace<double> ws(changed);
+    Eigen::VectorXd tau(model.nv());
+    InverseDynamics<double>(&ws, x.data(), x.data() + model.nq(),
+                            x.data() + model.state_size(), tau.data());
+    return tau;
+  };
+  const Eigen::VectorXd there = efforts(parameter.nominal);
+  const Eigen::VectorXd beside =
+      efforts(parameter.nominal + parameter.typical_scale);
+  return (beside - there).norm() > 1e-9 * (beside.norm() + there.norm());
+}
+
+// Frees what an effect says is wrong in the nominal values, as far as it moves
+// the model.
+void FreeCorrected(const Effect& effect, const std::string& place,
+                   const FitSpecification& spec, const Model& model,
+                   FreeList* free, std::vector<std::string>* notices) {
+  std::vector<std::string> idle;
+  for (const std::string& name : effect.corrects()) {
+    if (free->Has(name) ||
+        Moves(model, FindParameters(model, {name}, place).front())) {
+      free->Add(Described(spec, name, place));
+    } else {
+      idle.push_back(name);
+    }
+  }
+  if (idle.empty()) return;
+  if (idle.size() == effect.corrects().size()) {
+    throw InputError(place,
+                     "effect '" + effect.name() + "': the motion of this " +
+                         "model does not depend on " + Join(idle),
+                     "leave it out");
+  }
+  notices->push_back(effect.name() + ": the motion of this model does not " +
+                     "depend on " + Join(idle) + ", held");
+}
+
+// Adds effects that were named in one place, and frees their parameters.
+void AddEffects(const std::vector<Located<std::string>>& named,
+                const Catalogue& catalogue, const FitSpecification& spec,
+                Model* model, FreeList* free,
+                std::vector<std::string>* notices) {
+  const auto is_named = [&](const std::string& name) {
+    return std::any_of(named.begin(), named.end(),
+                       [&](const auto& other) { return other.value == name; });
+  };
+  for (const Located<std::string>& one : named) {
+    const std::shared_ptr<const Effect> effect =
+        catalogue.Make(one.value, model->mechanism(), one.place);
+    // One that is there already (from the URDF or the specification) becomes
+    // free.
+    if (!model->effects().Contains(one.value)) {
+      const std::vector<std::string> before = model->effects().names();
+      model->AddEffect(effect, one.place);
+      for (const std::string& name : before) {
+        if (model->effects().Contains(name)) continue;
+        if (is_named(name)) {
+          throw InputError(one.place,
+                           one.value + " shares parameters with " + name +
+                               ", which is named beside it",
+                           "leave one of them out");
+        }
+        notices->push_back(one.value + " takes the place of " + name);
+      }
+    }
+    for (const EffectParameter& parameter : effect->parameters()) {
+      if (parameter.whole) continue;
+      free->Add(Described(spec, parameter.name, one.place));
+    }
+    FreeCorrected(*effect, one.place, spec, *model, free, notices);
+  }
+}
+
+void FixParameters(const std::vector<NamedValue>& fixes, Model* model,
+                   FreeList* free) {
+  std::vector<std::string> names;
+  std::vector<double> values;
+  for (const NamedValue& fix : fixes) {
+    const std::vector<Parameter> found =
+        FindParameters(*model, {fix.name}, fix.place);
+    free->Remove(fix.name);
+    if (!fix.value) continue;
+    CheckValue(*model, found[0], *fix.value, fix.place);
+    names.push_back(fix.name);
+    values.push_back(*fix.value);
+  }
+  if (names.empty()) return;
+  SetParameters(FindParameters(*model, names, fixes.front().place), values,
+                model);
+  const std::vector<std::string> faults = [&] {
+    Mechanism changed = model->mechanism();
+    changed.nominal = model->nominal();
+    return PhysicalFaults(changed);
+  }();
+  if (!faults.empty()) {
+    throw InputError(fixes.front().place,
+                     "the values make no possible body: " + Join(faults, "; "));
+  }
+}
+
+FreeParameter MakeFree(const Model& model,
+                       const FitSpecification::Free& wanted) {
+  FreeParameter free;
+  free.parameter = FindParameters(model, {wanted.name}, wanted.place).front();
+  free.lower = std::max(free.parameter.lower,
+                        wanted.lower.value_or(free.parameter.lower));
+  free.upper = std::min(free.parameter.upper,
+                        wanted.upper.value_or(free.parameter.upper));
+  free.initial = wanted.initial.value_or(free.parameter.nominal);
+  if (IsWhole(model, free.parameter)) {
+    throw InputError(
+        wanted.place,
+        "'" + wanted.name + "' is a whole number, which a fit cannot move",
+        "hold it: --fix " + wanted.name + "=" +
+            Number(wanted.initial.value_or(6.0)));
+  }
+  const std::string range = "[" + Number(free.lower) + ", " +
+                            Number(free.upper) + "] " + free.parameter.unit;
+  if (!(free.lower < free.upper)) {
+    throw InputError(wanted.place,
+                     "the bounds of '" + wanted.name +
+                         "' leave nothing between them: " + range,
+                     "its physical range is " + Number(free.parameter.lower) +
+                         " to " + Number(free.parameter.upper));
+  }
+  if (free.initial < free.lower || free.initial > free.upper) {
+    throw InputError(wanted.place,
+                     "'" + wanted.name + "' starts at " + Number(free.initial) +
+                         " outside its bounds " + range,
+                     "widen the bounds, or give an initial value between them");
+  }
+  if (wanted.prior) {
+    free.prior = FreeParameter::Prior{wanted.prior->mean, wanted.prior->std};
+  }
+  return free;
+}
+
+// Bounds and priors act on theta, which is not the inertia itself where (4.1)
+// keeps it possible.
+void CheckTransformed(const Model& model, std::vector<FreeParameter>* free,
+                      const std::vector<FitSpecification::Free>& wanted) {
+  std::vector<Parameter> parameters;
+  for (const FreeParameter& f : *free) parameters.push_back(f.parameter);
+  const ParameterMap map(model, parameters);
+  Eigen::VectorXd values(free->size()), theta;
+  for (size_t i = 0; i < free->size(); ++i) {
+    values[i] = (*free)[i].initial;
+    if (!map.IsTransformed(i)) continue;
+    if (wanted[i].lower || wanted[i].upper || wanted[i].prior) {
+      throw InputError(
+          wanted[i].place,
+          "'" + wanted[i].name +
+              "' can have neither bounds nor a prior while all entries of its "
+              "link's inertia are free",
+          "they are kept physically possible together; free inertia_scale "
+          "instead to bound them");
+    }
+    (*free)[i].lower = -std::numeric_limits<double>::infinity();
+    (*free)[i].upper = std::numeric_limits<double>::infinity();
+  }
+  std::string link;
+  if (!map.ThetaOf(values, &theta)) {
+    throw InputError(wanted.front().place,
+                     "the initial inertia is no possible body",
+                     "principal moments are positive, and none exceeds the "
+                     "sum of the other two");
+  }
+  if (!(link = map.FirstImpossibleLink(theta.data())).empty()) {
+    throw InputError(
+        wanted.front().place,
+        "the initial values make link '" + link + "' no possible body",
+        "masses are positive, principal moments are positive, and "
+        "none exceeds the sum of the other two");
+  }
+}
+
+// What is free by --free, or else by the specification.
+FreeList NamedFree(const FitRequest& request, const FitSpecification& spec) {
+  FreeList free;
+  if (request.free.empty()) {
+    for (const FitSpecification::Free& f : spec.free) free.Add(f);
+  }
+  for (const NamedValue& name : SplitAssignments(request.free, "--free")) {
+    FitSpecification::Free described = Described(spec, name.name, "--free");
+    if (name.value) {
+      described.initial = name.value;
+      described.place = "--free";
+    }
+    free.Add(described);
+  }
+  return free;
+}
+
+// The effects of --add, and what they free.
+void AddAsked(const FitRequest& request, const FitSpecification& spec,
+              const Catalogue& catalogue, FreeChoice* choice, FreeList* free,
+              std::vector<std::string>* notices) {
+  std::vector<Located<std::string>> asked;
+  for (const NamedValue& effect : SplitAssignments(request.add, "--add")) {
+    if (effect.value) {
+      throw InputError("--add",
+                       "'" + effect.name + "' has a value, which the fit finds",
+                       "write --add " + effect.name);
+    }
+    asked.push_back({effect.name, "--add"});
+  }
+  const std::vector<std::string> before = choice->model.effects().names();
+  const size_t free_before = free->list().size();
+  AddEffects(asked, catalogue, spec, &choice->model, free, notices);
+  for (size_t i = free_before; i < free->list().size(); ++i) {
+    choice->freed_by_added.insert(free->list()[i].name);
+  }
+  for (const std::string& effect : choice->model.effects().names()) {
+    if (std::find(before.begin(), before.end(), effect) == before.end()) {
+      choice->added.push_back(effect);
+    }
+  }
+}
+
+// What the specification fixes, and --fix, which wins.
+std::vector<NamedValue> NamedFixes(const FitRequest& request,
+                                   const FitSpecification& spec) {
+  std::vector<NamedValue> fixes;
+  for (const FitSpecification::Fix& fix : spec.fix) {
+    fixes.push_back({fix.name, fix.value, fix.place});
+  }
+  const std::vector<NamedValue> freed =
+      SplitAssignments(request.free, "--free");
+  for (const NamedValue& fix : SplitAssignments(request.fix, "--fix")) {
+    for (const NamedValue& other : freed) {
+      if (other.name != fix.name) continue;
+      throw InputError("--fix", "'" + fix.name + "' is also in --free",
+                       "keep it in one of them");
+    }
+    std::erase_if(fixes, [&](const auto& f) { return f.name == fix.name; });
+    fixes.push_back(fix);
+  }
+  return fixes;
+}
+
+void CheckSomethingIsFree(const FitRequest& request,
+                          const FitSpecification& spec, const Model& model,
+                          const FreeList& free) {
+  const bool deliberate = request.may_free_nothing && !spec.path.empty();
+  if (!free.list().empty() || deliberate || request.fits_nothing) return;
+  std::vector<std::string> names;
+  for (const Parameter& parameter : AllParameters(model)) {
+    names.push_back(parameter.name);
+  }
+  const bool fixed =
+      !request.fix.empty() && (!spec.free.empty() || !request.add.empty());
+  throw InputError(
+      fixed               ? "--fix"
+      : spec.path.empty() ? "--free"
+                          : spec.path,
+      fixed ? "holds all that was free, so there is nothing to fit"
+            : "nothing is free, so there is nothing to fit",
+      "name parameters with --free; this model has " + Join(names));
+}
+
+}  // namespace
+
+void CheckValue(const Model& model, const Parameter& parameter, double value,
+                const std::string& place) {
+  const std::string cannot = "'" + parameter.name + "' cannot be " +
+                             Number(value) + " " + parameter.unit;
+  if (!(value >= parameter.lower && value <= parameter.upper)) {  // or NaN
+    throw InputError(place, cannot,
+                     "it lies between " + Number(parameter.lower) + " and " +
+                         Number(parameter.upper));
+  }
+  if (IsWhole(model, parameter) && value != std::round(value)) {
+    throw InputError(place, cannot, "give a whole number");
+  }
+}
+
+FreeChoice ChooseFree(const FitRequest& request, const FitSpecification& spec,
+                      const Catalogue& catalogue, const Model& nominal,
+                      const std::string& file,
+                      std::vector<std::string>* notices) {
+  FreeChoice choice(nominal);
+  FreeList free = NamedFree(request, spec);
+  AddEffects(spec.effects, catalogue, spec, &choice.model, &free, notices);
+  AddAsked(request, spec, catalogue, &choice, &free, notices);
+  const std::vector<NamedValue> fixes = NamedFixes(request, spec);
+  FixParameters(fixes, &choice.model, &free);
+  for (const NamedValue& fix : fixes) choice.fixed.push_back(fix.name);
+  CheckSomethingIsFree(request, spec, choice.model, free);
+  for (const FitSpecification::Free& f : free.list()) {
+    choice.free.push_back(MakeFree(choice.model, f));
+  }
+  CheckTransformed(choice.model, &choice.free, free.list());
+  const std::vector<std::string> singular = SingularJoints(choice.model);
+  if (!singular.empty()) {
+    const bool by_the_file = fixes.empty() || !SingularJoints(nominal).empty();
+    throw InputError(by_the_file ? file : fixes.front().place,
+                     Join(singular, "\n  "),
+                     "give what moves there some mass and inertia, however "
+                     "small");
+  }
+  return choice;
+}
+
+}  // namespace sysid

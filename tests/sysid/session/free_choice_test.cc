@@ -1,0 +1,204 @@
+#include "sysid/session/free_choice.h"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "models/find_model.h"
+#include "models/urdf/load_urdf.h"
+#include "tests/support/error_text.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+// A question of a shipped model, and what was chosen.
+struct Asked {
+  FitRequest request;
+  FitSpecification spec;
+  std::vector<std::string> notices;
+
+  FreeChoice Choose(const std::string& robot = "pendulum2_planar") {
+    const Catalogue catalogue;
+    return ChooseFree(request, spec, catalogue,
+                      MakeModel(LoadUrdf(FindModel(robot)), catalogue),
+                      "model.urdf", &notices);
+  }
+  std::string Error(const std::string& robot = "pendulum2_planar") {
+    return ErrorText([&] { Choose(robot); });
+  }
+};
+
+// "free: {name: ...}" of a specification.
+FitSpecification::Free Free(const std::string& name) {
+  FitSpecification::Free free;
+  free.name = name;
+  free.place = "fit.yaml:2:3";
+  return free;
+}
+
+std::vector<std::string> NamesOf(const FreeChoice& choice) {
+  std::vector<std::string> names;
+  for (const FreeParameter& free : choice.free) {
+    names.push_back(free.parameter.name);
+  }
+  return names;
+}
+
+TEST(ChooseFree, TakesTheFlagsNamesWithWhatTheSpecificationSaysOfThem) {
+  Asked asked;
+  asked.spec.free = {Free("link1.length"), Free("link2.length")};
+  asked.spec.free[1].initial = 0.7;
+  asked.spec.free[1].lower = 0.6;
+  asked.spec.free[1].prior = GaussianPrior{0.8, 0.1};
+  EXPECT_THAT(NamesOf(asked.Choose()),
+              ElementsAre("link1.length", "link2.length"));
+  asked.request.free = "link2.length";
+  const FreeParameter free = asked.Choose().free.at(0);
+  EXPECT_EQ(free.parameter.name, "link2.length");
+  EXPECT_EQ(free.initial, 0.7);
+  EXPECT_EQ(free.lower, 0.6);
+  ASSERT_TRUE(free.prior.has_value());
+  EXPECT_EQ(free.prior->mean, 0.8);
+  // The flag's start wins.
+  asked.request.free = "link2.length=0.9";
+  EXPECT_EQ(asked.Choose().free.at(0).initial, 0.9);
+}
+
+TEST(ChooseFree, FreesWhatAnAddedEffectBrings) {
+  Asked asked;
+  asked.request.free = "link1.length";
+  asked.spec.effects = {{"viscous_damping@joint2", "fit.yaml:5:5"}};
+  asked.request.add = "coulomb_friction@joint1";
+  const FreeChoice choice = asked.Choose();
+  EXPECT_THAT(NamesOf(choice),
+              ElementsAre("link1.length", "joint2.damping", "joint1.friction"));
+  EXPECT_THAT(choice.added, ElementsAre("coulomb_friction@joint1"));
+  EXPECT_THAT(choice.freed_by_added, UnorderedElementsAre("joint1.friction"));
+  EXPECT_THAT(choice.model.effects().names(),
+              UnorderedElementsAre("viscous_damping@joint2",
+                                   "coulomb_friction@joint1"));
+  EXPECT_THAT(asked.notices, IsEmpty());
+}
+
+TEST(ChooseFree, SaysWhichEffectTakesThePlaceOfAnother) {
+  Asked asked;
+  asked.spec.effects = {{"coulomb_friction@joint1", "fit.yaml:5:5"}};
+  asked.request.add = "stribeck_friction@joint1";
+  const FreeChoice choice = asked.Choose();
+  EXPECT_THAT(choice.model.effects().names(),
+              ElementsAre("stribeck_friction@joint1"));
+  EXPECT_THAT(asked.notices,
+              ElementsAre("stribeck_friction@joint1 takes the place of "
+                          "coulomb_friction@joint1"));
+}
+
+// A pendulum that turns about y does not feel where on y its mass is.
+TEST(ChooseFree, HoldsWhatTheMotionDoesNotDependOn) {
+  Asked asked;
+  asked.request.add = "com@link2";
+  const FreeChoice choice = asked.Choose();
+  EXPECT_THAT(NamesOf(choice), testing::Contains("link2.com_z"));
+  EXPECT_THAT(NamesOf(choice), testing::Not(testing::Contains("link2.com_y")));
+  ASSERT_EQ(asked.notices.size(), 1u);
+  EXPECT_THAT(
+      asked.notices[0],
+      testing::AllOf(HasSubstr("com@link2: the motion of this "
+                               "model does not depend on "),
+                     HasSubstr("link2.com_y"), testing::EndsWith(", held")));
+}
+
+TEST(ChooseFree, HoldsWhatIsFixedAndLetsTheFlagWin) {
+  Asked asked;
+  asked.spec.free = {Free("link1.length"), Free("link2.length")};
+  asked.spec.fix = {{"link2.mass", 3.0, "fit.yaml:6:3"}};
+  asked.request.fix = "link2.mass=2,link1.length";
+  const FreeChoice choice = asked.Choose();
+  EXPECT_THAT(NamesOf(choice), ElementsAre("link2.length"));
+  EXPECT_THAT(choice.fixed, ElementsAre("link2.mass", "link1.length"));
+  EXPECT_EQ(FindParameters(choice.model, {"link2.mass"}, "test")[0].nominal,
+            2.0);
+}
+
+TEST(ChooseFree, RefusesFixedValuesThatMakeNoBody) {
+  Asked asked;
+  asked.spec.free = {Free("link1.length")};
+  asked.spec.fix = {{"link2.ixx", 1.0, "fit.yaml:6:3"}};
+  EXPECT_THAT(asked.Error(),
+              HasSubstr("fit.yaml:6:3: the values make no possible body: "));
+}
+
+TEST(ChooseFree, RefusesBoundsThatLeaveNothing) {
+  Asked asked;
+  asked.spec.free = {Free("link1.length")};
+  asked.spec.free[0].upper = -1.0;
+  EXPECT_THAT(asked.Error(),
+              HasSubstr("fit.yaml:2:3: the bounds of 'link1.length' leave "
+                        "nothing between them: ["));
+  asked.spec.free[0].upper = 0.2;
+  EXPECT_THAT(asked.Error(),
+              HasSubstr("fit.yaml:2:3: 'link1.length' starts at 0.5 outside "
+                        "its bounds ["));
+  EXPECT_THAT(asked.Error(),
+              HasSubstr("hint: widen the bounds, or give an initial value "
+                        "between them"));
+}
+
+// All entries of an inertia are fitted through its square root, where a bound
+// of one of them means nothing.
+TEST(ChooseFree, RefusesBoundsOfAWholeInertia) {
+  Asked asked;
+  for (const char* entry : {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"}) {
+    asked.spec.free.push_back(Free(std::string("link2.") + entry));
+  }
+  const FreeChoice choice = asked.Choose();
+  EXPECT_EQ(choice.free[0].upper, std::numeric_limits<double>::infinity());
+  asked.spec.free[1].upper = 1.0;
+  EXPECT_EQ(asked.Error(),
+            "fit.yaml:2:3: 'link2.iyy' can have neither bounds nor a prior "
+            "while all entries of its link's inertia are free\n"
+            "  hint: they are kept physically possible together; free "
+            "inertia_scale instead to bound them");
+}
+
+TEST(ChooseFree, AsksForSomethingToFitUnlessNothingIsMeant) {
+  Asked asked;
+  EXPECT_THAT(asked.Error(),
+              HasSubstr("--free: nothing is free, so there is nothing to fit\n"
+                        "  hint: name parameters with --free; this model has "
+                        "link1.length, "));
+  asked.request.may_free_nothing = true;
+  EXPECT_THAT(asked.Error(), HasSubstr("--free: nothing is free"));
+  // A specification that frees nothing says so on purpose.
+  asked.spec.path = "fit.yaml";
+  EXPECT_EQ(asked.Error(), "no error");
+  asked.request.may_free_nothing = false;
+  EXPECT_THAT(asked.Error(), HasSubstr("fit.yaml: nothing is free"));
+  asked.request.fits_nothing = true;
+  EXPECT_EQ(asked.Error(), "no error");
+}
+
+TEST(CheckValue, RefusesWhatAParameterCannotBe) {
+  Asked asked;
+  asked.request.add = "cogging@joint1";
+  const Model model = asked.Choose().model;
+  const auto error = [&](const std::string& name, double value) {
+    const Parameter parameter = FindParameters(model, {name}, "test").front();
+    return ErrorText([&] { CheckValue(model, parameter, value, "--set"); });
+  };
+  EXPECT_EQ(error("link1.length", 0.3), "no error");
+  EXPECT_THAT(error("link1.length", -0.3),
+              HasSubstr("--set: 'link1.length' cannot be -0.3 m\n"
+                        "  hint: it lies between "));
+  EXPECT_THAT(error("link1.length", std::nan("")),
+              HasSubstr("--set: 'link1.length' cannot be nan m"));
+  EXPECT_EQ(error("joint1.cogging_order", 3.0), "no error");
+  EXPECT_THAT(error("joint1.cogging_order", 3.5), HasSubstr("cannot be 3.5"));
+}
+
+}  // namespace
+}  // namespace sysid

@@ -1,0 +1,58 @@
+#include "sysid/session/named_values.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/error_text.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+TEST(SplitList, SplitsAtCommasAndDropsTheSpacesAround) {
+  EXPECT_THAT(SplitList("a, b c ,d", "--x"), ElementsAre("a", "b c", "d"));
+  EXPECT_THAT(SplitList("a", "--x"), ElementsAre("a"));
+  EXPECT_THAT(SplitList("", "--x"), IsEmpty());
+  EXPECT_THAT(SplitList(" \t", "--x"), IsEmpty());
+}
+
+TEST(SplitList, RefusesEmptyEntries) {
+  for (const std::string text : {"a,", ",a", "a,,b", "a, ,b", ","}) {
+    EXPECT_EQ(ErrorText([&] { SplitList(text, "--x"); }),
+              "--x: has an empty entry: '" + text +
+                  "'\n  hint: separate entries by single commas");
+  }
+}
+
+TEST(SplitAssignments, ReadsNamesWithAndWithoutNumbers) {
+  const std::vector<NamedValue> values =
+      SplitAssignments("a=1.5, b ,c = -2e-3,d=+4", "--x");
+  ASSERT_EQ(values.size(), 4u);
+  EXPECT_EQ(values[0].name, "a");
+  EXPECT_EQ(values[0].value, 1.5);
+  EXPECT_EQ(values[0].place, "--x");
+  EXPECT_EQ(values[1].name, "b");
+  EXPECT_FALSE(values[1].value.has_value());
+  EXPECT_EQ(values[2].name, "c");
+  EXPECT_EQ(values[2].value, -2e-3);
+  EXPECT_EQ(values[3].value, 4.0);
+}
+
+TEST(SplitAssignments, RefusesWhatIsNoFiniteNumber) {
+  for (const std::string text : {"", "heavy", "nan", "inf", "1e999"}) {
+    EXPECT_EQ(ErrorText([&] { SplitAssignments("a=" + text, "--x"); }),
+              "--x: '" + text + "' is not a number, in 'a=" + text +
+                  "'\n  hint: write name=number, in SI units");
+  }
+}
+
+TEST(SplitAssignments, RefusesANameThatComesTwice) {
+  for (const std::string text : {"a,a", "a=1,b,a=2", "a, a =1"}) {
+    EXPECT_EQ(ErrorText([&] { SplitAssignments(text, "--x"); }),
+              "--x: 'a' is named twice\n  hint: name it once");
+  }
+}
+
+}  // namespace
+}  // namespace sysid
