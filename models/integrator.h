@@ -18,7 +18,7 @@ enum class Integrator {
 
 std::string ToString(Integrator integrator);
 int Order(Integrator integrator);
-// By the names of contracts.md; throws InputError at `place` for another.
+// By the names of docs/interface.md; throws InputError at `place` for another.
 Integrator ParseIntegrator(const std::string& name, const std::string& place);
 
 // Scratch of one thread for steps; the workspace holds the parameters.

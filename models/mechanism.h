@@ -97,8 +97,8 @@ struct Mechanism {
 // z where both are at the joint.
 Eigen::Vector3d LinkAxis(const Mechanism& mechanism, int link);
 
-// <link>.length (contracts.md section 3), m; 0 where it is undefined (the link
-// has neither a child joint nor a centre of mass away from its joint).
+// <link>.length (docs/interface.md section 3), m; 0 where it is undefined (the
+// link has neither a child joint nor a centre of mass away from its joint).
 double LinkLength(const Mechanism& mechanism,
                   const MechanismParameters<double>& parameters, int link);
 

@@ -69,7 +69,7 @@ class Model {
 };
 
 // The mechanism with the damping and friction of its URDF's <dynamics> as
-// effects at those values (contracts.md section 5 names them).
+// effects at those values (docs/interface.md section 5 names them).
 Model MakeModel(const Mechanism& mechanism, const Catalogue& catalogue);
 
 }  // namespace sysid

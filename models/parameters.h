@@ -7,8 +7,8 @@
 
 namespace sysid {
 
-// Parameters by name (contracts.md section 3) and how they act on the values of
-// a mechanism.
+// Parameters by name (docs/interface.md section 3) and how they act on the
+// values of a mechanism.
 
 enum class ParameterKind {
   kLength,        // <link>.length

@@ -8,8 +8,8 @@
 namespace sysid {
 
 // The run's row that holds at the time just before `time`, s: efforts hold from
-// each row until the next (contracts.md section 2), the first row's also before
-// it.
+// each row until the next (docs/interface.md section 2), the first row's also
+// before it.
 int RowBefore(const Run& run, double time);
 
 // The mean over [from, to], s, of the efforts so held; nv numbers. A window

@@ -8,7 +8,7 @@
 #include "sysid/report/page_data.h"
 #include "sysid/session/session.h"
 
-// The flags of programs that fit a model to runs (contracts.md section 1).
+// The flags of programs that fit a model to runs (docs/interface.md section 1).
 
 DECLARE_string(json);
 DECLARE_string(out);

@@ -9,7 +9,7 @@
 
 namespace sysid {
 
-// What every program of contracts.md does alike: flags, help, errors, exit
+// What every program of docs/interface.md does alike: flags, help, errors, exit
 // codes, progress.
 
 inline constexpr int kExitDone = 0;

@@ -1,5 +1,5 @@
 // Fits by Levenberg-Marquardt, Adam and a mixture of Gaussians, and compares
-// how they get there (contracts.md section 1).
+// how they get there (docs/interface.md section 1).
 
 #include <cmath>
 #include <cstdio>

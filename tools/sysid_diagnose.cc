@@ -1,5 +1,5 @@
-// Says where a model fails and which effect is missing (contracts.md section
-// 1).
+// Says where a model fails and which effect is missing (docs/interface.md
+// section 1).
 
 #include <unistd.h>
 

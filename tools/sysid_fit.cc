@@ -1,4 +1,5 @@
-// Fits the free parameters of a model to recordings (contracts.md section 1).
+// Fits the free parameters of a model to recordings
+// (docs/interface.md section 1).
 
 #include <unistd.h>
 

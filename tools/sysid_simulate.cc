@@ -1,4 +1,5 @@
-// Makes a run from a model, with effects and noise (contracts.md section 1).
+// Makes a run from a model, with effects and noise
+// (docs/interface.md section 1).
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // Serves the interactive page of a model and its runs on loopback
-// (contracts.md section 1).
+// (docs/interface.md section 1).
 
 #include <csignal>
 #include <cstdio>

@@ -117,8 +117,8 @@ class Effect {
   int joint() const { return joint_; }  // target's index, -1 if not a joint
   int link() const { return link_; }    // target's index, -1 if not a link
   const std::vector<EffectParameter>& parameters() const { return parameters_; }
-  // Parameters of the mechanism (contracts.md section 3) whose nominal values
-  // are what is wrong, by name; fitting the effect frees them.
+  // Parameters of the mechanism (docs/interface.md section 3) whose nominal
+  // values are what is wrong, by name; fitting the effect frees them.
   const std::vector<std::string>& corrects() const { return corrects_; }
   // Names of parameters(), then corrects().
   std::vector<std::string> ParameterNames() const;

@@ -16,7 +16,7 @@ namespace sysid {
 // A text with a header and a row a line: separated by commas, semicolons, tabs
 // or runs of spaces, the last three with decimal points or decimal commas; and
 // what motion-capture systems export (text_layout.h). What is not as in
-// contracts.md section 2 is said in a notice.
+// docs/interface.md section 2 is said in a notice.
 //
 // The file is read front to back in blocks, once: pipes are fine. Places in
 // errors are "run.csv:LINE:FIELD", both counted from 1; the texts name the

@@ -9,12 +9,11 @@
 
 namespace sysid {
 
-// Reads a recording of this mechanism (contracts.md section 2) in any format
-// (table_file.h). SI units;
-// quaternions are normalised (files round them); an empty cell or nan is a
-// missing measurement, and one missing number of a quaternion or vector makes
-// its row missing. A missing effort holds the value before it (zero where there
-// is none).
+// Reads a recording of this mechanism (docs/interface.md section 2) in any
+// format (table_file.h). SI units; quaternions are normalised (files round
+// them); an empty cell or nan is a missing measurement, and one missing number
+// of a quaternion or vector makes its row missing. A missing effort holds the
+// value before it (zero where there is none).
 //
 // The rows go straight into the run: it takes the room of its numbers, and once
 // more that of one column while they come.

@@ -8,7 +8,7 @@
 
 namespace sysid {
 
-// The columns of a run's CSV that belong together (contracts.md section 2):
+// The columns of a run that belong together (docs/interface.md section 2):
 // J.q; J.qd; J.tau; J.qw..qz; J.wx..wz; J.taux..tauz; F.px..pz.
 struct ColumnGroup {
   bool is_effort = false;  // else a channel of this kind:

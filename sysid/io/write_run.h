@@ -8,10 +8,10 @@
 
 namespace sysid {
 
-// The run as CSV (contracts.md section 2): each comment on a line after "# ",
-// the header, a row a sample, numbers that read back as they are. A missing
-// measurement is an empty cell; the effort of a joint that has none throughout
-// is left out.
+// The run as CSV (docs/interface.md section 2): the comments, a line each with
+// a leading '#'; the header; a row a sample, numbers that read back as they
+// are. A missing measurement is an empty cell; the effort of a joint that has
+// none throughout is left out.
 std::string FormatRun(const Mechanism& mechanism, const Run& run,
                       const std::vector<std::string>& comments = {});
 

@@ -17,8 +17,9 @@ struct GaussianPrior {
   double std = 0.0;  // > 0
 };
 
-// What a fit is asked to do, as written (contracts.md section 4). Names are not
-// checked against a model here. SI units. What the file does not say is empty.
+// What a fit is asked to do, as written (docs/interface.md section 4). Names
+// are not checked against a model here. SI units. What the file does not say is
+// empty.
 struct FitSpecification {
   struct Free {
     std::string name;  // "link1.length"

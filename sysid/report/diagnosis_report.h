@@ -28,7 +28,7 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis);
 std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final);
 bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final);
 
-// diagnosis.json of contracts.md section 6.
+// diagnosis.json of docs/interface.md section 6.
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
                           const FinalFit* final, const std::string& next);
 

@@ -14,7 +14,7 @@
 namespace sysid {
 namespace {
 
-// Names of a channel's numbers, as contracts.md calls the columns.
+// Names of a channel's numbers, as docs/interface.md calls the columns.
 std::vector<std::string> ColumnNames(const Channel& channel,
                                      const Mechanism& mechanism) {
   switch (channel.kind) {

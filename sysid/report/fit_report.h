@@ -28,8 +28,8 @@ bool ReachesNoise(const ShootingProblem& problem, const Fit& fit);
 std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
                         const Holdout* holdout);
 
-// fit.json of contracts.md section 6. Numbers finite or null. `added` (may be
-// null) says what effects that the user added did; `mixture` (null but for
+// fit.json of docs/interface.md section 6. Numbers finite or null. `added` (may
+// be null) says what effects that the user added did; `mixture` (null but for
 // --solver gmm) becomes the posterior, and its kernels at every epoch the
 // history.
 std::string FitJson(const Session& session, const ShootingProblem& problem,
@@ -51,7 +51,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
 std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
                           const Holdout* holdout);
 
-// identified.urdf of contracts.md section 1: the fitted model, which loads
+// identified.urdf of docs/interface.md section 1: the fitted model, which loads
 // again and reproduces the fit; what URDF cannot say is in comments.
 std::string IdentifiedUrdf(const Session& session, const Fit& fit);
 

@@ -9,7 +9,7 @@
 namespace sysid {
 
 // What the reports in JSON share: keys in the order of writing, numbers finite
-// or null (contracts.md section 6).
+// or null (docs/interface.md section 6).
 
 using Json = nlohmann::ordered_json;
 

@@ -15,8 +15,8 @@
 
 namespace sysid {
 
-// What a user asks for, as the flags of contracts.md section 1 say it. Empty
-// means not given.
+// What a user asks for, as the flags of docs/interface.md section 1 say it.
+// Empty means not given.
 struct FitRequest {
   std::string model;
   std::vector<std::string> traj, holdout;

@@ -31,7 +31,7 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // --- The contract of every effect -------------------------------------------
 
-// Parameters by kind: contracts.md section 5, "J." or "L." left out, and
+// Parameters by kind: docs/interface.md section 5, "J." or "L." left out, and
 // section 3 for what is wrong in the nominal values.
 const std::map<std::string, std::vector<std::string>>& ContractTable() {
   static const auto& table =
@@ -165,7 +165,7 @@ TEST_P(EffectContract, IsNamedAsInTheContract) {
   const std::string& kind = effect_->kind();
   EXPECT_EQ(effect_->name(), GetParam());
   ASSERT_TRUE(ContractTable().contains(kind))
-      << kind << " is not in contracts.md section 5";
+      << kind << " is not in docs/interface.md section 5";
   const bool base = effect_->target() == "base";
   EXPECT_EQ(base, effect_->joint() < 0 && effect_->link() < 0);
   std::vector<std::string> expected;

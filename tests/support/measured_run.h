@@ -12,7 +12,7 @@
 namespace sysid {
 
 // What a channel without noise would say at the state x (nq + nv), by the
-// definitions of contracts.md section 2 and not by the residuals.
+// definitions of docs/interface.md section 2 and not by the residuals.
 inline Eigen::VectorXd Measured(const Mechanism& mechanism,
                                 const Channel& channel,
                                 const Eigen::VectorXd& x) {

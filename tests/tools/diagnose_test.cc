@@ -94,7 +94,7 @@ TEST_F(DiagnoseTest, SaysWhatIsMissing) {
   EXPECT_EQ(result.out.find("inf "), std::string::npos);
 }
 
-// contracts.md section 6, key by key; and on standard output nothing else.
+// docs/interface.md section 6, key by key; and on standard output nothing else.
 TEST_F(DiagnoseTest, WritesTheJsonOfTheContract) {
   const ProgramResult result = Diagnose(Damped() + Arguments{"--json", "-"});
   EXPECT_EQ(result.exit_code, 0);

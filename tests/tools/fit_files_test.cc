@@ -1,4 +1,4 @@
-// The files that sysid_fit writes: contracts.md sections 1 and 6.
+// The files that sysid_fit writes: docs/interface.md sections 1 and 6.
 
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -61,7 +61,7 @@ void ExpectError(const Json& error) {
   }
 }
 
-// Every key of contracts.md section 6, by its type.
+// Every key of docs/interface.md section 6, by its type.
 void ExpectFitJson(const Json& json) {
   EXPECT_EQ(json.at("schema"), "sysid.fit/1");
   for (const char* key : {"model", "solver", "termination", "integrator"}) {

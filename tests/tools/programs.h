@@ -66,9 +66,9 @@ inline void SimulateInto(const ProgramFolder& folder, const std::string& name,
   ASSERT_EQ(result.exit_code, 0) << result.err;
 }
 
-// That a program refuses its input as contracts.md section 1 demands: exit code
-// 2; the place, what is wrong and a hint on standard error and nothing else; no
-// file made or changed.
+// That a program refuses its input as docs/interface.md section 1 demands: exit
+// code 2; the place, what is wrong and a hint on standard error and nothing
+// else; no file made or changed.
 inline void ExpectRefused(const ProgramFolder& folder,
                           const std::string& program,
                           const Arguments& arguments, const std::string& place,
