@@ -165,7 +165,8 @@ int Main() {
   session.options.progress = [&](const Progress& p) { line.Show(p); };
   // The trial is by Levenberg-Marquardt; the others start where they are told.
   const std::optional<AddedEffects> added =
-      solver.stochastic ? std::nullopt : TryAddedEffects(catalogue, &session);
+      solver.stochastic ? std::nullopt : TryAddedEffects(catalogue, session);
+  if (added) session = StartedFrom(*added, session);
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
   const Solved solved = solver.solve(problem, how);

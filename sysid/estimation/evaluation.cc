@@ -232,11 +232,16 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
       CutPoint(problem, theta, AllStatesFromData(problem), kHorizonWindow);
   windows.rollout = solution.rollout;
   std::vector<SegmentPlace> starts;
+  std::vector<double> reach;  // of each
   for (size_t r = 0; r < problem.runs().size(); ++r) {
-    const int segments = windows.runs[r].segments();
-    const int stride = std::max(1, segments / kMostHorizonStarts);
-    for (int k = 0; k < segments; k += stride) {
-      starts.push_back({static_cast<int>(r), k});
+    std::vector<int> samples = windows.runs[r].samples;
+    samples.pop_back();
+    const std::vector<double> all =
+        HorizonReach(problem.runs()[r]->run.t, samples);
+    for (size_t k = 0; k < all.size(); ++k) {
+      if (all[k] == 0.0) continue;
+      starts.push_back({static_cast<int>(r), static_cast<int>(k)});
+      reach.push_back(all[k]);
     }
   }
   windows = SolveOneByOne(problem, {.max_iterations = 20}, {windows}, starts);
@@ -250,7 +255,7 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
     const std::vector<double>& t = data.run.t;
     const int first = nodes.samples[k];
     const auto end = std::upper_bound(t.begin(), t.end(),
-                                      t[first] + kHorizons[kCount - 1] * 1.01);
+                                      t[first] + reach[i] * 1.01);
     const int last = static_cast<int>(end - t.begin()) - 1;
     if (last <= first) return true;
     const SegmentRollout rollout(&problem.model(), &problem.map(),

@@ -17,7 +17,8 @@ struct Fit {
   int iterations = 0;
   // Times that all data was rolled out, with or without derivatives.
   int evaluations = 0;
-  double wall_time_s = 0.0;
+  // Of the fit; a program makes it its own, and all threads' processor time.
+  double wall_time_s = 0.0, cpu_time_s = 0.0;
   double step_s = 0.0;            // longest integration step
   double segment_s = 0.0;         // mean length of the last stage's segments
   double defect = kJoinedDefect;  // how tightly they hang together

@@ -32,7 +32,7 @@ int After(const std::vector<double>& times, double t) {
 class Start {
  public:
   Start(const ShootingProblem& problem, const Solution& solution, int run,
-        int sample, const Eigen::VectorXd& x)
+        int sample, double reach, const Eigen::VectorXd& x)
       : problem_(problem),
         theta_(solution.theta),
         rollout_(solution.rollout),
@@ -40,7 +40,7 @@ class Start {
         data_(*problem.runs()[run]),
         first_(sample),
         last_(After(data_.run.t,
-                    data_.run.t[sample] + kHorizons[kCount - 1] * 1.01) -
+                    data_.run.t[sample] + reach * 1.01) -
               1),
         x_(x) {}
 
@@ -129,6 +129,28 @@ void Start::Add(ScratchPool* pool, std::mt19937_64* random,
 
 }  // namespace
 
+std::vector<double> HorizonReach(const std::vector<double>& t,
+                                 const std::vector<int>& starts) {
+  constexpr double kApart = 0.25;  // of the horizon
+  constexpr int kMost = 20;        // of a horizon
+  std::vector<double> reach(starts.size(), 0.0);
+  for (const double horizon : kHorizons) {
+    // Of its last tenth there must be samples.
+    const double room = t.back() - t.front() - 0.9 * horizon;
+    if (!(room >= 0.0)) continue;
+    const double apart = std::max(kApart * horizon, room / kMost);
+    double next = t.front();
+    for (size_t k = 0; k < starts.size(); ++k) {
+      const double begin = t[starts[k]];
+      constexpr double kRounding = 1e-9;  // s
+      if (begin < next - kRounding || begin > t.front() + room) continue;
+      reach[k] = horizon;
+      next = begin + apart;
+    }
+  }
+  return reach;
+}
+
 std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
                                                const Solution& point) {
   std::vector<Start> starts;
@@ -137,11 +159,12 @@ std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
     const std::vector<double>& t = problem.runs()[r]->run.t;
     RowMatrixXd states;
     if (!SampleStates(problem, point, run, &states)) continue;
-    const std::vector<int> windows = CutRun(t, kHorizonWindow, 1);
-    const int count = static_cast<int>(windows.size()) - 1;
-    const int stride = std::max(1, count / kMostHorizonStarts);
-    for (int k = 0; k < count; k += stride) {
-      starts.emplace_back(problem, point, run, windows[k],
+    std::vector<int> windows = CutRun(t, kHorizonWindow, 1);
+    windows.pop_back();
+    const std::vector<double> reach = HorizonReach(t, windows);
+    for (size_t k = 0; k < windows.size(); ++k) {
+      if (reach[k] == 0.0) continue;
+      starts.emplace_back(problem, point, run, windows[k], reach[k],
                           states.row(windows[k]).transpose());
     }
   }

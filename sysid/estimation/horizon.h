@@ -7,11 +7,19 @@
 namespace sysid {
 
 // Where EvaluateHorizon looks: at so many seconds ahead of states that are
-// estimated from windows of this length, so many of them a run at most.
+// estimated from windows of this length.
 inline constexpr double kHorizons[] = {0.05, 0.1, 0.2, 0.5,
                                        1.0,  2.0, 5.0, 10.0};
 inline constexpr double kHorizonWindow = 0.2;  // s
-inline constexpr int kMostHorizonStarts = 40;
+
+// For windows of a run that begin at these samples, how far each is followed,
+// s; 0: not at all. Of a horizon h that the run has room for, the starts are at
+// least h / 4 apart, for two predictions that share more of their motion say
+// nearly the same, and at most 20: the root mean square of 20 independent
+// errors is within a third of what more would give (three standard errors of
+// a chi-square, 3 / sqrt(2 x 20)).
+std::vector<double> HorizonReach(const std::vector<double>& t,
+                                 const std::vector<int>& starts);
 
 // What EvaluateHorizon would find if the model were true, and knew its
 // parameters: the noise of the windows makes the states that are estimated from

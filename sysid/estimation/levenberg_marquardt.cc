@@ -25,6 +25,15 @@ constexpr double kStageGrowth = 4.0;
 // through all of a chaotic run is not to be had (nor worth anything).
 constexpr double kMissing = 2.0;
 
+// What a fit took.
+struct Clock {
+  double start_s = Now(), start_cpu_s = CpuSeconds();
+  void Read(Fit* fit) const {
+    fit->wall_time_s = Now() - start_s;
+    fit->cpu_time_s = CpuSeconds() - start_cpu_s;
+  }
+};
+
 // How a schedule ended.
 struct Ended {
   double defect = kInfinity;
@@ -154,9 +163,9 @@ void StartFromData(Stages* stages, std::string* hopeless) {
 }  // namespace
 
 Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
-  const double start_s = Now();
+  const Clock clock;
   Fit fit = MakeFit(problem);
-  Stages stages(problem, start_s);
+  Stages stages(problem, clock.start_s);
   Ended ended;
   StartFromData(&stages, &ended.last.message);
   ended.defect = kJoinedDefect;
@@ -175,14 +184,14 @@ Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
   const ShootingProblem rest = problem.With(options);
   fit.horizon = EvaluateHorizon(rest, stages.solution);
   fit.open = EvaluateOpen(rest, stages.solution);
-  fit.wall_time_s = Now() - start_s;
+  clock.Read(&fit);
   return fit;
 }
 
 Fit FitIndependentSegments(const ShootingProblem& problem) {
-  const double start_s = Now();
+  const Clock clock;
   Fit fit = MakeFit(problem);
-  Stages stages(problem, start_s);
+  Stages stages(problem, clock.start_s);
   Ended ended;
   StartFromData(&stages, &ended.last.message);
   if (ended.last.message.empty()) {
@@ -196,31 +205,31 @@ Fit FitIndependentSegments(const ShootingProblem& problem) {
     ended.defect = kJoinedDefect;
   }
   Finish(stages, ended, &fit);
-  fit.wall_time_s = Now() - start_s;
+  clock.Read(&fit);
   return fit;
 }
 
 Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut) {
-  const double start_s = Now();
+  const Clock clock;
   Fit fit = MakeFit(problem);
-  Stages stages(problem, start_s);
+  Stages stages(problem, clock.start_s);
   Solution start = WithStatesFromData(problem, cut);
   start.theta = problem.InitialTheta();
   stages.solution = SolveStates(problem, start, {.twist_hold = kHeldSpin});
   Finish(stages, {}, &fit);
-  fit.wall_time_s = Now() - start_s;
+  clock.Read(&fit);
   return fit;
 }
 
 Fit RefitIndependentSegments(const ShootingProblem& problem,
                              const Solution& start) {
-  const double start_s = Now();
+  const Clock clock;
   Fit fit = MakeFit(problem);
-  Stages stages(problem, start_s);
+  Stages stages(problem, clock.start_s);
   stages.solution = start;
   stages.ShortenStep();
   Finish(stages, SolveIndependent(&stages), &fit);
-  fit.wall_time_s = Now() - start_s;
+  clock.Read(&fit);
   return fit;
 }
 

@@ -1,10 +1,8 @@
 #include "sysid/estimation/shooting_stage.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
-#include <thread>
 #include <utility>
 
 #include "glog/logging.h"
@@ -101,12 +99,6 @@ std::string Message(const ceres::Solver::Summary& summary, int most) {
 }
 
 }  // namespace
-
-double Now() {
-  return std::chrono::duration<double>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 ShootingStage::ShootingStage(const ShootingProblem& problem,
                              const Options& options, Solution* point,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ceres/ceres.h"
+#include "sysid/estimation/clock.h"
 #include "sysid/estimation/shooting_problem.h"
 #include "sysid/estimation/shooting_segment.h"
 #include "sysid/estimation/state_weights.h"
@@ -77,8 +78,5 @@ class ShootingStage {
   std::shared_ptr<ShootingSegments> segments_;
   std::unique_ptr<ceres::Problem> problem_;
 };
-
-// Seconds of a steady clock.
-double Now();
 
 }  // namespace sysid

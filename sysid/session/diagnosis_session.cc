@@ -248,33 +248,33 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
 }
 
 std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
-                                            Session* session) {
+                                            const Session& session) {
   std::vector<std::shared_ptr<const Effect>> added;
-  for (const std::string& name : session->added) {
-    added.push_back(catalogue.Make(name, session->model.mechanism(), "--add"));
+  for (const std::string& name : session.added) {
+    added.push_back(catalogue.Make(name, session.model.mechanism(), "--add"));
     for (const EffectParameter& p : added.back()->parameters()) {
-      if (p.whole && std::find(session->fixed.begin(), session->fixed.end(),
-                               p.name) != session->fixed.end()) {
+      if (p.whole && std::find(session.fixed.begin(), session.fixed.end(),
+                               p.name) != session.fixed.end()) {
         return std::nullopt;
       }
     }
   }
   if (added.empty()) return std::nullopt;
-  DiagnosisProblem problem(Without(session->model, session->added));
+  DiagnosisProblem problem(Without(session.model, session.added));
   std::map<std::string, Parameter> plain;
   for (const Parameter& p : AllParameters(problem.model)) plain[p.name] = p;
-  for (const FreeParameter& free : session->free) {
+  for (const FreeParameter& free : session.free) {
     const auto at = plain.find(free.parameter.name);
-    if (session->freed_by_added.count(free.parameter.name) > 0 ||
+    if (session.freed_by_added.count(free.parameter.name) > 0 ||
         at == plain.end()) {
       continue;
     }
     problem.free.push_back(free);
     problem.free.back().parameter = at->second;
   }
-  problem.options = session->options;
-  problem.known = {session->fixed.begin(), session->fixed.end()};
-  problem.SetRuns(session->runs, session->holdout);
+  problem.options = session.options;
+  problem.known = {session.fixed.begin(), session.fixed.end()};
+  problem.SetRuns(session.runs, session.holdout);
   Thin(&problem);
   const Judgement before = JudgeBase(problem);
   const LinearizedFit linearized(*before.problem, before.fit.point);
@@ -288,30 +288,39 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   if (screened.empty()) return std::nullopt;
   const Judgement after = JudgeWith(problem, before, screened, problem.options);
   if (!std::isfinite(after.train_error())) return std::nullopt;
-  for (FreeParameter& free : session->free) {
-    const bool given = free.initial != free.parameter.nominal;
-    if (session->freed_by_added.count(free.parameter.name) == 0 || given) {
-      continue;
-    }
-    for (const ParameterEstimate& p : after.fit.parameters) {
-      if (p.name != free.parameter.name) continue;
-      free.initial = std::clamp(p.value, free.lower, free.upper);
-    }
+  AddedEffects result;
+  result.effects = session.added;
+  for (const ParameterEstimate& p : after.fit.parameters) {
+    if (session.freed_by_added.count(p.name) > 0) result.found[p.name] = p.value;
   }
   const EffectSet& found = after.fit.model.effects();
   for (size_t i = 0; i < found.parameters().size(); ++i) {
     if (!found.parameters()[i].whole) continue;
-    session->model.SetEffectParameter(found.parameters()[i].name,
-                                      after.fit.model.nominal().effects[i]);
+    result.found[found.parameters()[i].name] =
+        after.fit.model.nominal().effects[i];
   }
-  AddedEffects result;
-  result.effects = session->added;
   if (screened.size() == 1) result.predicted = screened[0]->predicted_error;
   result.train_before = before.train_error();
   result.train_after = after.train_error();
   result.holdout_before = before.holdout_error();
   result.holdout_after = after.holdout_error();
   return result;
+}
+
+Session StartedFrom(const AddedEffects& added, Session session) {
+  for (FreeParameter& free : session.free) {
+    const auto at = added.found.find(free.parameter.name);
+    const bool given = free.initial != free.parameter.nominal;
+    if (at == added.found.end() || given) continue;
+    free.initial = std::clamp(at->second, free.lower, free.upper);
+  }
+  for (const EffectParameter& parameter :
+       session.model.effects().parameters()) {
+    const auto at = added.found.find(parameter.name);
+    if (!parameter.whole || at == added.found.end()) continue;
+    session.model.SetEffectParameter(parameter.name, at->second);
+  }
+  return session;
 }
 
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,14 +32,19 @@ struct AddedEffects {
   double predicted = 0.0;  // of the training runs; one effect only
   double train_before = 0.0, train_after = 0.0;
   double holdout_before = 0.0, holdout_after = 0.0;  // 0: no held-out runs
+  // Where the effects' parameters ended, by name; whole numbers too.
+  std::map<std::string, double> found;
 };
 
 // Fits the model of a session without the effects that --add put into it, and
-// with them; these then start where that ended (unless a start was given), and
-// whole numbers are set to what was found. Nothing where there are none, or
-// where they have whole numbers that the user gave.
+// with them. Nothing where there are none, or where they have whole numbers
+// that the user gave.
 std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
-                                            Session* session);
+                                            const Session& session);
+
+// The session whose effects start where that ended, unless a start was given,
+// with whole numbers as found.
+Session StartedFrom(const AddedEffects& added, Session session);
 
 // The model that a diagnosis ended with, fitted as sysid_fit does: one
 // trajectory a run, whole runs where parts of them were held out; without the

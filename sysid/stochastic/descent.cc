@@ -19,6 +19,7 @@ Descent::Descent(const ShootingProblem& problem, const std::string& solver,
     : problem_(problem),
       choose_step_(problem.options().rollout.step <= 0),
       start_s_(Now()),
+      start_cpu_s_(CpuSeconds()),
       transformation_(problem),
       fit_(problem.model()) {
   fit_.solver = solver;
@@ -142,6 +143,7 @@ Fit Descent::Finish(const Eigen::VectorXd& v) {
   fit_.horizon = EvaluateHorizon(rest, point_);
   fit_.open = EvaluateOpen(rest, point_);
   fit_.wall_time_s = Seconds();
+  fit_.cpu_time_s = CpuSeconds() - start_cpu_s_;
   return fit_;
 }
 

@@ -51,7 +51,7 @@ class Descent {
  private:
   const ShootingProblem problem_;
   const bool choose_step_;
-  const double start_s_;
+  const double start_s_, start_cpu_s_;
   Transformation transformation_;
   Solution point_;
   std::unique_ptr<Rollouts> rollouts_;
