@@ -53,6 +53,7 @@ constexpr char kHelp[] =
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy
+  --check none|numbers|all   of the recordings (default: all)
   --threads N (default: all cores)    --seed N
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
@@ -142,6 +143,7 @@ int Main() {
   FitRequest request = RequestFromFlags();
   request.any_solver = true;
   Session session = OpenSession(request, catalogue);
+  const CheckLevel check = CheckLevelFromFlags();
   CheckSolverFlags(session.solver);
   CheckSampling(session.solver);
   const AdamFitOptions adam = AdamOptionsFromFlags();
@@ -151,7 +153,7 @@ int Main() {
   CheckOutputs(request, session);
   const Interrupt interrupt("the best point so far", WritesFiles());
   session.options.stop = interrupt.token();
-  CheckSession(&session);
+  CheckSessionNumbers(&session, check);
   if (session.solver != "lm") {
     const std::vector<std::string> moved = MovedStarts(session);
     session.notices.insert(session.notices.end(), moved.begin(), moved.end());
@@ -177,6 +179,8 @@ int Main() {
         PredictHoldout(fit.model, session.holdout, problem, fit.segment_s);
   }
   line.Clear();
+  PrintNotices(session.notices,
+               CheckSessionData(&session, check, OutcomeOf(fit, problem)));
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
   const PageFit shown =

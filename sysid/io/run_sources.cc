@@ -62,6 +62,30 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
                                 in->sources[in->Find("t")].column(), map));
 }
 
+// The joints that no column measures; and of several, where others are driven,
+// those without an effort. "" where there are none.
+std::string JointsWithoutColumns(const Mechanism& mechanism,
+                                 const RunSources& in) {
+  std::vector<std::string> still, free;
+  const auto has = [&](const std::vector<RunSources::Group>& groups, int j) {
+    return std::any_of(groups.begin(), groups.end(), [&](const auto& found) {
+      return found.group.kind != ChannelKind::kFramePosition &&
+             found.group.target == j;
+    });
+  };
+  for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
+    if (mechanism.joints[j].type == JointType::kFixed) continue;
+    if (!has(in.channels, j)) still.push_back(mechanism.joints[j].name);
+    if (!in.efforts.empty() && !has(in.efforts, j)) {
+      free.push_back(mechanism.joints[j].name);
+    }
+  }
+  std::vector<std::string> parts;
+  if (!still.empty()) parts.push_back("no column measures " + Join(still));
+  if (!free.empty()) parts.push_back("no column has an effort of " + Join(free));
+  return Join(parts, ", and ");
+}
+
 std::string IgnoredColumns(const std::vector<std::string>& header,
                            const Mechanism& mechanism, const RunSources& in) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
@@ -105,11 +129,13 @@ int RunSources::Find(const std::string& name) const {
 }
 
 RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
-                          const Mechanism& mechanism, std::string* ignored) {
+                          const Mechanism& mechanism, std::string* ignored,
+                          std::string* without) {
   RunSources in;
   FindSources(file, map, mechanism, &in);
   FindGroups(file, map, mechanism, &in);
   *ignored = IgnoredColumns(file.header(), mechanism, in);
+  *without = ignored->empty() ? "" : JointsWithoutColumns(mechanism, in);
   return in;
 }
 

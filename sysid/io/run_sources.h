@@ -27,11 +27,14 @@ struct RunSources {
 };
 
 // The map first, then the columns that have our names. `ignored` is a notice of
-// the file's other columns, "" where there are none.
+// the file's other columns, "" where there are none; `without` one of joints
+// that may lack theirs among them: those that nothing measures, or that have no
+// effort where others do.
 //
 // Throws InputError for what ResolveColumns refuses, and where there is no
 // time, nothing measured, or only a part of a quaternion or vector.
 RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
-                          const Mechanism& mechanism, std::string* ignored);
+                          const Mechanism& mechanism, std::string* ignored,
+                          std::string* without);
 
 }  // namespace sysid
