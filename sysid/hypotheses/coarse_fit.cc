@@ -76,32 +76,32 @@ int Solve(const ShootingProblem& problem, bool fix_theta, int iterations,
       .evaluations;
 }
 
-// How long a radian of the oscillation takes, s: the median over runs and
-// channels of median|q - median| / median|dq/dt|. A sinusoid of w has 1 / w.
+// How long a radian of the motion takes, s: the median over runs and channels
+// of h median|dq - median dq| / median|ddq|, dq and ddq the first and second
+// differences over h. A sinusoid of w has about 1 / w, and what turns on and on
+// the time in which its speed changes.
 double RadianTime(const std::vector<const Run*>& runs) {
-  constexpr double kStride = 0.03;  // s: rates of noise are not those of motion
+  constexpr double kStride = 0.1;  // s: longer than noise, shorter than motions
   std::vector<double> times;
   for (const Run* run : runs) {
     const double period = MedianPeriod(run->t);
-    const int stride = std::max(1, static_cast<int>(kStride / period));
+    const int h = std::max(1, static_cast<int>(kStride / period));
     for (const Channel& channel : run->channels) {
       if (!IsPositionLike(channel.kind)) continue;
       for (int c = 0; c < channel.values.cols(); ++c) {
-        std::vector<double> y, rates;
-        for (int k = 0; k < run->size(); ++k) {
-          const double value = channel.values(k, c);
-          if (std::isnan(value)) continue;
-          y.push_back(value);
-          if (k < stride) continue;
-          const double rate = (value - channel.values(k - stride, c)) /
-                              (run->t[k] - run->t[k - stride]);
-          if (!std::isnan(rate)) rates.push_back(std::abs(rate));
+        const auto y = channel.values.col(c);
+        std::vector<double> first, second;
+        for (int k = 2 * h; k < run->size(); ++k) {
+          const double change = y[k] - 2.0 * y[k - h] + y[k - 2 * h];
+          if (std::isnan(change)) continue;
+          first.push_back(y[k] - y[k - h]);
+          second.push_back(std::abs(change));
         }
-        if (y.empty() || rates.empty()) continue;
-        const double middle = Median(y);
-        for (double& value : y) value = std::abs(value - middle);
-        const double rate = Median(rates);
-        if (rate > 0.0) times.push_back(Median(y) / rate);
+        if (first.empty()) continue;
+        const double middle = Median(first);
+        for (double& value : first) value = std::abs(value - middle);
+        const double bend = Median(second);
+        if (bend > 0.0) times.push_back(h * period * Median(first) / bend);
       }
     }
   }

@@ -11,8 +11,8 @@ inline constexpr int kSamples = 2000;
 // A first look compares errors that differ by a factor: two fifths do.
 inline constexpr int kLookSamples = 800;
 
-// Segments, in times rms(q) / rms(qd) (a radian of an oscillation): a third of
-// a period shows stiffness, damping and gravity, and no chaos grows in it.
+// Segments, in radians of the motion: a third of a period shows stiffness,
+// damping and gravity, and no chaos grows in it.
 inline constexpr double kSegmentRadians = 2.0;
 inline constexpr double kShortest = 0.15;  // s; shorter ones show noise only
 inline constexpr int kFewestSamples = 12;  // of a segment: its state takes two
@@ -41,7 +41,8 @@ inline constexpr double kUnexplained = 0.316;
 // Refitted at most, the most promising first: what is right was among the
 // first five of the first look in every planted case.
 inline constexpr int kRefits = 8;
-inline constexpr int kEffects = 2;  // of the screening
+inline constexpr int kAugmentedRefits = 4;  // with the augmented model
+inline constexpr int kEffects = 2;           // of the screening
 // A first look that promises less than this is not refitted.
 inline constexpr double kPromise = 0.98;
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <optional>
 
@@ -108,11 +110,11 @@ class Search {
   std::vector<std::vector<int>> RunSets() const;
 
   // The best of what competes.
-  void FitEffects(const Secants& secants);
+  void FitEffects();
   const Rival& BestRival(bool like_bodies, const std::vector<int>& runs) const;
 
-  std::optional<Refit> RefitOf(const Candidate& candidate);
-  std::optional<Refit> RefitAugmented(const Refit& refit);
+  std::optional<Refit> RefitOf(const Candidate& candidate,
+                               const CoarseModel& unchanged, int iterations);
   bool Wins(const Refit& refit) const;
   std::optional<Refit> Best(const std::vector<Refit>& refits) const;
   void ExtendRuns(Refit* best);
@@ -222,8 +224,10 @@ void Search::Consider(int place, const std::vector<int>& runs, double start,
 }
 
 void Search::LookByEquations(std::vector<Candidate>* candidates) {
+  // Springs and armatures free: nothing that is missing there looks like data.
+  const CoarseModel given_bodies = Augmented(model_, false);
   const Excerpt& excerpt = fitter_.excerpt();
-  const EquationRows as_read(model_, excerpt, {});
+  const EquationRows as_read(given_bodies, excerpt, {});
   fitter_.AddWork(as_read.work());
   // Of windows as they are read, but for those of these runs.
   const auto least = [&](const EquationRows* changed,
@@ -248,7 +252,7 @@ void Search::LookByEquations(std::vector<Candidate>* candidates) {
     if (hypothesis.is_continuous()) starts = hypothesis.starts;
     for (const double p : starts) {
       if (!Affords(as_read.work())) return;
-      const CoarseModel model = ModelOf(model_, hypothesis);
+      const CoarseModel model = ModelOf(given_bodies, hypothesis);
       const EquationRows changed(model, excerpt, ChangeOf(hypothesis, p));
       fitter_.AddWork(changed.work());
       double log_unit = 0.0;
@@ -344,13 +348,16 @@ std::vector<Candidate> Search::Look() {
   } else {
     LookByCoarseFits(&candidates);
   }
-  if (std::isfinite(base.train_error)) {
-    const Secants secants(fitter_, base);
-    if (secants.Valid()) {
-      LookBySecants(secants, &candidates);
-      FitEffects(secants);
-    }
+  // Secants at the fit that misses least: what it lacks bends them least.
+  const CoarseFit* least = &base;
+  for (const Rival& rival : rivals_) {
+    if (rival.fit.train_error < least->train_error) least = &rival.fit;
   }
+  if (std::isfinite(least->train_error)) {
+    const Secants secants(fitter_, *least);
+    if (secants.Valid()) LookBySecants(secants, &candidates);
+  }
+  if (std::isfinite(base.train_error)) FitEffects();
   // Of an effort without influence only a fit tells.
   for (int i = 0; i < static_cast<int>(all_.size()); ++i) {
     if (all_[i].fault == DataFault::kEffortIdle) {
@@ -369,8 +376,11 @@ std::vector<Candidate> Search::Look() {
   return candidates;
 }
 
-void Search::FitEffects(const Secants& secants) {
-  const CoarseFit& base = rivals_.front().fit;
+void Search::FitEffects() {
+  // A copy: further rivals move the first.
+  const CoarseFit base = rivals_.front().fit;
+  const Secants secants(fitter_, base);
+  if (!secants.Valid()) return;
   const Catalogue catalogue;
   Model fitted = base.train->model();
   MechanismParameters<double> values;
@@ -411,21 +421,23 @@ const Rival& Search::BestRival(bool like_bodies,
   return *best;
 }
 
-std::optional<Refit> Search::RefitOf(const Candidate& candidate) {
+std::optional<Refit> Search::RefitOf(const Candidate& candidate,
+                                     const CoarseModel& unchanged,
+                                     int iterations) {
   const DataHypothesis& hypothesis = candidate.hypothesis;
   Refit refit;
   refit.candidate = candidate;
-  CoarseModel model = ModelOf(model_, hypothesis);
+  const CoarseModel model = ModelOf(unchanged, hypothesis);
   if (!hypothesis.is_continuous()) {
     refit.fit =
-        fitter_.Fit(model, ChangeOf(hypothesis, 0.0), kIterations);
+        fitter_.Fit(model, ChangeOf(hypothesis, 0.0), iterations);
     Judge(model, hypothesis, 0.0, &refit.fit);
     return refit;
   }
   // Gauss-Newton in p, the rest fitted anew each time: (10.1) with the change
   // from where p is.
   double p = candidate.start;
-  CoarseFit fit = fitter_.Fit(model, ChangeOf(hypothesis, p), kIterations);
+  CoarseFit fit = fitter_.Fit(model, ChangeOf(hypothesis, p), iterations);
   refit.fit = fit;
   refit.p = p;
   for (int step = 0; step < kSteps && std::isfinite(fit.train_error); ++step) {
@@ -455,22 +467,6 @@ std::optional<Refit> Search::RefitOf(const Candidate& candidate) {
   }
   Judge(model, hypothesis, refit.p, &refit.fit);
   return refit;
-}
-
-// Where model and data are both wrong: the augmented model with the hypothesis.
-std::optional<Refit> Search::RefitAugmented(const Refit& refit) {
-  const DataHypothesis& hypothesis = refit.candidate.hypothesis;
-  const CoarseModel model =
-      ModelOf(Augmented(model_, !hypothesis.like_bodies), hypothesis);
-  if (!Affords(fitter_.WorkOf(Columns(model), kAugmentedIterations))) {
-    return std::nullopt;
-  }
-  Refit augmented = refit;
-  augmented.augmented = true;
-  augmented.fit = fitter_.Fit(model, ChangeOf(hypothesis, refit.p),
-                              kAugmentedIterations);
-  Judge(model, hypothesis, refit.p, &augmented.fit);
-  return augmented;
 }
 
 bool Search::Wins(const Refit& refit) const {
@@ -515,7 +511,10 @@ void Search::ExtendRuns(Refit* best) {
     candidate.hypothesis = OfRuns(candidate.hypothesis, runs);
     candidate.start = best->p;
     if (!Affords(fitter_.WorkOf(Columns(model_), kIterations))) return;
-    const std::optional<Refit> wider = RefitOf(candidate);
+    const std::optional<Refit> wider =
+        best->augmented
+            ? RefitOf(candidate, Augmented(model_, false), kAugmentedIterations)
+            : RefitOf(candidate, model_, kIterations);
     if (wider && Gain(best->fit, wider->fit, {r})
                      .IsBetter(kSignificance, kWorth)) {
       *best = *wider;
@@ -599,7 +598,11 @@ HypothesisReport Search::Run() {
     explained_ = explained_ || (!rough && rivals_.back().fit.error <= kWorth);
   }
   std::vector<Candidate> candidates = Look();
-  std::vector<Refit> winners, others;
+  const bool tr = std::getenv("TRACE") != nullptr;  // TRACE
+  if (tr) for (const Rival& r : rivals_) fprintf(stderr, "rival %s train %.3g held %.3g unexpl %.3g\n", r.name.c_str(), r.fit.train_error, r.fit.error, r.fit.unexplained);  // TRACE
+  if (tr) fprintf(stderr, "segment %.3g windows %d work %.3g\n", fitter_.segment_s(), fitter_.excerpt().count(), fitter_.work());  // TRACE
+  if (tr) for (const Candidate& c : candidates) fprintf(stderr, "cand %s %s runs %zu promise %.3g start %.3g\n", ToString(c.hypothesis.fault).c_str(), c.hypothesis.subject().c_str(), c.hypothesis.runs.size(), c.promise, c.start);  // TRACE
+  std::vector<Refit> winners;
   int refits = 0;
   for (const Candidate& candidate : candidates) {
     const double each =
@@ -611,25 +614,28 @@ HypothesisReport Search::Run() {
       continue;
     }
     ++refits;
-    const std::optional<Refit> refit = RefitOf(candidate);
+    const std::optional<Refit> refit =
+        RefitOf(candidate, model_, kIterations);
+    if (tr && !refit) fprintf(stderr, "refit %s %s none\n", ToString(candidate.hypothesis.fault).c_str(), candidate.hypothesis.subject().c_str());  // TRACE
+    if (tr && refit) { const Rival& rv = BestRival(candidate.hypothesis.like_bodies, candidate.hypothesis.runs); const Difference d = Gain(rv.fit, refit->fit, candidate.hypothesis.runs); fprintf(stderr, "refit %s %s p %.4g +- %.2g train %.3g held %.3g unexpl %.3g vs %s: %.3g +- %.3g n %d\n", ToString(candidate.hypothesis.fault).c_str(), candidate.hypothesis.subject().c_str(), refit->p, refit->std_error, refit->fit.train_error, refit->fit.error, refit->fit.unexplained, rv.name.c_str(), d.mean, d.std_error, d.windows); }  // TRACE
     if (!refit) continue;
-    (Wins(*refit) ? winners : others).push_back(*refit);
+    if (Wins(*refit)) winners.push_back(*refit);
   }
-  if (winners.empty()) {
-    // The augmented model with what promises most of the rest.
-    constexpr size_t kMost = 3;
-    std::stable_sort(others.begin(), others.end(),
-                     [&](const Refit& a, const Refit& b) {
-                       return Gain(b.fit, a.fit, {}).mean > 0.0;
-                     });
-    for (size_t i = 0; i < std::min(kMost, others.size()); ++i) {
-      if (!Gain(base, others[i].fit, others[i].candidate.hypothesis.runs)
-               .IsBetter(kSignificance, kWorth)) {
-        continue;
-      }
-      const auto augmented = RefitAugmented(others[i]);
-      if (augmented && Wins(*augmented)) winners.push_back(*augmented);
+  // Where model and data are both wrong: the augmented model with what promises
+  // most.
+  for (size_t i = 0; i < candidates.size() && winners.empty(); ++i) {
+    if (static_cast<int>(i) == kAugmentedRefits) break;
+    const CoarseModel augmented = Augmented(model_, false);
+    if (!Affords(2.0 *
+                 fitter_.WorkOf(Columns(augmented), kAugmentedIterations))) {
+      break;
     }
+    std::optional<Refit> refit =
+        RefitOf(candidates[i], augmented, kAugmentedIterations);
+    if (tr && refit) { const Rival& rv = BestRival(candidates[i].hypothesis.like_bodies, candidates[i].hypothesis.runs); const Difference d = Gain(rv.fit, refit->fit, candidates[i].hypothesis.runs); fprintf(stderr, "AUG refit %s %s p %.4g +- %.2g train %.3g held %.3g unexpl %.3g vs %s: %.3g +- %.3g n %d\n", ToString(candidates[i].hypothesis.fault).c_str(), candidates[i].hypothesis.subject().c_str(), refit->p, refit->std_error, refit->fit.train_error, refit->fit.error, refit->fit.unexplained, rv.name.c_str(), d.mean, d.std_error, d.windows); }  // TRACE
+    if (!refit) continue;
+    refit->augmented = true;
+    if (Wins(*refit)) winners.push_back(*refit);
   }
   std::optional<Refit> best = Best(winners);
   if (best) {
