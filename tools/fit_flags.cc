@@ -27,6 +27,7 @@ DEFINE_double(segment, 0, "length of a shooting segment, s");
 DEFINE_double(noise, 0, "standard deviation of a measurement");
 DEFINE_string(residual, "", "heading or rotation");
 DEFINE_string(loss, "", "none, huber or cauchy");
+DEFINE_string(check, "all", "none, numbers or all");
 DEFINE_int32(threads, 0, "worker threads; 0: all cores");
 DEFINE_uint64(seed, 1, "every random draw derives from it");
 DEFINE_string(json, "", "result as JSON; - is standard output");
@@ -69,6 +70,8 @@ FitRequest RequestFromFlags() {
   if (FlagGiven("noise")) request.noise = FLAGS_noise;
   return request;
 }
+
+CheckLevel CheckLevelFromFlags() { return ParseCheckLevel(FLAGS_check); }
 
 std::string CommandFromFlags(const std::string& program) {
   std::string command = program;

@@ -112,9 +112,9 @@ void WriteStdout(const std::string& text) {
   }
 }
 
-void PrintNotices(const std::vector<std::string>& notices) {
-  for (const std::string& notice : notices) {
-    std::fprintf(stderr, "note: %s\n", Printable(notice).c_str());
+void PrintNotices(const std::vector<std::string>& notices, size_t from) {
+  for (size_t i = from; i < notices.size(); ++i) {
+    std::fprintf(stderr, "note: %s\n", Printable(notices[i]).c_str());
   }
 }
 

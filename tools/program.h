@@ -37,7 +37,7 @@ bool IsStdout(const std::string& file);
 void WriteStdout(const std::string& text);
 
 // What was assumed or ignored, a line each, on standard error.
-void PrintNotices(const std::vector<std::string>& notices);
+void PrintNotices(const std::vector<std::string>& notices, size_t from = 0);
 
 // Writes files, whose disk may be full by now, and notes why that failed: so
 // that the result can still be printed. Rethrow() once it is.

@@ -112,8 +112,7 @@ int Main() {
   PrintNotices(session.notices);
   std::vector<std::string> runs = request.traj;
   runs.insert(runs.end(), request.holdout.begin(), request.holdout.end());
-  CheckResult result;
-  result.error = CheckSession(&session);
+  CheckResult result = CheckSession(&session);
   result.findings = FindingsOf(refused, runs, session);
   result.findings.insert(result.findings.end(), session.findings.begin(),
                          session.findings.end());

@@ -99,6 +99,7 @@ int Main() {
   FitRequest request = RequestFromFlags();
   request.may_free_nothing = true;
   Session session = OpenSession(request, catalogue);
+  const CheckLevel check = CheckLevelFromFlags();
   const auto candidates = ChooseCandidates(
       catalogue, session.model.mechanism(),
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
@@ -106,7 +107,7 @@ int Main() {
   CheckOutputs(request, session);
   const Interrupt interrupt;
   session.options.stop = problem.options.stop = interrupt.token();
-  CheckSession(&session);
+  CheckSessionNumbers(&session, check);
   PrintNotices(session.notices);
   session.options.keep_best = true;
   ProgressLine line;
@@ -121,6 +122,11 @@ int Main() {
     final = FitFinalUnlessInterrupted(session, problem, &diagnosis);
   }
   line.Clear();
+  // Of the model as it was given: what effects explain of the rest competes.
+  PrintNotices(session.notices,
+               CheckSessionData(&session, check,
+                                OutcomeOf(diagnosis.base.fit,
+                                          *diagnosis.base.problem)));
   const FinalFit* fitted = final ? &*final : nullptr;
   const NextStep step = ChooseNext(diagnosis, fitted);
   const std::string next = CommandFromFlags("sysid_fit") +

@@ -55,6 +55,7 @@ constexpr char kHelp[] =
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy
+  --check none|numbers|all   of the recordings (default: all)
   --threads N (default: all cores)    --seed N
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
@@ -145,6 +146,7 @@ int Main() {
   FitRequest request = RequestFromFlags();
   request.any_solver = true;
   Session session = OpenSession(request, catalogue);
+  const CheckLevel check = CheckLevelFromFlags();
   CheckSolverFlags(session.solver);
   CheckSampling(session.solver);
   const Solver& solver = FindSolver(session.solver);
@@ -154,7 +156,7 @@ int Main() {
   CheckOutputs(request, session);
   const Interrupt interrupt;
   session.options.stop = interrupt.token();
-  CheckSession(&session);
+  CheckSessionNumbers(&session, check);
   if (solver.stochastic) {
     const std::vector<std::string> moved = MovedStarts(session);
     session.notices.insert(session.notices.end(), moved.begin(), moved.end());
@@ -181,6 +183,8 @@ int Main() {
                                          fit.point.rollout, fit.segment_s));
   }
   line.Clear();
+  PrintNotices(session.notices,
+               CheckSessionData(&session, check, OutcomeOf(fit, problem)));
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
   const PageFit shown =

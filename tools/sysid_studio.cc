@@ -70,7 +70,8 @@ StudioSetup OpenSetup() {
       catalogue, session.model.mechanism(),
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
-  CheckSession(&session);
+  // Hypotheses about the data take a fit: sysid_check asks them.
+  CheckSessionNumbers(&session, CheckLevelFromFlags());
   StudioSetup setup(session);
   setup.problem = problem;
   setup.candidates = candidates;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -19,7 +18,7 @@ struct CheckInput {
   const std::vector<FreeParameter>* free = nullptr;
   std::vector<const Run*> runs;
   ColumnMap columns;       // of flags and specification
-  ColumnMap flag_columns;  // of the flag alone: a remedy repeats it
+  ColumnMap flag_columns;  // of the flag alone: a fix repeats it
   ChannelEdits flag_edits;
   // Where one run of several is asked alone: what the names in its remedies
   // begin with, "b.csv/".
@@ -31,25 +30,5 @@ struct CheckInput {
 // shipped_checks.h; a check is a file and a line there.
 using NumbersCheck = void (*)(const CheckInput& input,
                               std::vector<Finding>* findings);
-
-// Another way to read a recording or a model: what somebody may have written
-// down by mistake, undone.
-struct Reading {
-  std::string fault;    // of the finding, were this reading the right one
-  std::string subject;  // "joint1.q"
-  std::string says;     // "with the sign of joint1.q changed"
-  std::string consequence;
-  std::function<void(Run*)> change;          // empty: the runs stay
-  std::function<void(Model*)> change_model;  // empty: the model stays
-  std::vector<std::string> remedies;
-  // Of a reading in another unit: the joint, and ours for one of theirs.
-  int target = -1;
-  double factor = 1.0;
-};
-
-// A family of readings that this input could have. The list of all is in
-// shipped_checks.h.
-using ReadingFamily = void (*)(const CheckInput& input,
-                               std::vector<Reading>* readings);
 
 }  // namespace sysid

@@ -98,12 +98,13 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
   period_s_ = stride_ * period;
   window_s_ = std::clamp(kWindowSamples * period_s_, kShortest, kLongest);
   struct Place {
-    const Run* run;
+    int run;
     int first, last;
     double motion;
   };
   std::vector<Place> places;
-  for (const Run* run : runs) {
+  for (int r = 0; r < static_cast<int>(runs.size()); ++r) {
+    const Run* run = runs[r];
     const std::vector<double> scale = ScaleOf(*run);
     // Not at the very ends: what is shifted there has nothing to take.
     constexpr double kEdge = 0.06;  // s
@@ -123,7 +124,7 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
       const bool whole = run->t[last - 1] - run->t[first] > 0.6 * window_s_;
       if (whole && !gap && last - first >= 8 * stride_) {
         places.push_back(
-            {run, first, last, MotionIn(*run, first, last, scale)});
+            {r, first, last, MotionIn(*run, first, last, scale)});
       }
       first = last;
     }
@@ -140,34 +141,26 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
   const int count = std::min<int>(places.size(), most);
   for (int i = 0; i < count; ++i) {
     const Place& place = places[(2 * i + 1) * places.size() / (2 * count)];
-    const Run& run = *place.run;
+    const Run& run = *runs[place.run];
     int from = place.first, to = place.last;
     while (from > 0 && run.t[place.first] - run.t[from - 1] <= kMargin) --from;
     while (to < run.size() && run.t[to] - run.t[place.last - 1] <= kMargin) {
       ++to;
     }
     windows_.push_back(
-        {Slice(run, from, to), place.first - from, place.last - from});
+        {place.run, Slice(run, from, to), place.first - from,
+         place.last - from});
   }
 }
 
-std::vector<Run> Excerpt::Windows(
-    const std::function<void(Run*)>& change) const {
+std::vector<Run> Excerpt::Windows(const Change& change, bool wide) const {
   std::vector<Run> runs;
   for (const Window& window : windows_) {
-    Run wide = window.wide;
-    if (change) change(&wide);
-    runs.push_back(Thin(Slice(wide, window.first, window.last), stride_));
-  }
-  return runs;
-}
-
-std::vector<Run> Excerpt::WideWindows(
-    const std::function<void(Run*)>& change) const {
-  std::vector<Run> runs;
-  for (const Window& window : windows_) {
-    runs.push_back(window.wide);
-    if (change) change(&runs.back());
+    Run changed = window.wide;
+    if (change) change(window.run, &changed);
+    runs.push_back(
+        wide ? std::move(changed)
+             : Thin(Slice(changed, window.first, window.last), stride_));
   }
   return runs;
 }

@@ -14,18 +14,22 @@ enum class Severity {
 };
 std::string ToString(Severity severity);
 
-// A model within this of the noise misses nothing worth a reading, and nothing
-// that matters is wrong with the data.
+// A model within this of the noise misses nothing worth a hypothesis, and
+// nothing that matters is wrong with the data.
 inline constexpr double kExplained = 1.5;
+
+// Names of faults that other checks ask for.
+inline constexpr char kSlowSampling[] = "slow_sampling";
+inline constexpr char kTimeJitter[] = "time_jitter";
 
 // What is wrong with a recording or a model.
 struct Finding {
   std::string fault;  // short, stable: "axis_flipped" (docs/checks.md)
   Severity severity = Severity::kWrong;
   // How much stands on it, among those of one severity: the larger, the
-  // earlier. For findings of the physics, by how much the error falls.
+  // earlier. For hypotheses, by how much the error falls.
   double weight = 0.0;
-  // Of the physics: what the model still misses with the remedy, in times the
+  // Of hypotheses: what the model still misses with the fix, in times the
   // noise. NaN of the numbers alone, which ask no model.
   double error_left;
   std::string file;     // run or URDF; "" where it is of all runs
@@ -46,7 +50,7 @@ struct Finding {
 void NameAlso(const std::string& says, const std::vector<std::string>& remedies,
               Finding* finding);
 
-// Worst first; stable. What the physics say and yet do not explain stands
+// Worst first; stable. What a hypothesis says and yet does not explain stands
 // behind what the numbers show: it may be their fault, and they are certain.
 void Sort(std::vector<Finding>* findings);
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "models/error.h"
@@ -10,15 +11,15 @@ namespace sysid {
 
 struct CheckResult {
   std::vector<Finding> findings;  // worst first
-  // By what a quick fit of the model misses the data, without what is wrong
-  // with their numbers: in times the noise. NaN where nobody could ask.
+  // By what a coarse fit of the model misses windows that were not fitted, in
+  // times the noise. NaN where nobody asked or could.
   double error = std::numeric_limits<double>::quiet_NaN();
+  // Faults whose hypotheses were not asked for want of time, by name.
+  std::vector<std::string> not_asked;
 };
 
-// Every check on the input. Takes milliseconds for the numbers; the physics
-// take about the time of one short fit where that comes to the noise, and of
-// some tens where it does not.
-CheckResult RunChecks(const CheckInput& input);
+// Every check of the numbers alone, milliseconds each; worst first.
+std::vector<Finding> CheckNumbers(const CheckInput& input);
 
 // What the reader refused, as a finding.
 Finding Unreadable(const std::string& file, const InputError& error);

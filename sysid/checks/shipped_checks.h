@@ -1,30 +1,10 @@
 #pragma once
 
 #include "sysid/checks/check.h"
-#include "sysid/checks/knobs.h"
 
-// Every check: a file and a line in each of its lists (docs/checks.md).
+// Every check of the numbers: a file and a line in each list (docs/checks.md).
 
 namespace sysid {
-
-// Other readings of the data and the model (readings/).
-void ReadFlippedSigns(const CheckInput& input, std::vector<Reading>* readings);
-void ReadSwappedJoints(const CheckInput& input, std::vector<Reading>* readings);
-void ReadAbsoluteAngles(const CheckInput& input,
-                        std::vector<Reading>* readings);
-void ReadOtherUnits(const CheckInput& input, std::vector<Reading>* readings);
-void ReadQuaternions(const CheckInput& input, std::vector<Reading>* readings);
-void ReadBodies(const CheckInput& input, std::vector<Reading>* readings);
-
-// Readings with a number (knob_families/).
-void FindDelays(const CheckInput& input, std::vector<Knob>* knobs);
-void FindDrifts(const CheckInput& input, std::vector<Knob>* knobs);
-void FindClock(const CheckInput& input, std::vector<Knob>* knobs);
-void FindEffortGains(const CheckInput& input, std::vector<Knob>* knobs);
-
-using KnobFamily = void (*)(const CheckInput& input, std::vector<Knob>* knobs);
-inline constexpr KnobFamily kKnobFamilies[] = {FindDelays, FindDrifts,
-                                               FindClock, FindEffortGains};
 
 // Of the numbers alone (numbers/).
 void CheckJitter(const CheckInput& input, std::vector<Finding>* findings);
@@ -47,11 +27,6 @@ inline constexpr NumbersCheck kNumbersChecks[] = {
     CheckSpikes,       CheckSaturation,   CheckFrozen,  CheckStill,
     CheckQuantisation, CheckVelocities,   CheckRanges,  CheckBodies,
     CheckDegrees,      CheckEffortSpikes,
-};
-
-inline constexpr ReadingFamily kReadingFamilies[] = {
-    ReadFlippedSigns, ReadSwappedJoints, ReadAbsoluteAngles,
-    ReadOtherUnits,   ReadQuaternions,   ReadBodies,
 };
 
 }  // namespace sysid

@@ -182,7 +182,8 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
   }
   const Swings swings = FindSwings(track);
   if (swings.count < 2 || most > 400.0) return {};
-  if (swings.fast >= 2) {
+  // A wheel turns as fast as it likes.
+  if (swings.fast >= 2 && joint.type != JointType::kContinuous) {
     return {DegreesVerdict::kPosition,
             Text("it swings to and fro over %.0f at up to %.0f a second",
                  swings.largest, swings.speed) +

@@ -20,8 +20,9 @@ namespace sysid {
 //     them as degrees.
 //  4. It swings to and fro, within +-400: at least two half-swings of more than
 //     two turns (4 pi), each of three samples or more, at a mean speed beyond
-//     40 rad/s. Wheels and spinning pendulums turn as far, but slower, or do
-//     not come back. Two half-swings that are slower are only `kPerhaps`.
+//     40 rad/s, of a joint that is no continuous one. Spinning pendulums turn
+//     as far, but slower, or do not come back. Two half-swings that are slower,
+//     or of a wheel, are only `kPerhaps`.
 //
 // Rules 2 to 4 look at the median of three samples: outliers are no evidence.
 // A joint that turns on and on in radians meets none of them.

@@ -2,18 +2,20 @@
 
 #include <string>
 
-#include "models/error.h"
+#include "sysid/io/unreadable_run.h"
 
 namespace sysid {
 
 // A column that is in another unit by all signs: what the reader refuses,
 // together with the expression that would read it right.
-class MisreadColumn : public InputError {
+class MisreadColumn : public UnreadableRun {
  public:
-  MisreadColumn(const std::string& place, const std::string& what,
-                const std::string& hint, const std::string& name,
-                const std::string& expression)
-      : InputError(place, what, hint), name_(name), expression_(expression) {}
+  MisreadColumn(const std::string& fault, const std::string& place,
+                const std::string& what, const std::string& hint,
+                const std::string& name, const std::string& expression)
+      : UnreadableRun(fault, place, what, hint),
+        name_(name),
+        expression_(expression) {}
 
   const std::string& name() const { return name_; }  // "joint2.q"
   const std::string& expression() const { return expression_; }

@@ -17,6 +17,7 @@
 #include "sysid/io/run_sources.h"
 #include "sysid/io/suggest_columns.h"
 #include "sysid/io/table_file.h"
+#include "sysid/io/unreadable_run.h"
 
 namespace sysid {
 namespace {
@@ -95,7 +96,8 @@ void RunReader::ReadTime(double t, Run* run) const {
   if (row > 0 && t <= run->t.back()) {
     const std::string before = ShortestText(run->t.back());
     const std::string at = " (" + file_.RowName(row - 1) + ")";
-    throw InputError(
+    throw UnreadableRun(
+        t == run->t.back() ? "time_repeats" : "time_goes_back",
         Place(time, row),
         t == run->t.back() ? "time repeats: " + before + " s again" + at
                            : "time goes back: from " + before + " s" + at +
@@ -229,8 +231,8 @@ void RunReader::NormalizeOrientation(const Found& found,
     const double norm = channel->values.row(row).norm();
     if (std::isnan(norm)) continue;
     if (std::abs(norm - 1.0) > kRounding) {
-      throw InputError(
-          Place(found.sources[0], row),
+      throw UnreadableRun(
+          "quaternion_norm", Place(found.sources[0], row),
           "the quaternion " + Join(found.group.columns) + " has norm " +
               ShortestText(std::round(norm * 1e6) * 1e-6) + ", not 1",
           "its columns are w, x, y, z of a unit quaternion; leave them empty "
@@ -309,7 +311,7 @@ void RunReader::CheckDegrees(const Run& run) {
              "; if so: " + DegreesFlag(name, from, map_));
       continue;
     }
-    throw MisreadColumn(file_.HeaderPlace(in_.sources[source].column()),
+    throw MisreadColumn("degrees", file_.HeaderPlace(in_.sources[source].column()),
                         Describe(source) + " looks like degrees" +
                             (velocity ? " per second" : "") +
                             ", not radians: " + report.reason,

@@ -1,7 +1,5 @@
 #include "sysid/report/findings.h"
 
-#include "sysid/checks/physics.h"
-
 namespace sysid {
 
 Json ToJson(const std::vector<Finding>& findings) {

@@ -11,7 +11,7 @@ namespace sysid {
 // `findings` of fit.json, diagnosis.json and check.json.
 Json ToJson(const std::vector<Finding>& findings);
 
-// check.json. Results as RunChecks has them (run_checks.h).
+// check.json. Results as CheckData has them (check_data.h).
 std::string CheckJson(const std::string& model,
                       const std::vector<std::string>& runs,
                       const CheckResult& result,

@@ -8,6 +8,7 @@
 #include "models/error.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/misread_column.h"
+#include "sysid/io/unreadable_run.h"
 
 namespace sysid {
 namespace {
@@ -37,7 +38,7 @@ void CheckUnit(const Run& run, double period, const ColumnMap& columns) {
       column = "(" + column + ")";
     }
   }
-  throw MisreadColumn(run.name,
+  throw MisreadColumn("milliseconds", run.name,
                       "its samples are " + Seconds(period) +
                           " apart: is the time in milliseconds?",
                       "--columns t=" + column +
@@ -51,7 +52,7 @@ void CheckPauses(const Run& run, double period) {
   for (int k = 1; k < run.size(); ++k) {
     const double pause = run.t[k] - run.t[k - 1];
     if (pause <= std::max(kLongest, kSamples * period)) continue;
-    throw InputError(run.name,
+    throw UnreadableRun("gap", run.name,
                      "nothing was sampled from " + Seconds(run.t[k - 1]) +
                          " to " + Seconds(run.t[k]) +
                          ": too long to predict across",
@@ -81,7 +82,7 @@ void CheckMotion(const std::vector<Run>& runs) {
     if (Moves(run)) return;
   }
   if (runs.empty()) return;
-  throw InputError(runs.front().name, "nothing that was measured ever changes",
+  throw UnreadableRun("still", runs.front().name, "nothing that was measured ever changes",
                    "a mechanism at rest tells nothing of its parameters: "
                    "record a motion");
 }
@@ -139,7 +140,7 @@ void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
   constexpr int kFewest = 5;  // samples: fewer say nothing beyond the state
   for (const Run& run : runs) {
     if (run.size() < kFewest) {
-      throw InputError(run.name,
+      throw UnreadableRun("few_samples", run.name,
                        "has " + std::to_string(run.size()) +
                            " samples: too few to fit anything",
                        "at least " + std::to_string(kFewest) + " are needed");

@@ -1,11 +1,16 @@
 #include "sysid/session/check_session.h"
 
-#include <utility>
+#include <algorithm>
+#include <limits>
 
+#include "models/error.h"
 #include "sysid/checks/remedy.h"
-#include "sysid/checks/run_checks.h"
+#include "sysid/hypotheses/check_data.h"
+#include "sysid/hypotheses/constants.h"
+#include "sysid/hypotheses/work.h"
 
 namespace sysid {
+
 CheckInput InputOf(const Session& session) {
   CheckInput input;
   input.model = &session.model;
@@ -20,14 +25,88 @@ CheckInput InputOf(const Session& session) {
   return input.runs.size() == 1 ? OfOneRun(input, *input.runs.front()) : input;
 }
 
-double CheckSession(Session* session) {
-  CheckResult result = RunChecks(InputOf(*session));
-  session->findings = std::move(result.findings);
-  session->checked = true;
-  for (const Finding& finding : session->findings) {
+namespace {
+
+void Note(const std::vector<Finding>& findings, Session* session) {
+  for (const Finding& finding : findings) {
     session->notices.push_back(BriefText(finding));
   }
-  return result.error;
+}
+
+// Each once, in the order of asking.
+std::string Names(const std::vector<std::string>& faults) {
+  std::vector<std::string> names;
+  for (const std::string& fault : faults) {
+    if (std::find(names.begin(), names.end(), fault) == names.end()) {
+      names.push_back(fault);
+    }
+  }
+  return Join(names);
+}
+
+}  // namespace
+
+CheckLevel ParseCheckLevel(const std::string& text) {
+  if (text == "none") return CheckLevel::kNone;
+  if (text == "numbers") return CheckLevel::kNumbers;
+  if (text == "all") return CheckLevel::kAll;
+  throw InputError("--check", "cannot be '" + text + "'",
+                   NameHint(text, {"none", "numbers", "all"}));
+}
+
+void CheckSessionNumbers(Session* session, CheckLevel level) {
+  if (level == CheckLevel::kNone) return;
+  session->findings = CheckNumbers(InputOf(*session));
+  session->checked = true;
+  Note(session->findings, session);
+}
+
+FitOutcome OutcomeOf(const Fit& fit, const ShootingProblem& problem) {
+  FitOutcome outcome;
+  outcome.error = fit.train.total.normalized_rms;
+  outcome.converged = fit.converged;
+  outcome.work = hypotheses::EstimationWork(fit, problem);
+  return outcome;
+}
+
+size_t CheckSessionData(Session* session, CheckLevel level,
+                        const FitOutcome& outcome) {
+  const size_t before = session->notices.size();
+  if (level != CheckLevel::kAll ||
+      (outcome.converged && outcome.error <= kExplained)) {
+    return before;
+  }
+  const std::vector<Finding> numbers = session->findings;
+  const CheckResult result =
+      CheckData(InputOf(*session), numbers,
+                hypotheses::kBudget * outcome.work);
+  session->findings = result.findings;
+  std::vector<Finding> fresh;
+  for (const Finding& finding : result.findings) {
+    const bool known =
+        std::any_of(numbers.begin(), numbers.end(), [&](const Finding& f) {
+          return f.fault == finding.fault && f.file == finding.file &&
+                 f.subject == finding.subject;
+        });
+    if (!known) fresh.push_back(finding);
+  }
+  Note(fresh, session);
+  if (!result.not_asked.empty()) {
+    session->notices.push_back(
+        "not asked within a quarter of the fit's time: " +
+        Names(result.not_asked) + "; sysid_check asks all");
+  }
+  return before;
+}
+
+CheckResult CheckSession(Session* session) {
+  const CheckInput input = InputOf(*session);
+  CheckResult result =
+      CheckData(input, CheckNumbers(input), std::numeric_limits<double>::infinity());
+  session->findings = result.findings;
+  session->checked = true;
+  Note(session->findings, session);
+  return result;
 }
 
 std::string CheckedLine(const Session& session) {

@@ -2,18 +2,46 @@
 
 #include <string>
 
-#include "sysid/checks/check.h"
+#include "sysid/checks/run_checks.h"
+#include "sysid/estimation/fit.h"
 #include "sysid/session/session.h"
 
 namespace sysid {
 
+// How much of a recording is checked: --check.
+enum class CheckLevel {
+  kNone,
+  kNumbers,  // what the numbers alone show: milliseconds
+  kAll,      // and hypotheses about the data, where a fit misses them
+};
+// Throws InputError for another word than none, numbers, all.
+CheckLevel ParseCheckLevel(const std::string& text);
+
 // The session as the checks see it; points into it.
 CheckInput InputOf(const Session& session);
 
-// Runs every check on a session's model, runs and held-out runs, and keeps what
-// they find; each is a notice too. Returns the error of the quick fit
-// (run_checks.h).
-double CheckSession(Session* session);
+// Runs the checks of the numbers on a session's model, runs and held-out runs,
+// and keeps what they find; each is a notice too.
+void CheckSessionNumbers(Session* session, CheckLevel level);
+
+// What a fit of the session left and took: whether hypotheses about the data
+// are asked, and for how much work.
+struct FitOutcome {
+  double error = 0.0;  // normalised
+  bool converged = true;
+  double work = 0.0;  // EstimationWork
+};
+FitOutcome OutcomeOf(const Fit& fit, const ShootingProblem& problem);
+
+// Where that fit misses the data (kExplained) or did not converge, tests
+// hypotheses about the data within a part of its work, and adds what they
+// explain to what the numbers showed; each is a notice too, and what was not
+// asked another. The number of notices from before.
+size_t CheckSessionData(Session* session, CheckLevel level,
+                        const FitOutcome& outcome);
+
+// Both, without a fit and without a limit of work.
+CheckResult CheckSession(Session* session);
 
 // For reports: "  checked: nothing wrong with 2 runs", or how much was found;
 // nothing where nobody checked.

@@ -66,7 +66,7 @@ void CheckRates(const CheckInput& input, std::vector<Finding>* findings) {
     const double part = std::max(turns, rounds);
     if (part < kTurns || series.run->name + series.column == last) continue;
     last = series.run->name + series.column;
-    Finding finding = At(series, "slow_sampling", Severity::kHarmful);
+    Finding finding = At(series, kSlowSampling, Severity::kHarmful);
     finding.weight = part;
     const double period = MedianPeriod(series.run->t);
     finding.evidence = (turns >= rounds ? "it turns back every "

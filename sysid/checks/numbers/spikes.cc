@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sysid/checks/readings/edit_run.h"
+#include "sysid/checks/edit_run.h"
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"

@@ -97,7 +97,7 @@ void CheckJitter(const CheckInput& input, std::vector<Finding>* findings) {
       column = series.column;
     }
     if (most < kRougher || least < kSmoother) continue;
-    Finding finding = OfRun(*run, "time_jitter", Severity::kHarmful);
+    Finding finding = OfRun(*run, kTimeJitter, Severity::kHarmful);
     finding.weight = most;
     finding.evidence = "the steps of t vary by " + ShortNumber(1e3 * spread) +
                        " ms about " + ShortNumber(1e3 * period) + " ms, but " +

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <vector>
+
+#include "sysid/checks/run_checks.h"
+
+namespace sysid {
+
+// What is wrong with recordings and model: what the numbers alone showed, and
+// what hypotheses about the data explain of what the model misses. `budget` as
+// in TestHypotheses.
+CheckResult CheckData(const CheckInput& input, std::vector<Finding> numbers,
+                      double budget);
+
+}  // namespace sysid

@@ -1,0 +1,407 @@
+#include "sysid/hypotheses/coarse_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/effects/catalogue.h"
+#include "models/error.h"
+#include "sysid/checks/series.h"
+#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/fit.h"
+#include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/state_weights.h"
+#include "sysid/hypotheses/constants.h"
+#include "sysid/hypotheses/work.h"
+
+namespace sysid {
+namespace {
+
+using namespace hypotheses;
+
+// Frees a parameter by name from its nominal value, unless it is free already.
+void FreeAlso(const std::string& name, CoarseModel* model) {
+  for (const FreeParameter& known : model->free) {
+    if (known.parameter.name == name) return;
+  }
+  FreeParameter added;
+  added.parameter = FindParameters(model->model, {name}, "check").front();
+  added.initial = added.parameter.nominal;
+  added.lower = added.parameter.lower;
+  added.upper = added.parameter.upper;
+  if (added.initial < added.lower || added.initial > added.upper) return;
+  model->free.push_back(added);
+}
+
+// Places of parameters change with the effects of a model.
+void FindAgain(CoarseModel* model) {
+  std::vector<std::string> names;
+  for (const FreeParameter& f : model->free) names.push_back(f.parameter.name);
+  if (names.empty()) return;
+  const std::vector<Parameter> found =
+      FindParameters(model->model, names, "check");
+  for (size_t i = 0; i < found.size(); ++i) {
+    model->free[i].parameter = found[i];
+  }
+}
+
+// Adds an effect and frees its parameters where nothing that is there has them.
+void AddFree(const std::string& name, CoarseModel* model) {
+  static const Catalogue& catalogue = *new Catalogue;
+  std::shared_ptr<const Effect> effect;
+  try {
+    effect = catalogue.Make(name, model->model.mechanism(), "check");
+    if (model->model.effects().Contains(name)) return;
+    model->model.AddEffect(effect, "check");
+  } catch (const InputError&) {
+    return;  // it has no meaning there, or a relative of it is in the model
+  }
+  for (const EffectParameter& parameter : effect->parameters()) {
+    if (!parameter.whole) FreeAlso(parameter.name, model);
+  }
+}
+
+int Solve(const ShootingProblem& problem, bool fix_theta, int iterations,
+          Solution* point) {
+  ShootingStage::Options options;
+  options.defect = std::numeric_limits<double>::infinity();
+  options.twist_hold = kHeldSpin;
+  options.fix_theta = fix_theta;
+  options.function_tolerance = kTolerance;
+  options.max_iterations = iterations;
+  options.quiet = true;
+  std::vector<HistoryEntry> history;
+  return ShootingStage(problem, options, point)
+      .Solve("", 0.0, &history)
+      .evaluations;
+}
+
+// How long a radian of the motion takes, s: the median over runs and channels
+// of h median|dq - median dq| / median|ddq|, dq and ddq the first and second
+// differences over h. A sinusoid of w has about 1 / w, and what turns on and on
+// the time in which its speed changes.
+double RadianTime(const std::vector<const Run*>& runs) {
+  constexpr double kStride = 0.1;  // s: longer than noise, shorter than motions
+  std::vector<double> times;
+  for (const Run* run : runs) {
+    const double period = MedianPeriod(run->t);
+    const int h = std::max(1, static_cast<int>(kStride / period));
+    for (const Channel& channel : run->channels) {
+      if (!IsPositionLike(channel.kind)) continue;
+      for (int c = 0; c < channel.values.cols(); ++c) {
+        const auto y = channel.values.col(c);
+        std::vector<double> first, second;
+        for (int k = 2 * h; k < run->size(); ++k) {
+          const double change = y[k] - 2.0 * y[k - h] + y[k - 2 * h];
+          if (std::isnan(change)) continue;
+          first.push_back(y[k] - y[k - h]);
+          second.push_back(std::abs(change));
+        }
+        if (first.empty()) continue;
+        const double middle = Median(first);
+        for (double& value : first) value = std::abs(value - middle);
+        const double bend = Median(second);
+        if (bend > 0.0) times.push_back(h * period * Median(first) / bend);
+      }
+    }
+  }
+  return times.empty() ? 0.0 : Median(times);
+}
+
+}  // namespace
+
+CoarseModel WithFriction(const Model& model,
+                         const std::vector<FreeParameter>& free,
+                         const std::vector<const Run*>& runs) {
+  CoarseModel coarse{model, free};
+  for (const Joint& joint : model.mechanism().joints) {
+    if (joint.type == JointType::kFixed) continue;
+    AddFree("viscous_damping@" + joint.name, &coarse);
+    if (joint.type == JointType::kSpherical) continue;
+    AddFree("coulomb_friction@" + joint.name, &coarse);
+    const bool driven =
+        std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
+          return !run->effort.col(joint.v_index).isZero(0.0);
+        });
+    if (driven) AddFree("effort_bias@" + joint.name, &coarse);
+  }
+  FindAgain(&coarse);
+  return coarse;
+}
+
+CoarseModel Augmented(const CoarseModel& model, bool bodies) {
+  CoarseModel augmented = model;
+  for (const Joint& joint : model.model.mechanism().joints) {
+    if (joint.type == JointType::kFixed) continue;
+    if (joint.type != JointType::kSpherical) {
+      for (const char* kind :
+           {"spring@", "sensor_offset@", "armature@", "quadratic_drag@"}) {
+        AddFree(kind + joint.name, &augmented);
+      }
+    }
+    if (!bodies) continue;
+    const std::string& link =
+        augmented.model.mechanism().links[joint.child_link].name;
+    for (const char* what :
+         {".mass", ".com_x", ".com_y", ".com_z", ".inertia_scale"}) {
+      FreeAlso(link + what, &augmented);
+    }
+  }
+  FindAgain(&augmented);
+  return augmented;
+}
+
+CoarseModel WithEffect(const CoarseModel& model, const ScreenedEffect& effect) {
+  CoarseModel with = model;
+  with.model.AddEffect(effect.effect);
+  FindAgain(&with);
+  for (const EffectParameter& parameter : effect.effect->parameters()) {
+    double expected = parameter.null_value;
+    for (const ExpectedParameter& p : effect.parameters) {
+      if (p.name == parameter.name) expected = p.value;
+    }
+    if (parameter.whole) {
+      with.model.SetEffectParameter(parameter.name, expected);
+      continue;
+    }
+    FreeAlso(parameter.name, &with);
+    for (FreeParameter& free : with.free) {
+      if (free.parameter.name != parameter.name) continue;
+      free.initial = std::clamp(expected, free.lower, free.upper);
+    }
+  }
+  FindAgain(&with);
+  return with;
+}
+
+CoarseModel StartingAt(CoarseModel model, const std::vector<double>& values) {
+  for (size_t i = 0; i < values.size(); ++i) {
+    FreeParameter& free = model.free[i];
+    free.initial = std::clamp(values[i], free.lower, free.upper);
+  }
+  return model;
+}
+
+CoarseFitter::CoarseFitter(const std::vector<const Run*>& runs, int samples,
+                           const EstimationOptions& options)
+    : excerpt_(runs, samples), options_(options) {
+  options_.rollout.step = 0.0;  // a sample's: coarse as the fit
+  options_.loss = RobustLoss::kNone;
+  options_.segment = 0.0;
+  options_.progress = nullptr;
+  options_.keep_best = false;
+  for (int w = 1; w < excerpt_.count(); w += 2) {
+    held_runs_.push_back(excerpt_.run(w));
+  }
+  segment_s_ = std::max({kShortest, kSegmentRadians * RadianTime(runs),
+                         kFewestSamples * excerpt_.period_s()});
+}
+
+std::vector<Run> CoarseFitter::Half(const Excerpt::Change& change,
+                                    int first) const {
+  std::vector<Run> all = excerpt_.Windows(change), half;
+  for (size_t w = first; w < all.size(); w += 2) {
+    half.push_back(std::move(all[w]));
+  }
+  return half;
+}
+
+std::vector<Run> CoarseFitter::Train(const Excerpt::Change& change) const {
+  return Half(change, 0);
+}
+
+int CoarseFitter::Samples() const {
+  return static_cast<int>(excerpt_.count() * excerpt_.window_s() /
+                          std::max(1e-9, excerpt_.period_s()));
+}
+
+namespace {
+
+// Of an angle that is read modulo a turn while it leaps by more than half a turn
+// from sample to sample every turn of its range is as likely: the logarithm of
+// their number, for each of those samples (10.4).
+double LogTurns(const Channel& channel, const Mechanism& mechanism) {
+  if (channel.kind != ChannelKind::kPosition ||
+      !IsRotation1(mechanism.joints[channel.target].type)) {
+    return 0.0;
+  }
+  double low = INFINITY, high = -INFINITY;
+  int leaps = 0, steps = 0;
+  for (int k = 0; k < channel.values.rows(); ++k) {
+    const double y = channel.values(k, 0);
+    if (std::isnan(y)) continue;
+    low = std::min(low, y);
+    high = std::max(high, y);
+    if (k == 0) continue;
+    const double step = std::abs(y - channel.values(k - 1, 0));
+    steps += !std::isnan(step);
+    leaps += step > M_PI;
+  }
+  const double turns = (high - low) / (2.0 * M_PI);
+  return turns > 1.0 && steps > 0 ? std::log(turns) * leaps / steps : 0.0;
+}
+
+}  // namespace
+
+double CoarseFitter::WorkOf(int columns, double evaluations) const {
+  return Work(Samples(), evaluations, columns);
+}
+
+CoarseFit CoarseFitter::Fit(const CoarseModel& model,
+                            const Excerpt::Change& change, int iterations,
+                            const CoarseFit* start) {
+  auto problem = std::make_shared<ShootingProblem>(model.model, model.free,
+                                                   Train(change), options_);
+  CoarseFit fit;
+  fit.train = problem;
+  const Eigen::VectorXd theta =
+      start != nullptr ? start->point.theta : problem->InitialTheta();
+  fit.point =
+      start != nullptr
+          ? start->point
+          : CutPoint(*problem, theta, AllStatesFromData(*problem), segment_s_);
+  const int evaluations = Solve(*problem, false, iterations, &fit.point);
+  const int columns = problem->map().size() + model.model.tangent_size();
+  work_ += 0.5 * WorkOf(columns, evaluations);
+  const double fitted =
+      problem->map().size() +
+      ObservedStateDof(*problem) *
+          static_cast<double>(AllSegments(fit.point).size());
+  const double error =
+      EvaluateErrors(*problem, fit.point, fitted).total.normalized_rms;
+  fit.train_error = std::isfinite(error) ? error : INFINITY;
+  fit.values.resize(problem->map().size());
+  if (!fit.values.empty()) {
+    problem->map().ValuesOf<double>(fit.point.theta.data(), fit.values.data());
+  }
+  return fit;
+}
+
+void CoarseFitter::Judge(const CoarseModel& model,
+                         const Excerpt::Change& change,
+                         const std::function<double(const Channel&)>& log_unit,
+                         CoarseFit* fit) {
+  // Where a model cannot follow a window at all it misses all of its motion,
+  // and more: so far the logarithm tells apart what is hopeless.
+  constexpr double kHopeless = 3.0;
+  const ShootingProblem problem(
+      model.model, model.free,
+      MakeDataSetLike(model.model, Half(change, 1), options_,
+                      fit->train->data()),
+      options_);
+  Solution point = CutPoint(problem, fit->point.theta,
+                                 AllStatesFromData(problem), segment_s_);
+  const int evaluations = Solve(problem, true, kLookIterations, &point);
+  work_ += 0.5 * WorkOf(model.model.tangent_size(), evaluations);
+  const double fitted = ObservedStateDof(problem) *
+                        static_cast<double>(AllSegments(point).size());
+  const double error =
+      EvaluateErrors(problem, point, fitted).total.normalized_rms;
+  fit->error = std::isfinite(error) ? error : INFINITY;
+  const int windows = static_cast<int>(point.runs.size());
+  size_t channels = 0;
+  for (const auto& data : problem.runs()) {
+    channels = std::max(channels, data->run.channels.size());
+  }
+  fit->log_errors = RowMatrixXd::Constant(windows, channels, NAN);
+  std::vector<double> missed(channels, 0.0), moved(channels, 0.0);
+  ScratchPool pool;
+  for (int w = 0; w < windows; ++w) {
+    const RunData& data = *problem.runs()[w];
+    std::vector<double> squares(channels, 0.0), motion(channels, 0.0);
+    std::vector<int> counts(channels, 0);
+    for (int k = 0; k < point.runs[w].segments(); ++k) {
+      const auto& samples = point.runs[w].samples;
+      const ShootingSegment segment(problem, point.rollout, w, samples[k],
+                                    samples[k + 1], &pool);
+      Eigen::VectorXd r, x_end;
+      const bool follows = segment.RollRows(point.runs[w].states.row(k).data(),
+                                            point.theta.data(), &r, &x_end);
+      // Motion within the segment, about its mean.
+      std::vector<Eigen::RowVectorXd> sum(channels), sum2(channels);
+      std::vector<int> n(channels, 0);
+      for (const SegmentRow& row : segment.rollout().rows()) {
+        const int c = row.channel;
+        const Eigen::RowVectorXd y = data.run.channels[c].values.row(row.sample);
+        if (n[c]++ == 0) {
+          sum[c] = Eigen::RowVectorXd::Zero(y.size());
+          sum2[c] = sum[c];
+        }
+        sum[c] += y;
+        sum2[c] += y.cwiseAbs2();
+        ++counts[c];
+        if (follows) {
+          const double s = data.sigma[c];
+          squares[c] += s * s * r.segment(row.first, row.size).squaredNorm();
+        } else {
+          squares[c] = INFINITY;
+        }
+      }
+      for (size_t c = 0; c < channels; ++c) {
+        if (n[c] == 0) continue;
+        motion[c] += (sum2[c] - sum[c].cwiseAbs2() / n[c]).sum();
+      }
+    }
+    for (size_t c = 0; c < channels; ++c) {
+      if (counts[c] == 0) continue;
+      const double sigma = data.sigma[c];
+      const double all = motion[c] + counts[c] * sigma * sigma;
+      const double capped =
+          std::min(squares[c], kHopeless * kHopeless * all);
+      missed[c] += std::max(0.0, capped - counts[c] * sigma * sigma);
+      moved[c] += all;
+      fit->log_errors(w, c) =
+          0.5 * std::log(std::max(capped / counts[c], 1e-30)) +
+          LogTurns(data.run.channels[c], model.model.mechanism()) -
+          (log_unit ? log_unit(data.run.channels[c]) : 0.0);
+    }
+  }
+  fit->unexplained = 0.0;
+  for (size_t c = 0; c < channels; ++c) {
+    if (!(moved[c] > 0.0)) continue;
+    fit->unexplained =
+        std::max(fit->unexplained, std::sqrt(missed[c] / moved[c]));
+  }
+}
+
+bool Difference::IsBetter(double significance, double factor) const {
+  return windows >= kFewestWindows && mean > std::log(factor) &&
+         mean > significance * std_error;
+}
+
+bool Difference::IsTie() const {
+  return std::abs(mean) <= std::max(kTie * std_error, std::log(1.01));
+}
+
+Difference Compare(const CoarseFit& a, const CoarseFit& b,
+                   const std::vector<int>& held_runs,
+                   const std::vector<int>& runs) {
+  std::vector<double> values;
+  for (int w = 0; w < static_cast<int>(held_runs.size()); ++w) {
+    if (!runs.empty() && std::find(runs.begin(), runs.end(), held_runs[w]) ==
+                             runs.end()) {
+      continue;
+    }
+    double sum = 0.0;
+    int count = 0;
+    for (int c = 0; c < a.log_errors.cols() && c < b.log_errors.cols(); ++c) {
+      const double d = a.log_errors(w, c) - b.log_errors(w, c);
+      if (std::isnan(d)) continue;
+      sum += d;
+      ++count;
+    }
+    if (count > 0) values.push_back(sum / count);
+  }
+  Difference difference;
+  difference.windows = static_cast<int>(values.size());
+  if (values.size() < 2) return difference;
+  const double n = static_cast<double>(values.size());
+  for (const double v : values) difference.mean += v / n;
+  double squares = 0.0;
+  for (const double v : values) squares += std::pow(v - difference.mean, 2);
+  difference.std_error = std::sqrt(squares / (n * (n - 1)));
+  return difference;
+}
+
+}  // namespace sysid

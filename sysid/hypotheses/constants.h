@@ -1,0 +1,66 @@
+#pragma once
+
+// Every constant of the data hypotheses, with its reason; docs/checks.md has
+// the same table. Bounds and starts of one hypothesis stand with its family.
+
+namespace sysid::hypotheses {
+
+// Excerpt: so many samples know a handful of parameters to some per cent, and
+// thirty windows are enough for a paired test.
+inline constexpr int kSamples = 2000;
+// A first look compares errors that differ by a factor: two fifths do.
+inline constexpr int kLookSamples = 800;
+
+// Segments, in radians of the motion: a third of a period shows stiffness,
+// damping and gravity, and no chaos grows in it.
+inline constexpr double kSegmentRadians = 2.0;
+inline constexpr double kShortest = 0.15;  // s; shorter ones show noise only
+inline constexpr int kFewestSamples = 12;  // of a segment: its state takes two
+
+// Iterations of a coarse fit: errors settle to a few per cent, and what is
+// compared differs by more. The augmented model has more to find.
+inline constexpr int kIterations = 15;
+inline constexpr int kLookIterations = 8;
+inline constexpr int kAugmentedIterations = 30;
+inline constexpr double kTolerance = 1e-4;  // of the cost; so too
+inline constexpr int kSteps = 4;  // Gauss-Newton of a scalar: it converges by 10
+
+// A test of about 40 hypotheses at 5 %, one-sided: Phi^-1(1 - 0.05 / 40).
+inline constexpr double kSignificance = 3.0;
+inline constexpr double kInterval = 1.96;  // a 95 % interval
+inline constexpr double kTie = 1.0;        // standard errors: undecided
+// What lowers the error by less than its own estimate is good for (15
+// iterations) is not worth a word.
+inline constexpr double kWorth = 1.1;
+// Fewest held-out windows: of fewer the paired standard error is no estimate.
+inline constexpr int kFewestWindows = 4;
+// What leaves more than this part of the motion within a segment unexplained
+// is no explanation of it: the residual has R^2 < 0.9.
+inline constexpr double kUnexplained = 0.316;
+
+// Refitted at most, the most promising first: what is right was among the
+// first five of the first look in every planted case.
+inline constexpr int kRefits = 8;
+inline constexpr int kAugmentedRefits = 4;  // with the augmented model
+inline constexpr int kEffects = 2;           // of the screening
+// A first look that promises less than this is not refitted.
+inline constexpr double kPromise = 0.98;
+
+// The budget after a fit, in parts of its work. A quarter of the processor time
+// is allowed; the work counts rollouts only, and the rest of a fit (horizons,
+// open predictions) makes the measured share smaller still.
+inline constexpr double kBudget = 0.2;
+// Work of a derivative column beside a rollout without any (measured: a
+// linearisation by 10 columns takes 2.6 times as long).
+inline constexpr double kColumnWork = 0.16;
+// Work of one Jet8 inverse dynamics beside a step of RK4 (four forward
+// dynamics on doubles).
+inline constexpr double kJetWork = 1.5;
+
+// Equations of motion: Gaussian widths of the fit of the motion and of the
+// average, s or samples, whichever is wider. Derivatives of encoders of
+// 1e-3 rad need 10 ms; stick-slip is faster than 30 ms.
+inline constexpr double kMotionWidth = 0.010, kMotionSamples = 2.0;
+inline constexpr double kAverageWidth = 0.030, kAverageSamples = 3.0;
+
+}  // namespace sysid::hypotheses

@@ -1,0 +1,77 @@
+// Columns that were recorded late or early beside the others.
+
+#include <algorithm>
+#include <cmath>
+
+#include "sysid/checks/edit_run.h"
+#include "sysid/checks/excerpt.h"
+#include "sysid/hypotheses/families/families.h"
+
+namespace sysid {
+
+void DelayHypotheses(const CheckInput& input,
+                     std::vector<DataHypothesis>* all) {
+  const Mechanism* mechanism = &input.model->mechanism();
+  double period = INFINITY;
+  for (const Run* run : input.runs) {
+    period = std::min(period, MedianPeriod(run->t));
+  }
+  const auto add = [&](const std::vector<std::string>& columns) {
+    DataHypothesis hypothesis;
+    hypothesis.fault = DataFault::kChannelLate;
+    hypothesis.subjects = columns;
+    // Where half a sample changes the residuals, and rounding does not.
+    hypothesis.probe = 0.5 * period;
+    // Half a sample is how well times are known at all; what a drive's
+    // electronics do below 2 ms is an effect of the machine (effort_delay).
+    hypothesis.least = std::max(0.5 * period, 0.002);
+    hypothesis.most = 0.1;  // s: twice what an excerpt's windows keep aside
+    hypothesis.grain = period;
+    // Between these the residuals are nearly linear in the delay of a motion
+    // of some Hz.
+    hypothesis.starts = {-0.03, -0.015, 0.015, 0.03};
+    hypothesis.change = [=](double delay, Run* run) {
+      if (delay == 0.0) return;
+      ChannelEdits edits;
+      for (const std::string& column : columns) {
+        edits.shifts.push_back({column, delay, "check"});
+      }
+      ApplyEdits(edits, *mechanism, run, nullptr);
+    };
+    const std::string subject = hypothesis.subject();
+    hypothesis.says = [subject](double delay, double within) {
+      return "with " + subject + " read " + ShortNumber(1e3 * std::abs(delay)) +
+             " ms (+- " + ShortNumber(1e3 * within) + " ms) " +
+             (delay > 0 ? "earlier" : "later");
+    };
+    hypothesis.consequence =
+        "a lag between columns passes for damping, and bends what is fitted";
+    hypothesis.fix = [columns](const CheckInput&, double delay) {
+      SuggestedFix fix;
+      fix.shifted = columns;
+      fix.delay = delay;
+      return fix;
+    };
+    all->push_back(hypothesis);
+  };
+  std::vector<std::string> efforts, columns;
+  for (const int j : DrivenJoints(input)) {
+    efforts.push_back(mechanism->joints[j].name + ".tau");
+  }
+  for (size_t j = 0; j < mechanism->joints.size(); ++j) {
+    const std::string& name = mechanism->joints[j].name;
+    if (Measures(input, ChannelKind::kPosition, static_cast<int>(j))) {
+      columns.push_back(name + ".q");
+    } else if (Measures(input, ChannelKind::kOrientation,
+                        static_cast<int>(j))) {
+      columns.push_back(name + ".qw");
+    }
+  }
+  // One column alone is early or late beside nothing.
+  if (columns.size() + efforts.size() < 2) return;
+  for (const std::string& column : columns) add({column});
+  for (const std::string& effort : efforts) add({effort});
+  if (efforts.size() > 1) add(efforts);
+}
+
+}  // namespace sysid
