@@ -94,6 +94,7 @@ std::optional<FinalFit> FitFinalUnlessInterrupted(
 }
 
 int Main() {
+  const double start_s = Now();
   const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
@@ -127,6 +128,12 @@ int Main() {
                CheckSessionData(&session, check,
                                 OutcomeOf(diagnosis.base.fit,
                                           *diagnosis.base.problem)));
+  if (final) {
+    final->session.findings = session.findings;
+    // All that passed, the search and the checks too.
+    final->fit.wall_time_s = Now() - start_s;
+    final->fit.cpu_time_s = CpuSeconds();
+  }
   const FinalFit* fitted = final ? &*final : nullptr;
   const NextStep step = ChooseNext(diagnosis, fitted);
   const std::string next = CommandFromFlags("sysid_fit") +

@@ -141,6 +141,7 @@ void CheckSampleSize(const Session& session) {
 }
 
 int Main() {
+  const double start_s = Now();
   const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
@@ -171,7 +172,7 @@ int Main() {
   if (added) session = StartedFrom(*added, session);
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
-  const Solved solved = solver.solve(problem, how);
+  Solved solved = solver.solve(problem, how);
   const Fit& fit = solved.fit;
   const std::optional<MixtureFit>& mixture = solved.mixture;
   std::shared_ptr<const DataSet> held_out;
@@ -185,6 +186,9 @@ int Main() {
   line.Clear();
   PrintNotices(session.notices,
                CheckSessionData(&session, check, OutcomeOf(fit, problem)));
+  // All that passed, reading and checking too.
+  solved.fit.wall_time_s = Now() - start_s;
+  solved.fit.cpu_time_s = CpuSeconds();
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
   const PageFit shown =
