@@ -78,7 +78,7 @@ void Model::AddEffect(std::shared_ptr<const Effect> effect,
     const auto at = taken.find(parameter.name);
     own_values.push_back(at == taken.end() ? parameter.null_value : at->second);
   }
-  if (!taken.empty()) effect->TakeOver(&own_values);
+  if (!taken.empty()) effect->Subsume(&own_values);
   values.insert(values.end(), own_values.begin(), own_values.end());
   kept.Add(std::move(effect));
   effects_ = std::move(kept);

@@ -1,7 +1,6 @@
 #include "residuals/parameter_forces.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "residuals/acting_effort.h"
 #include "residuals/segment-impl.h"
@@ -82,12 +81,12 @@ ParameterForces ParameterForces::Zero(const SegmentRollout& rollout,
   return zero;
 }
 
-void AddParameterForces(const Model& model, const ParameterMap& map,
-                        const Eigen::VectorXd& theta,
-                        const SegmentRollout& rollout,
-                        const SegmentTangent& tangent,
-                        const std::vector<int>& columns, ParameterForces* out) {
+ParameterForces ForcesOfParameters(const Model& model, const ParameterMap& map,
+                                   const Eigen::VectorXd& theta,
+                                   const SegmentRollout& rollout,
+                                   const SegmentTangent& tangent) {
   const int nv = model.nv();
+  ParameterForces out = ParameterForces::Zero(rollout, map.size());
   Balance<Jet8> balance(model, map, rollout, tangent);
   std::vector<Jet8> seeded(theta.begin(), theta.end());
   for (int begin = 0; begin < map.size(); begin += kWidth) {
@@ -99,30 +98,20 @@ void AddParameterForces(const Model& model, const ParameterMap& map,
     for (int c = 0; c < count; ++c) {
       seeded[begin + c] = Jet8(theta[begin + c]);
     }
-    for (size_t i = 0; i < out->f.size(); ++i) {
+    for (size_t i = 0; i < out.f.size(); ++i) {
       for (int s = 0; s < nv; ++s) {
         for (int c = 0; c < count; ++c) {
-          out->f[i](s, columns[begin + c]) += balance.force()[i * nv + s].v[c];
+          out.f[i](s, begin + c) = balance.force()[i * nv + s].v[c];
         }
       }
     }
     for (size_t e = 0; e < balance.errors().size(); ++e) {
       for (int c = 0; c < count; ++c) {
-        out->direct(e, columns[begin + c]) += balance.errors()[e].v[c];
+        out.direct(e, begin + c) = balance.errors()[e].v[c];
       }
     }
   }
-}
-
-ParameterForces ForcesOfParameters(const Model& model, const ParameterMap& map,
-                                   const Eigen::VectorXd& theta,
-                                   const SegmentRollout& rollout,
-                                   const SegmentTangent& tangent) {
-  ParameterForces forces = ParameterForces::Zero(rollout, map.size());
-  std::vector<int> columns(map.size());
-  std::iota(columns.begin(), columns.end(), 0);
-  AddParameterForces(model, map, theta, rollout, tangent, columns, &forces);
-  return forces;
+  return out;
 }
 
 ParameterForces DifferenceOfForces(const Model& model, const ParameterMap& map,
@@ -145,46 +134,6 @@ ParameterForces DifferenceOfForces(const Model& model, const ParameterMap& map,
     change.direct(e, 0) = by.errors()[e] - at.errors()[e];
   }
   return change;
-}
-
-void AddSecantForces(const Model& model, const ParameterMap& map,
-                     const Eigen::VectorXd& theta, int along, double step,
-                     const SegmentRollout& rollout,
-                     const SegmentTangent& tangent, int column,
-                     ParameterForces* out) {
-  Eigen::VectorXd moved = theta;
-  moved[along] += step;
-  const ParameterForces change =
-      DifferenceOfForces(model, map, theta, moved, rollout, tangent);
-  for (size_t i = 0; i < out->f.size(); ++i) {
-    out->f[i].col(column) += change.f[i].col(0) / step;
-  }
-  out->direct.col(column) += change.direct.col(0) / step;
-}
-
-void AddEffortForces(const Model& model, const Effect& effect,
-                     const Probe& probe, const SegmentTangent& tangent,
-                     int column, ParameterForces* out) {
-  const int child = model.mechanism().joints[effect.joint()].child_link;
-  const Body& body = model.bodies()[model.placement(child).body];
-  const int nv = VelocitySize(body.type), nq = ConfigurationSize(body.type);
-  const EffectHooks<Jet8>& hooks = effect.HooksFor(ScalarTag<Jet8>());
-  std::vector<Jet8> p;
-  for (const double value : probe.at) p.emplace_back(value);
-  p[probe.along].v[0] = 1.0;
-  Jet8 q[4], qd[3], tau[3];
-  for (size_t i = 0; i < out->f.size(); ++i) {
-    const auto x = tangent.middle.row(static_cast<int>(i));
-    for (int s = 0; s < nq; ++s) q[s] = Jet8(x[body.q_index + s]);
-    for (int s = 0; s < nv; ++s) {
-      qd[s] = Jet8(x[model.nq() + body.v_index + s]);
-      tau[s] = Jet8(0.0);
-    }
-    hooks.AddEffort({body.type, nv, q, qd}, p.data(), tau);
-    for (int s = 0; s < nv; ++s) {
-      out->f[i](body.v_index + s, column) += tau[s].v[0];
-    }
-  }
 }
 
 }  // namespace sysid

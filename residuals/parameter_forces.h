@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "models/effects/effect.h"
 #include "residuals/segment_tangent.h"
 
 namespace sysid {
@@ -26,16 +25,9 @@ struct ParameterForces {
   static ParameterForces Zero(const SegmentRollout& rollout, int columns);
 };
 
-// Adds the derivatives by the parameters of `map`, of `model`, at `theta` to
-// those columns of `out` that `columns` says, one each. The model is that of
-// the rollout, with more effects, which are off at theta.
-void AddParameterForces(const Model& model, const ParameterMap& map,
-                        const Eigen::VectorXd& theta,
-                        const SegmentRollout& rollout,
-                        const SegmentTangent& tangent,
-                        const std::vector<int>& columns, ParameterForces* out);
-
-// The same as columns of their own.
+// The derivatives by the parameters of `map`, of `model`, at `theta`: a column
+// each. The model is that of the rollout, with more effects, which are off at
+// theta.
 ParameterForces ForcesOfParameters(const Model& model, const ParameterMap& map,
                                    const Eigen::VectorXd& theta,
                                    const SegmentRollout& rollout,
@@ -47,19 +39,5 @@ ParameterForces DifferenceOfForces(const Model& model, const ParameterMap& map,
                                    const Eigen::VectorXd& to,
                                    const SegmentRollout& rollout,
                                    const SegmentTangent& tangent);
-
-// The same as AddParameterForces by a secant: the difference that theta ->
-// theta + step e_along makes, over the step.
-void AddSecantForces(const Model& model, const ParameterMap& map,
-                     const Eigen::VectorXd& theta, int along, double step,
-                     const SegmentRollout& rollout,
-                     const SegmentTangent& tangent, int column,
-                     ParameterForces* out);
-
-// The same as AddParameterForces for a probe of an effect that acts by
-// AddEffort and nothing else, at the price of the law alone.
-void AddEffortForces(const Model& model, const Effect& effect,
-                     const Probe& probe, const SegmentTangent& tangent,
-                     int column, ParameterForces* out);
 
 }  // namespace sysid

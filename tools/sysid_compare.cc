@@ -153,9 +153,10 @@ int Main() {
   const Comparison comparison = CompareSolvers(problem, options);
   line.Clear();
   // The comparison begins with Levenberg-Marquardt.
-  PrintNotices(session.notices,
-               CheckSessionData(&session, check,
-                                OutcomeOf(comparison.runs.front().fit, problem)));
+  PrintNotices(
+      session.notices,
+      CheckSessionData(&session, check,
+                       OutcomeOf(comparison.runs.front().fit, problem)));
   const std::string json = ComparisonJson(session, comparison);
   const std::string figure = ComparisonFigure(session, comparison);
   FileOutputs files;

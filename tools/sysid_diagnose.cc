@@ -116,7 +116,7 @@ int Main() {
   problem.options.progress = session.options.progress;
   DiagnosisOptions options;
   options.add = FLAGS_auto;
-  options.keep_judged = true;
+  options.keep_evaluated = true;
   Diagnosis diagnosis = Diagnose(problem, candidates, options);
   std::optional<FinalFit> final;
   if ((FLAGS_auto || !FLAGS_out.empty()) && diagnosis.interrupted.empty()) {
@@ -124,10 +124,10 @@ int Main() {
   }
   line.Clear();
   // Of the model as it was given: what effects explain of the rest competes.
-  PrintNotices(session.notices,
-               CheckSessionData(&session, check,
-                                OutcomeOf(diagnosis.base.fit,
-                                          *diagnosis.base.problem)));
+  PrintNotices(
+      session.notices,
+      CheckSessionData(&session, check,
+                       OutcomeOf(diagnosis.base.fit, *diagnosis.base.problem)));
   if (final) {
     final->session.findings = session.findings;
     // All that passed, the search and the checks too.

@@ -194,7 +194,7 @@ bool IsOff(const Model& model, int i) {
       if (values[probe.along] != along.null_value) return false;
     }
   }
-  if (effect.corrects().empty()) return true;
+  if (effect.adjusts_nominal().empty()) return true;
   const Inertial<double>& own = model.mechanism().nominal.links[effect.link()];
   const Inertial<double>& now = model.nominal().links[effect.link()];
   return now.mass == own.mass && now.com == own.com &&
@@ -214,7 +214,7 @@ void AddNotices(const Model& model, const SimulationOptions& options,
     if (IsOff(model, i)) {
       const Parameter first =
           FindParameters(model, {effect.ParameterNames().front()}, "").front();
-      const bool own = !effect.corrects().empty();
+      const bool own = !effect.adjusts_nominal().empty();
       notices->push_back(
           "effect " + effect.name() + " is off: " +
           (own ? first.name + " is the model's own, " +

@@ -17,9 +17,9 @@ class WrongCom : public EffectOf<WrongCom> {
 
   WrongCom(const Mechanism& mechanism, const std::string& link)
       : EffectOf(kName, 0, mechanism, link) {
-    Corrects(link + ".com_x");
-    Corrects(link + ".com_y");
-    Corrects(link + ".com_z");
+    AdjustsNominal(link + ".com_x");
+    AdjustsNominal(link + ".com_y");
+    AdjustsNominal(link + ".com_z");
   }
 };
 

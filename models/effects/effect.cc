@@ -69,7 +69,7 @@ std::vector<std::string> Effect::ParameterNames() const {
   for (const EffectParameter& parameter : parameters_) {
     names.push_back(parameter.name);
   }
-  names.insert(names.end(), corrects_.begin(), corrects_.end());
+  names.insert(names.end(), adjusts_nominal_.begin(), adjusts_nominal_.end());
   return names;
 }
 

@@ -119,8 +119,10 @@ class Effect {
   const std::vector<EffectParameter>& parameters() const { return parameters_; }
   // Parameters of the mechanism (docs/interface.md section 3) whose nominal
   // values are what is wrong, by name; fitting the effect frees them.
-  const std::vector<std::string>& corrects() const { return corrects_; }
-  // Names of parameters(), then corrects().
+  const std::vector<std::string>& adjusts_nominal() const {
+    return adjusts_nominal_;
+  }
+  // Names of parameters(), then adjusts_nominal().
   std::vector<std::string> ParameterNames() const;
 
   // How to screen for the effect: one set for each point of the grids, with the
@@ -133,7 +135,7 @@ class Effect {
 
   // Where the effect takes the place of another and has that one's values
   // (Model::AddEffect): sets the rest so that the law stays what it was.
-  virtual void TakeOver(std::vector<double>* /*values*/) const {}
+  virtual void Subsume(std::vector<double>* /*values*/) const {}
 
   // Why these values of the parameters() are not what the effect means, though
   // within their bounds; empty where they are.
@@ -168,7 +170,9 @@ class Effect {
   void AddSearchedParameter(const std::string& name, const std::string& unit,
                             double start, const std::vector<double>& grid,
                             double lower, double upper, bool whole = false);
-  void Corrects(const std::string& name) { corrects_.push_back(name); }
+  void AdjustsNominal(const std::string& name) {
+    adjusts_nominal_.push_back(name);
+  }
 
   bool IsPrismatic() const { return prismatic_; }
 
@@ -180,7 +184,7 @@ class Effect {
   int link_ = -1;
   bool prismatic_ = false;
   std::vector<EffectParameter> parameters_;
-  std::vector<std::string> corrects_;
+  std::vector<std::string> adjusts_nominal_;
 };
 
 // The same as the dynamics ask for them. A scalar that is not in the closed

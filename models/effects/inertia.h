@@ -21,11 +21,11 @@ class WrongInertia : public EffectOf<WrongInertia> {
   WrongInertia(const Mechanism& mechanism, const std::string& link)
       : EffectOf(kName, 0, mechanism, link) {
     if (TurnsAboutOneDirection(mechanism, this->link())) {
-      Corrects(link + ".inertia_scale");
+      AdjustsNominal(link + ".inertia_scale");
       return;
     }
     for (const char* entry : {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"}) {
-      Corrects(link + "." + entry);
+      AdjustsNominal(link + "." + entry);
     }
   }
 

@@ -17,7 +17,7 @@ class WrongMass : public EffectOf<WrongMass> {
 
   WrongMass(const Mechanism& mechanism, const std::string& link)
       : EffectOf(kName, 0, mechanism, link) {
-    Corrects(link + ".mass");
+    AdjustsNominal(link + ".mass");
   }
 };
 

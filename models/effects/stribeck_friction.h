@@ -43,7 +43,7 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
   }
 
   // Coulomb friction is the same at every speed.
-  void TakeOver(std::vector<double>* values) const override {
+  void Subsume(std::vector<double>* values) const override {
     (*values)[1] = (*values)[0];
   }
 

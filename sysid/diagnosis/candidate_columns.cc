@@ -31,11 +31,11 @@ void AddCandidate(const std::shared_ptr<const Effect>& effect,
   if (fitted.effects().Contains(effect->name())) return;
   Candidate candidate(fitted);
   candidate.effect = effect;
-  std::vector<std::string> corrected;
-  for (const std::string& name : effect->corrects()) {
-    if (taken.count(name) == 0) corrected.push_back(name);
+  std::vector<std::string> adjusted;
+  for (const std::string& name : effect->adjusts_nominal()) {
+    if (taken.count(name) == 0) adjusted.push_back(name);
   }
-  candidate.corrected = FindParameters(fitted, corrected, effect->name());
+  candidate.adjusted = FindParameters(fitted, adjusted, effect->name());
   try {
     candidate.model.AddEffect(effect);
   } catch (const InputError&) {
@@ -50,7 +50,7 @@ void AddCandidate(const std::shared_ptr<const Effect>& effect,
     }
   }
   candidate.sets = effect->ProbeSets();
-  if (candidate.sets.empty() && candidate.corrected.empty()) return;
+  if (candidate.sets.empty() && candidate.adjusted.empty()) return;
   if (candidate.sets.empty()) candidate.sets.push_back({});
   for (size_t s = 0; s < candidate.sets.size(); ++s) {
     candidate.first.push_back(*total);
@@ -76,7 +76,7 @@ class Batch {
     secant_ = secant;
     int column = candidate.first[set];
     for (const Probe& probe : probes) Add(candidate, probe, column++);
-    for (const Parameter& wrong : candidate.corrected) {
+    for (const Parameter& wrong : candidate.adjusted) {
       names_.push_back(wrong.name);
       columns_.push_back(column++);
     }
@@ -114,9 +114,9 @@ class Batch {
     }
     RowMatrixXd J, J_end;
     std::unique_ptr<SegmentScratch> scratch = pool_.Take();
-    const bool ok = rollout.LinearizeByTheta(
-        fit.StateOf(at), theta_.data(), errors.data(), x_end.data(), &J, &J_end,
-        scratch.get());
+    const bool ok =
+        rollout.LinearizeByTheta(fit.StateOf(at), theta_.data(), errors.data(),
+                                 x_end.data(), &J, &J_end, scratch.get());
     pool_.Give(std::move(scratch));
     for (size_t c = 0; ok && c < columns_.size(); ++c) {
       out->col(columns_[c]) = J.col(c);
@@ -199,8 +199,8 @@ bool RollOut(const LinearizedFit& fit, const Model& model,
         Eigen::VectorXd& out = (*errors)[s];
         out.resize(rollout.num_residuals());
         std::vector<double> x_end(model.state_size());
-        if (!rollout(fit.StateOf(at), static_cast<const double*>(nullptr), out.data(),
-                     x_end.data())) {
+        if (!rollout(fit.StateOf(at), static_cast<const double*>(nullptr),
+                     out.data(), x_end.data())) {
           return false;
         }
         MakeWhitening(problem, at.run, *at.rollout).Apply(out.data(), {});
@@ -309,15 +309,16 @@ std::vector<Eigen::MatrixXd> RespondToCandidates(
   std::vector<Eigen::MatrixXd> responses(segments.size());
   const std::vector<std::unique_ptr<Batch>> batches =
       MakeBatches(fitted, candidates);
-  ParallelFor(
-      static_cast<int>(segments.size()), fit.problem().options().threads,
-      fit.problem().options().stop, [&](int s) {
-        const LinearizedFit::Segment& at = *segments[s];
-        RowMatrixXd columns = RowMatrixXd::Zero(at.rows(), total);
-        for (const auto& batch : batches) batch->Evaluate(fit, at, &columns);
-        responses[s] = fit.Whiten(at, std::move(columns));
-        return true;
-      });
+  ParallelFor(static_cast<int>(segments.size()),
+              fit.problem().options().threads, fit.problem().options().stop,
+              [&](int s) {
+                const LinearizedFit::Segment& at = *segments[s];
+                RowMatrixXd columns = RowMatrixXd::Zero(at.rows(), total);
+                for (const auto& batch : batches)
+                  batch->Evaluate(fit, at, &columns);
+                responses[s] = fit.Whiten(at, std::move(columns));
+                return true;
+              });
   UseSecants(fit, fitted, candidates, &responses);
   return responses;
 }

@@ -16,11 +16,11 @@ namespace sysid {
 // A candidate effect, off, in the fitted model.
 struct Candidate {
   std::shared_ptr<const Effect> effect;
-  std::vector<Parameter> corrected;  // of the mechanism, that are not free
-  std::vector<ProbeSet> sets;        // of own parameters; one empty set if none
-  std::vector<int> first;            // column of each set's first probe
-  Model model;                       // fitted, with the effect in it
-  std::vector<double> off;           // own parameters in `model`
+  std::vector<Parameter> adjusted;  // of the mechanism, that are not free
+  std::vector<ProbeSet> sets;       // of own parameters; one empty set if none
+  std::vector<int> first;           // column of each set's first probe
+  Model model;                      // fitted, with the effect in it
+  std::vector<double> off;          // own parameters in `model`
   // Whether no probe is along own parameter p: it is found by other means.
   bool IsSearched(size_t p) const {
     for (const Probe& probe : sets.front()) {
@@ -45,9 +45,9 @@ struct Candidate {
     }
     return values;
   }
-  // Of a set: its probes, then the corrected parameters.
+  // Of a set: its probes, then the adjusted parameters.
   int columns(int set) const {
-    return static_cast<int>(sets[set].size() + corrected.size());
+    return static_cast<int>(sets[set].size() + adjusted.size());
   }
 
   explicit Candidate(const Model& m) : model(m) {}

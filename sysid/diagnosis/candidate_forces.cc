@@ -125,10 +125,10 @@ void AddMotion(const ShootingProblem& problem,
 }
 
 // What the expected parameters of an effect change, of each stretch.
-std::vector<ParameterForces> ForcesOf(const Judgement& judgement,
+std::vector<ParameterForces> ForcesOf(const EvaluatedModel& evaluated,
                                       const std::vector<Stretch>& stretches,
                                       const ScreenedEffect& screened) {
-  Model model = judgement.fit.model;
+  Model model = evaluated.fit.model;
   model.AddEffect(screened.effect);
   const ParameterMap map(
       model,
@@ -146,7 +146,7 @@ std::vector<ParameterForces> ForcesOf(const Judgement& judgement,
   }
   std::vector<ParameterForces> forces(stretches.size());
   ParallelFor(static_cast<int>(stretches.size()),
-              judgement.problem->options().threads, [&](int s) {
+              evaluated.problem->options().threads, [&](int s) {
                 forces[s] = DifferenceOfForces(model, map, off, on,
                                                *stretches[s].rollout,
                                                stretches[s].tangent);
@@ -166,19 +166,19 @@ bool Act(const std::vector<ParameterForces>& forces) {
 
 }  // namespace
 
-void AddForcesToCompare(const Judgement& judgement, int count,
+void AddForcesToCompare(const EvaluatedModel& evaluated, int count,
                         std::vector<ForceCurve>* curves,
                         std::vector<CandidateEffect>* candidates) {
-  const ShootingProblem& problem = *judgement.problem;
+  const ShootingProblem& problem = *evaluated.problem;
   if (curves->empty()) return;
-  const std::vector<Stretch> stretches = RollOut(problem, judgement.fit.point);
+  const std::vector<Stretch> stretches = RollOut(problem, evaluated.fit.point);
   if (stretches.empty()) return;
   for (ForceCurve& curve : *curves) AddMotion(problem, stretches, &curve);
   count = std::min(count, static_cast<int>(candidates->size()));
   for (int c = 0; c < count; ++c) {
     CandidateEffect& candidate = (*candidates)[c];
     const std::vector<ParameterForces> forces =
-        ForcesOf(judgement, stretches, candidate.screened);
+        ForcesOf(evaluated, stretches, candidate.screened);
     if (!Act(forces)) continue;
     for (const ForceCurve& curve : *curves) {
       const int place =

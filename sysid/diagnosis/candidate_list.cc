@@ -17,39 +17,42 @@ bool StandsOut(const CandidateEffect& candidate) {
 }
 
 // The refit of one effect alone; nullptr where there was none.
-const Trial* TrialOf(const std::vector<Trial>& trials, int effect) {
-  const auto at = std::find_if(
-      trials.begin(), trials.end(),
-      [&](const Trial& t) { return t.effects == std::vector<int>{effect}; });
-  return at == trials.end() ? nullptr : &*at;
+const CandidateRefit* RefitOf(const std::vector<CandidateRefit>& refits,
+                              int effect) {
+  const auto at =
+      std::find_if(refits.begin(), refits.end(), [&](const CandidateRefit& t) {
+        return t.effects == std::vector<int>{effect};
+      });
+  return at == refits.end() ? nullptr : &*at;
 }
 
-Confirmation ConfirmationOf(const Screening& screening, const Trial& trial,
-                            size_t which) {
-  const ScreenedEffect& effect = screening.effects[trial.effects[which]];
+Confirmation ConfirmationOf(const Screening& screening,
+                            const CandidateRefit& refit, size_t which) {
+  const ScreenedEffect& effect = screening.effects[refit.effects[which]];
   Confirmation confirmed;
-  confirmed.train = trial.after->train_error();
-  confirmed.holdout = trial.after->holdout_error();
-  confirmed.parameters = EstimatesOf(*trial.after, {effect.effect.get()});
-  confirmed.accepted = trial.accepted();
-  confirmed.refused = trial.refused;
-  if (trial.effects.size() == 2) {
+  confirmed.train = refit.after->train_error();
+  confirmed.holdout = refit.after->holdout_error();
+  confirmed.parameters = EstimatesOf(*refit.after, {effect.effect.get()});
+  confirmed.accepted = refit.accepted();
+  confirmed.refused = refit.refused;
+  if (refit.effects.size() == 2) {
     confirmed.together_with =
-        screening.effects[trial.effects[1 - which]].name();
+        screening.effects[refit.effects[1 - which]].name();
   }
   return confirmed;
 }
 
 // The chosen, then the accepted, then the refused, by their errors.
-std::vector<int> RankTrials(const std::vector<Trial>& trials, int best) {
-  std::vector<int> order(trials.size());
+std::vector<int> RankRefits(const std::vector<CandidateRefit>& refits,
+                            int best) {
+  std::vector<int> order(refits.size());
   std::iota(order.begin(), order.end(), 0);
   const auto rank = [&](int i) {
-    return i == best ? 0 : trials[i].accepted() ? 1 : 2;
+    return i == best ? 0 : refits[i].accepted() ? 1 : 2;
   };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
     if (rank(a) != rank(b)) return rank(a) < rank(b);
-    return trials[a].after->squares() < trials[b].after->squares();
+    return refits[a].after->squares() < refits[b].after->squares();
   });
   return order;
 }
@@ -59,7 +62,8 @@ std::string ToldApartBy(const Screening& screening, int a, int b) {
   const ScreenedEffect& other = screening.effects[b];
   const std::string shows = one.name() + " shows in " + one.effect->ShowsIn();
   constexpr double kSame = 1 - 1e-6;
-  if (screening.likeness(a, b) > kSame && screening.likeness(b, a) > kSame) {
+  if (screening.confusability(a, b) > kSame &&
+      screening.confusability(b, a) > kSame) {
     return "in this mechanism, as it stands, both do the same in every motion "
            "like these; " +
            shows;
@@ -75,11 +79,12 @@ std::string ToldApartBy(const Screening& screening, int a, int b) {
 }  // namespace
 
 std::vector<ParameterEstimate> EstimatesOf(
-    const Judgement& judgement, const std::vector<const Effect*>& effects) {
+    const EvaluatedModel& evaluated,
+    const std::vector<const Effect*>& effects) {
   std::vector<ParameterEstimate> estimates;
   for (const Effect* effect : effects) {
     for (const std::string& name : effect->ParameterNames()) {
-      for (const ParameterEstimate& p : judgement.fit.parameters) {
+      for (const ParameterEstimate& p : evaluated.fit.parameters) {
         if (p.name == name) estimates.push_back(p);
       }
     }
@@ -87,15 +92,15 @@ std::vector<ParameterEstimate> EstimatesOf(
   return estimates;
 }
 
-bool StandFor(const Screening& screening, int a, int b, const Judgement& with_a,
-              const Judgement& with_b) {
+bool StandFor(const Screening& screening, int a, int b,
+              const EvaluatedModel& with_a, const EvaluatedModel& with_b) {
   return AreAsGood(with_a, with_b) &&
-         (screening.likeness(a, b) > kAlike || IsAtNoiseFloor(with_a));
+         (screening.confusability(a, b) > kAlike || IsAtNoiseFloor(with_a));
 }
 
-std::vector<CandidateEffect> ListCandidates(const Screening& screening,
-                                            const std::vector<Trial>& trials,
-                                            int best) {
+std::vector<CandidateEffect> ListCandidates(
+    const Screening& screening, const std::vector<CandidateRefit>& refits,
+    int best) {
   std::vector<CandidateEffect> candidates;
   std::vector<int> source;  // of the candidates, in the screening
   std::vector<bool> listed(screening.effects.size(), false);
@@ -106,9 +111,9 @@ std::vector<CandidateEffect> ListCandidates(const Screening& screening,
     candidates.push_back(
         {screening.effects[effect], std::move(confirmed), {}, "", {}});
   };
-  for (const int t : RankTrials(trials, best)) {
-    for (size_t k = 0; k < trials[t].effects.size(); ++k) {
-      list(trials[t].effects[k], ConfirmationOf(screening, trials[t], k));
+  for (const int t : RankRefits(refits, best)) {
+    for (size_t k = 0; k < refits[t].effects.size(); ++k) {
+      list(refits[t].effects[k], ConfirmationOf(screening, refits[t], k));
     }
   }
   for (size_t i = 0; i < screening.effects.size(); ++i) {
@@ -117,15 +122,15 @@ std::vector<CandidateEffect> ListCandidates(const Screening& screening,
   // Which of them the data cannot tell apart: by the refits where both were
   // refitted, else to first order.
   const auto same = [&](int a, int b) {
-    const Trial* one = TrialOf(trials, a);
-    const Trial* other = TrialOf(trials, b);
+    const CandidateRefit* one = RefitOf(refits, a);
+    const CandidateRefit* other = RefitOf(refits, b);
     if ((one && !one->accepted()) != (other && !other->accepted())) {
       return false;
     }
     if (one && one->accepted() && other) {
       return StandFor(screening, a, b, *one->after, *other->after);
     }
-    const double like = screening.likeness(a, b);
+    const double like = screening.confusability(a, b);
     return like > 0.999 ||
            (like > kAlike &&
             std::abs(screening.effects[a].criterion -

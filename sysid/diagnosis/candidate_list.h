@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/trials.h"
+#include "sysid/diagnosis/candidate_refits.h"
 
 namespace sysid {
 
@@ -33,19 +33,19 @@ struct CandidateEffect {
   std::vector<std::vector<double>> force;
 };
 
-// The chosen first (`best` of the trials, -1: none), then the accepted, the
+// The chosen first (`best` of the refits, -1: none), then the accepted, the
 // refused, and the rest as screened.
-std::vector<CandidateEffect> ListCandidates(const Screening& screening,
-                                            const std::vector<Trial>& trials,
-                                            int best);
+std::vector<CandidateEffect> ListCandidates(
+    const Screening& screening, const std::vector<CandidateRefit>& refits,
+    int best);
 
 // Whether two effects of a screening that were both refitted explain the data
 // equally well, and the same part of it or all.
-bool StandFor(const Screening& screening, int a, int b, const Judgement& with_a,
-              const Judgement& with_b);
+bool StandFor(const Screening& screening, int a, int b,
+              const EvaluatedModel& with_a, const EvaluatedModel& with_b);
 
-// The estimates that a judgement has of the effects' parameters.
+// The estimates that a evaluated has of the effects' parameters.
 std::vector<ParameterEstimate> EstimatesOf(
-    const Judgement& judgement, const std::vector<const Effect*>& effects);
+    const EvaluatedModel& evaluated, const std::vector<const Effect*>& effects);
 
 }  // namespace sysid

@@ -22,9 +22,9 @@ constexpr int kMostCompared = 12;  // candidates whose forces are shown
 // missing.
 constexpr double kExplains = 0.2;
 
-std::set<std::string> EffectsOf(const Judgement& judgement) {
+std::set<std::string> EffectsOf(const EvaluatedModel& evaluated) {
   std::set<std::string> names;
-  for (const auto& effect : judgement.added) names.insert(effect->name());
+  for (const auto& effect : evaluated.added) names.insert(effect->name());
   return names;
 }
 
@@ -43,19 +43,20 @@ class Search {
  private:
   void Report(const std::string& doing, int step, int of, double error) const;
   void SearchOn(Diagnosis* diagnosis);
-  void KeepJudged(Diagnosis* diagnosis) const;
-  Screening Screen(const Judgement& judgement) const;
+  void KeepEvaluated(Diagnosis* diagnosis) const;
+  Screening Screen(const EvaluatedModel& evaluated) const;
   bool LookBack(const std::vector<std::string>& newest,
-                std::shared_ptr<Judgement>* model,
+                std::shared_ptr<EvaluatedModel>* model,
                 std::vector<DiagnosisStep>* steps) const;
-  bool WasHere(const Judgement& judgement) const {
-    return been_.contains(EffectsOf(judgement));
+  bool WasHere(const EvaluatedModel& evaluated) const {
+    return been_.contains(EffectsOf(evaluated));
   }
-  Verdict Decide(const Judgement& judgement, const Trial* best) const;
+  Verdict Decide(const EvaluatedModel& evaluated,
+                 const CandidateRefit* best) const;
   void Doubt(Diagnosis* diagnosis) const;
   void Shorten(Diagnosis* diagnosis) const;
-  std::optional<Judgement> FromWholeRuns(const Judgement& now) const;
-  std::optional<Judgement> Lengthen(const Judgement& now) const;
+  std::optional<EvaluatedModel> FromWholeRuns(const EvaluatedModel& now) const;
+  std::optional<EvaluatedModel> Lengthen(const EvaluatedModel& now) const;
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
@@ -76,18 +77,18 @@ void Search::Report(const std::string& doing, int step, int of,
   }
 }
 
-Screening Search::Screen(const Judgement& judgement) const {
-  Report("screening effects", 0, 0, judgement.train_error());
-  if (!IsDoubtful(judgement.fit)) {
-    const LinearizedFit linearized(*judgement.problem, judgement.fit.point);
+Screening Search::Screen(const EvaluatedModel& evaluated) const {
+  Report("screening effects", 0, 0, evaluated.train_error());
+  if (!IsDoubtful(evaluated.fit)) {
+    const LinearizedFit linearized(*evaluated.problem, evaluated.fit.point);
     if (!linearized.Valid()) return {};
-    return ScreenEffects(linearized, judgement.fit.model, candidates_,
+    return ScreenEffects(linearized, evaluated.fit.model, candidates_,
                          problem_.known);
   }
   // Parameters that ran away for want of an effect are no place to look from:
   // from where they started.
-  const Fit start = StatesAtStart(*judgement.problem, judgement.fit.point);
-  const LinearizedFit linearized(*judgement.problem, start.point);
+  const Fit start = StatesAtStart(*evaluated.problem, evaluated.fit.point);
+  const LinearizedFit linearized(*evaluated.problem, start.point);
   if (!linearized.Valid()) return {};
   return ScreenEffects(linearized, start.model, candidates_, problem_.known);
 }
@@ -113,7 +114,7 @@ void AddAlternatives(const std::string& effect,
 // Takes out what the newest effects made useless, and exchanges what another
 // candidate now does better. True where it made another model.
 bool Search::LookBack(const std::vector<std::string>& newest,
-                      std::shared_ptr<Judgement>* model,
+                      std::shared_ptr<EvaluatedModel>* model,
                       std::vector<DiagnosisStep>* steps) const {
   bool any = false;
   std::vector<std::string> older;
@@ -124,12 +125,12 @@ bool Search::LookBack(const std::vector<std::string>& newest,
     }
   }
   for (const std::string& name : older) {
-    const Judgement* now = model->get();
+    const EvaluatedModel* now = model->get();
     Report("looking back at " + name, 0, 0, now->train_error());
     EstimationOptions options = Coarse(problem_.options, now->train_error());
     options.progress = nullptr;
-    options.max_iterations = kTrialIterations;
-    Judgement without = JudgeWithout(problem_, *now, name, options);
+    options.max_iterations = kRefitIterations;
+    EvaluatedModel without = EvaluateWithout(problem_, *now, name, options);
     if (!std::isfinite(without.train_error())) continue;
     DiagnosisStep step;
     step.removed = name;
@@ -141,41 +142,42 @@ bool Search::LookBack(const std::vector<std::string>& newest,
         without.squares() > (1 + 2 * kMaterial) * now->squares();
     if (!needed) {
       step.predicted = without.train_error();
-      *model = std::make_shared<Judgement>(std::move(without));
+      *model = std::make_shared<EvaluatedModel>(std::move(without));
     } else {
       const Screening screening = Screen(without);
-      std::vector<Trial> trials = ProposeEffects(screening);
+      std::vector<CandidateRefit> refits = ProposeEffects(screening);
       const int own = screening.IndexOf(name);
-      std::erase_if(
-          trials, [&](const Trial& trial) { return trial.effects[0] == own; });
-      if (trials.size() > kMostExchanged) trials.resize(kMostExchanged);
-      refits_.Confirm(without, &trials);
+      std::erase_if(refits, [&](const CandidateRefit& refit) {
+        return refit.effects[0] == own;
+      });
+      if (refits.size() > kMostExchanged) refits.resize(kMostExchanged);
+      refits_.Confirm(without, &refits);
       std::vector<std::string> alternatives;
-      for (const Trial& trial : trials) {
-        if (own < 0 || !trial.accepted()) continue;
-        if (StandFor(screening, own, trial.effects[0], *now, *trial.after)) {
-          alternatives.push_back(trial.expected[0].name());
+      for (const CandidateRefit& refit : refits) {
+        if (own < 0 || !refit.accepted()) continue;
+        if (StandFor(screening, own, refit.effects[0], *now, *refit.after)) {
+          alternatives.push_back(refit.expected[0].name());
         }
       }
-      const int best = refits_.Choose(trials);
-      if (best < 0 || WasHere(*trials[best].after) ||
-          !refits_.IsBetter(*trials[best].after, *now)) {
+      const int best = refits_.Choose(refits);
+      if (best < 0 || WasHere(*refits[best].after) ||
+          !refits_.IsBetter(*refits[best].after, *now)) {
         AddAlternatives(name, alternatives, steps);
         continue;
       }
-      const ScreenedEffect& effect = trials[best].expected[0];
+      const ScreenedEffect& effect = refits[best].expected[0];
       // The one that goes then stands for the one that comes.
       if (std::erase(alternatives, effect.name()) > 0) {
         alternatives.push_back(name);
       }
       step.effects = {effect.name()};
       step.indistinguishable_from = {alternatives};
-      step.predicted = trials[best].predicted;
-      step.parameters = EstimatesOf(*trials[best].after, {effect.effect.get()});
-      *model = std::make_shared<Judgement>(std::move(*trials[best].after));
+      step.predicted = refits[best].predicted;
+      step.parameters = EstimatesOf(*refits[best].after, {effect.effect.get()});
+      *model = std::make_shared<EvaluatedModel>(std::move(*refits[best].after));
     }
     if (!(*model)->fit.converged) {
-      **model = Rejudge(problem_, std::move(**model));
+      **model = EvaluateAgain(problem_, std::move(**model));
     }
     step.train_after = (*model)->train_error();
     step.holdout_after = (*model)->holdout_error();
@@ -186,16 +188,17 @@ bool Search::LookBack(const std::vector<std::string>& newest,
   return any;
 }
 
-Verdict Search::Decide(const Judgement& judgement, const Trial* best) const {
+Verdict Search::Decide(const EvaluatedModel& evaluated,
+                       const CandidateRefit* best) const {
   if (best != nullptr) {
-    const double holdout = judgement.holdout_error();
+    const double holdout = evaluated.holdout_error();
     const double excess = holdout * holdout - 1.0;
     const double left = std::pow(best->after->holdout_error(), 2) - 1.0;
     if (IsAtNoiseFloor(*best->after) || excess - left > kExplains * excess) {
       return Verdict::kMissingEffect;
     }
   }
-  return IsAtNoiseFloor(judgement) ? Verdict::kAdequate : Verdict::kUnexplained;
+  return IsAtNoiseFloor(evaluated) ? Verdict::kAdequate : Verdict::kUnexplained;
 }
 
 void Search::Doubt(Diagnosis* diagnosis) const {
@@ -225,16 +228,16 @@ void Search::Doubt(Diagnosis* diagnosis) const {
 // A fit that does not converge is tried in shorter segments, which ask less of
 // a wrong model.
 void Search::Shorten(Diagnosis* diagnosis) const {
-  const auto failed = [](const Judgement& judgement) {
-    return !judgement.fit.converged ||
-           !std::isfinite(judgement.train_error()) ||
-           !std::isfinite(judgement.holdout_error());
+  const auto failed = [](const EvaluatedModel& evaluated) {
+    return !evaluated.fit.converged ||
+           !std::isfinite(evaluated.train_error()) ||
+           !std::isfinite(evaluated.holdout_error());
   };
   if (!failed(diagnosis->base)) return;
   DiagnosisProblem shorter = problem_;
   const double before = diagnosis->base.fit.segment_s;
   shorter.options.segment = std::max(0.1, before / 4.0);
-  Judgement again = JudgeBase(shorter);
+  EvaluatedModel again = EvaluateGiven(shorter);
   if (failed(again)) {
     // No step was taken where the start is hopeless.
     diagnosis->usable = diagnosis->base.fit.iterations > 0 &&
@@ -253,11 +256,12 @@ void Search::Shorten(Diagnosis* diagnosis) const {
 
 // The model from whole trajectories, where its states may be caught in wrong
 // ones; nothing where that does not help.
-std::optional<Judgement> Search::FromWholeRuns(const Judgement& now) const {
+std::optional<EvaluatedModel> Search::FromWholeRuns(
+    const EvaluatedModel& now) const {
   constexpr double kMuch = 0.8;  // of the error
   if (IsAtNoiseFloor(now) || !HasBlindStates(now)) return std::nullopt;
   Report("joined segments", 0, 0, now.train_error());
-  Judgement joined = JudgeJoined(problem_, now);
+  EvaluatedModel joined = EvaluateJoined(problem_, now);
   if (!joined.fit.converged ||
       !(joined.train_error() < kMuch * now.train_error()) ||
       !(joined.holdout_error() < now.holdout_error())) {
@@ -269,7 +273,8 @@ std::optional<Judgement> Search::FromWholeRuns(const Judgement& now) const {
 // The model in segments four times as long, where the motion is regular over
 // that time; nothing where it is not, or where a segment is a whole run
 // already.
-std::optional<Judgement> Search::Lengthen(const Judgement& now) const {
+std::optional<EvaluatedModel> Search::Lengthen(
+    const EvaluatedModel& now) const {
   constexpr double kGrowth = 4.0;
   constexpr double kRegular = 0.6;  // of the longest that is chosen
   const double length = now.fit.segment_s;
@@ -279,8 +284,8 @@ std::optional<Judgement> Search::Lengthen(const Judgement& now) const {
     return std::nullopt;
   }
   Report("longer segments", 0, 0, now.train_error());
-  Judgement longer =
-      JudgeLonger(problem_, now, std::min(kGrowth * length, longest));
+  EvaluatedModel longer =
+      EvaluateLonger(problem_, now, std::min(kGrowth * length, longest));
   // A wrong minimum, or chaos: the errors of longer predictions grow, but not
   // without measure.
   if (!longer.fit.converged || !std::isfinite(longer.train_error()) ||
@@ -294,7 +299,7 @@ std::optional<Judgement> Search::Lengthen(const Judgement& now) const {
 
 // What a search that was stopped may still say. The model of the last step is
 // whole: a later one was in the making.
-void Search::KeepJudged(Diagnosis* diagnosis) const {
+void Search::KeepEvaluated(Diagnosis* diagnosis) const {
   diagnosis->interrupted = doing_;
   diagnosis->doubts.insert(
       diagnosis->doubts.begin(),
@@ -314,7 +319,7 @@ void Search::KeepJudged(Diagnosis* diagnosis) const {
 Diagnosis Search::Run() {
   Diagnosis diagnosis(problem_.model);
   doing_ = "fitting the model as given";
-  diagnosis.base = JudgeBase(problem_);
+  diagnosis.base = EvaluateGiven(problem_);
   try {
     Shorten(&diagnosis);
     Doubt(&diagnosis);
@@ -326,41 +331,41 @@ Diagnosis Search::Run() {
     }
     SearchOn(&diagnosis);
   } catch (const Cancelled&) {
-    if (!options_.keep_judged) throw;
-    KeepJudged(&diagnosis);
+    if (!options_.keep_evaluated) throw;
+    KeepEvaluated(&diagnosis);
   }
   return diagnosis;
 }
 
 void Search::SearchOn(Diagnosis* result) {
   Diagnosis& diagnosis = *result;
-  Judgement* now = &diagnosis.base;
+  EvaluatedModel* now = &diagnosis.base;
   // The base in longer segments, or with what was added.
-  std::shared_ptr<Judgement> model;
+  std::shared_ptr<EvaluatedModel> model;
   bool joined = false;  // whether `now` was
   for (int step = 0; step < kMostSteps;) {
     been_.insert(EffectsOf(*now));
     const Screening screening = Screen(*now);
-    std::vector<Trial> trials = ProposeEffects(screening);
-    refits_.Confirm(*now, &trials);
-    int best = refits_.Choose(trials);
-    if (best < 0 || Decide(*now, &trials[best]) != Verdict::kMissingEffect) {
-      std::vector<Trial> pairs = ProposePairs(screening);
+    std::vector<CandidateRefit> refits = ProposeEffects(screening);
+    refits_.Confirm(*now, &refits);
+    int best = refits_.Choose(refits);
+    if (best < 0 || Decide(*now, &refits[best]) != Verdict::kMissingEffect) {
+      std::vector<CandidateRefit> pairs = ProposePairs(screening);
       refits_.Confirm(*now, &pairs);
       const int pair = refits_.Choose(pairs);
       if (pair >= 0 &&
           (best < 0 || Decide(*now, &pairs[pair]) == Verdict::kMissingEffect)) {
-        best = static_cast<int>(trials.size());
-        trials.push_back(std::move(pairs[pair]));
+        best = static_cast<int>(refits.size());
+        refits.push_back(std::move(pairs[pair]));
       }
     }
     if (best >= 0) {
-      refits_.AddRivals(screening, *now, best, &trials);
-      best = refits_.Choose(trials);
+      refits_.AddRivals(screening, *now, best, &refits);
+      best = refits_.Choose(refits);
     }
-    const Trial* found = best >= 0 ? &trials[best] : nullptr;
+    const CandidateRefit* found = best >= 0 ? &refits[best] : nullptr;
     const std::vector<CandidateEffect> candidates =
-        ListCandidates(screening, trials, best);
+        ListCandidates(screening, refits, best);
     if (diagnosis.candidates.empty() ||
         (found != nullptr && diagnosis.steps.empty())) {
       diagnosis.candidates = candidates;
@@ -377,7 +382,7 @@ void Search::SearchOn(Diagnosis* result) {
     if (found == nullptr) {
       if (!joined) {
         joined = true;  // once for each model
-        if (std::optional<Judgement> next = FromWholeRuns(*now)) {
+        if (std::optional<EvaluatedModel> next = FromWholeRuns(*now)) {
           *now = std::move(*next);
           if (!diagnosis.steps.empty()) {
             diagnosis.steps.back().train_after = now->train_error();
@@ -389,15 +394,15 @@ void Search::SearchOn(Diagnosis* result) {
         }
       }
       // What is too small for a segment adds up over a longer one.
-      std::optional<Judgement> next = Lengthen(*now);
+      std::optional<EvaluatedModel> next = Lengthen(*now);
       if (!next) break;
-      model = std::make_shared<Judgement>(std::move(*next));
+      model = std::make_shared<EvaluatedModel>(std::move(*next));
       now = model.get();
       continue;
     }
     if (!options_.add) break;
     joined = false;
-    Trial& chosen = trials[best];
+    CandidateRefit& chosen = refits[best];
     DiagnosisStep added;
     std::vector<const Effect*> effects;
     for (size_t k = 0; k < chosen.effects.size(); ++k) {
@@ -411,8 +416,9 @@ void Search::SearchOn(Diagnosis* result) {
     added.predicted = chosen.predicted;
     added.train_before = now->train_error();
     added.holdout_before = now->holdout_error();
-    model = std::make_shared<Judgement>(std::move(*chosen.after));
-    if (!model->fit.converged) *model = Rejudge(problem_, std::move(*model));
+    model = std::make_shared<EvaluatedModel>(std::move(*chosen.after));
+    if (!model->fit.converged)
+      *model = EvaluateAgain(problem_, std::move(*model));
     added.train_after = model->train_error();
     added.holdout_after = model->holdout_error();
     added.parameters = EstimatesOf(*model, effects);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sysid/diagnosis/candidate_list.h"
-#include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/evaluated_model.h"
 #include "sysid/diagnosis/where.h"
 
 namespace sysid {
@@ -25,7 +25,7 @@ struct DiagnosisStep {
   std::vector<ParameterEstimate> parameters;  // of the effects, after
   // For each of the effects: others that explain the data as well in its place.
   std::vector<std::vector<std::string>> indistinguishable_from;
-  std::shared_ptr<const Judgement> after;  // the model that it led to
+  std::shared_ptr<const EvaluatedModel> after;  // the model that it led to
 };
 
 enum class Verdict { kAdequate, kMissingEffect, kUnexplained };
@@ -37,10 +37,11 @@ struct Diagnosis {
   bool usable = true;
   // Why the fit is not to be trusted, first things first; empty where it is.
   std::vector<std::string> doubts;
-  // What was being done when the search was stopped (keep_judged): what it had
-  // judged by then stands, the verdict says nothing of the rest. Else empty.
+  // What was being done when the search was stopped (keep_evaluated): what it
+  // had judged by then stands, the verdict says nothing of the rest. Else
+  // empty.
   std::string interrupted;
-  Judgement base;
+  EvaluatedModel base;
   Where where;                              // of the base
   std::vector<CandidateEffect> candidates;  // best first
   // What is to be added to the model as it was given: an effect, or two that
@@ -51,11 +52,11 @@ struct Diagnosis {
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;
   // Null where nothing was added.
-  std::shared_ptr<const Judgement> final;
+  std::shared_ptr<const EvaluatedModel> final;
   Verdict final_verdict = Verdict::kAdequate;
 
   explicit Diagnosis(const Model& m) : base(m) {}
-  const Judgement& last() const { return final ? *final : base; }
+  const EvaluatedModel& last() const { return final ? *final : base; }
   std::vector<std::string> added() const;  // names
 };
 
@@ -63,7 +64,7 @@ struct DiagnosisOptions {
   bool add = false;  // add effects until nothing is missing
   // Where EstimationOptions::stop asks to end: what was judged so far instead
   // of Cancelled, once the model as given was.
-  bool keep_judged = false;
+  bool keep_evaluated = false;
 };
 
 // Throws InputError where the runs are too short or too still to decide

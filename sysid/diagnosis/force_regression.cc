@@ -271,10 +271,10 @@ std::vector<ForceRegression> RegressForce(
     next.law.coefficients.assign(b.begin(), b.end());
     next.law.label = Label(next.law, regressor.columns);
     // The more weights, the more it must explain (BIC).
-    const double told =
-        std::max(3.0, force.Told(body.v_index, VelocitySize(body.type)));
-    next.criterion =
-        told * std::log(std::max(left, 1e-12)) + qr.rank() * std::log(told);
+    const double determined =
+        std::max(3.0, force.Determined(body.v_index, VelocitySize(body.type)));
+    next.criterion = determined * std::log(std::max(left, 1e-12)) +
+                     qr.rank() * std::log(determined);
     ranked.push_back(std::move(next));
   }
   Sort(&ranked);

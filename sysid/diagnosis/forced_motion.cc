@@ -74,10 +74,10 @@ std::vector<ForcedMotion> MoveWith(const ForceResponse& response,
   ParallelFor(static_cast<int>(segments.size()),
               fit.problem().options().threads, [&](int s) {
                 const int run = segments[s]->run;
-                motions[s] = MoveSegment(
-                    response, s,
-                    ForcesOf(response, s, knots[run], values[run],
-                             force.ParameterChange()));
+                motions[s] =
+                    MoveSegment(response, s,
+                                ForcesOf(response, s, knots[run], values[run],
+                                         force.ParameterChange()));
                 return true;
               });
   return motions;

@@ -55,11 +55,10 @@ LinearizedFit::LinearizedFit(const ShootingProblem& problem,
     }
   }
   ScratchPool pool;
-  valid_ = ParallelFor(static_cast<int>(segments_.size()),
-                       problem.options().threads, problem.options().stop,
-                       [&](int i) {
-                         return Linearize(segments_[i].get(), &pool);
-                       });
+  valid_ =
+      ParallelFor(static_cast<int>(segments_.size()), problem.options().threads,
+                  problem.options().stop,
+                  [&](int i) { return Linearize(segments_[i].get(), &pool); });
   if (valid_) ProjectResiduals();
 }
 

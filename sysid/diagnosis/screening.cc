@@ -22,7 +22,8 @@ constexpr int kMostPairs = 10;     // that are kept
 // The weights of some columns of a candidate that its bounds allow.
 struct Weights {
   int set = 0;
-  std::vector<int> told;    // columns that the data tells of, within the set
+  std::vector<int>
+      identifiable;         // columns that the data tells of, within the set
   std::vector<int> active;  // those that the bounds leave
   Eigen::VectorXd alpha;    // of those
   double score = 0.0;
@@ -137,7 +138,7 @@ std::vector<int> Screener::Global(const Candidate& candidate,
 std::vector<double> Screener::Values(const Candidate& candidate,
                                      const Weights& weights) const {
   const ProbeSet& probes = candidate.sets[weights.set];
-  std::vector<double> alpha(probes.size() + candidate.corrected.size(), 0.0);
+  std::vector<double> alpha(probes.size() + candidate.adjusted.size(), 0.0);
   for (size_t i = 0; i < weights.active.size(); ++i) {
     alpha[weights.active[i]] = weights.alpha[i];
   }
@@ -151,8 +152,8 @@ std::vector<double> Screener::Values(const Candidate& candidate,
       if (!candidate.IsSearched(p)) values[p] += candidate.off[p] - from[p];
     }
   }
-  for (size_t i = 0; i < candidate.corrected.size(); ++i) {
-    values.push_back(candidate.corrected[i].nominal + alpha[probes.size() + i]);
+  for (size_t i = 0; i < candidate.adjusted.size(); ++i) {
+    values.push_back(candidate.adjusted[i].nominal + alpha[probes.size() + i]);
   }
   return values;
 }
@@ -164,10 +165,10 @@ bool Screener::Feasible(const Candidate& candidate,
   for (size_t i = 0; i < own.size(); ++i) {
     if (values[i] < own[i].lower || values[i] > own[i].upper) return false;
   }
-  for (size_t i = 0; i < candidate.corrected.size(); ++i) {
+  for (size_t i = 0; i < candidate.adjusted.size(); ++i) {
     const double value = values[own.size() + i];
-    if (value < candidate.corrected[i].lower ||
-        value > candidate.corrected[i].upper) {
+    if (value < candidate.adjusted[i].lower ||
+        value > candidate.adjusted[i].upper) {
       return false;
     }
   }
@@ -182,7 +183,7 @@ Weights Screener::Best(const Candidate& candidate) const {
   // A column of which projecting leaves less than this (squared) is what
   // states, free parameters or the columns before it explain already.
   constexpr double kAlias = 1e-7;
-  constexpr double kTold = 9.0;      // of the variance that remains
+  constexpr double kClear = 9.0;     // of the variance that remains
   constexpr double kMostSize = 1e4;  // times the typical one
   Weights best;
   best.score = -1.0;
@@ -207,10 +208,10 @@ Weights Screener::Best(const Candidate& candidate) const {
         // A nominal value that the data knows worse than by its own size,
         // unless it asks for many times that (the inertia of what was taken
         // for a point).
-        const double scale = candidate.corrected[i - probes].typical_scale;
+        const double scale = candidate.adjusted[i - probes].typical_scale;
         const double gain = std::pow(b_[candidate.first[s] + i], 2) / C(i, i);
         if (!(C(i, i) * scale * scale > 1.0) &&
-            !(gain > kTold * squares_ / dof_)) {
+            !(gain > kClear * squares_ / dof_)) {
           left[i] = 0.0;
         }
       }
@@ -235,15 +236,15 @@ Weights Screener::Best(const Candidate& candidate) const {
     // A parameter that comes out of several probes (a reference) needs them
     // all: with one of them it would be some other effect in disguise.
     const int probes = static_cast<int>(candidate.sets[s].size());
-    const int told_probes = static_cast<int>(std::count_if(
+    const int identifiable_probes = static_cast<int>(std::count_if(
         kept.begin(), kept.end(), [&](int i) { return i < probes; }));
-    if (candidate.ComesOfAllProbes() && told_probes < probes) continue;
+    if (candidate.ComesOfAllProbes() && identifiable_probes < probes) continue;
     // All subsets, the whole first.
     const int n = static_cast<int>(kept.size());
     for (int mask = (1 << n) - 1; mask > 0; --mask) {
       Weights weights;
       weights.set = static_cast<int>(s);
-      weights.told = kept;
+      weights.identifiable = kept;
       for (int i = 0; i < n; ++i) {
         if (mask & (1 << i)) weights.active.push_back(kept[i]);
       }
@@ -257,7 +258,7 @@ Weights Screener::Best(const Candidate& candidate) const {
     }
     if (best.score < 0 && n > 0) {  // the bounds leave nothing but null
       best.set = static_cast<int>(s);
-      best.told = best.active = kept;
+      best.identifiable = best.active = kept;
       best.alpha = Eigen::VectorXd::Zero(n);
       best.score = 0.0;
     }
@@ -332,37 +333,39 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
       NormalQuantile(0.5 * kSignificance / tests) + NormalQuantile(1 - kPower);
   const std::vector<EffectParameter>& own = candidate.effect->parameters();
   const ProbeSet& probes = candidate.sets[weights.set];
-  const auto is_told = [&](int column) {
-    return std::find(weights.told.begin(), weights.told.end(), column) !=
-           weights.told.end();
+  const auto is_identifiable = [&](int column) {
+    return std::find(weights.identifiable.begin(), weights.identifiable.end(),
+                     column) != weights.identifiable.end();
   };
-  // An own parameter is idle where no probe along it tells anything.
-  const auto is_idle = [&](size_t parameter) {
+  // An own parameter is without_influence where no probe along it tells
+  // anything.
+  const auto has_no_influence = [&](size_t parameter) {
     if (!own[parameter].grid.empty()) return false;
     for (size_t i = 0; i < probes.size(); ++i) {
       if (probes[i].along == static_cast<int>(parameter) &&
-          is_told(static_cast<int>(i))) {
+          is_identifiable(static_cast<int>(i))) {
         return false;
       }
     }
     return !candidate.IsSearched(parameter);
   };
   for (size_t v = 0; v < values.size(); ++v) {
-    const bool corrected = v >= own.size();
+    const bool adjusted = v >= own.size();
     const Parameter* wrong =
-        corrected ? &candidate.corrected[v - own.size()] : nullptr;
+        adjusted ? &candidate.adjusted[v - own.size()] : nullptr;
     ExpectedParameter expected;
-    expected.name = corrected ? wrong->name : own[v].name;
+    expected.name = adjusted ? wrong->name : own[v].name;
     if (IsFree(expected.name)) continue;  // of an effect that this one replaces
-    expected.unit = corrected ? wrong->unit : own[v].unit;
-    if (corrected ? !is_told(static_cast<int>(probes.size() + v - own.size()))
-                  : is_idle(v)) {
-      out.idle.push_back(expected.name);
+    expected.unit = adjusted ? wrong->unit : own[v].unit;
+    if (adjusted
+            ? !is_identifiable(static_cast<int>(probes.size() + v - own.size()))
+            : has_no_influence(v)) {
+      out.without_influence.push_back(expected.name);
       continue;
     }
     expected.value = values[v];
-    expected.null_value = corrected ? wrong->nominal : candidate.off[v];
-    expected.searched = !corrected && candidate.IsSearched(v);
+    expected.null_value = adjusted ? wrong->nominal : candidate.off[v];
+    expected.searched = !adjusted && candidate.IsSearched(v);
     // A value that a bound holds has none.
     expected.std_error = covariance(v, v) > 0
                              ? std::sqrt(covariance(v, v))
@@ -373,7 +376,7 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
   return out;
 }
 
-// Pairs and likeness, of the candidates at their best.
+// Pairs and confusability, of the candidates at their best.
 void Screener::Compare(const std::vector<Weights>& weights,
                        Screening* screening) const {
   const int n = static_cast<int>(candidates_.size());
@@ -392,13 +395,13 @@ void Screener::Compare(const std::vector<Weights>& weights,
   for (int i = 0; i < n; ++i) {
     inverse[i].compute(C.block(first[i], first[i], size(i), size(i)));
   }
-  screening->likeness.setIdentity(n, n);
+  screening->confusability.setIdentity(n, n);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
       if (i == j || !(weights[i].score > 0)) continue;
       const Eigen::VectorXd seen =
           C.block(first[j], first[i], size(j), size(i)) * weights[i].alpha;
-      screening->likeness(i, j) = std::clamp(
+      screening->confusability(i, j) = std::clamp(
           seen.dot(inverse[j].solve(seen)) / weights[i].score, 0.0, 1.0);
     }
   }
@@ -449,13 +452,13 @@ Screening Screener::Run() {
     return true;
   });
   std::vector<Weights> weights;
-  std::vector<Candidate> told;  // the data says something of these
+  std::vector<Candidate> identifiable;  // the data says something of these
   for (size_t i = 0; i < best.size(); ++i) {
     if (best[i].active.empty()) continue;
     weights.push_back(std::move(best[i]));
-    told.push_back(std::move(candidates_[i]));
+    identifiable.push_back(std::move(candidates_[i]));
   }
-  candidates_ = std::move(told);
+  candidates_ = std::move(identifiable);
   screening.effects.resize(candidates_.size());
   ParallelFor(static_cast<int>(candidates_.size()), Threads(), Stop(),
               [&](int i) {
@@ -477,7 +480,8 @@ Screening Screener::Run() {
     place[order[i]] = static_cast<int>(i);
   }
   screening.effects = std::move(sorted);
-  screening.likeness = Eigen::MatrixXd(screening.likeness(order, order));
+  screening.confusability =
+      Eigen::MatrixXd(screening.confusability(order, order));
   for (Screening::Pair& pair : screening.pairs) {
     pair.first = place[pair.first];
     pair.second = place[pair.second];

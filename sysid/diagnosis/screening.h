@@ -37,7 +37,7 @@ struct ScreenedEffect {
   double predicted_error = 0.0;  // normalised
   std::vector<ExpectedParameter> parameters;
   // Parameters that the data does not tell of, beside those.
-  std::vector<std::string> idle;
+  std::vector<std::string> without_influence;
   // Less is better: log-likelihood with a penalty for degrees of freedom (BIC)
   // of as many samples as are independent.
   double criterion = 0.0;
@@ -57,9 +57,9 @@ struct Screening {
     double criterion;
   };
   std::vector<Pair> pairs;
-  // likeness(i, j): the part (0 to 1) of what effect i would explain that
+  // confusability(i, j): the part (0 to 1) of what effect i would explain that
   // effect j would explain as well.
-  Eigen::MatrixXd likeness;
+  Eigen::MatrixXd confusability;
 
   int IndexOf(const std::string& effect) const;  // -1: not screened
 };

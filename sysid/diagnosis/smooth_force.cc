@@ -77,7 +77,7 @@ void ForBand(int knots, int nv, int d, const Visit& visit) {
 }  // namespace
 
 SmoothForce::SmoothForce(const ForceEquations& equations)
-    : equations_(equations), told_(VectorXd::Zero(equations.nv)) {
+    : equations_(equations), determined_(VectorXd::Zero(equations.nv)) {
   // The largest widths that make sense, and no noise beyond what is known: from
   // below the force would be taken for noise.
   Point best;
@@ -103,7 +103,7 @@ SmoothForce::SmoothForce(const ForceEquations& equations)
   SetReach(best.ell);
   point_ = best;
   solution_ = Solve(point_);
-  Step(point_, solution_, &told_);
+  Step(point_, solution_, &determined_);
   response_ = Response();
   covariance_ = CovarianceAt(solution_);
 }
@@ -224,39 +224,41 @@ SmoothForce::Covariance SmoothForce::CovarianceAt(
   return covariance;
 }
 
-// One step of the fixed point (MacKay 1992): s^2 = phi' P0 phi / told, with
-// told = knots - tr(P0 H^-1) / s^2, and the variance of what remains.    (7.9)
+// One step of the fixed point (MacKay 1992): s^2 = phi' P0 phi / determined,
+// with determined = knots - tr(P0 H^-1) / s^2, and the variance of what
+// remains.    (7.9)
 SmoothForce::Point SmoothForce::Step(const Point& point,
                                      const Solution& solution,
-                                     VectorXd* told) const {
+                                     VectorXd* determined) const {
   const int nv = equations_.nv;
   const Covariance covariance = CovarianceAt(solution);
   VectorXd rough = VectorXd::Zero(equations_.nv);
-  *told = VectorXd::Zero(equations_.nv);
+  *determined = VectorXd::Zero(equations_.nv);
   for (size_t r = 0; r < equations_.runs.size(); ++r) {
     const int knots = equations_.runs[r].knots;
     const UnitPrior P0(knots, point.ell);
     const VectorXd& phi = solution.phi[r];
     for (int d = 0; d < nv; ++d) {
-      (*told)[d] += knots;
+      (*determined)[d] += knots;
       ForBand(knots, nv, d, [&](int k, int l, int row, int column) {
         const double p = P0(k, l) * (k == l ? 1.0 : 2.0);
         rough[d] += p * phi[row] * phi[column];
-        (*told)[d] -=
+        (*determined)[d] -=
             p * covariance.At(static_cast<int>(r), row, column) / point.s2[d];
       });
     }
   }
   Point next = point;
-  *told = told->cwiseMax(0.0);
-  next.variance = std::max(
-      1.0, solution.squares / std::max(1.0, equations_.dof - told->sum()));
+  *determined = determined->cwiseMax(0.0);
+  next.variance =
+      std::max(1.0, solution.squares /
+                        std::max(1.0, equations_.dof - determined->sum()));
   for (int d = 0; d < equations_.nv; ++d) {
     if (!Seen(d)) continue;
     // No less than what would change the sum of squares by one variance: the
     // data cannot say more.
     const double least = next.variance / reach_[d];
-    next.s2[d] = std::clamp(rough[d] / std::max((*told)[d], 1e-9), least,
+    next.s2[d] = std::clamp(rough[d] / std::max((*determined)[d], 1e-9), least,
                             std::max(least, 1e4 * point.s2[d]));
   }
   return next;
@@ -271,8 +273,8 @@ void SmoothForce::Converge(Point* point) {
       return;
     }
     point->likelihood = solution.LogLikelihood(equations_.dof, point->variance);
-    VectorXd told;
-    Point next = Step(*point, solution, &told);
+    VectorXd determined;
+    Point next = Step(*point, solution, &determined);
     const double change =
         std::max((next.s2.array() / point->s2.array()).log().abs().maxCoeff(),
                  std::abs(std::log(next.variance / point->variance)));
@@ -294,8 +296,8 @@ SmoothForce::Weight SmoothForce::WeightOf(int first, int count) const {
   const Solution solution = Solve(without);
   // With what the force would have explained left to the noise.
   without.variance = std::max(
-      1.0, solution.squares / std::max(1.0, equations_.dof - told_.sum() +
-                                                Told(first, count)));
+      1.0, solution.squares / std::max(1.0, equations_.dof - determined_.sum() +
+                                                Determined(first, count)));
   const double drop = solution_.LogLikelihood(equations_.dof, point_.variance) -
                       solution.LogLikelihood(equations_.dof, without.variance);
   Weight weight;

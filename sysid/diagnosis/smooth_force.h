@@ -47,8 +47,8 @@ class SmoothForce {
   double NoiseSquares(const std::vector<std::vector<int>>& rows) const;
   // How many independent numbers the data tells of degrees of freedom
   // [first, first + count).
-  double Told(int first, int count) const {
-    return told_.segment(first, count).sum();
+  double Determined(int first, int count) const {
+    return determined_.segment(first, count).sum();
   }
   // The probability that those have no force, by the likelihood, and their part
   // of what all forces do to the errors (sums of squares, each alone).
@@ -99,7 +99,7 @@ class SmoothForce {
   Covariance CovarianceAt(const Solution& solution) const;
   // Where the fixed point leads, and what it tells of each degree of freedom.
   Point Step(const Point& point, const Solution& solution,
-             Eigen::VectorXd* told) const;
+             Eigen::VectorXd* determined) const;
   Eigen::VectorXd Response() const;
   void SetReach(double ell);
   void Converge(Point* point);
@@ -110,7 +110,7 @@ class SmoothForce {
   Solution solution_;
   Covariance covariance_;
   Eigen::VectorXd response_;
-  Eigen::VectorXd told_;
+  Eigen::VectorXd determined_;
 };
 
 }  // namespace sysid

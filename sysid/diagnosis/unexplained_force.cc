@@ -98,11 +98,11 @@ ForceEquations Assemble(const ForceResponse& response,
   const auto& segments = fit.segments();
   const int count = static_cast<int>(segments.size());
   std::vector<SegmentProducts> products(count);
-  ParallelFor(
-      count, problem.options().threads, problem.options().stop, [&](int s) {
-        products[s] = ProductsOf(response, s, knots[segments[s]->run]);
-        return true;
-      });
+  ParallelFor(count, problem.options().threads, problem.options().stop,
+              [&](int s) {
+                products[s] = ProductsOf(response, s, knots[segments[s]->run]);
+                return true;
+              });
   ForceEquations equations;
   equations.dof = fit.DegreesOfFreedom();
   equations.N = MatrixXd::Zero(free, free);

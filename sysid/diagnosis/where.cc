@@ -74,12 +74,13 @@ void AddBinsOf(const LinearizedFit& fit, const Body& body,
       }
       const double sigma = data.sigma[row.channel];
       Sample sample;
-      sample.squares = segment->errors.segment(row.first, row.size).squaredNorm() /
-                       (sigma * sigma);
+      sample.squares =
+          segment->errors.segment(row.first, row.size).squaredNorm() /
+          (sigma * sigma);
       sample.dof = ResidualDof(data.measurements.residuals[row.channel]);
-      const JointMotion motion = MotionAt(
-          model, body, axis,
-          states.row(row.sample - segment->rollout->first()).data());
+      const JointMotion motion =
+          MotionAt(model, body, axis,
+                   states.row(row.sample - segment->rollout->first()).data());
       // A joint that turns over comes back to where it was.
       sample.value = IsRotation1(body.type)
                          ? std::remainder(motion.position, 2 * M_PI)
@@ -112,11 +113,11 @@ Solution CutAnew(const ShootingProblem& problem, const Solution& like,
 }
 
 // The furthest that a parameter ended from where it started, over its size.
-double FurthestMove(const Judgement& judgement) {
+double FurthestMove(const EvaluatedModel& evaluated) {
   double most = 0.0;
-  for (size_t i = 0; i < judgement.fit.parameters.size(); ++i) {
-    const FreeParameter& free = judgement.problem->free()[i];
-    const double moved = judgement.fit.parameters[i].value - free.initial;
+  for (size_t i = 0; i < evaluated.fit.parameters.size(); ++i) {
+    const FreeParameter& free = evaluated.problem->free()[i];
+    const double moved = evaluated.fit.parameters[i].value - free.initial;
     const double size =
         std::max(std::abs(free.initial), free.parameter.typical_scale);
     const double part = std::abs(moved) / size;
@@ -134,12 +135,12 @@ double Concentration(const UnexplainedForce& force) {
 
 // With the parameters theta, in segments from `length` down to as short as it
 // takes to explain the errors; `best` where none does better.
-UnexplainedForce ForceFrom(const Judgement& judgement,
+UnexplainedForce ForceFrom(const EvaluatedModel& evaluated,
                            const Eigen::VectorXd& theta, double length,
                            double enough, UnexplainedForce best) {
-  const ShootingProblem& problem = *judgement.problem;
+  const ShootingProblem& problem = *evaluated.problem;
   for (; best.variance > enough && length > kShortest; length /= kShorter) {
-    const Solution cut = CutAnew(problem, judgement.fit.point, theta, length);
+    const Solution cut = CutAnew(problem, evaluated.fit.point, theta, length);
     UnexplainedForce next = EstimateForce(LinearizedFit(problem, cut));
     if (next.curves.empty()) continue;
     if (next.variance < best.variance) best = std::move(next);
@@ -150,29 +151,29 @@ UnexplainedForce ForceFrom(const Judgement& judgement,
 // Parameters that are not to be trusted may have run away for want of what is
 // missing: from where they started then. Where they went some way only, both
 // are tried, and the force that fewer joints need is the better guess.
-UnexplainedForce ForceOf(const Judgement& judgement,
+UnexplainedForce ForceOf(const EvaluatedModel& evaluated,
                          const LinearizedFit& fitted) {
   constexpr double kSomeWay = 0.25, kRanAway = 1.0;  // of its size
   constexpr double kHuge = 20.0;                     // times the noise
-  const ShootingProblem& problem = *judgement.problem;
-  const double moved = FurthestMove(judgement);
+  const ShootingProblem& problem = *evaluated.problem;
+  const double moved = FurthestMove(evaluated);
   const bool trusted =
-      fitted.Valid() && !IsDoubtful(judgement.fit) && moved < kRanAway;
+      fitted.Valid() && !IsDoubtful(evaluated.fit) && moved < kRanAway;
   const bool wavering =
-      !trusted || (moved > kSomeWay && judgement.train_error() > kHuge);
+      !trusted || (moved > kSomeWay && evaluated.train_error() > kHuge);
   const double enough =
-      std::max(kExplained, kUnexplained * std::pow(judgement.train_error(), 2));
-  const double length = judgement.fit.segment_s;
+      std::max(kExplained, kUnexplained * std::pow(evaluated.train_error(), 2));
+  const double length = evaluated.fit.segment_s;
   UnexplainedForce none;
   none.variance = std::numeric_limits<double>::infinity();
   UnexplainedForce best = none;
   if (trusted) {
-    best = ForceFrom(judgement, judgement.fit.point.theta, length / kShorter,
+    best = ForceFrom(evaluated, evaluated.fit.point.theta, length / kShorter,
                      enough, EstimateForce(fitted));
   }
   if (wavering) {
     UnexplainedForce start =
-        ForceFrom(judgement, problem.InitialTheta(), length, enough, none);
+        ForceFrom(evaluated, problem.InitialTheta(), length, enough, none);
     if (best.curves.empty() ||
         (!start.curves.empty() &&
          start.variance < std::max(enough, best.variance) &&
@@ -185,13 +186,13 @@ UnexplainedForce ForceOf(const Judgement& judgement,
 
 }  // namespace
 
-Where FindWhere(const Judgement& judgement) {
+Where FindWhere(const EvaluatedModel& evaluated) {
   Where where;
-  const ShootingProblem& problem = *judgement.problem;
-  where.channels = judgement.fit.train.channels;
-  where.segments = judgement.fit.train.segments;
-  where.horizon = EvaluateHorizon(problem, judgement.fit.point);
-  const LinearizedFit fit(problem, judgement.fit.point);
+  const ShootingProblem& problem = *evaluated.problem;
+  where.channels = evaluated.fit.train.channels;
+  where.segments = evaluated.fit.train.segments;
+  where.horizon = EvaluateHorizon(problem, evaluated.fit.point);
+  const LinearizedFit fit(problem, evaluated.fit.point);
   if (fit.Valid()) {
     for (const Body& body : problem.model().bodies()) {
       AddBinsOf(fit, body, &where.bins);
@@ -199,7 +200,7 @@ Where FindWhere(const Judgement& judgement) {
     where.whiteness = TestWhiteness(fit);
     where.inputs = CorrelateInputs(fit);
   }
-  UnexplainedForce force = ForceOf(judgement, fit);
+  UnexplainedForce force = ForceOf(evaluated, fit);
   where.force = std::move(force.curves);
   where.joints = std::move(force.joints);
   where.regression = std::move(force.regression);

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/evaluated_model.h"
 #include "sysid/diagnosis/residual_tests.h"
 #include "sysid/diagnosis/unexplained_force.h"
 
@@ -42,6 +42,6 @@ struct Where {
 // Bins and tests stay empty where the dynamics fail at the fit. The force is
 // sought in segments short enough for it to explain the errors; where the fit
 // is not to be trusted, from where its parameters started.
-Where FindWhere(const Judgement& judgement);
+Where FindWhere(const EvaluatedModel& evaluated);
 
 }  // namespace sysid

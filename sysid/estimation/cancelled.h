@@ -10,7 +10,7 @@ namespace sysid {
 // EstimationOptions::stop, soon after that asked it to stop: at the next
 // iteration of a solver, or the next segment or candidate of other long work.
 // Nothing comes of what was begun, unless EstimationOptions::keep_best or
-// DiagnosisOptions::keep_judged asks for what there is.
+// DiagnosisOptions::keep_evaluated asks for what there is.
 class Cancelled final : public std::exception {
  public:
   const char* what() const noexcept override { return "cancelled"; }

@@ -1,8 +1,7 @@
 #include "sysid/estimation/clock.h"
 
-#include <ctime>
-
 #include <chrono>
+#include <ctime>
 
 namespace sysid {
 

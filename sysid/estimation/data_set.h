@@ -45,8 +45,8 @@ class DataSet {
   // Root mean square of the channels' sigmas that are position-like: `noise` of
   // fit.json.
   double PooledNoise() const;
-  double LongestDuration() const { return longest_; }       // of a run, s
-  double MedianSamplePeriod() const { return period_; }     // over all runs, s
+  double LongestDuration() const { return longest_; }    // of a run, s
+  double MedianSamplePeriod() const { return period_; }  // over all runs, s
   // Independent numbers that an average sample of all runs measures.
   double DofPerSample() const { return dof_per_sample_; }
   int samples() const { return samples_; }  // of all runs

@@ -53,8 +53,8 @@ RunReduction::RunReduction(const RunLinearization& run,
     const int carried = last ? 0 : std::min<int>(2 * tangent, R.rows()) - below;
     past = R.block(below, tangent, carried, width - tangent);
     if (last) past.setZero(0, tangent + n_theta + 1);
-    root_ = MergeRoots({root_, R.bottomRightCorner(R.rows() - below - carried,
-                                                   n_theta + 1)});
+    root_ = MergeRoots(
+        {root_, R.bottomRightCorner(R.rows() - below - carried, n_theta + 1)});
   }
 }
 

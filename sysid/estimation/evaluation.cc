@@ -90,8 +90,8 @@ double ObservedStateDof(const ShootingProblem& problem) {
   return dof;
 }
 
-RunErrors EvaluateErrors(const ShootingProblem& problem,
-                         const Solution& point, double fitted) {
+RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
+                         double fitted) {
   RunErrors errors;
   std::vector<std::string> order;
   std::map<std::string, Sums> by_channel;
@@ -254,8 +254,8 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
     const Solution::Nodes& nodes = windows.runs[r];
     const std::vector<double>& t = data.run.t;
     const int first = nodes.samples[k];
-    const auto end = std::upper_bound(t.begin(), t.end(),
-                                      t[first] + reach[i] * 1.01);
+    const auto end =
+        std::upper_bound(t.begin(), t.end(), t[first] + reach[i] * 1.01);
     const int last = static_cast<int>(end - t.begin()) - 1;
     if (last <= first) return true;
     const SegmentRollout rollout(&problem.model(), &problem.map(),

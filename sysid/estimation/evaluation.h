@@ -41,8 +41,8 @@ struct RunErrors {
 
 // Of the trajectories of a point, when `fitted` numbers were fitted to them.
 // Where the dynamics fail the errors are infinite.
-RunErrors EvaluateErrors(const ShootingProblem& problem,
-                         const Solution& point, double fitted);
+RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
+                         double fitted);
 
 // By how much the variance of an estimate exceeds that under white residuals:
 // the integrated autocorrelation time of the whitened residuals in samples,

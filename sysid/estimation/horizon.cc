@@ -39,9 +39,7 @@ class Start {
         run_(run),
         data_(*problem.runs()[run]),
         first_(sample),
-        last_(After(data_.run.t,
-                    data_.run.t[sample] + reach * 1.01) -
-              1),
+        last_(After(data_.run.t, data_.run.t[sample] + reach * 1.01) - 1),
         x_(x) {}
 
   // Adds the squares of some draws to those of each horizon; nothing where the

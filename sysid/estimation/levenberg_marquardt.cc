@@ -72,8 +72,7 @@ bool Grow(Stages* stages, bool whole) {
   const ShootingProblem& problem = stages->problem();
   if (whole) {
     // No shorter segments to begin with: hold the spin instead.
-    stages->Run(
-        {"first steps", kLooseDefect, 1e-2, 30, stages->Error()});
+    stages->Run({"first steps", kLooseDefect, 1e-2, 30, stages->Error()});
   } else {
     stages->Run({"short segments", kLooseDefect, 1e-3, 30});
   }
@@ -105,8 +104,7 @@ Ended SolveJoined(Stages* stages) {
   }
   const bool one_trajectory = !chaotic || stages->Error() < kMissing;
   Ended ended;
-  ended.defect =
-      one_trajectory ? TightDefect(stages->solution) : kJoinedDefect;
+  ended.defect = one_trajectory ? TightDefect(stages->solution) : kJoinedDefect;
   stages->RefineStep(ended.defect);
   ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
   return ended;
@@ -156,8 +154,7 @@ void StartFromData(Stages* stages, std::string* hopeless) {
   stages->solution = CutPoint(problem, problem.InitialTheta(),
                               AllStatesFromData(problem), kFirstLength);
   stages->ShortenStep();
-  *hopeless =
-      WhyHopeless(problem, stages->solution, stages->Segments().get());
+  *hopeless = WhyHopeless(problem, stages->solution, stages->Segments().get());
 }
 
 }  // namespace

@@ -34,8 +34,8 @@ bool HasInfluence(const ShootingProblem& problem, int i, double square) {
 
 // Whether every parameter changes a measured residual at theta: all but always,
 // and the cheaper question.
-bool AllHaveInfluence(const ShootingProblem& problem,
-                      const Solution& point, ShootingSegments* segments) {
+bool AllHaveInfluence(const ShootingProblem& problem, const Solution& point,
+                      ShootingSegments* segments) {
   const std::vector<SegmentPlace> all = AllSegments(point);
   if (!ParallelFor(all.size(), problem.options().threads, [&](int i) {
         const auto [run, k] = all[i];
@@ -105,17 +105,16 @@ std::string WhyImmobile(const ShootingProblem& problem,
 
 }  // namespace
 
-std::string WhyHopeless(const ShootingProblem& problem,
-                        const Solution& point,
+std::string WhyHopeless(const ShootingProblem& problem, const Solution& point,
                         ShootingSegments* segments) {
   const std::string immobile = WhyImmobile(problem, point.theta);
   if (!immobile.empty()) return immobile;
-  const std::vector<std::string> idle =
+  const std::vector<std::string> without_influence =
       WithoutInfluence(problem, point, segments);
-  if (idle.empty()) return "";
-  const bool one = idle.size() == 1;
+  if (without_influence.empty()) return "";
+  const bool one = without_influence.size() == 1;
   return std::string(one ? "parameter '" : "parameters '") +
-         Join(idle, "', '") +
+         Join(without_influence, "', '") +
          "' without any influence on what was measured; fix " +
          (one ? "it" : "them");
 }

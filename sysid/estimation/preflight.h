@@ -11,7 +11,7 @@ namespace sysid {
 // is no possible body, a joint that cannot move, parameters that change no
 // residual (by name). `segments` are those of the point's cut: what they are
 // linearised for here a first stage need not do again.
-std::string WhyHopeless(const ShootingProblem& problem,
-                        const Solution& point, ShootingSegments* segments);
+std::string WhyHopeless(const ShootingProblem& problem, const Solution& point,
+                        ShootingSegments* segments);
 
 }  // namespace sysid

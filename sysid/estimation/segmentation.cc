@@ -30,10 +30,9 @@ int MinSegmentSamples(const ShootingProblem& problem) {
                          2.0 * problem.model().tangent_size() / per_sample)));
 }
 
-Solution CutPoint(const ShootingProblem& problem,
-                       const Eigen::VectorXd& theta,
-                       const std::vector<RowMatrixXd>& sample_states,
-                       double length) {
+Solution CutPoint(const ShootingProblem& problem, const Eigen::VectorXd& theta,
+                  const std::vector<RowMatrixXd>& sample_states,
+                  double length) {
   const int min_samples = MinSegmentSamples(problem);
   Solution point;
   point.theta = theta;
@@ -87,13 +86,13 @@ double MeanSegment(const ShootingProblem& problem, const Solution& point) {
   return duration / segments;
 }
 
-double ChooseSegment(const ShootingProblem& problem,
-                     const Solution& point) {
+double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
   constexpr double kGrowth = 4.0;
   constexpr int kStarts = 12;  // of a run, evenly spread
   const Model& model = problem.model();
   const int nv = model.nv();
-  const double longest = std::min(problem.data().LongestDuration(), kLongestLength);
+  const double longest =
+      std::min(problem.data().LongestDuration(), kLongestLength);
   // How far each of some segments has been followed, and how the state there
   // moves with that at the start; lengths double, so each goes on from there.
   struct Walk {

@@ -40,14 +40,13 @@ double MeanSegment(const ShootingProblem& problem,
 // The longest length, doubling from kFirstLength up to kLongestLength or the
 // whole run, over which a change of the initial position grows less than
 // fourfold anywhere: chaos asks for short segments.
-double ChooseSegment(const ShootingProblem& problem,
-                     const Solution& point);
+double ChooseSegment(const ShootingProblem& problem, const Solution& point);
 
 // The best states for the parameters as they are (theta stays), by one stage of
 // the same cut.
 struct StateOptions {
   double defect = std::numeric_limits<double>::infinity();  // not joined
-  double twist_hold = 1.0;  // of StateBelief
+  double twist_hold = 1.0;                                  // of StateBelief
   int max_iterations = 100;
   double tolerance = 1e-6;  // of the cost
 };

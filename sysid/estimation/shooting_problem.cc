@@ -49,9 +49,10 @@ std::shared_ptr<const DataSet> MakeDataSet(const Model& model,
       MeasurementOptions{options.orientation, options.noise});
 }
 
-std::shared_ptr<const DataSet> MakeDataSetLike(
-    const Model& model, std::vector<Run> runs,
-    const EstimationOptions& options, const DataSet& other) {
+std::shared_ptr<const DataSet> MakeDataSetLike(const Model& model,
+                                               std::vector<Run> runs,
+                                               const EstimationOptions& options,
+                                               const DataSet& other) {
   return std::make_shared<const DataSet>(
       model.mechanism(), std::move(runs),
       MeasurementOptions{options.orientation, options.noise}, other);
@@ -102,9 +103,9 @@ bool SampleStates(const ShootingProblem& problem, const Solution& point,
   const int size = problem.model().state_size();
   states->resize(data.run.size(), size);
   const auto roll = [&](int k) {
-    const SegmentRollout rollout(
-        &problem.model(), &problem.map(), &data.measurements, nodes.samples[k],
-        nodes.samples[k + 1], point.rollout);
+    const SegmentRollout rollout(&problem.model(), &problem.map(),
+                                 &data.measurements, nodes.samples[k],
+                                 nodes.samples[k + 1], point.rollout);
     std::vector<double> errors(rollout.num_residuals()), x_end(size), visited;
     if (!rollout(nodes.states.row(k).data(), point.theta.data(), errors.data(),
                  x_end.data(), &visited)) {

@@ -92,9 +92,10 @@ std::shared_ptr<const DataSet> MakeDataSet(const Model& model,
                                            std::vector<Run> runs,
                                            const EstimationOptions& options);
 // With the noise of another's channels.
-std::shared_ptr<const DataSet> MakeDataSetLike(
-    const Model& model, std::vector<Run> runs,
-    const EstimationOptions& options, const DataSet& other);
+std::shared_ptr<const DataSet> MakeDataSetLike(const Model& model,
+                                               std::vector<Run> runs,
+                                               const EstimationOptions& options,
+                                               const DataSet& other);
 
 // What a fit finds, and where the next one starts: theta, how the runs are cut
 // into segments, and the state at the first sample of each. Segment k of a run

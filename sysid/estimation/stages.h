@@ -13,9 +13,9 @@ namespace sysid {
 struct StageGoal {
   std::string doing;  // in words, for the progress line
   double defect = kJoinedDefect;
-  double tolerance = 1e-7;        // of the cost
-  int most = 1 << 30;             // iterations, but for those of the fit
-  double misfit = 0.0;            // times the noise, where the start is far off
+  double tolerance = 1e-7;  // of the cost
+  int most = 1 << 30;       // iterations, but for those of the fit
+  double misfit = 0.0;      // times the noise, where the start is far off
 };
 
 // The stages of one fit: each starts where the last ended. A schedule says how

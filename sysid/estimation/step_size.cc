@@ -86,8 +86,7 @@ double ChooseStep(const ShootingProblem& problem, const Solution& point,
   return period / parts;
 }
 
-double ChooseStepAhead(const ShootingProblem& problem,
-                       const Solution& point) {
+double ChooseStepAhead(const ShootingProblem& problem, const Solution& point) {
   const double needed =
       ChooseStep(problem, point, problem.options().step_error);
   Solution ahead = point;

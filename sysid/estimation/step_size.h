@@ -19,15 +19,14 @@ double ChooseStep(const ShootingProblem& problem, const Solution& point,
 // typical size. A stiff damping that a step cannot follow makes rollouts fail,
 // and a fit that starts from none of it would never get there.
 inline constexpr double kStableError = 100.0;
-double ChooseStepAhead(const ShootingProblem& problem,
-                       const Solution& point);
+double ChooseStepAhead(const ShootingProblem& problem, const Solution& point);
 
-// The step of the solution, halved until theta does not depend on it: until the change of the
-// residuals that another halving makes moves theta, by the linearised problem,
-// less than kStepBias standard errors. (ChooseStep sees one segment at a time;
-// along a whole run its small errors add up, most of all those of dry friction,
-// whose kinks the steps pass over.) A first-order step never gets there and is
-// left as it is.
+// The step of the solution, halved until theta does not depend on it: until the
+// change of the residuals that another halving makes moves theta, by the
+// linearised problem, less than kStepBias standard errors. (ChooseStep sees one
+// segment at a time; along a whole run its small errors add up, most of all
+// those of dry friction, whose kinks the steps pass over.) A first-order step
+// never gets there and is left as it is.
 double RefineStep(const ShootingProblem& problem, double defect,
                   const Solution& point);
 

@@ -218,9 +218,9 @@ int CoarseFitter::Samples() const {
 
 namespace {
 
-// Of an angle that is read modulo a turn while it leaps by more than half a turn
-// from sample to sample every turn of its range is as likely: the logarithm of
-// their number, for each of those samples (10.4).
+// Of an angle that is read modulo a turn while it leaps by more than half a
+// turn from sample to sample every turn of its range is as likely: the
+// logarithm of their number, for each of those samples (10.4).
 double LogTurns(const Channel& channel, const Mechanism& mechanism) {
   if (channel.kind != ChannelKind::kPosition ||
       !IsRotation1(mechanism.joints[channel.target].type)) {
@@ -264,10 +264,9 @@ CoarseFit CoarseFitter::Fit(const CoarseModel& model,
   const int evaluations = Solve(*problem, false, iterations, &fit.point);
   const int columns = problem->map().size() + model.model.tangent_size();
   work_ += 0.5 * WorkOf(columns, evaluations);
-  const double fitted =
-      problem->map().size() +
-      ObservedStateDof(*problem) *
-          static_cast<double>(AllSegments(fit.point).size());
+  const double fitted = problem->map().size() +
+                        ObservedStateDof(*problem) *
+                            static_cast<double>(AllSegments(fit.point).size());
   const double error =
       EvaluateErrors(*problem, fit.point, fitted).total.normalized_rms;
   fit.train_error = std::isfinite(error) ? error : INFINITY;
@@ -285,13 +284,12 @@ void CoarseFitter::Judge(const CoarseModel& model,
   // Where a model cannot follow a window at all it misses all of its motion,
   // and more: so far the logarithm tells apart what is hopeless.
   constexpr double kHopeless = 3.0;
-  const ShootingProblem problem(
-      model.model, model.free,
-      MakeDataSetLike(model.model, Half(change, 1), options_,
-                      fit->train->data()),
-      options_);
+  const ShootingProblem problem(model.model, model.free,
+                                MakeDataSetLike(model.model, Half(change, 1),
+                                                options_, fit->train->data()),
+                                options_);
   Solution point = CutPoint(problem, fit->point.theta,
-                                 AllStatesFromData(problem), segment_s_);
+                            AllStatesFromData(problem), segment_s_);
   const int evaluations = Solve(problem, true, kLookIterations, &point);
   work_ += 0.5 * WorkOf(model.model.tangent_size(), evaluations);
   const double fitted = ObservedStateDof(problem) *
@@ -323,7 +321,8 @@ void CoarseFitter::Judge(const CoarseModel& model,
       std::vector<int> n(channels, 0);
       for (const SegmentRow& row : segment.rollout().rows()) {
         const int c = row.channel;
-        const Eigen::RowVectorXd y = data.run.channels[c].values.row(row.sample);
+        const Eigen::RowVectorXd y =
+            data.run.channels[c].values.row(row.sample);
         if (n[c]++ == 0) {
           sum[c] = Eigen::RowVectorXd::Zero(y.size());
           sum2[c] = sum[c];
@@ -347,8 +346,7 @@ void CoarseFitter::Judge(const CoarseModel& model,
       if (counts[c] == 0) continue;
       const double sigma = data.sigma[c];
       const double all = motion[c] + counts[c] * sigma * sigma;
-      const double capped =
-          std::min(squares[c], kHopeless * kHopeless * all);
+      const double capped = std::min(squares[c], kHopeless * kHopeless * all);
       missed[c] += std::max(0.0, capped - counts[c] * sigma * sigma);
       moved[c] += all;
       fit->log_errors(w, c) =
@@ -379,8 +377,8 @@ Difference Compare(const CoarseFit& a, const CoarseFit& b,
                    const std::vector<int>& runs) {
   std::vector<double> values;
   for (int w = 0; w < static_cast<int>(held_runs.size()); ++w) {
-    if (!runs.empty() && std::find(runs.begin(), runs.end(), held_runs[w]) ==
-                             runs.end()) {
+    if (!runs.empty() &&
+        std::find(runs.begin(), runs.end(), held_runs[w]) == runs.end()) {
       continue;
     }
     double sum = 0.0;

@@ -23,7 +23,8 @@ inline constexpr int kIterations = 15;
 inline constexpr int kLookIterations = 8;
 inline constexpr int kAugmentedIterations = 30;
 inline constexpr double kTolerance = 1e-4;  // of the cost; so too
-inline constexpr int kSteps = 4;  // Gauss-Newton of a scalar: it converges by 10
+inline constexpr int kSteps =
+    4;  // Gauss-Newton of a scalar: it converges by 10
 
 // A test of about 40 hypotheses at 5 %, one-sided: Phi^-1(1 - 0.05 / 40).
 inline constexpr double kSignificance = 3.0;
@@ -42,7 +43,7 @@ inline constexpr double kUnexplained = 0.316;
 // first five of the first look in every planted case.
 inline constexpr int kRefits = 8;
 inline constexpr int kAugmentedRefits = 4;  // with the augmented model
-inline constexpr int kEffects = 2;           // of the screening
+inline constexpr int kEffects = 2;          // of the screening
 // A first look that promises less than this is not refitted.
 inline constexpr double kPromise = 0.98;
 

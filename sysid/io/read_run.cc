@@ -311,11 +311,11 @@ void RunReader::CheckDegrees(const Run& run) {
              "; if so: " + DegreesFlag(name, from, map_));
       continue;
     }
-    throw MisreadColumn("degrees", file_.HeaderPlace(in_.sources[source].column()),
-                        Describe(source) + " looks like degrees" +
-                            (velocity ? " per second" : "") +
-                            ", not radians: " + report.reason,
-                        DegreesHint(name, from, map_), name, InRadians(from));
+    throw MisreadColumn(
+        "degrees", file_.HeaderPlace(in_.sources[source].column()),
+        Describe(source) + " looks like degrees" +
+            (velocity ? " per second" : "") + ", not radians: " + report.reason,
+        DegreesHint(name, from, map_), name, InRadians(from));
   }
 }
 

@@ -188,7 +188,7 @@ std::string AfterSteps(const Diagnosis& diagnosis) {
 
 std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   if (!diagnosis.usable) return "The model could not be fitted to this data.";
-  const Judgement& base = diagnosis.base;
+  const EvaluatedModel& base = diagnosis.base;
   std::string text = "The error is " + Times(base.train_error()) +
                      " times the noise (held out " +
                      Times(base.holdout_error()) + ")";
@@ -237,7 +237,7 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
 }
 
 std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
-  const Judgement& last = diagnosis.last();
+  const EvaluatedModel& last = diagnosis.last();
   std::string text;
   if (!diagnosis.steps.empty()) {
     const std::vector<std::string> added = diagnosis.added();

@@ -247,7 +247,7 @@ std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
              ShortestText(fit.model.nominal().effects[i]) + "\n";
   }
   for (int i = 0; i < effects.size(); ++i) {
-    for (const std::string& name : effects.effect(i).corrects()) {
+    for (const std::string& name : effects.effect(i).adjusts_nominal()) {
       if (free.count(name) > 0) continue;
       fixed +=
           "  " + Key(name) + ": " +

@@ -41,33 +41,32 @@ Json AddedStep(const AddedEffects& added, int model) {
 
 }  // namespace
 
-PageFit JudgedModel::Show(int id, const std::string& title) const {
+PageFit ShownModel::Show(int id, const std::string& title) const {
   PageFit fit;
   fit.id = id;
   fit.title = title;
   fit.session = &session;
-  fit.problem = judgement->problem.get();
-  fit.fit = &judgement->fit;
+  fit.problem = evaluated->problem.get();
+  fit.fit = &evaluated->fit;
   fit.holdout = holdout ? &*holdout : nullptr;
   return fit;
 }
 
-JudgedModel OpenJudgement(const Session& session,
-                          const DiagnosisProblem& problem,
-                          const Judgement& judgement) {
-  JudgedModel judged{session, std::nullopt, &judgement};
-  judged.session.model = judgement.problem->model();
-  judged.session.free = judgement.problem->free();
+ShownModel OpenEvaluatedModel(const Session& session,
+                              const DiagnosisProblem& problem,
+                              const EvaluatedModel& evaluated) {
+  ShownModel judged{session, std::nullopt, &evaluated};
+  judged.session.model = evaluated.problem->model();
+  judged.session.free = evaluated.problem->free();
   judged.session.effects = judged.session.model.effects().names();
   judged.session.runs.clear();  // those of the problem count
   judged.session.holdout.clear();
-  if (problem.holdout != nullptr && !judgement.holdout_point.runs.empty()) {
-    judged.holdout =
-        OpenHoldout(judgement.fit.model, problem.holdout,
-                    judgement.problem->options(), judgement.fit.point.rollout,
-                    judgement.fit.segment_s);
-    judged.holdout->errors = judgement.holdout;
-    judged.holdout->point = judgement.holdout_point;
+  if (problem.holdout != nullptr && !evaluated.holdout_point.runs.empty()) {
+    judged.holdout = OpenHoldout(
+        evaluated.fit.model, problem.holdout, evaluated.problem->options(),
+        evaluated.fit.point.rollout, evaluated.fit.segment_s);
+    judged.holdout->errors = evaluated.holdout;
+    judged.holdout->point = evaluated.holdout_point;
   }
   return judged;
 }
@@ -131,16 +130,16 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
   Json& models = page["models"];
   const NextStep next = ChooseNext(diagnosis, final);
   const std::string command = source.fit_command(next.add, next.fix);
-  const JudgedModel base =
-      OpenJudgement(*source.session, problem, diagnosis.base);
+  const ShownModel base =
+      OpenEvaluatedModel(*source.session, problem, diagnosis.base);
   PageFit given = base.Show(0, "as given");
   given.with_prediction_csv = final == nullptr && diagnosis.steps.empty();
   given.next_command = command;
   models.push_back(PageModel(source, given, &diagnosis));
   for (const DiagnosisStep& step : diagnosis.steps) {
     const int id = static_cast<int>(models.size());
-    const JudgedModel judged =
-        OpenJudgement(*source.session, problem, *step.after);
+    const ShownModel judged =
+        OpenEvaluatedModel(*source.session, problem, *step.after);
     PageFit fit = judged.Show(id, ChangeTitle(step));
     fit.with_prediction_csv =
         final == nullptr && step.after == diagnosis.steps.back().after;

@@ -50,17 +50,17 @@ struct PageFit {
   std::string next_command;
 };
 
-// A judgement with what it does not keep itself: as PageFit wants it. Points at
-// the judgement.
-struct JudgedModel {
+// A evaluated with what it does not keep itself: as PageFit wants it. Points at
+// the evaluated.
+struct ShownModel {
   Session session;
   std::optional<Holdout> holdout;
-  const Judgement* judgement = nullptr;
+  const EvaluatedModel* evaluated = nullptr;
   PageFit Show(int id, const std::string& title) const;
 };
-JudgedModel OpenJudgement(const Session& session,
-                          const DiagnosisProblem& problem,
-                          const Judgement& judgement);
+ShownModel OpenEvaluatedModel(const Session& session,
+                              const DiagnosisProblem& problem,
+                              const EvaluatedModel& evaluated);
 
 PageFit ShowFinal(const FinalFit& final, int id);
 

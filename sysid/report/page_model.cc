@@ -33,7 +33,7 @@ Json OwnerOf(const std::string& parameter, const PageSource& source,
                   });
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
-    const std::vector<std::string>& corrects = effect.corrects();
+    const std::vector<std::string>& corrects = effect.adjusts_nominal();
     const bool own = std::any_of(
         effect.parameters().begin(), effect.parameters().end(),
         [&](const EffectParameter& p) { return p.name == parameter; });
@@ -46,7 +46,7 @@ Json OwnerOf(const std::string& parameter, const PageSource& source,
 }
 
 // The errors against the horizon beside those that noise alone would make. A
-// judgement's fit has none of its own: they are evaluated here.
+// evaluated's fit has none of its own: they are evaluated here.
 Json HorizonJson(const PageSource& source, const PageFit& fit,
                  const Diagnosis* diagnosis) {
   std::vector<HorizonError> horizon =

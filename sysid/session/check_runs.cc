@@ -53,10 +53,10 @@ void CheckPauses(const Run& run, double period) {
     const double pause = run.t[k] - run.t[k - 1];
     if (pause <= std::max(kLongest, kSamples * period)) continue;
     throw UnreadableRun("gap", run.name,
-                     "nothing was sampled from " + Seconds(run.t[k - 1]) +
-                         " to " + Seconds(run.t[k]) +
-                         ": too long to predict across",
-                     "split it there into two files, and give both");
+                        "nothing was sampled from " + Seconds(run.t[k - 1]) +
+                            " to " + Seconds(run.t[k]) +
+                            ": too long to predict across",
+                        "split it there into two files, and give both");
   }
 }
 
@@ -82,9 +82,10 @@ void CheckMotion(const std::vector<Run>& runs) {
     if (Moves(run)) return;
   }
   if (runs.empty()) return;
-  throw UnreadableRun("still", runs.front().name, "nothing that was measured ever changes",
-                   "a mechanism at rest tells nothing of its parameters: "
-                   "record a motion");
+  throw UnreadableRun("still", runs.front().name,
+                      "nothing that was measured ever changes",
+                      "a mechanism at rest tells nothing of its parameters: "
+                      "record a motion");
 }
 
 void CheckDistinct(const std::vector<std::string>& traj,
@@ -140,10 +141,11 @@ void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
   constexpr int kFewest = 5;  // samples: fewer say nothing beyond the state
   for (const Run& run : runs) {
     if (run.size() < kFewest) {
-      throw UnreadableRun("few_samples", run.name,
-                       "has " + std::to_string(run.size()) +
-                           " samples: too few to fit anything",
-                       "at least " + std::to_string(kFewest) + " are needed");
+      throw UnreadableRun(
+          "few_samples", run.name,
+          "has " + std::to_string(run.size()) +
+              " samples: too few to fit anything",
+          "at least " + std::to_string(kFewest) + " are needed");
     }
     const double period = MedianPeriod(run);
     CheckUnit(run, period, ColumnsOf(columns, run.name, mechanism));

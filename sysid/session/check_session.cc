@@ -78,8 +78,7 @@ size_t CheckSessionData(Session* session, CheckLevel level,
   }
   const std::vector<Finding> numbers = session->findings;
   const CheckResult result =
-      CheckData(InputOf(*session), numbers,
-                hypotheses::kBudget * outcome.work);
+      CheckData(InputOf(*session), numbers, hypotheses::kBudget * outcome.work);
   session->findings = result.findings;
   std::vector<Finding> fresh;
   for (const Finding& finding : result.findings) {
@@ -101,8 +100,8 @@ size_t CheckSessionData(Session* session, CheckLevel level,
 
 CheckResult CheckSession(Session* session) {
   const CheckInput input = InputOf(*session);
-  CheckResult result =
-      CheckData(input, CheckNumbers(input), std::numeric_limits<double>::infinity());
+  CheckResult result = CheckData(input, CheckNumbers(input),
+                                 std::numeric_limits<double>::infinity());
   session->findings = result.findings;
   session->checked = true;
   Note(session->findings, session);

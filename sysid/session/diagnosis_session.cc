@@ -120,8 +120,8 @@ int Thin(DiagnosisProblem* problem) {
   const std::shared_ptr<const DataSet> all = problem->train;
   std::vector<Run> train = RunsOf(*all);
   const int n = ThinRuns(kSearchRate, &train);
-  problem->train = MakeDataSetLike(problem->model, std::move(train),
-                                   problem->options, *all);
+  problem->train =
+      MakeDataSetLike(problem->model, std::move(train), problem->options, *all);
   if (problem->holdout != nullptr) {
     std::vector<Run> holdout = RunsOf(*problem->holdout);
     ThinRuns(kSearchRate, &holdout);
@@ -131,21 +131,21 @@ int Thin(DiagnosisProblem* problem) {
   return n;
 }
 
-// The model of a judgement but for some effects, fitted as sysid_fit does.
+// The model of a evaluated but for some effects, fitted as sysid_fit does.
 FinalFit FitWithout(const std::set<std::string>& effects,
                     const Session& session,
                     const std::shared_ptr<const DataSet>& data,
                     const DiagnosisProblem& problem,
-                    const Judgement& judgement) {
+                    const EvaluatedModel& evaluated) {
   Model model = session.model;
   std::vector<FreeParameter> free = session.free;
-  ExtendProblem(problem, judgement, effects, &model, &free);
+  ExtendProblem(problem, evaluated, effects, &model, &free);
   FinalFit final{session, nullptr, Fit(model), std::nullopt, {}};
   final.session.model = model;
   final.session.free = free;
   final.session.effects = model.effects().names();
-  final.problem = std::make_shared<const ShootingProblem>(
-      model, free, data, session.options);
+  final.problem = std::make_shared<const ShootingProblem>(model, free, data,
+                                                          session.options);
   final.fit = FitLevenbergMarquardt(*final.problem);
   return final;
 }
@@ -167,8 +167,9 @@ double DeviationsOffNull(const Fit& fit, const Effect& effect) {
 }
 
 // The effect that a fit tells least from none; empty where it tells all.
-std::string LeastTold(const FinalFit& final,
-                      const std::vector<std::shared_ptr<const Effect>>& added) {
+std::string LeastSignificant(
+    const FinalFit& final,
+    const std::vector<std::shared_ptr<const Effect>>& added) {
   double least = 3.0;  // standard errors
   std::string name;
   if (!final.fit.converged) return name;
@@ -276,7 +277,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   problem.known = {session.fixed.begin(), session.fixed.end()};
   problem.SetRuns(session.runs, session.holdout);
   Thin(&problem);
-  const Judgement before = JudgeBase(problem);
+  const EvaluatedModel before = EvaluateGiven(problem);
   const LinearizedFit linearized(*before.problem, before.fit.point);
   if (!linearized.Valid()) return std::nullopt;
   const Screening screening =
@@ -286,12 +287,14 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
     screened.push_back(&effect);
   }
   if (screened.empty()) return std::nullopt;
-  const Judgement after = JudgeWith(problem, before, screened, problem.options);
+  const EvaluatedModel after =
+      EvaluateWith(problem, before, screened, problem.options);
   if (!std::isfinite(after.train_error())) return std::nullopt;
   AddedEffects result;
   result.effects = session.added;
   for (const ParameterEstimate& p : after.fit.parameters) {
-    if (session.freed_by_added.count(p.name) > 0) result.found[p.name] = p.value;
+    if (session.freed_by_added.count(p.name) > 0)
+      result.found[p.name] = p.value;
   }
   const EffectSet& found = after.fit.model.effects();
   for (size_t i = 0; i < found.parameters().size(); ++i) {
@@ -330,7 +333,7 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
   // What segments tell of an effect whole trajectories may deny.
   std::set<std::string> denied;
   while (true) {
-    const std::string least = LeastTold(final, diagnosis.last().added);
+    const std::string least = LeastSignificant(final, diagnosis.last().added);
     if (least.empty()) break;
     std::set<std::string> without = denied;
     without.insert(least);

@@ -83,27 +83,27 @@ bool Moves(const Model& model, const Parameter& parameter) {
 
 // Frees what an effect says is wrong in the nominal values, as far as it moves
 // the model.
-void FreeCorrected(const Effect& effect, const std::string& place,
-                   const FitSpecification& spec, const Model& model,
-                   FreeList* free, std::vector<std::string>* notices) {
-  std::vector<std::string> idle;
-  for (const std::string& name : effect.corrects()) {
+void FreeAdjusted(const Effect& effect, const std::string& place,
+                  const FitSpecification& spec, const Model& model,
+                  FreeList* free, std::vector<std::string>* notices) {
+  std::vector<std::string> without_influence;
+  for (const std::string& name : effect.adjusts_nominal()) {
     if (free->Has(name) ||
         Moves(model, FindParameters(model, {name}, place).front())) {
       free->Add(Described(spec, name, place));
     } else {
-      idle.push_back(name);
+      without_influence.push_back(name);
     }
   }
-  if (idle.empty()) return;
-  if (idle.size() == effect.corrects().size()) {
+  if (without_influence.empty()) return;
+  if (without_influence.size() == effect.adjusts_nominal().size()) {
     throw InputError(place,
                      "effect '" + effect.name() + "': the motion of this " +
-                         "model does not depend on " + Join(idle),
+                         "model does not depend on " + Join(without_influence),
                      "leave it out");
   }
   notices->push_back(effect.name() + ": the motion of this model does not " +
-                     "depend on " + Join(idle) + ", held");
+                     "depend on " + Join(without_influence) + ", held");
 }
 
 // Adds effects that were named in one place, and frees their parameters.
@@ -138,7 +138,7 @@ void AddEffects(const std::vector<Located<std::string>>& named,
       if (parameter.whole) continue;
       free->Add(Described(spec, parameter.name, one.place));
     }
-    FreeCorrected(*effect, one.place, spec, *model, free, notices);
+    FreeAdjusted(*effect, one.place, spec, *model, free, notices);
   }
 }
 

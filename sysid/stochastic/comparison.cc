@@ -40,9 +40,9 @@ class Judge {
         double step, bool from_rest)
       : problem_(StartedAt(problem, start)) {
     const double given = problem_.options().segment;
-    Solution point = CutPoint(problem_, problem_.InitialTheta(),
-                              AllStatesFromData(problem_),
-                              given > 0 ? given : kInfinity);
+    Solution point =
+        CutPoint(problem_, problem_.InitialTheta(), AllStatesFromData(problem_),
+                 given > 0 ? given : kInfinity);
     point.rollout.step = step;
     if (from_rest) StartAtRest(problem_.model(), &point);
     rollouts_ = std::make_unique<Rollouts>(&problem_, point);
@@ -266,8 +266,8 @@ Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
     best = std::min(best, run.path.back().loss);
   }
   const double noise2 = std::pow(judge.problem().data().PooledNoise(), 2);
-  const double dof =
-      std::max(1.0, judge.problem().data().DofPerSample() * judge.samples() - 2.0);
+  const double dof = std::max(
+      1.0, judge.problem().data().DofPerSample() * judge.samples() - 2.0);
   const double chi2 = std::max(1.0, best * judge.samples() / noise2 / dof);
   landscape.deviance =
       (landscape.deviance.array() - best) * (judge.samples() / noise2 / chi2);

@@ -23,8 +23,8 @@ class Descent {
   // Cuts runs into rollouts of about `segment` seconds (infinity: whole runs)
   // with first states from the data (those of runs that start from rest have
   // no velocity), and chooses the step where the options do not.
-  Descent(const ShootingProblem& problem, const std::string& solver, double segment,
-          bool from_rest);
+  Descent(const ShootingProblem& problem, const std::string& solver,
+          double segment, bool from_rest);
 
   // Why there is no use in starting, else "".
   const std::string& hopeless() const { return hopeless_; }

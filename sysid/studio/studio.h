@@ -80,7 +80,7 @@ class Studio {
               const Progress& progress);
 
   const StudioSetup setup_;
-  const Json header_;            // PageData without models
+  const Json header_;  // PageData without models
 
   StudioFolder folder_;       // the worker's
   mutable std::mutex mutex_;  // of all below

@@ -42,7 +42,7 @@ Changed Apply(const StudioSetup& setup, const StudioChange& change) {
     // What it stood for goes back to what it was.
     for (const std::string& parameter : effect->ParameterNames()) {
       changed.start.values.erase(parameter);
-      changed.start.idle.erase(parameter);
+      changed.start.without_influence.erase(parameter);
     }
   }
   for (const std::string& name : change.add) {
@@ -51,7 +51,8 @@ Changed Apply(const StudioSetup& setup, const StudioChange& change) {
     for (const auto& [parameter, value] : start.values) {
       changed.start.values[parameter] = value;
     }
-    changed.start.idle.insert(start.idle.begin(), start.idle.end());
+    changed.start.without_influence.insert(start.without_influence.begin(),
+                                           start.without_influence.end());
   }
   return changed;
 }
@@ -59,7 +60,8 @@ Changed Apply(const StudioSetup& setup, const StudioChange& change) {
 // What a fit of the changed model holds, as --fix takes it.
 std::vector<std::string> Held(const Changed& changed) {
   const StudioModel::Start& start = changed.start;
-  std::vector<std::string> held = {start.idle.begin(), start.idle.end()};
+  std::vector<std::string> held = {start.without_influence.begin(),
+                                   start.without_influence.end()};
   for (const auto& effect : changed.effects) {
     for (const EffectParameter& parameter : effect->parameters()) {
       const auto at = start.values.find(parameter.name);
@@ -80,8 +82,9 @@ StudioModel::Start StartOf(const CandidateEffect& candidate) {
       if (std::isfinite(p.value)) start.values[p.name] = p.value;
     }
   }
-  const auto& idle = candidate.screened.idle;
-  start.idle.insert(idle.begin(), idle.end());
+  const auto& without_influence = candidate.screened.without_influence;
+  start.without_influence.insert(without_influence.begin(),
+                                 without_influence.end());
   return start;
 }
 
@@ -90,7 +93,7 @@ StudioModel::Start StartOf(const CandidateEffect& candidate) {
 // where another model wants them: those start where they always did.
 StudioModel::Start StartAfter(const StudioSetup& setup, const Fit& fit,
                               const Changed& changed) {
-  StudioModel::Start start{{}, changed.start.idle};
+  StudioModel::Start start{{}, changed.start.without_influence};
   const EffectSet& effects = fit.model.effects();
   for (size_t i = 0; i < effects.parameters().size(); ++i) {
     start.values[effects.parameters()[i].name] = fit.model.nominal().effects[i];
@@ -151,11 +154,13 @@ PageSource SourceOf(const StudioSetup& setup) {
 }
 
 StudioModel FitStudioModel(
-    const StudioSetup& setup, const StudioChange& change, int id, const std::stop_token& stop,
+    const StudioSetup& setup, const StudioChange& change, int id,
+    const std::stop_token& stop,
     const std::function<void(const Progress&)>& progress) {
   const Changed changed = Apply(setup, change);
-  DiagnosisProblem problem = WithEffects(
-      setup.problem, changed.effects, changed.start.idle, changed.start.values);
+  DiagnosisProblem problem =
+      WithEffects(setup.problem, changed.effects,
+                  changed.start.without_influence, changed.start.values);
   problem.options.stop = stop;
   problem.options.progress = progress;
   Session session = setup.session;
@@ -186,7 +191,8 @@ StudioModel FitStudioModel(
     if (!fix.empty()) held.push_back(fix);
     return setup.page.fit_command(Join(all, ","), Join(held, ","));
   };
-  const JudgedModel judged = OpenJudgement(session, problem, diagnosis.base);
+  const ShownModel judged =
+      OpenEvaluatedModel(session, problem, diagnosis.base);
   PageFit fit = judged.Show(id, TitleOf(model.effects));
   fit.next_command = NextCommand(source, diagnosis, final);
   model.page = PageModel(source, fit, &diagnosis);

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/evaluated_model.h"
 #include "sysid/report/json.h"
 #include "sysid/report/page_data.h"
 #include "sysid/session/session.h"
@@ -34,7 +34,8 @@ struct StudioModel {
   // How a candidate that is added starts.
   struct Start {
     std::map<std::string, double> values;  // by parameter
-    std::set<std::string> idle;  // parameters that the data says nothing of
+    std::set<std::string>
+        without_influence;  // parameters that the data says nothing of
   };
 
   int id = 0;
@@ -72,7 +73,8 @@ PageSource SourceOf(const StudioSetup& setup);
 // screening expects. Throws Cancelled where `stop` asks for it. `noise` is that
 // of the training runs.
 StudioModel FitStudioModel(
-    const StudioSetup& setup, const StudioChange& change, int id, const std::stop_token& stop,
+    const StudioSetup& setup, const StudioChange& change, int id,
+    const std::stop_token& stop,
     const std::function<void(const Progress&)>& progress);
 
 // As it is saved; reading throws InputError at `file`.

@@ -7,7 +7,7 @@ namespace {
 constexpr char kModelSchema[] = "sysid.studio.model/1";
 
 Json StartJson(const StudioModel::Start& start) {
-  return {{"values", start.values}, {"idle", start.idle}};
+  return {{"values", start.values}, {"idle", start.without_influence}};
 }
 
 InputError Broken(const std::string& file) {
@@ -20,7 +20,7 @@ InputError Broken(const std::string& file) {
 StudioModel::Start StartFrom(const Json& json) {
   StudioModel::Start start;
   json.at("values").get_to(start.values);
-  json.at("idle").get_to(start.idle);
+  json.at("idle").get_to(start.without_influence);
   return start;
 }
 

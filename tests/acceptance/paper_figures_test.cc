@@ -101,8 +101,7 @@ TEST(Figure1, WithDampingAndRungeKuttaBothFindTheLengthsWithinTwoPercent) {
     AdamFitOptions options;
     options.from_rest = true;
     options.adam.epochs = 1500;
-    const Fit fits[] = {FitLevenbergMarquardt(*lm),
-                        FitAdam(*adam, options)};
+    const Fit fits[] = {FitLevenbergMarquardt(*lm), FitAdam(*adam, options)};
     lm_converged += fits[0].converged;
     EXPECT_TRUE(fits[1].converged) << fits[1].termination;
     for (const Fit& fit : fits) {

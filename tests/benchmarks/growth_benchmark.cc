@@ -77,7 +77,7 @@ Growth Measure(int samples, int rounds) {
       model, FreeFrom(model, {{"link1.length", 0.52}, {"link2.length", 0.48}}),
       {Simulate(model, RandomState(model, 0.5, 1), simulation)}, options);
   const Solution start = CutPoint(problem, problem.InitialTheta(),
-                                       AllStatesFromData(problem), kSegment);
+                                  AllStatesFromData(problem), kSegment);
   ShootingStage::Options stage_options;
   stage_options.defect = kMiddleDefect;
   stage_options.max_iterations = kIterations;

@@ -187,7 +187,7 @@ TEST_P(EffectContract, CorrectsParametersThatTheMechanismHas) {
   for (const Parameter& parameter : AllParameters(Model(mechanism_))) {
     known.push_back(parameter.name);
   }
-  EXPECT_THAT(known, ::testing::IsSupersetOf(effect_->corrects()));
+  EXPECT_THAT(known, ::testing::IsSupersetOf(effect_->adjusts_nominal()));
   EXPECT_FALSE(effect_->ParameterNames().empty());
   // One that only corrects has nothing to hook into.
   EXPECT_EQ(effect_->parameters().empty(), effect_->hooks() == 0);
@@ -679,7 +679,7 @@ std::vector<std::string> CorrectedBehind(const std::vector<Vector3d>& axes) {
   }
   return Catalogue()
       .Make("inertia@" + mechanism.links.back().name, mechanism, "test")
-      ->corrects();
+      ->adjusts_nominal();
 }
 
 TEST(WrongInertia, IsOneNumberOfALinkThatTurnsAboutOneDirection) {

@@ -86,28 +86,6 @@ class Columns {
     return ForcesOfParameters(model_, map_, theta_, rollout_, tangent_);
   }
   MatrixXd ByForces() const { return Respond(Forces()); }
-  MatrixXd ByEffort(const Effect& effect, const Probe& probe) const {
-    ParameterForces forces = ParameterForces::Zero(rollout_, 1);
-    AddEffortForces(model_, effect, probe, tangent_, 0, &forces);
-    return Respond(forces);
-  }
-  MatrixXd BySecant(int along, double step) const {
-    ParameterForces forces = ParameterForces::Zero(rollout_, 1);
-    AddSecantForces(model_, map_, theta_, along, step, rollout_, tangent_, 0,
-                    &forces);
-    return Respond(forces);
-  }
-  // The errors of the rollout with theta_along moved by `step`, less those
-  // without, over the step.
-  VectorXd Difference(const VectorXd& x0, int along, double step) const {
-    VectorXd errors(rollout_.num_residuals()), moved(errors.size());
-    std::vector<double> x_end(model_.state_size());
-    VectorXd theta = theta_;
-    EXPECT_TRUE(rollout_(x0.data(), theta.data(), errors.data(), x_end.data()));
-    theta[along] += step;
-    EXPECT_TRUE(rollout_(x0.data(), theta.data(), moved.data(), x_end.data()));
-    return (moved - errors) / step;
-  }
   const SegmentRollout& rollout() const { return rollout_; }
 
  private:
@@ -149,8 +127,8 @@ Model With(const Model& plain, std::shared_ptr<const Effect> effect,
 
 class Robots : public testing::TestWithParam<std::string> {};
 
-// The screening sees a candidate by nothing but its column: it must be that of
-// the model with the effect. The force is held between samples, which is of
+// What is drawn as the force of an effect must do what the effect does. It is
+// held between samples, which is of
 // second order in their distance; friction, though, jumps where the motion
 // turns, somewhere within a sample.
 TEST_P(Robots, ColumnsOfEveryEffectAreThoseOfTheRollout) {
@@ -178,10 +156,6 @@ TEST_P(Robots, ColumnsOfEveryEffectAreThoseOfTheRollout) {
           scale += Columns(model, {friction}, motion).exact().norm();
         }
         EXPECT_LE((by_forces - columns.exact()).norm(), bound * scale + 1e-12);
-        if (effect->hooks() == kEffortHook) {
-          EXPECT_LE((columns.ByEffort(*effect, probe) - by_forces).norm(),
-                    1e-9 * by_forces.norm());
-        }
       }
     }
   }
@@ -195,14 +169,14 @@ TEST_P(Robots, ColumnsOfWrongNominalValuesAreThoseOfTheRollout) {
   int corrections = 0;
   for (const std::string& name : catalogue.Candidates(mechanism)) {
     const auto effect = catalogue.Make(name, mechanism, "test");
-    if (effect->corrects().empty()) continue;
+    if (effect->adjusts_nominal().empty()) continue;
     SCOPED_TRACE(name);
     ++corrections;
-    const Columns columns(motion.model, effect->corrects(), motion);
+    const Columns columns(motion.model, effect->adjusts_nominal(), motion);
     const MatrixXd by_forces = columns.ByForces();
     for (int c = 0; c < by_forces.cols(); ++c) {
       // Products of inertia turn a thin rod about its own axis, quickly.
-      const std::string& parameter = effect->corrects()[c];
+      const std::string& parameter = effect->adjusts_nominal()[c];
       const bool spins =
           parameter.ends_with(".ixz") || parameter.ends_with(".iyz");
       EXPECT_LE((by_forces.col(c) - columns.exact().col(c)).norm(),
@@ -218,43 +192,6 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Robots,
                          testing::Values("pendulum2", "pendulum2_planar",
                                          "cartpole", "arm7"),
                          [](const auto& info) { return info.param; });
-
-// A delay is linear only within a sample: longer ones are screened by secants,
-// of whole samples and of parts of them. Gentle efforts, so that the motion
-// answers in proportion.
-TEST(SecantForces, OfADelayAreDifferencesOfRollouts) {
-  const Motion motion("cartpole", 200.0, 0.01);
-  const auto effect =
-      Catalogue().Make("effort_delay@base", motion.model.mechanism(), "test");
-  const Columns columns(With(motion.model, effect, {0.0}), {"effort_delay"},
-                        motion);
-  for (const double delay : {0.005, 0.0073, 0.02, 0.1}) {
-    SCOPED_TRACE(delay);
-    const VectorXd difference = columns.Difference(motion.x0, 0, delay);
-    ASSERT_GT(difference.norm(), 0.0);
-    EXPECT_LT((columns.BySecant(0, delay) - difference).norm(),
-              0.01 * difference.norm());
-    // Not what the derivative at none says.
-    if (delay >= 0.1) {
-      EXPECT_GT((columns.ByForces() - difference).norm(),
-                0.05 * difference.norm());
-    }
-  }
-}
-
-// The direct part of a secant: an offset is what the sensor says more, at every
-// sample.
-TEST(SecantForces, HaveADirectPart) {
-  const Motion motion("pendulum2_planar");
-  const auto effect = Catalogue().Make("sensor_offset@joint2",
-                                       motion.model.mechanism(), "test");
-  const Columns columns(With(motion.model, effect, {0.0}),
-                        {"joint2.sensor_offset"}, motion);
-  const VectorXd difference = columns.Difference(motion.x0, 0, 0.1);
-  ASSERT_GT(difference.norm(), 1.0);
-  EXPECT_LT((columns.BySecant(0, 0.1) - difference).norm(),
-            1e-12 * difference.norm());
-}
 
 // A mechanism of every joint whose frames are seen from outside.
 struct SeenFrames : Motion {

@@ -143,7 +143,7 @@ TEST(Interrupted, DiagnosisHasWhatItJudgedByThen) {
   DiagnosisProblem problem = Rubbing();
   const auto candidates = AllCandidates(problem.model);
   DiagnosisOptions options;
-  options.add = options.keep_judged = true;
+  options.add = options.keep_evaluated = true;
   std::vector<std::string> doing;
   {
     Stopper never(&problem.options);
@@ -162,7 +162,7 @@ TEST(Interrupted, DiagnosisHasWhatItJudgedByThen) {
     try {
       diagnosis = Diagnose(problem, candidates, options);
     } catch (const Cancelled&) {
-      EXPECT_FALSE(judged) << "once there is a judgement, it is kept";
+      EXPECT_FALSE(judged) << "once there is a evaluated, it is kept";
       continue;
     }
     judged = true;

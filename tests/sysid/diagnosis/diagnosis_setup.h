@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/evaluated_model.h"
 #include "tests/support/fit_setup.h"
 
 namespace sysid {

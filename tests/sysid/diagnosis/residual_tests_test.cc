@@ -12,9 +12,9 @@ namespace {
 struct Fitted {
   Fitted(const Model& model, const std::vector<Value>& free,
          const std::vector<sysid::Run>& runs)
-      : judgement(JudgeBase(MakeProblem(model, free, runs))),
-        fit(*judgement.problem, judgement.fit.point) {}
-  Judgement judgement;
+      : evaluated(EvaluateGiven(MakeProblem(model, free, runs))),
+        fit(*evaluated.problem, evaluated.fit.point) {}
+  EvaluatedModel evaluated;
   LinearizedFit fit;
 };
 
@@ -52,7 +52,7 @@ TEST(TestWhiteness, IsUniformOfExactModels) {
     for (int seed = 1; seed <= 20; ++seed) {
       const Fitted fitted(model, {}, RunsOf(model, 100 * seed, 0.0, 2.0));
       const std::vector<Whiteness> white = TestWhiteness(fitted.fit);
-      ASSERT_EQ(white.size(), fitted.judgement.fit.train.channels.size());
+      ASSERT_EQ(white.size(), fitted.evaluated.fit.train.channels.size());
       for (const Whiteness& w : white) {
         EXPECT_GT(w.lags, 5);
         EXPECT_LT(std::abs(w.lag1), 0.25);
@@ -73,9 +73,9 @@ TEST(TestWhiteness, KnowsWhatTheStatesTakeUp) {
     DiagnosisProblem problem =
         MakeProblem(model, {}, RunsOf(model, 100 * seed, 0.0, 2.0));
     problem.options.segment = 0.1;
-    const Judgement judgement = JudgeBase(problem);
-    ASSERT_LT(judgement.fit.segment_s, 0.15);
-    const LinearizedFit fit(*judgement.problem, judgement.fit.point);
+    const EvaluatedModel evaluated = EvaluateGiven(problem);
+    ASSERT_LT(evaluated.fit.segment_s, 0.15);
+    const LinearizedFit fit(*evaluated.problem, evaluated.fit.point);
     for (const Whiteness& w : TestWhiteness(fit)) p.push_back(w.p_value);
   }
   ExpectUniform(p);
@@ -141,8 +141,8 @@ TEST(CorrelateInputs, LiesBetweenMinusOneAndOne) {
     }
     DiagnosisProblem problem = MakeProblem(Shipped("cartpole"), {}, runs);
     problem.options.segment = length;
-    const Judgement judgement = JudgeBase(problem);
-    const LinearizedFit fit(*judgement.problem, judgement.fit.point);
+    const EvaluatedModel evaluated = EvaluateGiven(problem);
+    const LinearizedFit fit(*evaluated.problem, evaluated.fit.point);
     const std::vector<InputCorrelation> inputs = CorrelateInputs(fit);
     ASSERT_EQ(inputs.size(), 3u);
     for (const InputCorrelation& input : inputs) {

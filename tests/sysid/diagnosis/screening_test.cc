@@ -18,7 +18,7 @@ const std::vector<Value> kLengths{{"link1.length", 0.5}, {"link2.length", 0.5}};
 
 // A fit of the training runs, and its screening.
 struct Screened {
-  Judgement base;
+  EvaluatedModel base;
   Screening screening;
 
   explicit Screened(const DiagnosisProblem& problem) : base(problem.model) {
@@ -136,8 +136,8 @@ TEST_P(SmallEffects, ScoreWhatARefitGains) {
                 GetParam().parameter.substr(0, GetParam().parameter.find('.'))
           : GetParam().effect;
   const ScreenedEffect& effect = screened.Effect(name);
-  const Judgement after =
-      JudgeWith(problem, screened.base, {&effect}, problem.options);
+  const EvaluatedModel after =
+      EvaluateWith(problem, screened.base, {&effect}, problem.options);
   const double drop = screened.base.fit.train.squares - after.fit.train.squares;
   EXPECT_GT(drop, 50.0);
   EXPECT_NEAR(effect.score, drop, tolerance * drop + 5.0);
@@ -258,15 +258,15 @@ TEST(Screening, KnowsWhatNoDataOfThisMechanismTellsApart) {
   ASSERT_GE(tilt, 0);
   ASSERT_GE(offset, 0);
   ASSERT_GE(damping, 0);
-  const Eigen::MatrixXd& likeness = screened.screening.likeness;
-  EXPECT_NEAR(likeness(tilt, offset), 1.0, 1e-5);
-  EXPECT_NEAR(likeness(offset, tilt), 1.0, 1e-5);
-  EXPECT_LT(likeness(tilt, damping), 0.5);
+  const Eigen::MatrixXd& confusability = screened.screening.confusability;
+  EXPECT_NEAR(confusability(tilt, offset), 1.0, 1e-5);
+  EXPECT_NEAR(confusability(offset, tilt), 1.0, 1e-5);
+  EXPECT_LT(confusability(tilt, damping), 0.5);
   EXPECT_NEAR(screened.Effect("gravity_tilt@base").score,
               screened.Effect("sensor_offset@joint1").score,
               1e-3 * screened.Effect("gravity_tilt@base").score);
   // The other lean is out of the plane.
-  EXPECT_THAT(screened.Effect("gravity_tilt@base").idle,
+  EXPECT_THAT(screened.Effect("gravity_tilt@base").without_influence,
               testing::ElementsAre("gravity_tilt_x"));
   EXPECT_EQ(screened.Effect("gravity_tilt@base").dof, 1);
 }

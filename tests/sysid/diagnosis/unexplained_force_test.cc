@@ -21,11 +21,11 @@ using Eigen::VectorXd;
 struct Sought {
   Sought(const Model& model, const std::vector<Value>& free,
          const std::vector<sysid::Run>& runs, double noise = kSetupNoise)
-      : judgement(model) {
+      : evaluated(model) {
     DiagnosisProblem problem = MakeProblem(model, free, runs);
     problem.options.noise = noise;
-    judgement = JudgeBase(problem);
-    force = FindWhere(judgement);
+    evaluated = EvaluateGiven(problem);
+    force = FindWhere(evaluated);
   }
 
   const JointForce& Of(const std::string& joint) const {
@@ -44,7 +44,7 @@ struct Sought {
     return laws;
   }
 
-  Judgement judgement;
+  EvaluatedModel evaluated;
   Where force;
 };
 

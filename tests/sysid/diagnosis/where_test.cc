@@ -26,12 +26,12 @@ std::vector<sysid::Run> RunsOf(const Model& truth, int seed, double amplitude,
 
 TEST(FindWhere, TellsErrorsByChannelAndSegment) {
   const Model model = Shipped("pendulum2_planar");
-  const Judgement judgement =
-      JudgeBase(MakeProblem(model, {}, RunsOf(model, 3, 0.7)));
-  const Where where = FindWhere(judgement);
+  const EvaluatedModel evaluated =
+      EvaluateGiven(MakeProblem(model, {}, RunsOf(model, 3, 0.7)));
+  const Where where = FindWhere(evaluated);
   ASSERT_THAT(where.channels, SizeIs(2));
   EXPECT_EQ(where.channels[0].name, "joint1");
-  ASSERT_EQ(where.segments.size(), judgement.fit.train.segments.size());
+  ASSERT_EQ(where.segments.size(), evaluated.fit.train.segments.size());
   EXPECT_EQ(where.segments.front().trajectory, "run4.csv");
   ASSERT_GE(where.horizon.size(), 5u);
   EXPECT_NEAR(where.horizon.front().rms, 1e-3, 3e-4);
@@ -53,7 +53,7 @@ TEST(FindWhere, TellsErrorsByPositionAndVelocity) {
       if (q > 0.0) q += noise(random);
     }
   }
-  const Where where = FindWhere(JudgeBase(MakeProblem(model, {}, runs)));
+  const Where where = FindWhere(EvaluateGiven(MakeProblem(model, {}, runs)));
   int noisy = 0, quiet = 0, total = 0;
   double fast = 0.0, slow = 0.0;
   for (const MotionBin& bin : where.bins) {
@@ -86,7 +86,7 @@ TEST(FindWhere, TellsErrorsByPositionAndVelocity) {
 TEST(FindWhere, TellsErrorsOfASphericalJointByTiltAndSpeed) {
   const Model model = Shipped("pendulum1");
   const Where where =
-      FindWhere(JudgeBase(MakeProblem(model, {}, RunsOf(model, 3, 0.7))));
+      FindWhere(EvaluateGiven(MakeProblem(model, {}, RunsOf(model, 3, 0.7))));
   int tilt = 0, speed = 0;
   for (const MotionBin& bin : where.bins) {
     EXPECT_GE(bin.from, 0.0);
@@ -111,11 +111,11 @@ TEST(FindWhere, FindsTheJointOfAHugeMisfit) {
   const Model model = Shipped("pendulum2_planar");
   const Model truth = Shipped("pendulum2_planar", {"coulomb_friction@joint2"},
                               {{"joint2.friction", 0.5}});
-  const Judgement judgement = JudgeBase(
+  const EvaluatedModel evaluated = EvaluateGiven(
       MakeProblem(model, {{"link1.length", 0.52}, {"link2.length", 0.48}},
                   RunsOf(truth, 3, 0.7)));
-  ASSERT_GT(judgement.train_error(), 50.0);
-  const Where where = FindWhere(judgement);
+  ASSERT_GT(evaluated.train_error(), 50.0);
+  const Where where = FindWhere(evaluated);
   ASSERT_THAT(where.joints, SizeIs(2));
   EXPECT_FALSE(where.joints[0].significant);
   EXPECT_TRUE(where.joints[1].significant);
@@ -134,11 +134,11 @@ TEST(FindWhere, CutsSegmentsUntilForcesExplainTheErrors) {
   const Model model = Shipped("pendulum2");
   const Model truth = Shipped("pendulum2", {"viscous_damping@joint2"},
                               {{"joint2.damping", 0.02}});
-  const Judgement judgement =
-      JudgeBase(MakeProblem(model, {}, RunsOf(truth, 1, 0.7, 8.0)));
-  const LinearizedFit fit(*judgement.problem, judgement.fit.point);
+  const EvaluatedModel evaluated =
+      EvaluateGiven(MakeProblem(model, {}, RunsOf(truth, 1, 0.7, 8.0)));
+  const LinearizedFit fit(*evaluated.problem, evaluated.fit.point);
   EXPECT_GT(EstimateForce(fit).variance, 1.5);
-  const Where where = FindWhere(judgement);
+  const Where where = FindWhere(evaluated);
   ASSERT_THAT(where.joints, SizeIs(2));
   EXPECT_TRUE(where.joints[1].significant);
   for (const ForceRegression& law : where.regression) {

@@ -173,19 +173,17 @@ TEST(RunReduction, GivesTheDampedStepOfTheDenseProblem) {
   damped.leftCols(kTheta) = theta_damping.asDiagonal();
   roots.push_back(damped);
   const RowMatrixXd R = MergeRoots(roots);
-  const VectorXd dtheta =
-      -R.topLeftCorner(kTheta, kTheta)
-           .triangularView<Eigen::Upper>()
-           .solve(R.topRightCorner(kTheta, 1))
-           .col(0);
+  const VectorXd dtheta = -R.topLeftCorner(kTheta, kTheta)
+                               .triangularView<Eigen::Upper>()
+                               .solve(R.topRightCorner(kTheta, 1))
+                               .col(0);
   EXPECT_LT((dtheta - step.head(kTheta)).norm(), 1e-11 * step.norm());
   int at = kTheta;
   for (const RunReduction& run : reduced) {
     const RowMatrixXd dx = run.SubstituteBack(dtheta);
     for (int k = 0; k < dx.rows(); ++k, at += kTangent) {
-      EXPECT_LT(
-          (dx.row(k).transpose() - step.segment(at, kTangent)).norm(),
-          1e-11 * step.norm());
+      EXPECT_LT((dx.row(k).transpose() - step.segment(at, kTangent)).norm(),
+                1e-11 * step.norm());
     }
   }
   EXPECT_EQ(at, step.size());
@@ -207,9 +205,9 @@ TEST(RunReduction, KeepsTheCost) {
   const int n = static_cast<int>(dense.H.cols()) - 3;
   const MatrixXd H_xx = dense.H.bottomRightCorner(n, n);
   const VectorXd b = dense.g.tail(n) + dense.H.bottomLeftCorner(n, 3) * dtheta;
-  const double expected =
-      squares + 2.0 * dense.g.head(3).dot(dtheta) +
-      dtheta.dot(dense.H.topLeftCorner(3, 3) * dtheta) - b.dot(H_xx.ldlt().solve(b));
+  const double expected = squares + 2.0 * dense.g.head(3).dot(dtheta) +
+                          dtheta.dot(dense.H.topLeftCorner(3, 3) * dtheta) -
+                          b.dot(H_xx.ldlt().solve(b));
   EXPECT_NEAR(from_root, expected, 1e-10 * squares);
 }
 
@@ -218,8 +216,7 @@ TEST(MergeRoots, DoesNotDependOnTheOrder) {
   Random random(8);
   std::vector<RowMatrixXd> roots;
   for (int r = 0; r < 5; ++r) {
-    roots.push_back(
-        RunReduction(RandomRun({9, 5 + r}, 4, 3, &random)).root());
+    roots.push_back(RunReduction(RandomRun({9, 5 + r}, 4, 3, &random)).root());
   }
   const RowMatrixXd all = MergeRoots(roots);
   const RowMatrixXd grouped =

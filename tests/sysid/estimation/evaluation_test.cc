@@ -27,9 +27,9 @@ Holdout Predict(const Model& model, const sysid::Run& held_out,
                 const sysid::Run& train) {
   const EstimationOptions options;
   const auto fitted = MakeDataSet(model, {train}, options);
-  return PredictHoldout(OpenHoldout(
-      model, MakeDataSetLike(model, {held_out}, options, *fitted), options,
-      {.step = 0.01}, 0.5));
+  return PredictHoldout(
+      OpenHoldout(model, MakeDataSetLike(model, {held_out}, options, *fitted),
+                  options, {.step = 0.01}, 0.5));
 }
 
 TEST(PredictHoldout, IsAtTheNoiseFloorForTheRightModel) {

@@ -109,6 +109,41 @@ TEST(ShootingProblem, PoolsTheNoiseOfASensorOverTheRuns) {
   EXPECT_NEAR(problem.data().PooledNoise(), std::sqrt(5.0) * 1e-3, 0.2e-3);
 }
 
+TEST(ShootingProblem, SharesItsDataWithWhatIsMadeOfIt) {
+  const Model model = Shipped("pendulum1");
+  const ShootingProblem problem(model, FreeFrom(model, {{"link1.length", 0.4}}),
+                                {Simulate(model, RandomState(model, 0.5, 1), {})},
+                                EstimationOptions());
+  const ShootingProblem other =
+      Changed(problem, [](EstimationOptions* o) { o->threads = 2; });
+  EXPECT_EQ(other.options().threads, 2);
+  EXPECT_EQ(problem.options().threads, 1);
+  EXPECT_EQ(&other.model(), &problem.model());
+  const ShootingProblem trial(model, {}, problem.shared_data(),
+                              problem.options());
+  EXPECT_EQ(trial.runs()[0].get(), problem.runs()[0].get());
+}
+
+TEST(MakeDataSet, TakesTheNoiseOfAnotherForTheSameChannels) {
+  const Model model = Shipped("pendulum1");
+  const EstimationOptions options;
+  std::vector<sysid::Run> runs;
+  for (const double noise : {1e-3, 5e-3}) {
+    SimulationOptions simulation;
+    simulation.noise = noise;
+    runs.push_back(Simulate(model, RandomState(model, 0.5, 1), simulation));
+  }
+  const auto quiet = MakeDataSet(model, {runs[0]}, options);
+  const auto noisy = MakeDataSet(model, {runs[1]}, options);
+  EXPECT_GT(noisy->PooledNoise(), 3.0 * quiet->PooledNoise());
+  EXPECT_EQ(MakeDataSetLike(model, {runs[1]}, options, *quiet)->PooledNoise(),
+            quiet->PooledNoise());
+  // A channel that the other does not have keeps its own.
+  runs[1].channels[0].name = "another";
+  EXPECT_EQ(MakeDataSetLike(model, {runs[1]}, options, *quiet)->PooledNoise(),
+            noisy->PooledNoise());
+}
+
 TEST(ShootingProblem, SeesThroughTheWrapOfAnAngle) {
   sysid::Run run = PlanarRun(1e-3, 1, 10.0);
   for (double& angle : run.channels[0].values.reshaped()) {

@@ -128,9 +128,8 @@ class DiagnosedPage : public ::testing::Test {
     diagnosis_ = new Diagnosis(
         Diagnose(*problem_, AllCandidates(problem_->model), options));
     final_ = new FinalFit(FitFinal(*session_, *problem_, *diagnosis_));
-    page_ =
-        new Json(DiagnosisPage(SourceOf(*session_, *problem_),
-                               *problem_, *diagnosis_, final_));
+    page_ = new Json(DiagnosisPage(SourceOf(*session_, *problem_), *problem_,
+                                   *diagnosis_, final_));
   }
   static void TearDownTestSuite() {
     delete page_;

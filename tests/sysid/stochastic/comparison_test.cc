@@ -86,8 +86,10 @@ TEST(CompareSolvers, KeepsTheStartsThatWereDoneWhereItIsInterrupted) {
   // In the second start: the first solver's second beginning.
   const auto problem = TwoLengths();
   std::stop_source source;
-  *problem = Changed(*problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
-  *problem = Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
+  *problem = Changed(
+      *problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
+  *problem =
+      Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
   ComparisonOptions options = Options(3);
   bool mixture = false;
   options.progress = [&](const Progress& progress) {
@@ -105,8 +107,10 @@ TEST(CompareSolvers, KeepsTheStartsThatWereDoneWhereItIsInterrupted) {
 TEST(CompareSolvers, HasAPointOfEachSolverWhereTheFirstIsInterrupted) {
   const auto problem = TwoLengths();
   std::stop_source source;
-  *problem = Changed(*problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
-  *problem = Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
+  *problem = Changed(
+      *problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
+  *problem =
+      Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
   ComparisonOptions options = Options(1);
   options.progress = [&](const Progress& progress) {
     if (progress.iteration == 2) source.request_stop();

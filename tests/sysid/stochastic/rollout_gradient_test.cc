@@ -287,7 +287,8 @@ TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
 // As many steps as are worth a thread, so that there are two.
 TEST(RolloutGradient, ByThreadsIsTheSameToTheLastBit) {
   const Pendulum pendulum;
-  *pendulum.problem = Changed(*pendulum.problem, [&](EstimationOptions* o) { o->rollout.step = 1e-5; });
+  *pendulum.problem = Changed(
+      *pendulum.problem, [&](EstimationOptions* o) { o->rollout.step = 1e-5; });
   std::mt19937_64 random(6);
   const GaussianMixture mixture = StartingMixture(3, 2, 0.1, &random);
   RolloutSums kept;

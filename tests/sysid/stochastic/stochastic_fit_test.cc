@@ -83,8 +83,7 @@ TEST(FitGaussianMixture, KeepsItsLastEpochWhereItIsInterrupted) {
   const auto problem = TwoLengths();
   std::stop_source source;
   StopAt(5, &source, problem.get());
-  const MixtureFit mixture =
-      FitGaussianMixture(*problem, MixtureFromRest());
+  const MixtureFit mixture = FitGaussianMixture(*problem, MixtureFromRest());
   EXPECT_FALSE(mixture.fit.converged);
   EXPECT_THAT(mixture.fit.termination, HasSubstr("interrupted after 5 epochs"));
   EXPECT_EQ(mixture.epochs.back().epoch, 5);
@@ -181,7 +180,8 @@ TEST(FitGaussianMixture, IsTheSameByOneThreadAndByTwo) {
   std::vector<MixtureFit> fits;
   for (const int threads : {1, 2}) {
     const auto problem = TwoLengths(1e-3, 3);
-    *problem = Changed(*problem, [&](EstimationOptions* o) { o->threads = threads; });
+    *problem =
+        Changed(*problem, [&](EstimationOptions* o) { o->threads = threads; });
     fits.push_back(FitGaussianMixture(*problem, options));
   }
   EXPECT_EQ(fits[0].kernels.Pack(), fits[1].kernels.Pack());
@@ -193,8 +193,7 @@ TEST(FitGaussianMixture, IsTheSameByOneThreadAndByTwo) {
 
 TEST(FitGaussianMixture, FindsLengthsAndRecordsEveryEpoch) {
   const auto problem = TwoLengths();
-  const MixtureFit result =
-      FitGaussianMixture(*problem, MixtureFromRest());
+  const MixtureFit result = FitGaussianMixture(*problem, MixtureFromRest());
   EXPECT_TRUE(result.fit.converged) << result.fit.termination;
   EXPECT_EQ(result.fit.solver, "gmm");
   EXPECT_NEAR(result.mixture.Mean()[0], 0.4, 0.02 * 0.4);
@@ -238,7 +237,8 @@ TEST(FitGaussianMixture, IsTheSameForASeedAndOneThreadOrTwo) {
   const auto run = [&](std::uint64_t seed, int threads) {
     options.seed = seed;
     const auto problem = TwoLengths(1e-3, 10);
-    *problem = Changed(*problem, [&](EstimationOptions* o) { o->threads = threads; });
+    *problem =
+        Changed(*problem, [&](EstimationOptions* o) { o->threads = threads; });
     return FitGaussianMixture(*problem, options).kernels.Pack();
   };
   const Eigen::VectorXd one = run(1, 1);
@@ -343,8 +343,7 @@ TEST(FitGaussianMixture, IsNotStoppedByDrawsThatAllButFail) {
 
 TEST(FitGaussianMixture, SaysWhereItDiverges) {
   const auto problem = StiffDamping(1e30, 0.04, 2.0);
-  const MixtureFit result =
-      FitGaussianMixture(*problem, MixtureFromRest());
+  const MixtureFit result = FitGaussianMixture(*problem, MixtureFromRest());
   EXPECT_FALSE(result.fit.converged);
   EXPECT_THAT(result.fit.termination, HasSubstr("fail"));
 }

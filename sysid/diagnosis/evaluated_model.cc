@@ -1,4 +1,4 @@
-#include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/evaluated_model.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,10 +22,11 @@ struct Extended {
 };
 
 // The problem's model with effects; parameters start at `values`, by name, or
-// where they were. Those that are `idle` or whole numbers are not free.
+// where they were. Those that are `without_influence` or whole numbers are not
+// free.
 Extended Extend(const DiagnosisProblem& problem,
                 const std::vector<std::shared_ptr<const Effect>>& effects,
-                const std::set<std::string>& idle,
+                const std::set<std::string>& without_influence,
                 const std::map<std::string, double>& values) {
   Extended out(problem.model);
   std::vector<std::string> names;
@@ -34,7 +35,7 @@ Extended Extend(const DiagnosisProblem& problem,
   }
   for (const auto& effect : effects) {
     out.model.AddEffect(effect);
-    std::set<std::string> held = idle;
+    std::set<std::string> held = without_influence;
     for (const EffectParameter& parameter : effect->parameters()) {
       if (parameter.whole) held.insert(parameter.name);
       const auto at = values.find(parameter.name);
@@ -71,13 +72,13 @@ Extended Extend(const DiagnosisProblem& problem,
 }
 
 // The values of a fit by name, those that it held among the effects' too.
-std::map<std::string, double> ValuesOf(const Judgement& judgement) {
+std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated) {
   std::map<std::string, double> values;
-  const Model& model = judgement.fit.model;
+  const Model& model = evaluated.fit.model;
   for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
     values[model.effects().parameters()[i].name] = model.nominal().effects[i];
   }
-  for (const ParameterEstimate& p : judgement.fit.parameters) {
+  for (const ParameterEstimate& p : evaluated.fit.parameters) {
     values[p.name] = p.value;
   }
   return values;
@@ -108,48 +109,48 @@ std::shared_ptr<const ShootingProblem> MakeProblem(
 }
 
 Holdout OpenHoldoutOf(const DiagnosisProblem& problem,
-                      const Judgement& judgement) {
-  return OpenHoldout(judgement.fit.model, problem.holdout,
-                     judgement.problem->options(), judgement.fit.point.rollout,
-                     judgement.fit.segment_s);
+                      const EvaluatedModel& evaluated) {
+  return OpenHoldout(evaluated.fit.model, problem.holdout,
+                     evaluated.problem->options(), evaluated.fit.point.rollout,
+                     evaluated.fit.segment_s);
 }
 
-void SetIndependent(Judgement* judgement) {
-  judgement->independent =
-      (judgement->fit.train.dof + judgement->holdout.dof) /
-      AutocorrelationTime(*judgement->problem, judgement->fit.point);
+void SetIndependent(EvaluatedModel* evaluated) {
+  evaluated->independent =
+      (evaluated->fit.train.dof + evaluated->holdout.dof) /
+      AutocorrelationTime(*evaluated->problem, evaluated->fit.point);
 }
 
 // The held-out runs' states start from those of `before`, where there is one.
-void Judge(const DiagnosisProblem& problem, const Judgement* before,
-           Judgement* judgement) {
+void Evaluate(const DiagnosisProblem& problem, const EvaluatedModel* before,
+              EvaluatedModel* evaluated) {
   // Where the fitted runs are predicted so much better the start was bad; near
   // the noise, where little decides, a little is much.
   constexpr double kFar = 2.0, kFarDoubt = 1.5, kNearDoubt = 1.1;
   const auto judge = [&](const Solution* start) {
     Holdout holdout =
-        EvaluateHoldout(OpenHoldoutOf(problem, *judgement), start);
-    judgement->holdout = std::move(holdout.errors);
-    judgement->holdout_point = std::move(holdout.point);
+        EvaluateHoldout(OpenHoldoutOf(problem, *evaluated), start);
+    evaluated->holdout = std::move(holdout.errors);
+    evaluated->holdout_point = std::move(holdout.point);
   };
   if (problem.holdout != nullptr) {
-    const double train = judgement->train_error();
+    const double train = evaluated->train_error();
     const bool warm = before != nullptr &&
-                      before->fit.segment_s == judgement->fit.segment_s &&
+                      before->fit.segment_s == evaluated->fit.segment_s &&
                       !before->holdout_point.runs.empty();
     if (warm) judge(&before->holdout_point);
     const double doubt = train > kFar ? kFarDoubt : kNearDoubt;
-    if (!warm || !(judgement->holdout_error() < doubt * std::max(1.0, train))) {
+    if (!warm || !(evaluated->holdout_error() < doubt * std::max(1.0, train))) {
       judge(nullptr);
     }
   }
-  SetIndependent(judgement);
+  SetIndependent(evaluated);
 }
 
 // The values of parameters of effects that the fit did not move.
-std::map<std::string, double> HeldValues(const Judgement& judgement) {
-  std::map<std::string, double> values = ValuesOf(judgement);
-  for (const ParameterEstimate& p : judgement.fit.parameters) {
+std::map<std::string, double> HeldValues(const EvaluatedModel& evaluated) {
+  std::map<std::string, double> values = ValuesOf(evaluated);
+  for (const ParameterEstimate& p : evaluated.fit.parameters) {
     values.erase(p.name);
   }
   return values;
@@ -177,27 +178,30 @@ double StartOf(const Effect& effect, const ExpectedParameter& expected,
 }
 
 // The same model, from where it ended, yet to be fitted.
-Judgement SameModel(const DiagnosisProblem& problem, const Judgement& before) {
+EvaluatedModel SameModel(const DiagnosisProblem& problem,
+                         const EvaluatedModel& before) {
   const Extended extended =
-      Extend(problem, before.added, before.idle, ValuesOf(before));
-  Judgement after(extended.model);
+      Extend(problem, before.added, before.without_influence, ValuesOf(before));
+  EvaluatedModel after(extended.model);
   after.added = before.added;
-  after.idle = before.idle;
+  after.without_influence = before.without_influence;
   after.problem = MakeProblem(problem, extended,
                               Coarse(problem.options, before.train_error()));
   return after;
 }
 
 // Refits from the best of several starts, in the segments of `before`.
-Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
-                std::vector<std::shared_ptr<const Effect>> effects,
-                std::set<std::string> idle,
-                const std::vector<std::map<std::string, double>>& starts,
-                const EstimationOptions& options) {
-  const Extended extended = Extend(problem, effects, idle, starts.front());
-  Judgement after(extended.model);
+EvaluatedModel Refit(const DiagnosisProblem& problem,
+                     const EvaluatedModel& before,
+                     std::vector<std::shared_ptr<const Effect>> effects,
+                     std::set<std::string> without_influence,
+                     const std::vector<std::map<std::string, double>>& starts,
+                     const EstimationOptions& options) {
+  const Extended extended =
+      Extend(problem, effects, without_influence, starts.front());
+  EvaluatedModel after(extended.model);
   after.added = std::move(effects);
-  after.idle = std::move(idle);
+  after.without_influence = std::move(without_influence);
   after.problem = MakeProblem(problem, extended, options);
   Solution best;
   double least = std::numeric_limits<double>::infinity();
@@ -227,8 +231,8 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
   if (IsDoubtful(before.fit) &&
       (HasBound(after.fit) || after.train_error() > before.train_error())) {
     // By segments that grow, then.
-    const Extended afresh =
-        Extend(problem, after.added, after.idle, HeldValues(after));
+    const Extended afresh = Extend(problem, after.added,
+                                   after.without_influence, HeldValues(after));
     EstimationOptions alike = options;
     alike.segment = before.fit.segment_s;
     const auto staged = MakeProblem(problem, afresh, alike);
@@ -238,7 +242,7 @@ Judgement Refit(const DiagnosisProblem& problem, const Judgement& before,
       after.fit = std::move(fit);
     }
   }
-  Judge(problem, &before, &after);
+  Evaluate(problem, &before, &after);
   return after;
 }
 
@@ -258,13 +262,12 @@ void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
   if (holdout_runs.empty()) {
     holdout = nullptr;
   } else {
-    holdout =
-        MakeDataSetLike(model, std::move(holdout_runs), options, *train);
+    holdout = MakeDataSetLike(model, std::move(holdout_runs), options, *train);
   }
 }
 
-Judgement JudgeBase(const DiagnosisProblem& problem) {
-  Judgement base(problem.model);
+EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
+  EvaluatedModel base(problem.model);
   base.problem = std::make_shared<const ShootingProblem>(
       problem.model, problem.free, problem.train, problem.options);
   base.fit = FitIndependentSegments(*base.problem);
@@ -277,15 +280,16 @@ Judgement JudgeBase(const DiagnosisProblem& problem) {
     base.fit = RefitIndependentSegments(*base.problem, start);
     base.fit.history = history;
   }
-  Judge(problem, nullptr, &base);
+  Evaluate(problem, nullptr, &base);
   return base;
 }
 
-Judgement JudgeWith(const DiagnosisProblem& problem, const Judgement& before,
-                    const std::vector<const ScreenedEffect*>& effects,
-                    const EstimationOptions& options) {
+EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
+                            const EvaluatedModel& before,
+                            const std::vector<const ScreenedEffect*>& effects,
+                            const EstimationOptions& options) {
   std::vector<std::shared_ptr<const Effect>> added = before.added;
-  std::set<std::string> idle = before.idle;
+  std::set<std::string> without_influence = before.without_influence;
   // From where the screening expects them, and less far: its first order may
   // overshoot.
   std::vector<std::map<std::string, double>> starts;
@@ -307,46 +311,48 @@ Judgement JudgeWith(const DiagnosisProblem& problem, const Judgement& before,
   }
   for (const ScreenedEffect* effect : effects) {
     added.push_back(effect->effect);
-    idle.insert(effect->idle.begin(), effect->idle.end());
+    without_influence.insert(effect->without_influence.begin(),
+                             effect->without_influence.end());
   }
-  return Refit(problem, before, std::move(added), std::move(idle), starts,
-               options);
+  return Refit(problem, before, std::move(added), std::move(without_influence),
+               starts, options);
 }
 
-Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
-                       const std::string& effect,
-                       const EstimationOptions& options) {
+EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
+                               const EvaluatedModel& before,
+                               const std::string& effect,
+                               const EstimationOptions& options) {
   std::vector<std::shared_ptr<const Effect>> left = before.added;
   std::erase_if(left, [&](const auto& e) { return e->name() == effect; });
   std::map<std::string, double> values = ValuesOf(before);
-  // What the effect corrected goes back to what it was.
+  // What the effect adjusted goes back to what it was.
   for (const auto& e : before.added) {
     if (e->name() != effect) continue;
-    for (const std::string& name : e->corrects()) values.erase(name);
+    for (const std::string& name : e->adjusts_nominal()) values.erase(name);
   }
-  return Refit(problem, before, std::move(left), before.idle, {values},
-               options);
+  return Refit(problem, before, std::move(left), before.without_influence,
+               {values}, options);
 }
 
-Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
-                      double segment_s) {
-  Judgement after = SameModel(problem, before);
+EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
+                              const EvaluatedModel& before, double segment_s) {
+  EvaluatedModel after = SameModel(problem, before);
   // Rolled out to the new cuts with the step that served before.
   Solution start = Recut(*after.problem, before.fit.point, segment_s);
   start.rollout = after.problem->options().rollout;
   after.fit = RefitIndependentSegments(*after.problem, start);
-  Judge(problem, nullptr, &after);
+  Evaluate(problem, nullptr, &after);
   return after;
 }
 
-bool HasBlindStates(const Judgement& judgement) {
-  const ShootingProblem& problem = *judgement.problem;
+bool HasBlindStates(const EvaluatedModel& evaluated) {
+  const ShootingProblem& problem = *evaluated.problem;
   return ObservedStateDof(problem) < 2.0 * problem.model().nv();
 }
 
-Judgement JudgeJoined(const DiagnosisProblem& problem,
-                      const Judgement& before) {
-  Judgement after = SameModel(problem, before);
+EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,
+                              const EvaluatedModel& before) {
+  EvaluatedModel after = SameModel(problem, before);
   EstimationOptions quiet = after.problem->options();
   quiet.progress = nullptr;
   const Fit joined = FitLevenbergMarquardt(after.problem->With(quiet));
@@ -361,28 +367,32 @@ Judgement JudgeJoined(const DiagnosisProblem& problem,
   return after;
 }
 
-Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement) {
-  judgement.problem = std::make_shared<const ShootingProblem>(
-      judgement.problem->With(
-          Coarse(problem.options, judgement.train_error())));
-  Solution start = judgement.fit.point;
-  start.rollout = judgement.problem->options().rollout;
-  judgement.fit = RefitIndependentSegments(*judgement.problem, start);
-  Judge(problem, &judgement, &judgement);
-  return judgement;
+EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
+                             EvaluatedModel evaluated) {
+  evaluated.problem =
+      std::make_shared<const ShootingProblem>(evaluated.problem->With(
+          Coarse(problem.options, evaluated.train_error())));
+  Solution start = evaluated.fit.point;
+  start.rollout = evaluated.problem->options().rollout;
+  evaluated.fit = RefitIndependentSegments(*evaluated.problem, start);
+  Evaluate(problem, &evaluated, &evaluated);
+  return evaluated;
 }
 
-void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
+void ExtendProblem(const DiagnosisProblem& problem,
+                   const EvaluatedModel& evaluated,
                    const std::set<std::string>& without, Model* model,
                    std::vector<FreeParameter>* free) {
-  std::vector<std::shared_ptr<const Effect>> effects = judgement.added;
-  std::map<std::string, double> values = ValuesOf(judgement);
+  std::vector<std::shared_ptr<const Effect>> effects = evaluated.added;
+  std::map<std::string, double> values = ValuesOf(evaluated);
   std::erase_if(effects, [&](const auto& effect) {
     if (without.count(effect->name()) == 0) return false;
-    for (const std::string& name : effect->corrects()) values.erase(name);
+    for (const std::string& name : effect->adjusts_nominal())
+      values.erase(name);
     return true;
   });
-  Extended extended = Extend(problem, effects, judgement.idle, values);
+  Extended extended =
+      Extend(problem, effects, evaluated.without_influence, values);
   *model = extended.model;
   *free = std::move(extended.free);
 }
@@ -390,9 +400,9 @@ void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
 DiagnosisProblem WithEffects(
     const DiagnosisProblem& problem,
     const std::vector<std::shared_ptr<const Effect>>& effects,
-    const std::set<std::string>& idle,
+    const std::set<std::string>& without_influence,
     const std::map<std::string, double>& values) {
-  Extended extended = Extend(problem, effects, idle, values);
+  Extended extended = Extend(problem, effects, without_influence, values);
   DiagnosisProblem with = problem;
   with.model = extended.model;
   with.free = std::move(extended.free);

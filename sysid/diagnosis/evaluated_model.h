@@ -31,11 +31,11 @@ struct DiagnosisProblem {
 // A model that was fitted to the training runs, in independent segments, and
 // judged by the held-out ones. Errors of both are of prediction over a segment
 // from its own state.
-struct Judgement {
+struct EvaluatedModel {
   // Beside the effects of the problem's own model, in the order of adding.
   std::vector<std::shared_ptr<const Effect>> added;
   // Parameters of those that the data says nothing of: held where they are.
-  std::set<std::string> idle;
+  std::set<std::string> without_influence;
   std::shared_ptr<const ShootingProblem> problem;
   Fit fit;
   RunErrors holdout;
@@ -44,63 +44,68 @@ struct Judgement {
   // correlated in time (6.3).
   double independent = 1.0;
 
-  explicit Judgement(const Model& m) : fit(m) {}
+  explicit EvaluatedModel(const Model& m) : fit(m) {}
   double train_error() const { return fit.train.total.normalized_rms; }
   double squares() const { return fit.train.squares + holdout.squares; }
   double holdout_error() const { return holdout.total.normalized_rms; }
 };
 
 // The problem's own model, from its start.
-Judgement JudgeBase(const DiagnosisProblem& problem);
+EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);
 
 // The model of `before` with further effects, which start where the screening
 // expects them; `threads` and `progress` as in `options`.
-Judgement JudgeWith(const DiagnosisProblem& problem, const Judgement& before,
-                    const std::vector<const ScreenedEffect*>& effects,
-                    const EstimationOptions& options);
+EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
+                            const EvaluatedModel& before,
+                            const std::vector<const ScreenedEffect*>& effects,
+                            const EstimationOptions& options);
 
 // The model of `before` without one of the effects that were added.
-Judgement JudgeWithout(const DiagnosisProblem& problem, const Judgement& before,
-                       const std::string& effect,
-                       const EstimationOptions& options);
+EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
+                               const EvaluatedModel& before,
+                               const std::string& effect,
+                               const EstimationOptions& options);
 
 // The options for a model whose error stays at so many times the noise: it
 // needs no step as fine as the noise.
 EstimationOptions Coarse(EstimationOptions options, double error);
 
 // The same model from where it ended, until the fit has converged.
-Judgement Rejudge(const DiagnosisProblem& problem, Judgement judgement);
+EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
+                             EvaluatedModel evaluated);
 
 // Whether a fit did not converge or ended at a bound.
 bool IsDoubtful(const Fit& fit);
 
 // The same model in longer segments, s, which show what adds up slowly.
-Judgement JudgeLonger(const DiagnosisProblem& problem, const Judgement& before,
-                      double segment_s);
+EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
+                              const EvaluatedModel& before, double segment_s);
 
 // The same model from one trajectory a run, joined over all segments. Where no
 // sensor sees a spin, the states of single segments may each be caught in a
 // wrong one, and no effect helps; over a whole run the motion itself tells.
-Judgement JudgeJoined(const DiagnosisProblem& problem, const Judgement& before);
+EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,
+                              const EvaluatedModel& before);
 
 // Whether there are states of a joint that the data does not show.
-bool HasBlindStates(const Judgement& judgement);
+bool HasBlindStates(const EvaluatedModel& evaluated);
 
-// The problem's own model with the effects of a judgement but those named in
+// The problem's own model with the effects of a evaluated but those named in
 // `without`, their parameters free and starting where it ended: for a fit of
 // other runs.
-void ExtendProblem(const DiagnosisProblem& problem, const Judgement& judgement,
+void ExtendProblem(const DiagnosisProblem& problem,
+                   const EvaluatedModel& evaluated,
                    const std::set<std::string>& without, Model* model,
                    std::vector<FreeParameter>* free);
 
 // The problem with effects in its model: all parameters start at `values`, by
-// name, or else where they did; those that are `idle` or whole numbers are set
-// and not free. An effect takes the place of an earlier one with which it
-// shares parameters.
+// name, or else where they did; those that are `without_influence` or whole
+// numbers are set and not free. An effect takes the place of an earlier one
+// with which it shares parameters.
 DiagnosisProblem WithEffects(
     const DiagnosisProblem& problem,
     const std::vector<std::shared_ptr<const Effect>>& effects,
-    const std::set<std::string>& idle,
+    const std::set<std::string>& without_influence,
     const std::map<std::string, double>& values);
 
 }  // namespace sysid

@@ -1,4 +1,4 @@
-#include "sysid/diagnosis/trials.h"
+#include "sysid/diagnosis/candidate_refits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,9 +54,9 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
 }
 
 // The values of an effect's own parameters in a judged model.
-std::vector<double> OwnValues(const Judgement& judgement,
+std::vector<double> OwnValues(const EvaluatedModel& evaluated,
                               const Effect& effect) {
-  const Model& model = judgement.fit.model;
+  const Model& model = evaluated.fit.model;
   std::vector<double> values;
   for (const EffectParameter& own : effect.parameters()) {
     for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
@@ -70,13 +70,13 @@ std::vector<double> OwnValues(const Judgement& judgement,
 
 // Whether a refit tells of an effect: some parameter is clearly off its null,
 // or the errors are clearly lower where standard errors cannot say.
-bool IsTold(const Judgement& before, const Judgement& judgement,
-            const ScreenedEffect& effect) {
+bool IsIdentified(const EvaluatedModel& before, const EvaluatedModel& evaluated,
+                  const ScreenedEffect& effect) {
   constexpr double kDeviations = 3.0;
   constexpr double kMuch = 0.5;
   // Where the rest of the model is still wrong its standard errors say little.
-  bool hidden = judgement.train_error() < kMuch * before.train_error();
-  for (const ParameterEstimate& p : judgement.fit.parameters) {
+  bool hidden = evaluated.train_error() < kMuch * before.train_error();
+  for (const ParameterEstimate& p : evaluated.fit.parameters) {
     for (const ExpectedParameter& expected : effect.parameters) {
       if (expected.name != p.name || expected.searched) continue;
       // What other parameters hide in part: only its effect on the errors says.
@@ -87,7 +87,7 @@ bool IsTold(const Judgement& before, const Judgement& judgement,
       }
     }
   }
-  return hidden && !AreAsGood(before, judgement);
+  return hidden && !AreAsGood(before, evaluated);
 }
 
 // The effect in a model of which another is an extension, or null.
@@ -99,13 +99,14 @@ const Effect* FindPart(const Model& model, const Effect& whole) {
   return nullptr;
 }
 
-std::string WhyRefused(const Judgement& before, const Trial& trial) {
+std::string WhyRefused(const EvaluatedModel& before,
+                       const CandidateRefit& refit) {
   // A law with more parameters gains something on most machines. Where the one
   // that is in the model has reached the noise, that is no effect that is
   // missing.
   constexpr double kReached = 1.1;
-  const Judgement& after = *trial.after;
-  for (const ScreenedEffect& effect : trial.expected) {
+  const EvaluatedModel& after = *refit.after;
+  for (const ScreenedEffect& effect : refit.expected) {
     const Effect* part = FindPart(before.fit.model, *effect.effect);
     if (part != nullptr && before.train_error() < kReached &&
         before.holdout_error() < kReached) {
@@ -119,8 +120,8 @@ std::string WhyRefused(const Judgement& before, const Trial& trial) {
   if (!(after.train_error() < (1 - kMaterial) * before.train_error())) {
     return "refitted it gains nothing";
   }
-  for (const ScreenedEffect& effect : trial.expected) {
-    if (!IsTold(before, after, effect)) {
+  for (const ScreenedEffect& effect : refit.expected) {
+    if (!IsIdentified(before, after, effect)) {
       return "refitted, " + effect.name() +
              " is within three standard errors of none";
     }
@@ -138,8 +139,8 @@ std::string WhyRefused(const Judgement& before, const Trial& trial) {
 }
 
 // Whether a model's effects are part of another's, which has more.
-bool IsWithin(const Judgement& judgement, const Judgement& other) {
-  const auto names = [](const Judgement& j) {
+bool IsWithin(const EvaluatedModel& evaluated, const EvaluatedModel& other) {
+  const auto names = [](const EvaluatedModel& j) {
     std::set<std::string> all;
     for (const auto& effect : j.added) {
       const std::vector<std::string> own = effect->ParameterNames();
@@ -147,22 +148,22 @@ bool IsWithin(const Judgement& judgement, const Judgement& other) {
     }
     return all;
   };
-  const std::set<std::string> part = names(judgement), whole = names(other);
+  const std::set<std::string> part = names(evaluated), whole = names(other);
   return part.size() < whole.size() &&
          std::includes(whole.begin(), whole.end(), part.begin(), part.end());
 }
 
 }  // namespace
 
-std::string WhyImplausible(const Judgement& judgement) {
-  for (const auto& effect : judgement.added) {
-    const std::string why = effect->Implausible(OwnValues(judgement, *effect));
+std::string WhyImplausible(const EvaluatedModel& evaluated) {
+  for (const auto& effect : evaluated.added) {
+    const std::string why = effect->Implausible(OwnValues(evaluated, *effect));
     if (!why.empty()) return effect->name() + ": " + why;
   }
   return "";
 }
 
-bool AreAsGood(const Judgement& a, const Judgement& b) {
+bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b) {
   constexpr double kMost = 0.25;  // of the sums of squares
   const double ratio = std::abs(std::log(a.squares() / b.squares()));
   const double independent =
@@ -171,39 +172,39 @@ bool AreAsGood(const Judgement& a, const Judgement& b) {
          (ratio < kMost && independent * ratio < kClearly);
 }
 
-bool IsAtNoiseFloor(const Judgement& judgement) {
-  return judgement.train_error() < NoiseFloor(judgement.fit.train.dof) &&
-         judgement.holdout_error() < NoiseFloor(judgement.holdout.dof);
+bool IsAtNoiseFloor(const EvaluatedModel& evaluated) {
+  return evaluated.train_error() < NoiseFloor(evaluated.fit.train.dof) &&
+         evaluated.holdout_error() < NoiseFloor(evaluated.holdout.dof);
 }
 
-std::vector<Trial> ProposeEffects(const Screening& screening) {
-  std::vector<Trial> trials;
+std::vector<CandidateRefit> ProposeEffects(const Screening& screening) {
+  std::vector<CandidateRefit> refits;
   for (size_t i = 0; i < screening.effects.size(); ++i) {
     const ScreenedEffect& effect = screening.effects[i];
-    if (static_cast<int>(trials.size()) == kMostConfirmed) break;
+    if (static_cast<int>(refits.size()) == kMostConfirmed) break;
     if (!Promises(screening, effect.predicted_error, effect.criterion)) {
       continue;
     }
     if (IsExtravagant(screening, effect)) continue;
     int alike = 0;
-    for (const Trial& trial : trials) {
-      alike += screening.likeness(i, trial.effects[0]) > 0.999 &&
-               screening.likeness(trial.effects[0], i) > 0.999;
+    for (const CandidateRefit& refit : refits) {
+      alike += screening.confusability(i, refit.effects[0]) > 0.999 &&
+               screening.confusability(refit.effects[0], i) > 0.999;
     }
     if (alike > 1) continue;
-    Trial trial;
-    trial.effects = {static_cast<int>(i)};
-    trial.expected = {effect};
-    trial.predicted = effect.predicted_error;
-    trials.push_back(std::move(trial));
+    CandidateRefit refit;
+    refit.effects = {static_cast<int>(i)};
+    refit.expected = {effect};
+    refit.predicted = effect.predicted_error;
+    refits.push_back(std::move(refit));
   }
-  return trials;
+  return refits;
 }
 
-std::vector<Trial> ProposePairs(const Screening& screening) {
-  std::vector<Trial> trials;
+std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
+  std::vector<CandidateRefit> refits;
   for (const Screening::Pair& pair : screening.pairs) {
-    if (static_cast<int>(trials.size()) == kMostPairs) break;
+    if (static_cast<int>(refits.size()) == kMostPairs) break;
     const ScreenedEffect& a = screening.effects[pair.first];
     const ScreenedEffect& b = screening.effects[pair.second];
     // Together, and not one alone.
@@ -211,30 +212,31 @@ std::vector<Trial> ProposePairs(const Screening& screening) {
         !(pair.predicted_error < (1 - kMaterial) * screening.error)) {
       continue;
     }
-    Trial trial;
-    trial.effects = {pair.first, pair.second};
-    trial.expected = {a, b};
-    trial.predicted = pair.predicted_error;
-    trials.push_back(std::move(trial));
+    CandidateRefit refit;
+    refit.effects = {pair.first, pair.second};
+    refit.expected = {a, b};
+    refit.predicted = pair.predicted_error;
+    refits.push_back(std::move(refit));
   }
-  return trials;
+  return refits;
 }
 
-void Refitter::Confirm(const Judgement& before,
-                       std::vector<Trial>* trials) const {
+void Refitter::Confirm(const EvaluatedModel& before,
+                       std::vector<CandidateRefit>* refits) const {
   // An effect of which a part is proposed waits for it: if that reaches the
   // noise, nothing is left for the rest.
-  const auto waits = [&](const Trial& trial) {
-    return std::any_of(trials->begin(), trials->end(), [&](const Trial& part) {
-      return trial.effects.size() == 1 && part.effects.size() == 1 &&
-             IsPartOf(*part.expected[0].effect, *trial.expected[0].effect);
-    });
+  const auto waits = [&](const CandidateRefit& refit) {
+    return std::any_of(
+        refits->begin(), refits->end(), [&](const CandidateRefit& part) {
+          return refit.effects.size() == 1 && part.effects.size() == 1 &&
+                 IsPartOf(*part.expected[0].effect, *refit.expected[0].effect);
+        });
   };
   std::vector<bool> late;
-  for (const Trial& trial : *trials) late.push_back(waits(trial));
-  std::vector<Trial> first, waiting;
-  for (size_t i = 0; i < trials->size(); ++i) {
-    (late[i] ? waiting : first).push_back(std::move((*trials)[i]));
+  for (const CandidateRefit& refit : *refits) late.push_back(waits(refit));
+  std::vector<CandidateRefit> first, waiting;
+  for (size_t i = 0; i < refits->size(); ++i) {
+    (late[i] ? waiting : first).push_back(std::move((*refits)[i]));
   }
   Refit(before, &first);
   const int best = Choose(first);
@@ -242,18 +244,18 @@ void Refitter::Confirm(const Judgement& before,
     Refit(before, &waiting);
     std::move(waiting.begin(), waiting.end(), std::back_inserter(first));
   }
-  *trials = std::move(first);
+  *refits = std::move(first);
 }
 
-void Refitter::Refit(const Judgement& before,
-                     std::vector<Trial>* trials) const {
-  const int count = static_cast<int>(trials->size());
+void Refitter::Refit(const EvaluatedModel& before,
+                     std::vector<CandidateRefit>* refits) const {
+  const int count = static_cast<int>(refits->size());
   if (count == 0) return;
   EstimationOptions options = problem_.options;
   options.progress = nullptr;
   const int threads = std::max(1, std::min(count, problem_.options.threads));
   options.threads = std::max(1, problem_.options.threads / threads);
-  options.max_iterations = kTrialIterations;
+  options.max_iterations = kRefitIterations;
   std::mutex mutex;
   int done = 0;
   const auto report = [&] {
@@ -264,12 +266,12 @@ void Refitter::Refit(const Judgement& before,
   };
   report();
   ParallelFor(count, threads, [&](int i) {
-    Trial& trial = (*trials)[i];
+    CandidateRefit& refit = (*refits)[i];
     std::vector<const ScreenedEffect*> effects;
-    for (const ScreenedEffect& e : trial.expected) effects.push_back(&e);
-    trial.after =
-        JudgeWith(problem_, before, effects, Coarse(options, trial.predicted));
-    trial.refused = WhyRefused(before, trial);
+    for (const ScreenedEffect& e : refit.expected) effects.push_back(&e);
+    refit.after = EvaluateWith(problem_, before, effects,
+                               Coarse(options, refit.predicted));
+    refit.refused = WhyRefused(before, refit);
     const std::lock_guard lock(mutex);
     ++done;
     report();
@@ -280,12 +282,13 @@ void Refitter::Refit(const Judgement& before,
 // What else could stand in the place of the best effect: with that one back at
 // null to first order, seen from the trajectories that it led to, which are
 // much nearer to the truth than those of the model before.
-void Refitter::AddRivals(const Screening& screening, const Judgement& before,
-                         int best, std::vector<Trial>* trials) const {
+void Refitter::AddRivals(const Screening& screening,
+                         const EvaluatedModel& before, int best,
+                         std::vector<CandidateRefit>* refits) const {
   constexpr size_t kMostRivals = 3;
   constexpr double kNear = 1.5;  // times the error of the best
-  const Trial& found = (*trials)[best];
-  const Judgement& after = *found.after;
+  const CandidateRefit& found = (*refits)[best];
+  const EvaluatedModel& after = *found.after;
   if (found.effects.size() != 1 || IsDoubtful(after.fit)) return;
   std::map<std::string, double> back;
   for (const ExpectedParameter& p : found.expected[0].parameters) {
@@ -295,7 +298,7 @@ void Refitter::AddRivals(const Screening& screening, const Judgement& before,
   if (!without.Valid()) return;
   const Screening seen =
       ScreenEffects(without, after.fit.model, candidates_, problem_.known);
-  std::vector<Trial> rivals;
+  std::vector<CandidateRefit> rivals;
   for (const ScreenedEffect& effect : seen.effects) {
     if (rivals.size() == kMostRivals) break;
     if (!(effect.predicted_error < kNear * after.train_error()) ||
@@ -304,40 +307,41 @@ void Refitter::AddRivals(const Screening& screening, const Judgement& before,
     }
     const int e = screening.IndexOf(effect.name());
     if (e < 0) continue;
-    const bool tried =
-        std::any_of(trials->begin(), trials->end(), [&](const Trial& trial) {
-          return trial.effects == std::vector<int>{e} &&
-                 (trial.refused.empty() && AreAsGood(*trial.after, after));
+    const bool tried = std::any_of(
+        refits->begin(), refits->end(), [&](const CandidateRefit& refit) {
+          return refit.effects == std::vector<int>{e} &&
+                 (refit.refused.empty() && AreAsGood(*refit.after, after));
         });
     if (tried) continue;
-    Trial trial;
-    trial.effects = {e};
-    trial.expected = {effect};
-    trial.predicted = screening.effects[e].predicted_error;
-    rivals.push_back(std::move(trial));
+    CandidateRefit refit;
+    refit.effects = {e};
+    refit.expected = {effect};
+    refit.predicted = screening.effects[e].predicted_error;
+    rivals.push_back(std::move(refit));
   }
   Refit(before, &rivals);
-  for (Trial& rival : rivals) {
-    const auto same = std::find_if(
-        trials->begin(), trials->end(),
-        [&](const Trial& trial) { return trial.effects == rival.effects; });
-    if (same == trials->end()) {
-      trials->push_back(std::move(rival));
+  for (CandidateRefit& rival : rivals) {
+    const auto same = std::find_if(refits->begin(), refits->end(),
+                                   [&](const CandidateRefit& refit) {
+                                     return refit.effects == rival.effects;
+                                   });
+    if (same == refits->end()) {
+      refits->push_back(std::move(rival));
     } else if (rival.after->squares() < same->after->squares()) {
       *same = std::move(rival);
     }
   }
 }
 
-int Refitter::Choose(const std::vector<Trial>& trials) const {
+int Refitter::Choose(const std::vector<CandidateRefit>& refits) const {
   int best = -1;
-  for (size_t i = 0; i < trials.size(); ++i) {
-    if (!trials[i].refused.empty()) continue;
+  for (size_t i = 0; i < refits.size(); ++i) {
+    if (!refits[i].refused.empty()) continue;
     if (best < 0) {
       best = static_cast<int>(i);
       continue;
     }
-    if (IsBetter(*trials[i].after, *trials[best].after)) {
+    if (IsBetter(*refits[i].after, *refits[best].after)) {
       best = static_cast<int>(i);
     }
   }
@@ -347,7 +351,8 @@ int Refitter::Choose(const std::vector<Trial>& trials) const {
 // Of two at the noise, the one that is part of the other: no law is refined to
 // fit what is left there. Of two that are as good, the one with fewer
 // parameters, then the more common kind.
-bool Refitter::IsBetter(const Judgement& a, const Judgement& b) const {
+bool Refitter::IsBetter(const EvaluatedModel& a,
+                        const EvaluatedModel& b) const {
   if (IsAtNoiseFloor(a) && IsAtNoiseFloor(b)) {
     if (IsWithin(a, b)) return true;
     if (IsWithin(b, a)) return false;
@@ -362,9 +367,9 @@ bool Refitter::IsBetter(const Judgement& a, const Judgement& b) const {
 
 // How far down the catalogue the kinds of its effects are, which goes from the
 // common to the rare.
-int Refitter::Rarity(const Judgement& judgement) const {
+int Refitter::Rarity(const EvaluatedModel& evaluated) const {
   int rarity = 0;
-  for (const auto& effect : judgement.added) {
+  for (const auto& effect : evaluated.added) {
     const auto at = std::find_if(
         candidates_.begin(), candidates_.end(),
         [&](const auto& c) { return c->kind() == effect->kind(); });

@@ -1,4 +1,4 @@
-#include "sysid/diagnosis/trials.h"
+#include "sysid/diagnosis/candidate_refits.h"
 
 #include <gtest/gtest.h>
 
@@ -23,10 +23,11 @@ class TrialsTest : public ::testing::Test {
     problem_ = std::make_unique<DiagnosisProblem>(MakeProblem(
         Shipped(kRobot), {{"link1.length", 0.5}, {"link2.length", 0.5}}, runs));
     candidates_ = AllCandidates(problem_->model);
-    base_ = std::make_unique<Judgement>(JudgeBase(*problem_));
+    base_ = std::make_unique<EvaluatedModel>(EvaluateGiven(*problem_));
   }
 
-  Judgement With(const std::string& name, const std::vector<Value>& start) {
+  EvaluatedModel With(const std::string& name,
+                      const std::vector<Value>& start) {
     for (const auto& effect : candidates_) {
       if (effect->name() != name) continue;
       ScreenedEffect expected;
@@ -37,7 +38,7 @@ class TrialsTest : public ::testing::Test {
         p.value = value.value;
         expected.parameters.push_back(p);
       }
-      return JudgeWith(*problem_, *base_, {&expected}, problem_->options);
+      return EvaluateWith(*problem_, *base_, {&expected}, problem_->options);
     }
     ADD_FAILURE() << name;
     return std::move(*base_);
@@ -45,15 +46,15 @@ class TrialsTest : public ::testing::Test {
 
   std::unique_ptr<DiagnosisProblem> problem_;
   std::vector<std::shared_ptr<const Effect>> candidates_;
-  std::unique_ptr<Judgement> base_;
+  std::unique_ptr<EvaluatedModel> base_;
 };
 
 // The peak of Stribeck's law fits what is left of any friction that sticks a
 // little otherwise than ours; at the noise that is no reason to believe it.
 TEST_F(TrialsTest, AtTheNoiseThePartIsBetterThanTheWhole) {
-  const Judgement part =
+  const EvaluatedModel part =
       With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
-  Judgement whole =
+  EvaluatedModel whole =
       With("stribeck_friction@joint1", {{"joint1.friction", 0.05},
                                         {"joint1.static_friction", 0.06},
                                         {"joint1.stribeck_velocity", 0.1}});
@@ -65,7 +66,8 @@ TEST_F(TrialsTest, AtTheNoiseThePartIsBetterThanTheWhole) {
   EXPECT_TRUE(refitter.IsBetter(part, whole));
   EXPECT_FALSE(refitter.IsBetter(whole, part));
   // But not where the part leaves something.
-  Judgement poor = With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
+  EvaluatedModel poor =
+      With("coulomb_friction@joint1", {{"joint1.friction", 0.05}});
   poor.fit.train.total.normalized_rms = 2.0;
   poor.fit.train.squares *= 4.0;
   EXPECT_FALSE(refitter.IsBetter(poor, whole));
@@ -73,7 +75,7 @@ TEST_F(TrialsTest, AtTheNoiseThePartIsBetterThanTheWhole) {
 }
 
 // Segments whose spins went astray stay there; whole runs tell.
-TEST(JudgeJoined, FindsTheSpinsThatSegmentsMiss) {
+TEST(EvaluateJoined, FindsTheSpinsThatSegmentsMiss) {
   const Model model = Shipped("pendulum2");
   std::vector<sysid::Run> runs;
   for (int seed = 1; seed <= 2; ++seed) {
@@ -81,7 +83,7 @@ TEST(JudgeJoined, FindsTheSpinsThatSegmentsMiss) {
   }
   DiagnosisProblem problem =
       MakeProblem(model, {{"link1.length", 0.5}, {"link2.length", 0.5}}, runs);
-  Judgement base = JudgeBase(problem);
+  EvaluatedModel base = EvaluateGiven(problem);
   ASSERT_TRUE(HasBlindStates(base));
   // Spins by 20 rad/s about each link, which no heading shows.
   for (Solution::Nodes* nodes :
@@ -92,8 +94,8 @@ TEST(JudgeJoined, FindsTheSpinsThatSegmentsMiss) {
       }
     }
   }
-  const Judgement astray = Rejudge(problem, std::move(base));
-  const Judgement joined = JudgeJoined(problem, astray);
+  const EvaluatedModel astray = EvaluateAgain(problem, std::move(base));
+  const EvaluatedModel joined = EvaluateJoined(problem, astray);
   EXPECT_GT(astray.train_error(), 1.5);
   EXPECT_LT(joined.train_error(), 1.1);
   EXPECT_LT(joined.holdout_error(), 1.1);

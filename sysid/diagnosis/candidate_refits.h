@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/judgement.h"
+#include "sysid/diagnosis/evaluated_model.h"
 
 namespace sysid {
 
@@ -18,36 +18,36 @@ inline constexpr double kMaterial = 0.01;
 // Of the screening's criterion: twice a log-likelihood.
 inline constexpr double kClearly = 10.0;
 // Iterations of a refit that is to be judged, not kept.
-inline constexpr int kTrialIterations = 25;
+inline constexpr int kRefitIterations = 25;
 
 // The refit of one proposal: one effect or two.
-struct Trial {
+struct CandidateRefit {
   std::vector<int> effects;  // in the screening
   // Those effects as they are expected: by the screening, or by a better one.
   std::vector<ScreenedEffect> expected;
   double predicted = 0.0;
-  std::optional<Judgement> after;
+  std::optional<EvaluatedModel> after;
   std::string refused;  // empty: accepted
 
   bool accepted() const { return after && refused.empty(); }
 };
 
 // The best by the screening; of those that explain the same, two.
-std::vector<Trial> ProposeEffects(const Screening& screening);
+std::vector<CandidateRefit> ProposeEffects(const Screening& screening);
 // Two that together explain what neither does alone.
-std::vector<Trial> ProposePairs(const Screening& screening);
+std::vector<CandidateRefit> ProposePairs(const Screening& screening);
 
 // Whether neither of two models is clearly the better: by their likelihoods, of
 // as many samples as are independent under the better one (of a model that
 // misses much those are few, so only up to a limit), or by too little to
 // matter.
-bool AreAsGood(const Judgement& a, const Judgement& b);
+bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b);
 
 // Whether the errors may be noise alone, on both kinds of runs.
-bool IsAtNoiseFloor(const Judgement& judgement);
+bool IsAtNoiseFloor(const EvaluatedModel& evaluated);
 
 // Why some effect that was added is not what it means; empty where all are.
-std::string WhyImplausible(const Judgement& judgement);
+std::string WhyImplausible(const EvaluatedModel& evaluated);
 
 // Refits proposals, and chooses among them. What it is made from must outlive
 // it.
@@ -58,17 +58,19 @@ class Refitter {
       : problem_(problem), candidates_(candidates) {}
 
   // Refits, in parallel, and says which are refused.
-  void Confirm(const Judgement& before, std::vector<Trial>* trials) const;
+  void Confirm(const EvaluatedModel& before,
+               std::vector<CandidateRefit>* refits) const;
   // Adds and refits what else could stand in the place of the best effect.
-  void AddRivals(const Screening& screening, const Judgement& before, int best,
-                 std::vector<Trial>* trials) const;
+  void AddRivals(const Screening& screening, const EvaluatedModel& before,
+                 int best, std::vector<CandidateRefit>* refits) const;
   // The best of the accepted, -1 where none is.
-  int Choose(const std::vector<Trial>& trials) const;
-  bool IsBetter(const Judgement& a, const Judgement& b) const;
+  int Choose(const std::vector<CandidateRefit>& refits) const;
+  bool IsBetter(const EvaluatedModel& a, const EvaluatedModel& b) const;
 
  private:
-  void Refit(const Judgement& before, std::vector<Trial>* trials) const;
-  int Rarity(const Judgement& judgement) const;
+  void Refit(const EvaluatedModel& before,
+             std::vector<CandidateRefit>* refits) const;
+  int Rarity(const EvaluatedModel& evaluated) const;
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
