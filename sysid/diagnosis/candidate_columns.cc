@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "glog/logging.h"
 #include "models/error.h"
@@ -16,14 +18,6 @@ namespace {
 // at least (friction is stiff), over so many sizes at most.
 constexpr int kSecantSteps = 8;
 constexpr int kMostSecants = 6;
-
-// Of the probe of a set that has one, else 0.
-double Secant(const ProbeSet& probes) {
-  for (const Probe& probe : probes) {
-    if (probe.secant != 0.0) return probe.secant;
-  }
-  return 0.0;
-}
 
 void AddCandidate(const std::shared_ptr<const Effect>& effect,
                   const Model& fitted, const std::set<std::string>& taken,
@@ -66,21 +60,42 @@ class Batch {
  public:
   explicit Batch(const Model& fitted) : model_(fitted) {}
 
-  // False where the set cannot be had beside those that are there: a secant
-  // changes the model, so it is alone.
-  bool TakeIn(const Candidate& candidate, int set) {
-    const ProbeSet& probes = candidate.sets[set];
-    const double secant = Secant(probes);
-    if (!names_.empty() && (secant != 0.0 || secant_ != 0.0)) return false;
-    if (!Admit(candidate)) return false;
-    secant_ = secant;
-    int column = candidate.first[set];
-    for (const Probe& probe : probes) Add(candidate, probe, column++);
-    for (const Parameter& wrong : candidate.adjusted) {
-      names_.push_back(wrong.name);
-      columns_.push_back(column++);
+  // False where the probe of a set cannot be had beside those that are there:
+  // by another value of what is searched, by the same parameter, or where one
+  // of them is a secant, which changes the model, so that it is alone.
+  bool TakeIn(const Candidate& candidate, const Probe& probe, int column) {
+    if (!names_.empty() && (probe.secant != 0.0 || secant_ != 0.0)) {
+      return false;
     }
-    CHECK(secant == 0.0 || columns_.size() == 1) << candidate.effect->name();
+    const auto& parameters = candidate.effect->parameters();
+    const std::string& name = parameters[probe.along].name;
+    const std::vector<double> at = candidate.At(probe);
+    if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
+      return false;
+    }
+    const auto same = values_.find(candidate.effect->name());
+    if (same != values_.end()) {
+      if (same->second != at) return false;
+    } else {
+      if (!Admit(candidate)) return false;
+      values_[candidate.effect->name()] = at;
+      for (size_t p = 0; p < at.size(); ++p) {
+        model_.SetEffectParameter(parameters[p].name, at[p]);
+      }
+    }
+    secant_ = probe.secant;
+    names_.push_back(name);
+    columns_.push_back(column);
+    return true;
+  }
+  // The same of a nominal value that a candidate adjusts.
+  bool TakeIn(const Parameter& adjusted, int column) {
+    if (secant_ != 0.0 || std::find(names_.begin(), names_.end(),
+                                    adjusted.name) != names_.end()) {
+      return false;
+    }
+    names_.push_back(adjusted.name);
+    columns_.push_back(column);
     return true;
   }
 
@@ -125,53 +140,54 @@ class Batch {
   }
 
  private:
+  // Puts the effect into the model, off; false where another of the batch
+  // shares a parameter with it.
   bool Admit(const Candidate& candidate) {
-    for (const std::string& name : candidate.effect->ParameterNames()) {
-      if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
-        return false;
-      }
+    const std::vector<std::string> own = candidate.effect->ParameterNames();
+    for (const std::string& name : own) {
+      if (taken_.count(name) > 0) return false;
     }
-    if (model_.effects().Contains(candidate.effect->name())) return false;
     try {
       model_.AddEffect(candidate.effect);
     } catch (const InputError&) {
       return false;
     }
+    taken_.insert(own.begin(), own.end());
     return true;
-  }
-  void Add(const Candidate& candidate, const Probe& probe, int column) {
-    const auto& parameters = candidate.effect->parameters();
-    const std::vector<double> at = candidate.At(probe);
-    for (size_t p = 0; p < at.size(); ++p) {
-      model_.SetEffectParameter(parameters[p].name, at[p]);
-    }
-    names_.push_back(parameters[probe.along].name);
-    columns_.push_back(column);
   }
 
   Model model_;
   std::vector<std::string> names_;  // of the parameters
   std::vector<int> columns_;        // of each, among all
+  // Of each effect its own parameters, as they are set.
+  std::map<std::string, std::vector<double>> values_;
+  std::set<std::string> taken_;  // parameters of its effects
   double secant_ = 0.0;
   std::optional<ParameterMap> map_;  // points to the model
   Eigen::VectorXd theta_;
   ScratchPool pool_;
 };
 
-// Every set of every candidate in as few batches as can be.
+// Every probe of every candidate, in as few batches as can be.
 std::vector<std::unique_ptr<Batch>> MakeBatches(
     const Model& fitted, const std::vector<Candidate>& candidates) {
   std::vector<std::unique_ptr<Batch>> batches;
-  const auto take_in = [&](const Candidate& candidate, int set) {
+  const auto take_in = [&](const auto&... what) {
     for (const auto& batch : batches) {
-      if (batch->TakeIn(candidate, set)) return;
+      if (batch->TakeIn(what...)) return;
     }
     batches.push_back(std::make_unique<Batch>(fitted));
-    CHECK(batches.back()->TakeIn(candidate, set)) << candidate.effect->name();
+    CHECK(batches.back()->TakeIn(what...));
   };
   for (const Candidate& candidate : candidates) {
     for (size_t s = 0; s < candidate.sets.size(); ++s) {
-      take_in(candidate, static_cast<int>(s));
+      int column = candidate.first[s];
+      for (const Probe& probe : candidate.sets[s]) {
+        take_in(candidate, probe, column++);
+      }
+      for (const Parameter& adjusted : candidate.adjusted) {
+        take_in(adjusted, column++);
+      }
     }
   }
   for (const auto& batch : batches) batch->Close();

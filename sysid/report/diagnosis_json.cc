@@ -44,7 +44,7 @@ Json Candidate(const CandidateEffect& candidate) {
   json["expected_parameters"] = expected;
   json["expected_std_errors"] = errors;
   json["detectable"] = detectable;
-  json["not_told"] = screened.idle;
+  json["not_told"] = screened.without_influence;
   json["confirmed"] = nullptr;
   if (candidate.confirmed) {
     const Confirmation& c = *candidate.confirmed;

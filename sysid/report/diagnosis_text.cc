@@ -284,7 +284,8 @@ NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {
     if (is_denied(effect->name())) continue;
     add.push_back(effect->name());
     for (const std::string& name : effect->ParameterNames()) {
-      if (diagnosis.last().idle.count(name) > 0) fix.push_back(name);
+      if (diagnosis.last().without_influence.count(name) > 0)
+        fix.push_back(name);
     }
     // What was searched among whole numbers stays as it was found.
     for (const EffectParameter& parameter : effect->parameters()) {
@@ -302,7 +303,7 @@ NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {
     add = diagnosis.proposed;
     for (size_t i = 0; i < add.size(); ++i) {
       const std::vector<std::string>& idle =
-          diagnosis.candidates[i].screened.idle;
+          diagnosis.candidates[i].screened.without_influence;
       fix.insert(fix.end(), idle.begin(), idle.end());
     }
   }

@@ -93,7 +93,8 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
          {"separatedBy", candidate.told_apart_by},
          {"force", force},
          {"command",
-          source.fit_command(ToAdd(candidate), Join(screened.idle, ","))}});
+          source.fit_command(ToAdd(candidate),
+                             Join(screened.without_influence, ","))}});
   }
   return list;
 }

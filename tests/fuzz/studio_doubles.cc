@@ -58,7 +58,7 @@ StudioModel FuzzStudioModel(const StudioChange& change, int id) {
   for (const std::string& name : change.add) model.effects.push_back(name);
   std::erase(model.effects, change.remove);
   model.start.values["a.friction"] = 0.125;
-  model.start.idle.insert("a.damping");
+  model.start.without_influence.insert("a.damping");
   for (const char* name : {"coulomb_friction@a", "viscous_damping@a",
                            "gravity_tilt@base", "mass@link_s"}) {
     model.candidates[name].values["a.friction"] = 0.5;
