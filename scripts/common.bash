@@ -74,6 +74,7 @@ run_tests() {
   local preset="$1"
   shift
   local log="$root/build/$preset-test.log"
+  local start=$SECONDS
   cd "$root"
   echo "testing build/$preset"
   if ! ctest --preset "$preset" "$@" 2>&1 | tee "$log" | show_tests; then
@@ -82,6 +83,7 @@ run_tests() {
   fi
   # Up to the list of tests that did not run, which report_skipped sums up.
   sed -n '/ tests passed, /,/did not run:$/p' "$log" | sed '/did not run:$/d'
+  echo "tested build/$preset in $((SECONDS - start)) s"
   report_skipped "$preset" "$log"
 }
 
