@@ -98,9 +98,9 @@ report_skipped() {
     recordings="$(grep -c '^no recordings' "$outputs" || true)"
   fi
   if ((recordings > 0)); then
-    echo "skipped: $recordings tests of real recordings" \
-      "(SYSID_REAL_DATA, ${SYSID_REAL_DATA:-$root/../shared/data}," \
-      "has not all of them)"
+    echo "skipped: $recordings tests of real recordings, which are not all" \
+      "in ${SYSID_REAL_DATA:-$root/../shared/data} (SYSID_REAL_DATA names" \
+      "another folder)"
   fi
   if ((all > recordings)); then
     echo "skipped: $((all - recordings)) tests that this machine does not" \
