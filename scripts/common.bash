@@ -74,6 +74,7 @@ run_tests() {
   local preset="$1"
   shift
   local log="$root/build/$preset-test.log"
+  local start=$SECONDS
   cd "$root"
   echo "testing build/$preset"
   if ! ctest --preset "$preset" "$@" 2>&1 | tee "$log" | show_tests; then
@@ -82,6 +83,7 @@ run_tests() {
   fi
   # Up to the list of tests that did not run, which report_skipped sums up.
   sed -n '/ tests passed, /,/did not run:$/p' "$log" | sed '/did not run:$/d'
+  echo "tested build/$preset in $((SECONDS - start)) s"
   report_skipped "$preset" "$log"
 }
 
@@ -96,9 +98,9 @@ report_skipped() {
     recordings="$(grep -c '^no recordings' "$outputs" || true)"
   fi
   if ((recordings > 0)); then
-    echo "skipped: $recordings tests of real recordings" \
-      "(SYSID_REAL_DATA, ${SYSID_REAL_DATA:-$root/../shared/data}," \
-      "has not all of them)"
+    echo "skipped: $recordings tests of real recordings, which are not all" \
+      "in ${SYSID_REAL_DATA:-$root/../shared/data} (SYSID_REAL_DATA names" \
+      "another folder)"
   fi
   if ((all > recordings)); then
     echo "skipped: $((all - recordings)) tests that this machine does not" \

@@ -253,14 +253,6 @@ void CheckSize(const Model& model) {
               "give a shorter duration or a lower rate");
 }
 
-// A flag's value; gflags itself prints 0.0005 as 0.00050000000000000001.
-std::string Value(const char* name) {
-  const gflags::CommandLineFlagInfo info =
-      gflags::GetCommandLineFlagInfoOrDie(name);
-  if (info.type != "double") return info.current_value;
-  return ShortestText(*static_cast<const double*>(info.flag_ptr));
-}
-
 int Main() {
   if (FLAGS_model.empty()) {
     throw InputError(
@@ -304,8 +296,10 @@ int Main() {
   for (const char* name :
        {"model", "set", "add", "initial", "tilt", "duration", "rate", "noise",
         "seed", "excite", "integrator", "step"}) {
-    if (FlagGiven(name))
-      command += std::string(" --") + name + " " + Value(name);
+    // As it was written: gflags prints 0.0005 as 0.00050000000000000001.
+    if (FlagGiven(name)) {
+      command += std::string(" --") + name + " " + FlagText(name);
+    }
   }
   const std::string text = FormatRun(model.mechanism(), run, {command});
   if (to_stdout) {

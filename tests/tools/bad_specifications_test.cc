@@ -104,8 +104,6 @@ TEST_F(BadSpecificationsTest, ValuesThatCannotBe) {
   ExpectSpec("free: [link1.length]\nstep: 1e-9\n", "fit.yaml:2:7",
              "makes more than 1000 steps from one sample of run.csv",
              "leave it out");
-  ExpectSpec("free: [link1.length]\nsegment: -9\n", "fit.yaml:2:10",
-             "must be a positive number, not -9", "give seconds");
 }
 
 TEST_F(BadSpecificationsTest, WhatThisBuildDoesNotHave) {

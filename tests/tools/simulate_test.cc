@@ -133,10 +133,10 @@ TEST_F(SimulateTest, TheSameSeedMakesTheSameRun) {
                                   "--duration 1 --seed 7\nt,joint1.qw,"));
 }
 
-TEST_F(SimulateTest, NamesTheNumbersOfItsFlagsAsAPersonWould) {
+TEST_F(SimulateTest, NamesItsFlagsAsTheyWereWritten) {
   SimulateInto(folder_, "run.csv",
-               {"--model", "pendulum1", "--duration", "0.1", "--noise", "5e-4",
-                "--rate", "200.0"});
+               {"--model", "pendulum1", "--duration", "0.1", "--noise",
+                "0.0005", "--rate", "200"});
   EXPECT_THAT(folder_.Read("run.csv"),
               testing::StartsWith("# sysid_simulate --model pendulum1 "
                                   "--duration 0.1 --rate 200 "
