@@ -52,6 +52,12 @@ class Case:
         first = next(iter(self.runs.values()))
         return columns if all(c in first for c in columns) else []
 
+    def first_name(self, token):
+        """Our name of a token's first column: a quaternion's is joint1.qw."""
+        joint, kind = token.rsplit(".", 1)
+        ball = self.joints[joint].kind == "ball"
+        return joint + "." + (_BALL[kind][0] if ball else kind)
+
     def measured(self, kind=None):
         """Tokens "joint.q", "joint.qd", "joint.tau" that the runs have."""
         return [joint + "." + k for joint in self.joints
@@ -80,7 +86,7 @@ class Case:
                 **self.flags}
 
 
-def _model_files(folder, name):
+def model_files(folder, name):
     return ((folder / (name + ".urdf")).read_text(),
             (folder / (name + ".sysid.yaml")).read_text())
 
@@ -112,7 +118,7 @@ def _simulated(programs, seed, name, sets, lacking, excite, duration, tilt,
                 flags + ["--seed", str(1000 * seed + i + 1), "--out_csv",
                          file], folder)
             tables[file] = read_table(Path(folder) / file)
-    text, spec = _model_files(ROBOTS, name)
+    text, spec = model_files(ROBOTS, name)
     return Case(name, name + ".urdf", text, spec, tables, {}, {},
                 mirror=mirror, truth=truth)
 
@@ -185,7 +191,7 @@ def _recorded_by_mujoco(programs, seed, name, folder, drives, lacking,
     if programs.mujoco is None:
         return None
     draw = Draw("case", name, seed)
-    text, spec = _model_files(folder, name)
+    text, spec = model_files(folder, name)
     links, joints = urdf.parse(text)
     for link in loose:
         factor = draw.uniform(0.9, 1.1)
@@ -335,7 +341,7 @@ def _recorded(name, model_folder, files, columns, until=math.inf, every=1,
     folder = real_data()
     if folder is None or not all((folder / f).exists() for f in files):
         return None
-    text, spec = _model_files(model_folder, name)
+    text, spec = model_files(model_folder, name)
     runs = {}
     for i, file in enumerate(files):
         table = read_table(folder / file)

@@ -249,12 +249,20 @@ def main():
                     what, of[len(of) // 2], of[int(0.95 * (len(of) - 1))],
                     of[-1], len(of)))
             return
-        results = list(pool.map(lambda t: suite.judge(*t), tasks))
+        results = []
+        try:
+            for result in pool.map(lambda t: suite.judge(*t), tasks):
+                results.append(result)
+            references = {
+                (m.__name__, m.__name__ in cases.RECORDED, suite.seed(i)):
+                suite.reference(m, suite.seed(i))
+                for i in indices for m in makers}
+        except KeyboardInterrupt:
+            print("interrupted: %d of %d" % (len(results), len(tasks)),
+                  file=sys.stderr)
+            pool.shutdown(cancel_futures=True)
+            references = {}
         print_table(results)
-        references = {
-            (m.__name__, m.__name__ in cases.RECORDED, suite.seed(i)):
-            suite.reference(m, suite.seed(i))
-            for i in indices for m in makers}
         print_clean(references)
         for key, ref in references.items():
             if ref.said:

@@ -69,8 +69,9 @@ def tokens_of(subject):
 
 
 def same_subject(found, right):
-    """A joint's name alone stands for any of its columns."""
-    if right is None or found == right:
+    """A joint's name alone stands for any of its columns, and no subject for
+    the time of the whole file."""
+    if right is None or found == right or (not found and right == {"t"}):
         return True
     return bool(found) and found == {t.rsplit(".", 1)[0] for t in right}
 
@@ -136,7 +137,8 @@ def fit_as(programs, flags, folder, clean):
 
 def fix_of(findings):
     """The flags of the first finding's first fix, and of its like in other
-    runs or places."""
+    runs or places: each repeats what the same flag said already, so that it
+    takes its place."""
     flags = {}
     for finding in findings:
         if finding["fault"] != findings[0]["fault"]:
@@ -170,7 +172,7 @@ def is_repaired(programs, planted, findings, flags, folder, clean):
         return False, "no flag"
     if lines is not None:
         (folder / planted.case.model).write_text(lines)
-    fit = fit_as(programs, flags_of.merged(flags, fix), folder, clean)
+    fit = fit_as(programs, {**flags, **fix}, folder, clean)
     ratio = error_of(fit, clean) / error_of(clean, clean)
     change = largest_change(fit, clean, True) if fit else math.inf
     return (ratio <= ERROR_FACTOR and change <= INTERVAL,

@@ -32,8 +32,8 @@ def _delayed(case, draw, tokens, fault):
         table.keep(kept)
         for column, values in new.items():
             table[column] = values
-    truth = {"shift": ",".join("%s=%r" % (of_file(file, token), delay)
-                               for token in tokens)}
+    truth = {"shift": ",".join("%s=%r" % (of_file(file, name), delay)
+                               for name in map(case.first_name, tokens))}
     return Planted(case, "%.1f ms of %s" % (1e3 * delay, ", ".join(tokens)),
                    [(fault, frozenset(tokens))], file, truth)
 
