@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -91,6 +92,18 @@ std::optional<FinalFit> FitFinalUnlessInterrupted(
   diagnosis->interrupted = "fitting whole runs, the last step";
   diagnosis->doubts.push_back("interrupted while " + diagnosis->interrupted);
   return final;
+}
+
+// Whether something is left to explain: what an effect explains is no fault of
+// the data.
+FitOutcome OutcomeOf(const Diagnosis& diagnosis) {
+  FitOutcome outcome = OutcomeOf(diagnosis.base.fit, *diagnosis.base.problem);
+  outcome.error = std::min(outcome.error, diagnosis.last().train_error());
+  for (const CandidateEffect& candidate : diagnosis.candidates) {
+    if (!candidate.confirmed || !candidate.confirmed->accepted) continue;
+    outcome.error = std::min(outcome.error, candidate.confirmed->train);
+  }
+  return outcome;
 }
 
 int Main() {

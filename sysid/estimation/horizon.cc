@@ -129,14 +129,15 @@ void Start::Add(ScratchPool* pool, std::mt19937_64* random,
 
 std::vector<double> HorizonReach(const std::vector<double>& t,
                                  const std::vector<int>& starts) {
-  constexpr double kApart = 0.25;  // of the horizon
-  constexpr int kMost = 20;        // of a horizon
+  constexpr double kApart = 0.25;         // of the horizon
+  constexpr int kFewest = 8, kMost = 20;  // of a horizon
   std::vector<double> reach(starts.size(), 0.0);
   for (const double horizon : kHorizons) {
     // Of its last tenth there must be samples.
     const double room = t.back() - t.front() - 0.9 * horizon;
     if (!(room >= 0.0)) continue;
-    const double apart = std::max(kApart * horizon, room / kMost);
+    const double apart =
+        std::max(std::min(kApart * horizon, room / kFewest), room / kMost);
     double next = t.front();
     for (size_t k = 0; k < starts.size(); ++k) {
       const double begin = t[starts[k]];

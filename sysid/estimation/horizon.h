@@ -13,11 +13,12 @@ inline constexpr double kHorizons[] = {0.05, 0.1, 0.2, 0.5,
 inline constexpr double kHorizonWindow = 0.2;  // s
 
 // For windows of a run that begin at these samples, how far each is followed,
-// s; 0: not at all. Of a horizon h that the run has room for, the starts are at
-// least h / 4 apart, for two predictions that share more of their motion say
-// nearly the same, and at most 20: the root mean square of 20 independent
-// errors is within a third of what more would give (three standard errors of
-// a chi-square, 3 / sqrt(2 x 20)).
+// s; 0: not at all. Of a horizon h that the run has room for, the starts are
+// h / 4 apart, for two predictions that share more of their motion say nearly
+// the same; closer where that leaves fewer than 8, for then the noise of single
+// windows counts; and at most 20: the root mean square of 20 independent errors
+// is within a third of what more would give (three standard errors of a
+// chi-square, 3 / sqrt(2 x 20)).
 std::vector<double> HorizonReach(const std::vector<double>& t,
                                  const std::vector<int>& starts);
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "sysid/estimation/holdout.h"
 #include "sysid/estimation/segmentation.h"
 #include "tests/support/fit_setup.h"
 
@@ -145,8 +146,9 @@ TEST(EvaluateHorizon, GrowsFromTheNoiseFloor) {
   EstimationOptions options;
   options.rollout.step = 0.01;
   const ShootingProblem problem(model, {}, {Simulated(model, 3)}, options);
-  const std::vector<HorizonError> horizon =
-      EvaluateHorizon(problem, {.rollout = options.rollout});
+  Solution start;  // no parameters; the states are estimated
+  start.rollout = options.rollout;
+  const std::vector<HorizonError> horizon = EvaluateHorizon(problem, start);
   ASSERT_GE(horizon.size(), 6u);
   EXPECT_EQ(horizon.front().horizon_s, 0.05);
   // Within the window that the state was estimated from: the noise.

@@ -111,9 +111,9 @@ TEST(ShootingProblem, PoolsTheNoiseOfASensorOverTheRuns) {
 
 TEST(ShootingProblem, SharesItsDataWithWhatIsMadeOfIt) {
   const Model model = Shipped("pendulum1");
-  const ShootingProblem problem(model, FreeFrom(model, {{"link1.length", 0.4}}),
-                                {Simulate(model, RandomState(model, 0.5, 1), {})},
-                                EstimationOptions());
+  const ShootingProblem problem(
+      model, FreeFrom(model, {{"link1.length", 0.4}}),
+      {Simulate(model, RandomState(model, 0.5, 1), {})}, EstimationOptions());
   const ShootingProblem other =
       Changed(problem, [](EstimationOptions* o) { o->threads = 2; });
   EXPECT_EQ(other.options().threads, 2);
