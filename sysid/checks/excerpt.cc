@@ -123,8 +123,7 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
       }
       const bool whole = run->t[last - 1] - run->t[first] > 0.6 * window_s_;
       if (whole && !gap && last - first >= 8 * stride_) {
-        places.push_back(
-            {r, first, last, MotionIn(*run, first, last, scale)});
+        places.push_back({r, first, last, MotionIn(*run, first, last, scale)});
       }
       first = last;
     }
@@ -147,9 +146,8 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
     while (to < run.size() && run.t[to] - run.t[place.last - 1] <= kMargin) {
       ++to;
     }
-    windows_.push_back(
-        {place.run, Slice(run, from, to), place.first - from,
-         place.last - from});
+    windows_.push_back({place.run, Slice(run, from, to), place.first - from,
+                        place.last - from});
   }
 }
 

@@ -37,8 +37,7 @@ void NameAlso(const std::string& says, const std::vector<std::string>& remedies,
               Finding* finding) {
   const bool is_second = finding->remedies.size() == 1;
   finding->evidence +=
-      (is_second ? "; undecided between this and reading it " : ", or ") +
-      says;
+      (is_second ? "; undecided between this and reading it " : ", or ") + says;
   finding->remedies.insert(finding->remedies.end(), remedies.begin(),
                            remedies.end());
 }

@@ -22,8 +22,8 @@ class Mended {
       : input_(input) {
     runs_.reserve(input.runs.size());  // input_ points into it
     for (const Run*& run : input_.runs) {
-      const bool is_jittered = std::any_of(
-          findings.begin(), findings.end(), [&](const Finding& f) {
+      const bool is_jittered =
+          std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
             return f.fault == kTimeJitter && f.file == run->name;
           });
       if (!is_jittered) continue;
@@ -77,8 +77,7 @@ CheckResult CheckData(const CheckInput& input, std::vector<Finding> numbers,
     result.not_asked = std::move(report.not_asked);
     SettleSlowSampling(&numbers, &report.findings);
     // What only looked suspicious of the model is settled by the motion.
-    const bool settled =
-        result.error <= kExplained || !report.findings.empty();
+    const bool settled = result.error <= kExplained || !report.findings.empty();
     std::erase_if(numbers, [&](const Finding& finding) {
       return finding.severity == Severity::kNote && settled;
     });

@@ -184,17 +184,16 @@ EquationRows::EquationRows(const CoarseModel& model, const Excerpt& excerpt,
   const ParameterMap map(model.model, parameters, false);
   const int nv = model.model.nv();
   const double period = excerpt.period_s();
-  const double width = std::max(hypotheses::kMotionWidth,
-                                hypotheses::kMotionSamples * period);
-  const double average = std::max(hypotheses::kAverageWidth,
-                                  hypotheses::kAverageSamples * period);
+  const double width =
+      std::max(hypotheses::kMotionWidth, hypotheses::kMotionSamples * period);
+  const double average =
+      std::max(hypotheses::kAverageWidth, hypotheses::kAverageSamples * period);
   const double step = average / kSteps;
   const double inner = Excerpt::kMargin - kReachSteps * step;
   for (const Run& window : excerpt.Windows(change, true)) {
     Rows rows(nv);
-    const Grid grid =
-        OnGrid(model.model, window, window.t.front() + inner,
-               window.t.back() - inner, width, step);
+    const Grid grid = OnGrid(model.model, window, window.t.front() + inner,
+                             window.t.back() - inner, width, step);
     AppendAverages(grid, Unbalanced(model.model, map, theta, grid, step),
                    &rows);
     std::vector<EquationPart> parts;

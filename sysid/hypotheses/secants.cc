@@ -16,9 +16,8 @@ Secants::Columns Secants::Change(const Excerpt::Change& change) const {
   for (const Run& window : windows) {
     Measurements of_window{&window, {}};
     for (const Channel& channel : window.channels) {
-      of_window.residuals.push_back(
-          MakeChannelResidual(problem.model().mechanism(), channel,
-                              problem.options().orientation));
+      of_window.residuals.push_back(MakeChannelResidual(
+          problem.model().mechanism(), channel, problem.options().orientation));
     }
     measurements.push_back(std::move(of_window));
   }
@@ -77,8 +76,8 @@ Secant Secants::Test(const Columns& change, double step) const {
   for (size_t s = 0; s < c.size(); ++s) {
     const Eigen::VectorXd& r = linearized_.segments()[s]->r;
     of_window += c[s].col(0).dot(r + secant.value * c[s].col(0));
-    if (s + 1 == c.size() || linearized_.segments()[s + 1]->run !=
-                                 linearized_.segments()[s]->run) {
+    if (s + 1 == c.size() ||
+        linearized_.segments()[s + 1]->run != linearized_.segments()[s]->run) {
       variance += of_window * of_window;
       of_window = 0.0;
     }

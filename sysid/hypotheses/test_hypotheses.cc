@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <map>
 #include <optional>
 
 #include "models/effects/catalogue.h"
@@ -90,9 +87,7 @@ class Search {
   int Columns(const CoarseModel& model) const {
     return static_cast<int>(model.free.size()) + model.model.tangent_size();
   }
-  bool Affords(double work) const {
-    return fitter_.work() + work <= budget_;
-  }
+  bool Affords(double work) const { return fitter_.work() + work <= budget_; }
   void Judge(const CoarseModel& model, const DataHypothesis& hypothesis,
              double p, CoarseFit* fit);
   CoarseFit AsRead(const CoarseModel& model, int iterations);
@@ -236,8 +231,8 @@ void Search::LookByEquations(std::vector<Candidate>* candidates) {
     for (int w = 0; w < excerpt.count(); ++w) {
       const bool is_changed =
           changed != nullptr &&
-          (runs.empty() || std::find(runs.begin(), runs.end(),
-                                     excerpt.run(w)) != runs.end());
+          (runs.empty() ||
+           std::find(runs.begin(), runs.end(), excerpt.run(w)) != runs.end());
       windows.push_back(is_changed ? &changed->window(w) : &as_read.window(w));
     }
     return LeastEquationError(windows);
@@ -263,8 +258,7 @@ void Search::LookByEquations(std::vector<Candidate>* candidates) {
         if (!runs.empty() && hypothesis.change_model) continue;
         const double part =
             runs.empty() ? 1.0 : 1.0 / static_cast<double>(input_.runs.size());
-        const double error =
-            least(&changed, runs) * std::exp(-part * log_unit);
+        const double error = least(&changed, runs) * std::exp(-part * log_unit);
         Consider(i, runs, p, error / given, candidates);
       }
     }
@@ -290,8 +284,7 @@ void Search::LookByCoarseFits(std::vector<Candidate>* candidates) {
       const DataHypothesis of_runs = OfRuns(hypothesis, runs);
       const CoarseModel model = ModelOf(model_, of_runs);
       const double before = look.work();
-      CoarseFit fit =
-          look.Fit(model, ChangeOf(of_runs, 0.0), kLookIterations);
+      CoarseFit fit = look.Fit(model, ChangeOf(of_runs, 0.0), kLookIterations);
       std::function<double(const Channel&)> log_unit;
       if (of_runs.log_unit) {
         log_unit = [&](const Channel& c) { return of_runs.log_unit(c, 0.0); };
@@ -387,8 +380,7 @@ void Search::FitEffects() {
   base.train->map().Apply<double>(base.point.theta.data(), &values);
   fitted.SetNominal(values);
   std::vector<std::shared_ptr<const Effect>> effects;
-  for (const std::string& name :
-       catalogue.Candidates(fitted.mechanism())) {
+  for (const std::string& name : catalogue.Candidates(fitted.mechanism())) {
     effects.push_back(catalogue.Make(name, fitted.mechanism(), "check"));
   }
   const double screening =
@@ -429,8 +421,7 @@ std::optional<Refit> Search::RefitOf(const Candidate& candidate,
   refit.candidate = candidate;
   const CoarseModel model = ModelOf(unchanged, hypothesis);
   if (!hypothesis.is_continuous()) {
-    refit.fit =
-        fitter_.Fit(model, ChangeOf(hypothesis, 0.0), iterations);
+    refit.fit = fitter_.Fit(model, ChangeOf(hypothesis, 0.0), iterations);
     Judge(model, hypothesis, 0.0, &refit.fit);
     return refit;
   }
@@ -515,8 +506,8 @@ void Search::ExtendRuns(Refit* best) {
         best->augmented
             ? RefitOf(candidate, Augmented(model_, false), kAugmentedIterations)
             : RefitOf(candidate, model_, kIterations);
-    if (wider && Gain(best->fit, wider->fit, {r})
-                     .IsBetter(kSignificance, kWorth)) {
+    if (wider &&
+        Gain(best->fit, wider->fit, {r}).IsBetter(kSignificance, kWorth)) {
       *best = *wider;
     }
   }
@@ -598,26 +589,18 @@ HypothesisReport Search::Run() {
     explained_ = explained_ || (!rough && rivals_.back().fit.error <= kWorth);
   }
   std::vector<Candidate> candidates = Look();
-  const bool tr = std::getenv("TRACE") != nullptr;  // TRACE
-  if (tr) for (const Rival& r : rivals_) fprintf(stderr, "rival %s train %.3g held %.3g unexpl %.3g\n", r.name.c_str(), r.fit.train_error, r.fit.error, r.fit.unexplained);  // TRACE
-  if (tr) fprintf(stderr, "segment %.3g windows %d work %.3g\n", fitter_.segment_s(), fitter_.excerpt().count(), fitter_.work());  // TRACE
-  if (tr) for (const Candidate& c : candidates) fprintf(stderr, "cand %s %s runs %zu promise %.3g start %.3g\n", ToString(c.hypothesis.fault).c_str(), c.hypothesis.subject().c_str(), c.hypothesis.runs.size(), c.promise, c.start);  // TRACE
   std::vector<Refit> winners;
   int refits = 0;
   for (const Candidate& candidate : candidates) {
-    const double each =
-        (candidate.hypothesis.is_continuous() ? 2.0 : 1.0) *
-        fitter_.WorkOf(Columns(model_), kIterations);
+    const double each = (candidate.hypothesis.is_continuous() ? 2.0 : 1.0) *
+                        fitter_.WorkOf(Columns(model_), kIterations);
     if (refits >= kRefits) break;
     if (!Affords(each)) {
       not_asked_.push_back(ToString(candidate.hypothesis.fault));
       continue;
     }
     ++refits;
-    const std::optional<Refit> refit =
-        RefitOf(candidate, model_, kIterations);
-    if (tr && !refit) fprintf(stderr, "refit %s %s none\n", ToString(candidate.hypothesis.fault).c_str(), candidate.hypothesis.subject().c_str());  // TRACE
-    if (tr && refit) { const Rival& rv = BestRival(candidate.hypothesis.like_bodies, candidate.hypothesis.runs); const Difference d = Gain(rv.fit, refit->fit, candidate.hypothesis.runs); fprintf(stderr, "refit %s %s p %.4g +- %.2g train %.3g held %.3g unexpl %.3g vs %s: %.3g +- %.3g n %d\n", ToString(candidate.hypothesis.fault).c_str(), candidate.hypothesis.subject().c_str(), refit->p, refit->std_error, refit->fit.train_error, refit->fit.error, refit->fit.unexplained, rv.name.c_str(), d.mean, d.std_error, d.windows); }  // TRACE
+    const std::optional<Refit> refit = RefitOf(candidate, model_, kIterations);
     if (!refit) continue;
     if (Wins(*refit)) winners.push_back(*refit);
   }
@@ -632,7 +615,6 @@ HypothesisReport Search::Run() {
     }
     std::optional<Refit> refit =
         RefitOf(candidates[i], augmented, kAugmentedIterations);
-    if (tr && refit) { const Rival& rv = BestRival(candidates[i].hypothesis.like_bodies, candidates[i].hypothesis.runs); const Difference d = Gain(rv.fit, refit->fit, candidates[i].hypothesis.runs); fprintf(stderr, "AUG refit %s %s p %.4g +- %.2g train %.3g held %.3g unexpl %.3g vs %s: %.3g +- %.3g n %d\n", ToString(candidates[i].hypothesis.fault).c_str(), candidates[i].hypothesis.subject().c_str(), refit->p, refit->std_error, refit->fit.train_error, refit->fit.error, refit->fit.unexplained, rv.name.c_str(), d.mean, d.std_error, d.windows); }  // TRACE
     if (!refit) continue;
     refit->augmented = true;
     if (Wins(*refit)) winners.push_back(*refit);
@@ -655,9 +637,9 @@ HypothesisReport TestHypotheses(const CheckInput& input, double budget) {
   constexpr int kLeast = 300;  // samples: of fewer windows nothing is told
   int samples = kSamples;
   if (std::isfinite(budget)) {
-    const double columns =
-        static_cast<double>(input.free->size()) +
-        3.0 * input.model->nv() + input.model->tangent_size();
+    const double columns = static_cast<double>(input.free->size()) +
+                           3.0 * input.model->nv() +
+                           input.model->tangent_size();
     const double affords =
         budget / (kParts * kIterations * (1.0 + kColumnWork * columns));
     samples = static_cast<int>(std::min<double>(kSamples, affords));

@@ -157,8 +157,8 @@ TEST(CleanRecordings, HaveNoFindingWhetherOrNotAnEffectIsMissing) {
                         Case{"pendulum3", false, "viscous_damping@joint2"}}) {
     const std::vector<Finding> findings =
         Check(Simulated(c.model, 5, c.driven, c.effect));
-    EXPECT_TRUE(findings.empty())
-        << c.model << " " << c.effect << ":\n" << Named(findings);
+    EXPECT_TRUE(findings.empty()) << c.model << " " << c.effect << ":\n"
+                                  << Named(findings);
   }
 }
 
@@ -207,15 +207,18 @@ TEST(RealRecordings, HaveNoFinding) {
     std::vector<std::string> files;
   };
   for (const Case& c :
-       {Case{"double_pendulum_dfki", {dfki + "143339.csv", dfki + "143524.csv"}},
-        Case{"double_pendulum_dfki", {dfki + "143704.csv", dfki + "144003.csv"}},
-        Case{"double_pendulum_dfki", {dfki + "143747.csv", dfki + "144115.csv"}},
+       {Case{"double_pendulum_dfki",
+             {dfki + "143339.csv", dfki + "143524.csv"}},
+        Case{"double_pendulum_dfki",
+             {dfki + "143704.csv", dfki + "144003.csv"}},
+        Case{"double_pendulum_dfki",
+             {dfki + "143747.csv", dfki + "144115.csv"}},
         Case{"emps", {"emps/emps.csv"}},
         Case{"video_pendulum", {"video_pendulum/pendulum.csv"}}}) {
     for (const Finding& finding : Check(Recorded(c.model, c.files))) {
       // That a recording stands still for most of it is true of some.
-      EXPECT_TRUE(std::isnan(finding.error_left))
-          << c.files.front() << ":\n" << FullText(finding);
+      EXPECT_TRUE(std::isnan(finding.error_left)) << c.files.front() << ":\n"
+                                                  << FullText(finding);
     }
   }
 }

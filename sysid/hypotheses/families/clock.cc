@@ -37,8 +37,8 @@ void ClockHypotheses(const CheckInput& input,
   const double g = input.model->nominal().gravity;
   hypothesis.says = [g](double p, double within) {
     return "with times " + ShortNumber(std::exp(-p)) + " (+- " +
-           ShortNumber(within * std::exp(-p)) +
-           ") as long (or a gravity of " + ShortNumber(g * std::exp(-2 * p)) +
+           ShortNumber(within * std::exp(-p)) + ") as long (or a gravity of " +
+           ShortNumber(g * std::exp(-2 * p)) +
            " m/s^2: a wrong clock, or wrong lengths)";
   };
   hypothesis.consequence =

@@ -19,8 +19,8 @@ void OrderHypotheses(const CheckInput& input,
     hypothesis.change = [=](double, Run* run) {
       SwapJoints(*mechanism, a, b, parts, run);
     };
-    hypothesis.says =
-        Words("with " + what + " of " + first + " and " + second + " exchanged");
+    hypothesis.says = Words("with " + what + " of " + first + " and " + second +
+                            " exchanged");
     hypothesis.consequence =
         "as it stands each joint is fitted to what another one did";
     hypothesis.fix = [=](const CheckInput& of_run, double) {

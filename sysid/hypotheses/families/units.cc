@@ -37,16 +37,15 @@ void AddUnit(const CheckInput& input, int j, const Unit& unit,
     ScaleJoint(*mechanism, j, kMotion, unit.value, run);
   };
   hypothesis.log_unit = [=](const Channel& channel, double) {
-    const bool is_it = channel.target == j &&
-                       (channel.kind == ChannelKind::kPosition ||
-                        channel.kind == ChannelKind::kVelocity);
+    const bool is_it =
+        channel.target == j && (channel.kind == ChannelKind::kPosition ||
+                                channel.kind == ChannelKind::kVelocity);
     return is_it ? std::log(unit.value) : 0.0;
   };
   hypothesis.fix = [=](const CheckInput& of_run, double) {
     SuggestedFix fix;
     for (const std::string& name : MotionColumns(of_run, j)) {
-      fix.columns.push_back(
-          {name, Times(SourceOf(of_run, name), unit.factor)});
+      fix.columns.push_back({name, Times(SourceOf(of_run, name), unit.factor)});
     }
     return fix;
   };
