@@ -136,11 +136,8 @@ int Main() {
     final = FitFinalUnlessInterrupted(session, problem, &diagnosis);
   }
   line.Clear();
-  // Of the model as it was given: what effects explain of the rest competes.
-  PrintNotices(
-      session.notices,
-      CheckSessionData(&session, check,
-                       OutcomeOf(diagnosis.base.fit, *diagnosis.base.problem)));
+  PrintNotices(session.notices,
+               CheckSessionData(&session, check, OutcomeOf(diagnosis)));
   if (final) {
     final->session.findings = session.findings;
     // All that passed, the search and the checks too.

@@ -218,6 +218,39 @@ int CoarseFitter::Samples() const {
 
 namespace {
 
+// What moves beside the straight line that any state goes on along, without
+// forces: sum of squares about it, of vectors y over t.
+class SumsOfLine {
+ public:
+  void Add(double t, const Eigen::RowVectorXd& y) {
+    if (n_++ == 0) {
+      y_ = Eigen::RowVectorXd::Zero(y.size());
+      yy_ = ty_ = y_;
+      first_t_ = t;
+      first_y_ = y;
+    }
+    const double s = t - first_t_;
+    const Eigen::RowVectorXd d = y - first_y_;
+    t_ += s;
+    tt_ += s * s;
+    y_ += d;
+    yy_ += d.cwiseAbs2();
+    ty_ += s * d;
+  }
+  double AboutLine() const {
+    if (n_ < 3) return 0.0;
+    const double stt = tt_ - t_ * t_ / n_;
+    const Eigen::RowVectorXd sty = ty_ - t_ * y_ / n_;
+    const Eigen::RowVectorXd syy = yy_ - y_.cwiseAbs2() / n_;
+    return std::max(0.0, (syy - sty.cwiseAbs2() / stt).sum());
+  }
+
+ private:
+  int n_ = 0;
+  double t_ = 0.0, tt_ = 0.0, first_t_ = 0.0;
+  Eigen::RowVectorXd y_, yy_, ty_, first_y_;
+};
+
 // Of an angle that is read modulo a turn while it leaps by more than half a
 // turn from sample to sample every turn of its range is as likely: the
 // logarithm of their number, for each of those samples (10.4).
@@ -316,19 +349,12 @@ void CoarseFitter::Judge(const CoarseModel& model,
       Eigen::VectorXd r, x_end;
       const bool follows = segment.RollRows(point.runs[w].states.row(k).data(),
                                             point.theta.data(), &r, &x_end);
-      // Motion within the segment, about its mean.
-      std::vector<Eigen::RowVectorXd> sum(channels), sum2(channels);
-      std::vector<int> n(channels, 0);
+      std::vector<SumsOfLine> lines(channels);
       for (const SegmentRow& row : segment.rollout().rows()) {
         const int c = row.channel;
         const Eigen::RowVectorXd y =
             data.run.channels[c].values.row(row.sample);
-        if (n[c]++ == 0) {
-          sum[c] = Eigen::RowVectorXd::Zero(y.size());
-          sum2[c] = sum[c];
-        }
-        sum[c] += y;
-        sum2[c] += y.cwiseAbs2();
+        lines[c].Add(data.run.t[row.sample], y);
         ++counts[c];
         if (follows) {
           const double s = data.sigma[c];
@@ -337,10 +363,7 @@ void CoarseFitter::Judge(const CoarseModel& model,
           squares[c] = INFINITY;
         }
       }
-      for (size_t c = 0; c < channels; ++c) {
-        if (n[c] == 0) continue;
-        motion[c] += (sum2[c] - sum[c].cwiseAbs2() / n[c]).sum();
-      }
+      for (size_t c = 0; c < channels; ++c) motion[c] += lines[c].AboutLine();
     }
     for (size_t c = 0; c < channels; ++c) {
       if (counts[c] == 0) continue;
@@ -364,12 +387,14 @@ void CoarseFitter::Judge(const CoarseModel& model,
 }
 
 bool Difference::IsBetter(double significance, double factor) const {
+  // About Student's quantile over the normal one, at three standard errors.
+  const double few = 1.0 + 3.0 / std::max(1, windows - 1);
   return windows >= kFewestWindows && mean > std::log(factor) &&
-         mean > significance * std_error;
+         mean > significance * few * std_error;
 }
 
 bool Difference::IsTie() const {
-  return std::abs(mean) <= std::max(kTie * std_error, std::log(1.01));
+  return std::abs(mean) <= std::max(kTie * std_error, std::log(kWorth));
 }
 
 Difference Compare(const CoarseFit& a, const CoarseFit& b,

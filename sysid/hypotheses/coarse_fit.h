@@ -48,8 +48,8 @@ struct CoarseFit {
   // log rms error of each held-out window and channel, (10.2): in the unit of
   // the recording. NaN where nothing was measured.
   RowMatrixXd log_errors;
-  // The part of the motion within the segments that is not explained: rms error
-  // over rms motion, of the worst channel.
+  // The part of the motion that is not explained: rms error over rms motion
+  // beside the straight lines of the segments, of the worst channel.
   double unexplained = 0.0;
 };
 
@@ -98,7 +98,8 @@ struct Difference {
   int windows = 0;
   // b is better by so many standard errors, and by a factor worth a word.
   bool IsBetter(double significance, double factor) const;
-  // Neither is better by more than a standard error.
+  // Neither is better by more than a standard error, or by what is worth a
+  // word.
   bool IsTie() const;
 };
 // Of the windows of these runs (empty: all).

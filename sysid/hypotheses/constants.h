@@ -6,14 +6,14 @@
 namespace sysid::hypotheses {
 
 // Excerpt: so many samples know a handful of parameters to some per cent, and
-// thirty windows are enough for a paired test.
-inline constexpr int kSamples = 2000;
+// thirty held-out windows are enough for a paired test.
+inline constexpr int kSamples = 4000;
 // A first look compares errors that differ by a factor: two fifths do.
 inline constexpr int kLookSamples = 800;
 
-// Segments, in radians of the motion: a third of a period shows stiffness,
-// damping and gravity, and no chaos grows in it.
-inline constexpr double kSegmentRadians = 2.0;
+// Segments, in radians of the motion: half a period shows stiffness, damping
+// and gravity, and no chaos grows in it.
+inline constexpr double kSegmentRadians = 3.0;
 inline constexpr double kShortest = 0.15;  // s; shorter ones show noise only
 inline constexpr int kFewestSamples = 12;  // of a segment: its state takes two
 
@@ -23,8 +23,8 @@ inline constexpr int kIterations = 15;
 inline constexpr int kLookIterations = 8;
 inline constexpr int kAugmentedIterations = 30;
 inline constexpr double kTolerance = 1e-4;  // of the cost; so too
-inline constexpr int kSteps =
-    4;  // Gauss-Newton of a scalar: it converges by 10
+// Gauss-Newton of a scalar; it ends where a step is a third of its error.
+inline constexpr int kSteps = 8;
 
 // A test of about 40 hypotheses at 5 %, one-sided: Phi^-1(1 - 0.05 / 40).
 inline constexpr double kSignificance = 3.0;
@@ -34,14 +34,13 @@ inline constexpr double kTie = 1.0;        // standard errors: undecided
 // iterations) is not worth a word.
 inline constexpr double kWorth = 1.1;
 // Fewest held-out windows: of fewer the paired standard error is no estimate.
-inline constexpr int kFewestWindows = 4;
-// What leaves more than this part of the motion within a segment unexplained
-// is no explanation of it: the residual has R^2 < 0.9.
+inline constexpr int kFewestWindows = 3;
+// What leaves more than this part of the motion, beside the straight line that
+// any state goes on along, is no explanation of it: R^2 < 0.9.
 inline constexpr double kUnexplained = 0.316;
 
-// Refitted at most, the most promising first: what is right was among the
-// first five of the first look in every planted case.
-inline constexpr int kRefits = 8;
+// Refitted at most: of more, none of the planted cases was the one.
+inline constexpr int kRefits = 24;
 inline constexpr int kAugmentedRefits = 4;  // with the augmented model
 inline constexpr int kEffects = 2;          // of the screening
 // A first look that promises less than this is not refitted.

@@ -2,9 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
-#include <map>
 #include <optional>
 
 #include "models/effects/catalogue.h"
@@ -592,21 +589,6 @@ HypothesisReport Search::Run() {
     explained_ = explained_ || (!rough && rivals_.back().fit.error <= kWorth);
   }
   std::vector<Candidate> candidates = Look();
-  const bool tr = std::getenv("TRACE") != nullptr;  // TRACE
-  if (tr)
-    for (const Rival& r : rivals_)
-      fprintf(stderr, "rival %s train %.3g held %.3g unexpl %.3g\n",
-              r.name.c_str(), r.fit.train_error, r.fit.error,
-              r.fit.unexplained);  // TRACE
-  if (tr)
-    fprintf(stderr, "segment %.3g windows %d work %.3g\n", fitter_.segment_s(),
-            fitter_.excerpt().count(), fitter_.work());  // TRACE
-  if (tr)
-    for (const Candidate& c : candidates)
-      fprintf(stderr, "cand %s %s runs %zu promise %.3g start %.3g\n",
-              ToString(c.hypothesis.fault).c_str(),
-              c.hypothesis.subject().c_str(), c.hypothesis.runs.size(),
-              c.promise, c.start);  // TRACE
   std::vector<Refit> winners;
   int refits = 0;
   for (const Candidate& candidate : candidates) {
@@ -619,23 +601,6 @@ HypothesisReport Search::Run() {
     }
     ++refits;
     const std::optional<Refit> refit = RefitOf(candidate, model_, kIterations);
-    if (tr && !refit)
-      fprintf(stderr, "refit %s %s none\n",
-              ToString(candidate.hypothesis.fault).c_str(),
-              candidate.hypothesis.subject().c_str());  // TRACE
-    if (tr && refit) {
-      const Rival& rv = BestRival(candidate.hypothesis.like_bodies,
-                                  candidate.hypothesis.runs);
-      const Difference d = Gain(rv.fit, refit->fit, candidate.hypothesis.runs);
-      fprintf(stderr,
-              "refit %s %s p %.4g +- %.2g train %.3g held %.3g unexpl %.3g vs "
-              "%s: %.3g +- %.3g n %d\n",
-              ToString(candidate.hypothesis.fault).c_str(),
-              candidate.hypothesis.subject().c_str(), refit->p,
-              refit->std_error, refit->fit.train_error, refit->fit.error,
-              refit->fit.unexplained, rv.name.c_str(), d.mean, d.std_error,
-              d.windows);
-    }  // TRACE
     if (!refit) continue;
     if (Wins(*refit)) winners.push_back(*refit);
   }
@@ -650,20 +615,6 @@ HypothesisReport Search::Run() {
     }
     std::optional<Refit> refit =
         RefitOf(candidates[i], augmented, kAugmentedIterations);
-    if (tr && refit) {
-      const Rival& rv = BestRival(candidates[i].hypothesis.like_bodies,
-                                  candidates[i].hypothesis.runs);
-      const Difference d =
-          Gain(rv.fit, refit->fit, candidates[i].hypothesis.runs);
-      fprintf(stderr,
-              "AUG refit %s %s p %.4g +- %.2g train %.3g held %.3g unexpl %.3g "
-              "vs %s: %.3g +- %.3g n %d\n",
-              ToString(candidates[i].hypothesis.fault).c_str(),
-              candidates[i].hypothesis.subject().c_str(), refit->p,
-              refit->std_error, refit->fit.train_error, refit->fit.error,
-              refit->fit.unexplained, rv.name.c_str(), d.mean, d.std_error,
-              d.windows);
-    }  // TRACE
     if (!refit) continue;
     refit->augmented = true;
     if (Wins(*refit)) winners.push_back(*refit);
