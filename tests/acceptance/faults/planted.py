@@ -19,14 +19,18 @@ class Planted:
     # The fix, as flags that are known to be right: only the suite's own tests
     # and the spread of right fixes use it. None where no flag is one.
     truth: dict = None
+    # Whether one of `right` is the machine in a mirror: its fix brings the
+    # clean fit with offsets and biases of the other sign.
+    mirrored: bool = False
 
 
 class Kind:
     """A kind of fault. plant(case, draw) is None where a case cannot have it;
     that must not depend on whether the fault would show."""
 
-    def __init__(self, name, plant, no_flag=""):
+    def __init__(self, name, plant, no_flag="", estimated=False):
         self.name = name
+        self.estimated = estimated  # whether the fix is a number to estimate
         self.plant = plant
         self.no_flag = no_flag  # why no flag can mend it; "" where one can
 

@@ -101,6 +101,7 @@ def _flipped(case, draw, kind):
     # A mirrored machine does the same: all others flipped instead.
     if case.mirror:
         planted.right += opposite(case, _sign_fault, chosen)
+        planted.mirrored = True
     return planted
 
 
@@ -302,8 +303,8 @@ KINDS = [
     Kind("degrees", degrees),
     Kind("millimetres", millimetres),
     Kind("milliseconds", milliseconds),
-    Kind("clock_scale", clock_scale),
-    Kind("effort_scale", effort_scale),
+    Kind("clock_scale", clock_scale, estimated=True),
+    Kind("effort_scale", effort_scale, estimated=True),
     Kind("axis_flipped", axis_flipped),
     Kind("effort_flipped", effort_flipped),
     Kind("joints_swapped", joints_swapped),
