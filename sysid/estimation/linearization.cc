@@ -99,10 +99,11 @@ void Linearizer::Belief(const SegmentPlace& at, Eigen::VectorXd* r,
   r->setZero(tangent);
   J->setIdentity(tangent, tangent);
   if (options_.believed != nullptr) {
+    RowMatrixXd J_believed;
     const RowMatrixXd& states = options_.believed->runs[at.run].states;
     StateDefect(problem_.model(), State(at.run, at.segment),
                 states.data() + at.segment * states.cols(), r->data(), J,
-                nullptr);
+                &J_believed);
   }
   Whitening(belief_).Apply(r->data(), {Map(J->data(), tangent, tangent)});
 }
