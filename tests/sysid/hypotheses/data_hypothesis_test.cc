@@ -1,0 +1,116 @@
+#include "sysid/hypotheses/data_hypothesis.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sysid/hypotheses/coarse_fit.h"
+#include "tests/support/fit_setup.h"
+
+namespace sysid {
+namespace {
+
+Run Recording(const std::string& name, const Model& model) {
+  Run run;
+  run.name = name;
+  for (int k = 0; k < 50; ++k) run.t.push_back(0.01 * k);
+  for (int j = 0; j < 2; ++j) {
+    Channel channel;
+    channel.kind = ChannelKind::kPosition;
+    channel.target = j;
+    channel.name = model.mechanism().joints[j].name;
+    channel.values = RowMatrixXd::Constant(50, 1, 1.0 + j);
+    run.channels.push_back(channel);
+  }
+  run.effort = RowMatrixXd::Ones(50, 2);
+  return run;
+}
+
+class DataHypothesisTest : public ::testing::Test {
+ protected:
+  DataHypothesisTest()
+      : model_(Shipped("pendulum2_planar")),
+        a_(Recording("a.csv", model_)),
+        b_(Recording("runs/b.csv", model_)) {
+    input_.model = &model_;
+    input_.free = &free_;
+    input_.runs = {&a_, &b_};
+  }
+  DataHypothesis Of(DataFault fault, const std::string& subject) const {
+    for (const DataHypothesis& h : AllHypotheses(input_)) {
+      if (h.fault == fault && h.subject() == subject) return h;
+    }
+    ADD_FAILURE() << "no " << ToString(fault) << " of " << subject;
+    return {};
+  }
+
+  Model model_;
+  std::vector<FreeParameter> free_;
+  sysid::Run a_, b_;
+  CheckInput input_;
+};
+
+TEST_F(DataHypothesisTest, FixesOfSomeRunsAreOneFlag) {
+  const DataHypothesis flipped = Of(DataFault::kAxisFlipped, "joint2.q");
+  EXPECT_EQ(FixTexts(input_, flipped, 0.0),
+            std::vector<std::string>{"--columns joint2.q=-joint2.q"});
+  EXPECT_EQ(FixTexts(input_, OfRuns(flipped, {1}), 0.0),
+            std::vector<std::string>{"--columns b.csv/joint2.q=-joint2.q"});
+  EXPECT_EQ(FixTexts(input_, OfRuns(flipped, {0, 1}), 0.0),
+            std::vector<std::string>{"--columns a.csv/joint2.q=-joint2.q,"
+                                     "b.csv/joint2.q=-joint2.q"});
+  const DataHypothesis late = Of(DataFault::kChannelLate, "joint1.q");
+  EXPECT_EQ(FixTexts(input_, OfRuns(late, {0, 1}), 0.02),
+            std::vector<std::string>{
+                "--shift a.csv/joint1.q=0.02,b.csv/joint1.q=0.02"});
+}
+
+TEST_F(DataHypothesisTest, ChangesTheRunsThatItIsOfAlone) {
+  const DataHypothesis degrees =
+      OfRuns(Of(DataFault::kDegrees, "joint2.q"), {1});
+  sysid::Run a = a_, b = b_;
+  Undo(degrees, 0.0, 0, &a);
+  Undo(degrees, 0.0, 1, &b);
+  EXPECT_EQ(a.channels[1].values(0, 0), 2.0);
+  EXPECT_NEAR(b.channels[1].values(0, 0), 2.0 * M_PI / 180.0, 1e-15);
+  EXPECT_EQ(b.channels[0].values(0, 0), 1.0);
+  EXPECT_NEAR(degrees.log_unit(b.channels[1], 0.0), std::log(M_PI / 180.0),
+              1e-12);
+  EXPECT_EQ(degrees.log_unit(b.channels[0], 0.0), 0.0);
+}
+
+// Continuous hypotheses are nothing at 0.
+TEST_F(DataHypothesisTest, AScalarOfNothingChangesNothing) {
+  for (const DataHypothesis& hypothesis : AllHypotheses(input_)) {
+    if (!hypothesis.is_continuous()) continue;
+    sysid::Run run = a_;
+    Undo(hypothesis, 0.0, 0, &run);
+    const std::string name = ToString(hypothesis.fault);
+    EXPECT_EQ(run.t, a_.t) << name;
+    EXPECT_EQ(run.effort, a_.effort) << name;
+    for (int c = 0; c < 2; ++c) {
+      EXPECT_EQ(run.channels[c].values, a_.channels[c].values) << name;
+    }
+  }
+}
+
+TEST(CompareTest, IsOfTheWindowsOfTheRunsThatChange) {
+  CoarseFit as_read, changed;
+  as_read.log_errors = RowMatrixXd::Zero(6, 2);
+  changed.log_errors = RowMatrixXd::Zero(6, 2);
+  changed.log_errors.bottomRows(3) << -1.0, -1.2, -1.1, -1.1, -1.0, -1.1;
+  const std::vector<int> held_runs = {0, 0, 0, 1, 1, 1};
+  const Difference all = Compare(as_read, changed, held_runs, {});
+  EXPECT_EQ(all.windows, 6);
+  EXPECT_NEAR(all.mean, 3.25 / 6.0, 1e-12);
+  EXPECT_FALSE(all.IsBetter(3.0, 1.1));
+  const Difference second = Compare(as_read, changed, held_runs, {1});
+  EXPECT_EQ(second.windows, 3);
+  EXPECT_NEAR(second.mean, 3.25 / 3.0, 1e-12);
+  EXPECT_NEAR(second.std_error, std::sqrt(0.005 / 3.0 / 6.0), 1e-12);
+  EXPECT_TRUE(second.IsBetter(3.0, 1.1));
+  EXPECT_TRUE(Compare(as_read, changed, held_runs, {0}).IsTie());
+}
+
+}  // namespace
+}  // namespace sysid
