@@ -97,6 +97,12 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
   stride_ = std::max(1, static_cast<int>(std::lround(1.0 / kFastest / period)));
   period_s_ = stride_ * period;
   window_s_ = std::clamp(kWindowSamples * period_s_, kShortest, kLongest);
+  // Of short recordings shorter ones, so that there are ten: five to fit and
+  // five to judge by, of which a standard error can be had.
+  constexpr double kWindows = 10.0, kBriefest = 0.25;  // s
+  double total = 0.0;
+  for (const Run* run : runs) total += run->t.back() - run->t.front();
+  window_s_ = std::min(window_s_, std::max(kBriefest, total / kWindows));
   struct Place {
     int run;
     int first, last;

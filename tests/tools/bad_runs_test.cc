@@ -140,10 +140,34 @@ TEST_F(BadRunsTest, AQuaternionFarFromUnit) {
                    "run.csv:22:2", "has norm 2, not 1", "unit quaternion");
 }
 
+// Of a joint that cannot turn on and on.
 TEST_F(BadRunsTest, AnglesThatLookLikeDegrees) {
-  ExpectRun(Swing(1000, 57.3), "run.csv:1:2",
-            "column 'joint1.q' looks like degrees, not radians",
-            "--columns joint1.q=joint1.q*0.0174532925");
+  folder_.Write("arm.urdf", R"(<robot name="arm">
+  <link name="base"/>
+  <joint name="joint1" type="revolute">
+    <parent link="base"/> <child link="link1"/> <axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="10" velocity="10"/>
+  </joint>
+  <link name="link1">
+    <inertial>
+      <origin xyz="0 0 -0.2"/> <mass value="1"/>
+      <inertia ixx="0.01" iyy="0.01" izz="0.001" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+</robot>
+)");
+  std::string text = "t,joint1.q\n";
+  for (int k = 0; k < 1000; ++k) {
+    const double t = 0.01 * k;
+    text += std::to_string(t) + "," + std::to_string(28.6 * std::sin(4 * t)) +
+            "\n";
+  }
+  folder_.Write("run.csv", text);
+  ExpectFitRefused(
+      folder_,
+      {"--model", "arm.urdf", "--traj", "run.csv", "--free", "link1.mass"},
+      "run.csv:1:2", "column 'joint1.q' looks like degrees, not radians",
+      "--columns joint1.q=joint1.q*0.0174532925");
 }
 
 TEST_F(BadRunsTest, TimeInMilliseconds) {
