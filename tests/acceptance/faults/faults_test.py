@@ -224,6 +224,13 @@ class Hits(unittest.TestCase):
             self.assertEqual(outcomes.is_right(
                 self._finding(fault, subject, file), planted), hit)
 
+    def test_a_refused_column_is_named_by_its_place_in_the_header(self):
+        planted = planting.Planted(
+            _case(), "", [("degrees", frozenset(["a.q"]))])
+        for file, located in (("x.csv:1:3", True), ("x.csv:1:7", False)):
+            self.assertEqual(outcomes.is_right(
+                self._finding("degrees", "", file), planted), (True, located))
+
     def test_components_are_one_column(self):
         self.assertEqual(outcomes.tokens_of("j.qw, j.qx, k.tauy"),
                          {"j.q", "k.tau"})
@@ -309,6 +316,23 @@ class WithPrograms(unittest.TestCase):
                 self.assertTrue(hit.named, hit)
                 self.assertTrue(hit.located, hit)
                 self.assertTrue(hit.repaired, hit)
+
+    def test_a_fault_of_one_run_of_several_is_hit_there(self):
+        kind = next(k for k in readings.KINDS if k.name == "axis_flipped")
+        case = self.suite.case(cases.pendulum2_planar, 1)
+        planted = next(p for p in (
+            kind.plant(case, Draw("one run", i)) for i in range(100))
+            if p.file == "b.csv" and len(p.right[0][1]) == 1)
+        hit = self.suite.judge(kind, cases.pendulum2_planar, planted, 1)
+        self.assertTrue(hit.located, hit)
+        self.assertTrue(hit.repaired, hit)
+
+    def test_a_fault_in_a_real_recording_is_hit(self):
+        if self.suite.case(cases.emps, 1) is None:
+            self.skipTest("no recordings")
+        kind = next(k for k in readings.KINDS if k.name == "effort_flipped")
+        hit = self._judge(kind, cases.emps)
+        self.assertTrue(hit.repaired, hit)
 
     def test_a_fault_in_mujocos_recording_is_hit(self):
         kind = next(k for k in readings.KINDS if k.name == "axis_flipped")

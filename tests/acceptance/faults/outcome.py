@@ -76,12 +76,28 @@ def same_subject(found, right):
     return bool(found) and found == {t.rsplit(".", 1)[0] for t in right}
 
 
+def place_of(finding, case):
+    """(run's name, subjects) of a finding.
+
+    A run that the reader refuses is named "a.csv:1:4": the column whose name
+    begins there, in the header, is its subject.
+    """
+    found = tokens_of(finding["subject"])
+    parts = (finding["file"] or "").rsplit("/", 1)[-1].split(":")
+    if not found and len(parts) == 3 and parts[1] == "1":
+        at = 1
+        for name in next(iter(case.runs.values())).columns:
+            if at == int(parts[2]):
+                found = frozenset(t for t in case.measured()
+                                  if name in case.file_columns(t))
+            at += len(name) + 1
+    return parts[0], found
+
+
 def is_right(finding, planted):
     """(named, located) of a finding."""
     named = [s for fault, s in planted.right if fault == finding["fault"]]
-    found = tokens_of(finding["subject"])
-    # A run that the reader refuses is named with line and column.
-    place = re.sub(r"(:\d+)+$", "", finding["file"] or "").rsplit("/", 1)[-1]
+    place, found = place_of(finding, planted.case)
     runs = planted.case.runs
     right_run = (place == planted.file if planted.file
                  else place in ("", planted.case.model, *runs))
