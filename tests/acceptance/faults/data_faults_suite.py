@@ -16,6 +16,7 @@ import dataclasses
 import json
 import math
 import shutil
+import signal
 import sys
 import tempfile
 import threading
@@ -215,6 +216,9 @@ def main():
     args = parser.parse_args()
     first, _, count = args.seeds.rpartition(":")
     indices = range(int(first or 1) - 1, int(first or 1) - 1 + int(count))
+    # Ended early, by a shell or by timeout: the table of what is done.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     programs = Programs(args.programs, args.mujoco_recording, args.limit)
     makers = [m for m in cases.HALVES[args.half]
               if not args.cases or m.__name__ in args.cases.split(",")]

@@ -224,10 +224,11 @@ class Hits(unittest.TestCase):
             self.assertEqual(outcomes.is_right(
                 self._finding(fault, subject, file), planted), hit)
 
-    def test_a_refused_column_is_named_by_its_place_in_the_header(self):
+    def test_a_refused_column_is_named_by_its_place(self):
         planted = planting.Planted(
             _case(), "", [("degrees", frozenset(["a.q"]))])
-        for file, located in (("x.csv:1:3", True), ("x.csv:1:7", False)):
+        for file, located in (("x.csv:1:2", True), ("x.csv:2:3", False),
+                              ("x.csv", False)):
             self.assertEqual(outcomes.is_right(
                 self._finding("degrees", "", file), planted), (True, located))
 

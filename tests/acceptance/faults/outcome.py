@@ -79,18 +79,16 @@ def same_subject(found, right):
 def place_of(finding, case):
     """(run's name, subjects) of a finding.
 
-    A run that the reader refuses is named "a.csv:1:4": the column whose name
-    begins there, in the header, is its subject.
+    A run that the reader refuses is named "a.csv:1:4", line and column: the
+    fourth column is the subject.
     """
     found = tokens_of(finding["subject"])
     parts = (finding["file"] or "").rsplit("/", 1)[-1].split(":")
-    if not found and len(parts) == 3 and parts[1] == "1":
-        at = 1
-        for name in next(iter(case.runs.values())).columns:
-            if at == int(parts[2]):
-                found = frozenset(t for t in case.measured()
-                                  if name in case.file_columns(t))
-            at += len(name) + 1
+    names = list(next(iter(case.runs.values())).columns)
+    if not found and len(parts) == 3 and 0 < int(parts[2]) <= len(names):
+        name = names[int(parts[2]) - 1]
+        found = frozenset(t for t in case.measured()
+                          if name in case.file_columns(t))
     return parts[0], found
 
 
