@@ -163,10 +163,10 @@ class Drive:
     start: float
     effort: float = 0.0  # amplitude of the sum of three sines, N m or N
     amplitude: float = 0.0  # of the reference
-    kp: float = 0.0
-    kd: float = 0.0
-    limit: float = 1e6
-    feed_forward: float = 0.0  # constant, such as a weight
+    # Gains of a computed torque; 0: not driven. Held for 10 ms, a kd beyond
+    # 200/s is not stable.
+    kp: float = 0.0  # 1/s^2
+    kd: float = 0.0  # 1/s
 
 
 def _sines(draw, amplitude):
@@ -219,13 +219,12 @@ def _recorded_by_mujoco(programs, seed, name, folder, drives, lacking,
                                     math.ceil(2000 / rate))]
         for values in (start.values(), [0.0] * len(order),
                        [drives[j].kp for j in order],
-                       [drives[j].kd for j in order],
-                       [drives[j].limit for j in order]):
+                       [drives[j].kd for j in order]):
             numbers.append(" ".join(repr(float(v)) for v in values))
         for row in range(rows):
             t = row / rate
             numbers.append(" ".join(
-                repr(drives[j].feed_forward + efforts[j](t)) for j in order))
+                repr(efforts[j](t)) for j in order))
             numbers.append(" ".join(repr(start[j] + reference[j](t))
                                     for j in order))
         with tempfile.TemporaryDirectory() as scratch:
@@ -238,7 +237,7 @@ def _recorded_by_mujoco(programs, seed, name, folder, drives, lacking,
                 table[j + ".qd"] = [s[n + k] + 10 * noise * one.normal()
                                     for s in states]
             drive = drives[j]
-            if drive.effort or drive.kp or drive.feed_forward:
+            if drive.effort or drive.kp:
                 table[j + ".tau"] = [s[2 * n + k] for s in states]
         if foreign:
             names = {"t": "stamp"}
@@ -259,7 +258,7 @@ def _recorded_by_mujoco(programs, seed, name, folder, drives, lacking,
 def cartpole(programs, seed):
     return _recorded_by_mujoco(
         programs, seed, "cartpole", ROBOTS,
-        {"slider": Drive(0.0, effort=4.0, amplitude=0.0, kp=6.0, kd=1.0),
+        {"slider": Drive(0.0, effort=4.0, kp=5.0, kd=0.8),
          "hinge": Drive(0.5)},
         [("slider", "damping", 0.3), ("hinge", "damping", 0.003),
          ("slider", "frictionloss", 0.2)], ["cart", "pole"], mirror=True)
@@ -268,8 +267,8 @@ def cartpole(programs, seed):
 def scara(programs, seed):
     return _recorded_by_mujoco(
         programs, seed, "scara", MODELS,
-        {"shoulder": Drive(0.2, amplitude=1.2, kp=40.0, kd=4.0),
-         "elbow": Drive(-0.4, amplitude=1.2, kp=15.0, kd=1.5)},
+        {"shoulder": Drive(0.2, amplitude=1.2, kp=100.0, kd=15.0),
+         "elbow": Drive(-0.4, amplitude=1.2, kp=100.0, kd=15.0)},
         [("shoulder", "armature", 0.01), ("elbow", "armature", 0.003)],
         ["lower"],
         {"shoulder": {"damping": 0.3, "frictionloss": 0.2},
@@ -280,9 +279,8 @@ def scara(programs, seed):
 def lift(programs, seed):
     return _recorded_by_mujoco(
         programs, seed, "lift", MODELS,
-        {"rail": Drive(0.3, amplitude=0.5, kp=800.0, kd=120.0,
-                       feed_forward=78.0),
-         "pivot": Drive(0.4, amplitude=1.0, kp=30.0, kd=3.0)},
+        {"rail": Drive(0.3, amplitude=0.5, kp=100.0, kd=15.0),
+         "pivot": Drive(0.4, amplitude=1.0, kp=100.0, kd=15.0)},
         [("rail", "frictionloss", 1.0), ("pivot", "armature", 0.005)],
         ["carriage", "arm"],
         {"rail": {"damping": 15.0}, "pivot": {"damping": 0.1}},
@@ -292,7 +290,7 @@ def lift(programs, seed):
 def rotary_pendulum(programs, seed):
     return _recorded_by_mujoco(
         programs, seed, "rotary_pendulum", MODELS,
-        {"motor": Drive(0.0, effort=0.06, amplitude=0.5, kp=0.08, kd=0.005),
+        {"motor": Drive(0.0, effort=0.06, amplitude=0.5, kp=8.0, kd=0.5),
          "swing": Drive(0.5)},
         [("motor", "frictionloss", 0.004), ("motor", "armature", 3e-4)],
         ["pendulum"],
@@ -303,9 +301,9 @@ def rotary_pendulum(programs, seed):
 def three_axes(programs, seed):
     return _recorded_by_mujoco(
         programs, seed, "three_axes", MODELS,
-        {"column": Drive(0.0, amplitude=1.0, kp=60.0, kd=6.0),
-         "shoulder": Drive(-0.4, amplitude=0.8, kp=200.0, kd=15.0),
-         "elbow": Drive(0.6, amplitude=1.0, kp=60.0, kd=5.0)},
+        {"column": Drive(0.0, amplitude=1.0, kp=100.0, kd=15.0),
+         "shoulder": Drive(-0.4, amplitude=0.8, kp=100.0, kd=15.0),
+         "elbow": Drive(0.6, amplitude=1.0, kp=100.0, kd=15.0)},
         [("shoulder", "armature", 0.04), ("elbow", "stiffness", 1.0)],
         ["upper", "lower"],
         {j: {"damping": 0.4, "frictionloss": 0.3}
@@ -315,11 +313,10 @@ def three_axes(programs, seed):
 
 def arm7(programs, seed):
     start = (0.0, 0.3, 0.2, -1.2, 0.1, 0.6, 0.0)
-    kp = (120.0, 300.0, 80.0, 150.0, 25.0, 25.0, 8.0)
     return _recorded_by_mujoco(
         programs, seed, "arm7", ROBOTS,
-        {"joint%d" % (i + 1): Drive(start[i], amplitude=0.7, kp=kp[i],
-                                    kd=kp[i] / 12.0) for i in range(7)},
+        {"joint%d" % (i + 1): Drive(start[i], amplitude=0.7, kp=144.0,
+                                    kd=20.0) for i in range(7)},
         [("joint4", "damping", 0.3), ("joint2", "frictionloss", 0.5)],
         ["link%d" % i for i in range(2, 8)], duration=4.0, runs=1)
 

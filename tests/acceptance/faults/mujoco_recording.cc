@@ -3,13 +3,14 @@
 //
 //   mujoco_recording MODEL.xml < INPUT > STATES
 //
-// INPUT is numbers: nv, rows, period (s), substeps; q (nq), qd (nv), kp (nv),
-// kd (nv), limit (nv; the largest effort); then per row the feed-forward
-// efforts (nv) and the reference (nv; hinges and slides alone). A row's effort
+// INPUT is numbers: nv, rows, period (s), substeps; q (nq), qd (nv), kp (nv,
+// 1/s^2), kd (nv, 1/s); then per row the feed-forward efforts (nv) and the
+// reference (nv; hinges and slides alone). A row's effort on a joint with gains
 //
-//   tau = clip(feed_forward + kp (reference - q) - kd qd, limit)
+//   tau = feed_forward + (M a + bias)_i,  a = kp (reference - q) - kd qd
 //
-// is held until the next, as a digital controller holds it. STATES has per row
+// (computed torque, so that one pair of gains does for all joints of an arm) is
+// held until the next, as a digital controller holds it. STATES has per row
 // q (nq), qd (nv), tau (nv) at its time, with every digit.
 
 #include <algorithm>
@@ -45,8 +46,7 @@ int Record(mjModel* model) {
   mjData* data = mj_makeData(model);
   model->opt.timestep = period / substeps;
   const std::vector<double> q = ReadNumbers(model->nq), qd = ReadNumbers(nv),
-                            kp = ReadNumbers(nv), kd = ReadNumbers(nv),
-                            limit = ReadNumbers(nv);
+                            kp = ReadNumbers(nv), kd = ReadNumbers(nv);
   std::copy(q.begin(), q.end(), data->qpos);
   std::copy(qd.begin(), qd.end(), data->qvel);
   // Where each hinge or slide has its position.
@@ -55,13 +55,20 @@ int Record(mjModel* model) {
     if (model->jnt_type[j] == mjJNT_BALL) continue;
     at[model->jnt_dofadr[j]] = model->jnt_qposadr[j];
   }
+  std::vector<double> a(nv), force(nv);
   for (int row = 0; row < rows && std::cin; ++row) {
     const std::vector<double> tau = ReadNumbers(nv),
                               reference = ReadNumbers(nv);
+    mj_forward(model, data);
     for (int i = 0; i < nv; ++i) {
-      double effort = tau[i] - kd[i] * data->qvel[i];
-      if (at[i] >= 0) effort += kp[i] * (reference[i] - data->qpos[at[i]]);
-      data->qfrc_applied[i] = std::clamp(effort, -limit[i], limit[i]);
+      a[i] = -kd[i] * data->qvel[i];
+      if (at[i] >= 0) a[i] += kp[i] * (reference[i] - data->qpos[at[i]]);
+    }
+    mj_mulM(model, data, force.data(), a.data());
+    for (int i = 0; i < nv; ++i) {
+      const bool driven = kp[i] != 0.0 || kd[i] != 0.0;
+      data->qfrc_applied[i] =
+          tau[i] + (driven ? force[i] + data->qfrc_bias[i] : 0.0);
     }
     Print(data->qpos, model->nq);
     Print(data->qvel, nv);
@@ -70,9 +77,13 @@ int Record(mjModel* model) {
     for (int step = 0; step < substeps; ++step) mj_step(model, data);
   }
   const bool read = static_cast<bool>(std::cin);
+  const bool unstable = std::any_of(
+      data->warning, data->warning + mjNWARNING,
+      [](const mjWarningStat& warning) { return warning.number > 0; });
   mj_deleteData(data);
   if (!read) std::fprintf(stderr, "mujoco_recording: the input ends early\n");
-  return read ? 0 : 2;
+  if (unstable) std::fprintf(stderr, "mujoco_recording: it flies apart\n");
+  return read && !unstable ? 0 : 2;
 }
 
 }  // namespace
@@ -82,6 +93,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: mujoco_recording MODEL.xml < INPUT\n");
     return 2;
   }
+  // Record says what is lost; else it would go into a file of MuJoCo's.
+  mju_user_warning = [](const char*) {};
   char error[1000] = "";
   mjModel* model = mj_loadXML(argv[1], nullptr, error, sizeof(error));
   if (model == nullptr) {
