@@ -186,7 +186,7 @@ def _recorded_by_mujoco(programs, seed, name, folder, drives, lacking,
                         noise=5e-4, velocities=False, foreign=False, runs=2,
                         mirror=False):
     """lacking: {joint: {attribute: size}} of MuJoCo that half of the seeds
-    have one of; loose: links whose mass and moments are drawn 10 % around;
+    have one of; loose: links whose mass is drawn 10 % around the model's;
     friction: what the specification fits."""
     if programs.mujoco is None:
         return None
@@ -194,9 +194,7 @@ def _recorded_by_mujoco(programs, seed, name, folder, drives, lacking,
     text, spec = model_files(folder, name)
     links, joints = urdf.parse(text)
     for link in loose:
-        factor = draw.uniform(0.9, 1.1)
-        links[link].mass *= factor
-        links[link].inertia = tuple(factor * v for v in links[link].inertia)
+        links[link].mass *= draw.uniform(0.9, 1.1)
     extra = {j: dict(a) for j, a in (friction or {}).items()}
     truth = ""
     if lacking and draw.coin():
@@ -284,7 +282,7 @@ def lift(programs, seed):
         [("rail", "frictionloss", 1.0), ("pivot", "armature", 0.005)],
         ["carriage", "arm"],
         {"rail": {"damping": 15.0}, "pivot": {"damping": 0.1}},
-        foreign=True)
+        velocities=True, foreign=True)
 
 
 def rotary_pendulum(programs, seed):

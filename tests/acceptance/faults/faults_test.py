@@ -173,7 +173,10 @@ class Planting(unittest.TestCase):
         before, after = case.runs["x.csv"], planted.case.runs["x.csv"]
         self.assertEqual(after["b.q"], [x + y for x, y in zip(
             before["a.q"], before["b.q"])])
-        self.assertEqual(planted.truth, {"columns": "b.q=b.q-a.q"})
+        self.assertEqual(after["b.qd"], [x + y for x, y in zip(
+            before["a.qd"], before["b.qd"])])
+        self.assertEqual(planted.truth,
+                         {"columns": "b.q=b.q-a.q,b.qd=b.qd-a.qd"})
 
     def test_one_run_of_several_leaves_the_others_alone(self):
         for seed in range(20):

@@ -160,31 +160,36 @@ def absolute_angle(case, draw):
     chosen = [token[:-2] for token in some([j + ".q" for j in joints], draw)]
     case = case.copy()
     runs, file = runs_of(case, draw)
-    column = {j: case.file_columns(j + ".q")[0] for j in case.joints
-              if case.file_columns(j + ".q")}
     truth = {}
-    for run in runs:
-        table = case.runs[run]
-        relative = {j: list(table[column[j]]) for j in column}
+    for kind in ("q", "qd"):  # the velocity of the same sensor
+        column = {j: case.file_columns(j + "." + kind)[0] for j in case.joints
+                  if case.file_columns(j + "." + kind)}
+        if not column:
+            continue
+        for run in runs:
+            _sum_up(case.runs[run], column, chosen, before)
         for joint in chosen:
-            total, link = [0.0] * table.rows(), joint
-            while link is not None:
-                total = [s + v for s, v in zip(total, relative[link])]
-                link = before.get(link)
-            table[column[joint]] = total
-    for joint in chosen:
-        # Less the hinges before, as they are now written.
-        text, link = column[joint], before.get(joint)
-        if link in chosen:
-            text += "-" + column[link]
-        else:
+            # Less the hinges before, as they are now written.
+            text, link = column[joint], before.get(joint)
             while link is not None:
                 text += "-" + column[link]
-                link = before.get(link)
-        truth[joint + ".q"] = text
+                # One that is a sum already has all before it.
+                link = None if link in chosen else before.get(link)
+            truth[joint + "." + kind] = text
     return Planted(case, ", ".join(chosen),
                    [("absolute_angle", frozenset(j + ".q" for j in chosen))],
                    file, mapping(case, file, truth))
+
+
+def _sum_up(table, column, chosen, before):
+    """The columns of the chosen joints plus those of all before them."""
+    relative = {j: list(table[c]) for j, c in column.items()}
+    for joint in chosen:
+        total, link = [0.0] * table.rows(), joint
+        while link is not None:
+            total = [s + v for s, v in zip(total, relative[link])]
+            link = before.get(link)
+        table[column[joint]] = total
 
 
 def _turned(case, draw, change, fault):

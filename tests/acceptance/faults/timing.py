@@ -47,8 +47,15 @@ def channel_late(case, draw):
     if len(efforts) > 1:
         groups.append(efforts)
     chosen = draw.one_of(groups)
-    planted = _delayed(case, draw, chosen, "channel_late")
-    if planted is not None and not of_kind(case, "qd"):
+    # The velocity of the same sensor is as late.
+    velocities = [token + "d" for token in chosen if token.endswith(".q")
+                  and case.file_columns(token + "d")]
+    planted = _delayed(case, draw, chosen + velocities, "channel_late")
+    if planted is None:
+        return None
+    if velocities:
+        planted.right.append(("channel_late", frozenset(chosen)))
+    if not of_kind(case, "qd"):
         # All others as much the other way: only where t is zero differs.
         planted.right += opposite(case, _delay_fault, chosen)
     return planted
