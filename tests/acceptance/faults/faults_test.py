@@ -257,6 +257,15 @@ class Hits(unittest.TestCase):
         self.assertAlmostEqual(outcomes.error_of(fit(4.0, 8.0), fit(1.0, 2.0)),
                                2.0)
 
+    def test_a_bias_has_the_other_sign_in_a_mirror(self):
+        def fit(bias):
+            return {"parameters": [{"name": "bias", "value": bias,
+                                    "std_error": 0.1}]}
+        self.assertAlmostEqual(
+            outcomes.largest_change(fit(-2.0), fit(2.0), True), 40.0)
+        self.assertAlmostEqual(
+            outcomes.largest_change(fit(-2.1), fit(2.0), True, True), 1.0)
+
     def test_lines_of_a_urdf_are_pasted(self):
         found = [{"remedies": [
             'in r.urdf, link l1: <mass value="3"/> <inertia ixx="0.2" ixy="0" '

@@ -123,9 +123,10 @@ def _parameters(fit):
     return {p["name"]: p for p in fit["parameters"]}
 
 
-def largest_change(fit, clean, both):
+def largest_change(fit, clean, both, mirrored=False):
     """Of the parameters, in the clean fit's standard errors; with `both`, in
-    the larger of both fits' (a mended recording may have fewer samples)."""
+    the larger of both fits' (a mended recording may have fewer samples). In a
+    mirror a bias has the other sign; what must be positive cannot."""
     largest, now = 0.0, _parameters(fit)
     for name, p in _parameters(clean).items():
         if p["std_error"] is None or name not in now:
@@ -134,6 +135,8 @@ def largest_change(fit, clean, both):
         if both:
             error = max(error, now[name]["std_error"] or 0.0)
         change = abs(now[name]["value"] - p["value"])
+        if mirrored:
+            change = min(change, abs(now[name]["value"] + p["value"]))
         if change > 0.0:
             largest = max(largest, change / error if error else math.inf)
     return largest
@@ -188,7 +191,8 @@ def is_repaired(programs, planted, findings, flags, folder, clean):
         (folder / planted.case.model).write_text(lines)
     fit = fit_as(programs, {**flags, **fix}, folder, clean)
     ratio = error_of(fit, clean) / error_of(clean, clean)
-    change = largest_change(fit, clean, True) if fit else math.inf
+    change = (largest_change(fit, clean, True, planted.mirrored) if fit
+              else math.inf)
     return (ratio <= ERROR_FACTOR and change <= INTERVAL,
             "fix leaves %.3g times the clean error, parameters off by %.3g "
             "standard errors" % (ratio, change))

@@ -19,6 +19,9 @@ class Planted:
     # The fix, as flags that are known to be right: only the suite's own tests
     # and the spread of right fixes use it. None where no flag is one.
     truth: dict = None
+    # Whether one of `right` is the machine in a mirror: its fix brings the
+    # clean fit with offsets and biases of the other sign.
+    mirrored: bool = False
 
 
 class Kind:

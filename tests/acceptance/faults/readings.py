@@ -101,6 +101,7 @@ def _flipped(case, draw, kind):
     # A mirrored machine does the same: all others flipped instead.
     if case.mirror:
         planted.right += opposite(case, _sign_fault, chosen)
+        planted.mirrored = True
     return planted
 
 
