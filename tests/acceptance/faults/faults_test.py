@@ -265,6 +265,8 @@ class Hits(unittest.TestCase):
             outcomes.largest_change(fit(-2.0), fit(2.0), True), 40.0)
         self.assertAlmostEqual(
             outcomes.largest_change(fit(-2.1), fit(2.0), True, True), 1.0)
+        self.assertEqual(outcomes.largest_change(
+            fit(2.1), fit(2.0), True, within=0.06), 0.0)
 
     def test_lines_of_a_urdf_are_pasted(self):
         found = [{"remedies": [

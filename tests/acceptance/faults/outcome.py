@@ -16,6 +16,10 @@ import urdf
 ERROR_FACTOR = 1.1
 # Standard errors in a 95 % interval.
 INTERVAL = 1.96
+# Of a parameter's value: where the fix is an estimated number, its error is
+# the parameters' too, whose own intervals know nothing of it. One percent is
+# what a scale or a ruler in a workshop says.
+ESTIMATED_WITHIN = 0.01
 
 
 @dataclasses.dataclass
@@ -123,10 +127,11 @@ def _parameters(fit):
     return {p["name"]: p for p in fit["parameters"]}
 
 
-def largest_change(fit, clean, both, mirrored=False):
+def largest_change(fit, clean, both, mirrored=False, within=0.0):
     """Of the parameters, in the clean fit's standard errors; with `both`, in
     the larger of both fits' (a mended recording may have fewer samples). In a
-    mirror a bias has the other sign; what must be positive cannot."""
+    mirror a bias has the other sign; what must be positive cannot. A change
+    of at most `within` of the value is none."""
     largest, now = 0.0, _parameters(fit)
     for name, p in _parameters(clean).items():
         if p["std_error"] is None or name not in now:
@@ -137,7 +142,7 @@ def largest_change(fit, clean, both, mirrored=False):
         change = abs(now[name]["value"] - p["value"])
         if mirrored:
             change = min(change, abs(now[name]["value"] + p["value"]))
-        if change > 0.0:
+        if change > within * abs(p["value"]):
             largest = max(largest, change / error if error else math.inf)
     return largest
 
@@ -181,7 +186,7 @@ def paste_lines(findings, text):
     return text if found else None
 
 
-def is_repaired(programs, planted, findings, flags, folder, clean):
+def is_repaired(programs, kind, planted, findings, flags, folder, clean):
     """(whether the fix brings the clean recording's fit, what it brings)."""
     fix = fix_of(findings)
     lines = paste_lines(findings, planted.case.urdf)
@@ -191,8 +196,9 @@ def is_repaired(programs, planted, findings, flags, folder, clean):
         (folder / planted.case.model).write_text(lines)
     fit = fit_as(programs, {**flags, **fix}, folder, clean)
     ratio = error_of(fit, clean) / error_of(clean, clean)
-    change = (largest_change(fit, clean, True, planted.mirrored) if fit
-              else math.inf)
+    within = ESTIMATED_WITHIN if kind.estimated else 0.0
+    change = (largest_change(fit, clean, True, planted.mirrored, within)
+              if fit else math.inf)
     return (ratio <= ERROR_FACTOR and change <= INTERVAL,
             "fix leaves %.3g times the clean error, parameters off by %.3g "
             "standard errors" % (ratio, change))
@@ -218,8 +224,9 @@ def judge(programs, kind, planted, name, seed, folder, clean):
     if clean.fit is None:
         outcome.note += "; no clean fit"
     elif outcome.located and not kind.no_flag:
-        outcome.repaired, said = is_repaired(programs, planted, findings,
-                                             flags, folder, clean.fit)
+        outcome.repaired, said = is_repaired(programs, kind, planted,
+                                             findings, flags, folder,
+                                             clean.fit)
         outcome.note += "; " + said
     elif not outcome.located:
         fit = fit_as(programs, flags, folder, clean.fit)

@@ -28,8 +28,9 @@ class Kind:
     """A kind of fault. plant(case, draw) is None where a case cannot have it;
     that must not depend on whether the fault would show."""
 
-    def __init__(self, name, plant, no_flag=""):
+    def __init__(self, name, plant, no_flag="", estimated=False):
         self.name = name
+        self.estimated = estimated  # whether the fix is a number to estimate
         self.plant = plant
         self.no_flag = no_flag  # why no flag can mend it; "" where one can
 

@@ -156,8 +156,8 @@ def still(case, draw):
 
 
 KINDS = [
-    Kind("channel_late", channel_late),
-    Kind("velocity_late", velocity_late),
+    Kind("channel_late", channel_late, estimated=True),
+    Kind("velocity_late", velocity_late, estimated=True),
     Kind("time_jitter", time_jitter, "the true stamps are lost"),
     Kind("gap", gap, "the file is cut there"),
     Kind("slow_sampling", slow_sampling, "it is recorded again"),

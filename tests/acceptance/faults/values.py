@@ -178,6 +178,6 @@ KINDS = [
     Kind("spikes", spikes),
     Kind("effort_spikes", effort_spikes, "the effort is lost"),
     Kind("frozen", frozen),
-    Kind("drift", drift),
+    Kind("drift", drift, estimated=True),
     Kind("effort_idle", effort_idle, "the effort is lost"),
 ]
