@@ -264,6 +264,9 @@ def main():
         except KeyboardInterrupt:
             print("interrupted: %d of %d" % (len(results), len(tasks)),
                   file=sys.stderr)
+            # A shell and timeout may each send one.
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+            signal.signal(signal.SIGTERM, signal.SIG_IGN)
             pool.shutdown(cancel_futures=True)
             references = {}
         print_table(results)
@@ -273,7 +276,8 @@ def main():
                 print("%s, seed %d: %s" % (key[0], key[2], ref.said),
                       file=sys.stderr)
         print("\nprocessor time of the checks: %.0f s, the longest %.1f s" % (
-            sum(r.seconds for r in results), max(r.seconds for r in results)))
+            sum(r.seconds for r in results),
+            max((r.seconds for r in results), default=0.0)))
         if args.json:
             Path(args.json).write_text(json.dumps(
                 [dataclasses.asdict(r) for r in results], indent=1))
