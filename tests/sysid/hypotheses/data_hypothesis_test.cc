@@ -55,14 +55,14 @@ TEST_F(DataHypothesisTest, FixesOfSomeRunsAreOneFlag) {
   EXPECT_EQ(FixTexts(input_, flipped, 0.0),
             std::vector<std::string>{"--columns joint2.q=-joint2.q"});
   EXPECT_EQ(FixTexts(input_, OfRuns(flipped, {1}), 0.0),
-            std::vector<std::string>{"--columns b.csv/joint2.q=-joint2.q"});
+            std::vector<std::string>{"--columns 'b.csv/joint2.q=-joint2.q'"});
   EXPECT_EQ(FixTexts(input_, OfRuns(flipped, {0, 1}), 0.0),
-            std::vector<std::string>{"--columns a.csv/joint2.q=-joint2.q,"
-                                     "b.csv/joint2.q=-joint2.q"});
+            std::vector<std::string>{"--columns 'a.csv/joint2.q=-joint2.q,"
+                                     "b.csv/joint2.q=-joint2.q'"});
   const DataHypothesis late = Of(DataFault::kChannelLate, "joint1.q");
   EXPECT_EQ(FixTexts(input_, OfRuns(late, {0, 1}), 0.02),
             std::vector<std::string>{
-                "--shift a.csv/joint1.q=0.02,b.csv/joint1.q=0.02"});
+                "--shift 'a.csv/joint1.q=0.02,b.csv/joint1.q=0.02'"});
 }
 
 TEST_F(DataHypothesisTest, ChangesTheRunsThatItIsOfAlone) {
