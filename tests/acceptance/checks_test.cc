@@ -36,7 +36,7 @@ std::vector<Finding> Check(const Session& session) {
 // A shipped model with what its specification frees, and a simulated run; the
 // mechanism has `effect`, which the model lacks, where one is given.
 Session Simulated(const std::string& model, std::uint64_t seed, bool driven,
-                  const std::string& effect = "") {
+                  const std::string& effect = "", double level = 0.5) {
   const Catalogue catalogue;
   FitRequest request;
   request.model = model;
@@ -56,7 +56,7 @@ Session Simulated(const std::string& model, std::uint64_t seed, bool driven,
   options.noise = 1e-3;
   options.seed = seed;
   options.excitation = driven ? Excitation::kMultisine : Excitation::kNone;
-  options.excitation_level = 0.5;
+  options.excitation_level = level;
   session.runs = {Simulate(truth, RandomState(truth, 1.0, seed), options)};
   session.runs.front().name = model + ".csv";
   return session;
@@ -130,7 +130,10 @@ TEST(PlantedFaults, AnAxisOfOneRunOfSeveral) {
 
 // Issue 19: it was pinned on one of them.
 TEST(PlantedFaults, TheClockOfTwoRunsIsThatOfBoth) {
-  Session session = TwoRuns();
+  Session session = Simulated("pendulum2_planar", 5, true, "", 0.3);
+  session.runs.push_back(
+      Simulated("pendulum2_planar", 6, true, "", 0.3).runs[0]);
+  session.runs[1].name = "b.csv";
   for (sysid::Run& run : session.runs) {
     for (double& t : run.t) t *= 1.3;
   }

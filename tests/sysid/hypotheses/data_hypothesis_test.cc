@@ -51,18 +51,18 @@ class DataHypothesisTest : public ::testing::Test {
 };
 
 TEST_F(DataHypothesisTest, FixesOfSomeRunsAreOneFlag) {
+  const auto fix = [&](const DataHypothesis& hypothesis, double p) {
+    return Join(FixTexts(input_, hypothesis, p), " ");
+  };
   const DataHypothesis flipped = Of(DataFault::kAxisFlipped, "joint2.q");
-  EXPECT_EQ(FixTexts(input_, flipped, 0.0),
-            std::vector<std::string>{"--columns joint2.q=-joint2.q"});
-  EXPECT_EQ(FixTexts(input_, OfRuns(flipped, {1}), 0.0),
-            std::vector<std::string>{"--columns 'b.csv/joint2.q=-joint2.q'"});
-  EXPECT_EQ(FixTexts(input_, OfRuns(flipped, {0, 1}), 0.0),
-            std::vector<std::string>{"--columns 'a.csv/joint2.q=-joint2.q,"
-                                     "b.csv/joint2.q=-joint2.q'"});
+  EXPECT_EQ(fix(flipped, 0.0), "--columns joint2.q=-joint2.q");
+  EXPECT_EQ(fix(OfRuns(flipped, {1}), 0.0),
+            "--columns 'b.csv/joint2.q=-joint2.q'");
+  EXPECT_EQ(fix(OfRuns(flipped, {0, 1}), 0.0),
+            "--columns 'a.csv/joint2.q=-joint2.q,b.csv/joint2.q=-joint2.q'");
   const DataHypothesis late = Of(DataFault::kChannelLate, "joint1.q");
-  EXPECT_EQ(FixTexts(input_, OfRuns(late, {0, 1}), 0.02),
-            std::vector<std::string>{
-                "--shift 'a.csv/joint1.q=0.02,b.csv/joint1.q=0.02'"});
+  EXPECT_EQ(fix(OfRuns(late, {0, 1}), 0.02),
+            "--shift 'a.csv/joint1.q=0.02,b.csv/joint1.q=0.02'");
 }
 
 TEST_F(DataHypothesisTest, ChangesTheRunsThatItIsOfAlone) {
