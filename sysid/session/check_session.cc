@@ -72,7 +72,8 @@ FitOutcome OutcomeOf(const Fit& fit, const ShootingProblem& problem) {
 size_t CheckSessionData(Session* session, CheckLevel level,
                         const FitOutcome& outcome) {
   const size_t before = session->notices.size();
-  if (level != CheckLevel::kAll ||
+  // Nor where the fit was interrupted: it is to end.
+  if (level != CheckLevel::kAll || session->options.stop.stop_requested() ||
       (outcome.converged && outcome.error <= kExplained)) {
     return before;
   }

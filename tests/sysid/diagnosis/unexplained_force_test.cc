@@ -24,6 +24,7 @@ struct Sought {
       : evaluated(model) {
     DiagnosisProblem problem = MakeProblem(model, free, runs);
     problem.options.noise = noise;
+    problem.SetRuns(RunsOf(*problem.train), RunsOf(*problem.holdout));
     evaluated = EvaluateGiven(problem);
     force = FindWhere(evaluated);
   }
