@@ -159,8 +159,8 @@ TEST_F(BadRunsTest, AnglesThatLookLikeDegrees) {
   std::string text = "t,joint1.q\n";
   for (int k = 0; k < 1000; ++k) {
     const double t = 0.01 * k;
-    text += std::to_string(t) + "," + std::to_string(28.6 * std::sin(4 * t)) +
-            "\n";
+    text +=
+        std::to_string(t) + "," + std::to_string(28.6 * std::sin(4 * t)) + "\n";
   }
   folder_.Write("run.csv", text);
   ExpectFitRefused(
