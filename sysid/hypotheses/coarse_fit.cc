@@ -283,9 +283,15 @@ double CoarseFitter::WorkOf(int columns, double evaluations) const {
 
 CoarseFit CoarseFitter::Fit(const CoarseModel& model,
                             const Excerpt::Change& change, int iterations,
-                            const CoarseFit* start) {
-  auto problem = std::make_shared<ShootingProblem>(model.model, model.free,
-                                                   Train(change), options_);
+                            const CoarseFit* start, const DataSet* noise_of) {
+  auto problem = noise_of == nullptr
+                     ? std::make_shared<ShootingProblem>(
+                           model.model, model.free, Train(change), options_)
+                     : std::make_shared<ShootingProblem>(
+                           model.model, model.free,
+                           MakeDataSetLike(model.model, Train(change), options_,
+                                           *noise_of),
+                           options_);
   CoarseFit fit;
   fit.train = problem;
   const Eigen::VectorXd theta =

@@ -67,9 +67,12 @@ class CoarseFitter {
   // Every other window of the excerpt.
   std::vector<Run> Train(const Excerpt::Change& change) const;
 
-  // `start` (may be null): a fit of the same model to begin from.
+  // `start` (may be null): a fit of the same model to begin from. `noise_of`
+  // (null: the noise is estimated): errors are compared in one noise, for a
+  // column that is shifted between samples has less of it.
   CoarseFit Fit(const CoarseModel& model, const Excerpt::Change& change,
-                int iterations, const CoarseFit* start = nullptr);
+                int iterations, const CoarseFit* start = nullptr,
+                const DataSet* noise_of = nullptr);
   // Adds what the held-out windows say. `log_unit` as in DataHypothesis.
   void Judge(const CoarseModel& model, const Excerpt::Change& change,
              const std::function<double(const Channel&)>& log_unit,

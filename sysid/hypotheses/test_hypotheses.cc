@@ -19,6 +19,10 @@ namespace {
 
 using namespace hypotheses;
 
+// The promise of what no first look tells: refitted, after all that promise
+// more.
+constexpr double kUntold = 0.97;
+
 std::string TimesText(double error) {
   return std::isfinite(error) ? ShortNumber(error) + " times the noise"
                               : "more than can be computed";
@@ -163,14 +167,17 @@ bool Search::IsRough() const {
   return false;
 }
 
-// Of mechanisms whose joints are all simple and measured in every run, and some
-// driven: without any effort the equations hold with no mass at all.
+// Of mechanisms whose joints are all simple, measured in every run, and driven:
+// the equation of a joint without effort holds with no mass at all.
 bool Search::EquationsTell() const {
   const Mechanism& mechanism = input_.model->mechanism();
-  if (DrivenJoints(input_).empty()) return false;
+  const std::vector<int> driven = DrivenJoints(input_);
   for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
     if (mechanism.joints[j].type == JointType::kFixed) continue;
-    if (!IsSimple(mechanism.joints[j])) return false;
+    if (!IsSimple(mechanism.joints[j]) ||
+        std::find(driven.begin(), driven.end(), j) == driven.end()) {
+      return false;
+    }
     for (const sysid::Run* run : input_.runs) {
       if (FindChannel(*run, ChannelKind::kPosition, j) == nullptr) return false;
     }
@@ -259,7 +266,14 @@ void Search::LookByEquations(std::vector<Candidate>* candidates) {
         const double part =
             runs.empty() ? 1.0 : 1.0 / static_cast<double>(input_.runs.size());
         const double error = least(&changed, runs) * std::exp(-part * log_unit);
-        Consider(i, runs, p, error / given, candidates);
+        double promise = error / given;
+        // The least squares take bodies of negative mass: all efforts the
+        // other way round, or all motions, leave the same error. A fit tells.
+        if (!hypothesis.is_continuous() && promise >= kPromise &&
+            promise <= 1.0 / kPromise) {
+          promise = kUntold;
+        }
+        Consider(i, runs, p, promise, candidates);
       }
     }
   }
@@ -354,7 +368,7 @@ std::vector<Candidate> Search::Look() {
   // Of an effort without influence only a fit tells.
   for (int i = 0; i < static_cast<int>(all_.size()); ++i) {
     if (all_[i].fault == DataFault::kEffortIdle) {
-      Consider(i, {}, 0.0, 0.97, &candidates);
+      Consider(i, {}, 0.0, kUntold, &candidates);
     }
   }
   if (explained_) {
@@ -427,8 +441,10 @@ std::optional<Refit> Search::RefitOf(const Candidate& candidate,
   }
   // Gauss-Newton in p, the rest fitted anew each time: (10.1) with the change
   // from where p is.
+  const DataSet* noise_of = &rivals_.front().fit.train->data();
   double p = candidate.start;
-  CoarseFit fit = fitter_.Fit(model, ChangeOf(hypothesis, p), iterations);
+  CoarseFit fit = fitter_.Fit(model, ChangeOf(hypothesis, p), iterations,
+                              nullptr, noise_of);
   refit.fit = fit;
   refit.p = p;
   for (int step = 0; step < kSteps && std::isfinite(fit.train_error); ++step) {
@@ -444,8 +460,8 @@ std::optional<Refit> Search::RefitOf(const Candidate& candidate,
         std::max(0.3 * secant.std_error, 0.01 * hypothesis.least);
     if (!(std::abs(secant.value) > enough)) break;
     p = std::clamp(p + secant.value, -hypothesis.most, hypothesis.most);
-    CoarseFit next =
-        fitter_.Fit(model, ChangeOf(hypothesis, p), kLookIterations, &fit);
+    CoarseFit next = fitter_.Fit(model, ChangeOf(hypothesis, p), kIterations,
+                                 &fit, noise_of);
     if (!(next.train_error < fit.train_error)) break;
     fit = next;
     refit.fit = fit;

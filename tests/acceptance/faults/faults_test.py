@@ -333,16 +333,10 @@ class WithPrograms(unittest.TestCase):
                 self.assertTrue(hit.repaired, hit)
 
     def test_a_fault_in_a_real_recording_is_hit(self):
-        def emps_begins(programs, seed):
-            case = cases.emps(programs, seed)
-            if case is not None:
-                case.runs["emps.csv"].keep(range(1000))  # 4 s
-            return case
-
-        if self.suite.case(emps_begins, 1) is None:
+        if self.suite.case(cases.emps, 1) is None:
             self.skipTest("no recordings")
         kind = next(k for k in readings.KINDS if k.name == "effort_flipped")
-        hit = self._judge(kind, emps_begins)
+        hit = self._judge(kind, cases.emps)
         self.assertTrue(hit.repaired, hit)
 
     def test_a_fault_of_one_run_of_several_is_hit_there(self):
