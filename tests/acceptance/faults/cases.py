@@ -365,9 +365,9 @@ def double_pendulum_dfki(_programs, seed):
         every=2, mirror=True)
 
 
-def emps(_programs, _seed):
+def emps(_programs, _seed, until=10.0):
     return _recorded("emps", ROBOTS, ["emps/emps.csv"],
-                     {"joint1.q": "q", "joint1.tau": "force"}, until=10.0,
+                     {"joint1.q": "q", "joint1.tau": "force"}, until=until,
                      every=2, mirror=True)
 
 
