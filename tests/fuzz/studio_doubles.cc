@@ -14,12 +14,6 @@ namespace sysid {
 
 // The doubles, with the signatures of the real ones.
 
-ShootingProblem::ShootingProblem(const Model& model,
-                                 std::vector<FreeParameter> free,
-                                 std::vector<Run>,
-                                 const EstimationOptions& options)
-    : model_(model), free_(std::move(free)), options_(options) {}
-
 double Now() { return 0.0; }
 
 std::vector<ModelFile> ModelFiles() {
@@ -32,13 +26,10 @@ Json PageHeader(const PageSource&) {
           {"steps", Json::array()}};
 }
 
-PageSource SourceOf(const StudioSetup& setup, const ShootingProblem&) {
-  return setup.page;
-}
+PageSource SourceOf(const StudioSetup& setup) { return setup.page; }
 
-StudioModel FitStudioModel(const StudioSetup&, const ShootingProblem&,
-                           const StudioChange& change, int id,
-                           const std::stop_token& stop,
+StudioModel FitStudioModel(const StudioSetup&, const StudioChange& change,
+                           int id, const std::stop_token& stop,
                            const std::function<void(const Progress&)>& report) {
   report({"fitting", 1, 2, 1.5});
   ThrowIfCancelled(stop);
