@@ -22,10 +22,9 @@ constexpr int kMostPairs = 10;     // that are kept
 // The weights of some columns of a candidate that its bounds allow.
 struct Weights {
   int set = 0;
-  std::vector<int>
-      identifiable;         // columns that the data tells of, within the set
-  std::vector<int> active;  // those that the bounds leave
-  Eigen::VectorXd alpha;    // of those
+  std::vector<int> identifiable;  // columns of the set, given the data
+  std::vector<int> active;        // those that the bounds leave
+  Eigen::VectorXd alpha;          // of those
   double score = 0.0;
 };
 
@@ -337,8 +336,8 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
     return std::find(weights.identifiable.begin(), weights.identifiable.end(),
                      column) != weights.identifiable.end();
   };
-  // An own parameter is without_influence where no probe along it tells
-  // anything.
+  // An own parameter has no influence where no probe along it changes the
+  // residuals.
   const auto has_no_influence = [&](size_t parameter) {
     if (!own[parameter].grid.empty()) return false;
     for (size_t i = 0; i < probes.size(); ++i) {
@@ -452,7 +451,7 @@ Screening Screener::Run() {
     return true;
   });
   std::vector<Weights> weights;
-  std::vector<Candidate> identifiable;  // the data says something of these
+  std::vector<Candidate> identifiable;
   for (size_t i = 0; i < best.size(); ++i) {
     if (best[i].active.empty()) continue;
     weights.push_back(std::move(best[i]));

@@ -45,6 +45,9 @@ inline constexpr int kAugmentedRefits = 4;  // with the augmented model
 inline constexpr int kEffects = 2;          // of the screening
 // A first look that promises less than this is not refitted.
 inline constexpr double kPromise = 0.98;
+// The promise of what no first look can tell: below kPromise, so that it is
+// refitted, after all that promises more.
+inline constexpr double kUntold = 0.97;
 
 // The budget after a fit, in parts of its counted work. A quarter of its
 // processor time is allowed; a unit of work here takes about twice as long as

@@ -19,10 +19,6 @@ namespace {
 
 using namespace hypotheses;
 
-// The promise of what no first look tells: refitted, after all that promise
-// more.
-constexpr double kUntold = 0.97;
-
 std::string TimesText(double error) {
   return std::isfinite(error) ? ShortNumber(error) + " times the noise"
                               : "more than can be computed";
