@@ -342,6 +342,7 @@ void CoarseFitter::Judge(const CoarseModel& model,
     channels = std::max(channels, data->run.channels.size());
   }
   fit->log_errors = RowMatrixXd::Constant(windows, channels, NAN);
+  fit->weights = RowMatrixXd::Zero(windows, channels);
   std::vector<double> missed(channels, 0.0), moved(channels, 0.0);
   ScratchPool pool;
   for (int w = 0; w < windows; ++w) {
@@ -376,6 +377,7 @@ void CoarseFitter::Judge(const CoarseModel& model,
       const double sigma = data.sigma[c];
       const double all = motion[c] + counts[c] * sigma * sigma;
       const double capped = std::min(squares[c], kHopeless * kHopeless * all);
+      fit->weights(w, c) = motion[c] / counts[c];
       missed[c] += std::max(0.0, capped - counts[c] * sigma * sigma);
       moved[c] += all;
       fit->log_errors(w, c) =
@@ -386,6 +388,10 @@ void CoarseFitter::Judge(const CoarseModel& model,
   }
   fit->unexplained = 0.0;
   for (size_t c = 0; c < channels; ++c) {
+    // A window that moves as much as the mean counts half.
+    auto weights = fit->weights.col(c).array();
+    const double usual = std::max(weights.mean(), 1e-300);
+    weights /= weights + usual;
     if (!(moved[c] > 0.0)) continue;
     fit->unexplained =
         std::max(fit->unexplained, std::sqrt(missed[c] / moved[c]));
@@ -394,7 +400,7 @@ void CoarseFitter::Judge(const CoarseModel& model,
 
 bool Difference::IsBetter(double significance, double factor) const {
   // About Student's quantile over the normal one, at three standard errors.
-  const double few = 1.0 + 3.0 / std::max(1, windows - 1);
+  const double few = 1.0 + 3.0 / std::max(1.0, windows - 1.0);
   return windows >= kFewestWindows && mean > std::log(factor) &&
          mean > significance * few * std_error;
 }
@@ -406,30 +412,39 @@ bool Difference::IsTie() const {
 Difference Compare(const CoarseFit& a, const CoarseFit& b,
                    const std::vector<int>& held_runs,
                    const std::vector<int>& runs) {
-  std::vector<double> values;
+  // Of each window: its weight, and its weighted sum over the channels.
+  std::vector<std::pair<double, double>> of_windows;
+  double weight = 0.0, squared_weights = 0.0, sum = 0.0;
+  const auto channels = std::min(a.log_errors.cols(), b.log_errors.cols());
   for (int w = 0; w < static_cast<int>(held_runs.size()); ++w) {
     if (!runs.empty() &&
         std::find(runs.begin(), runs.end(), held_runs[w]) == runs.end()) {
       continue;
     }
-    double sum = 0.0;
-    int count = 0;
-    for (int c = 0; c < a.log_errors.cols() && c < b.log_errors.cols(); ++c) {
+    double of_window = 0.0, sum_of_window = 0.0;
+    for (int c = 0; c < channels; ++c) {
       const double d = a.log_errors(w, c) - b.log_errors(w, c);
       if (std::isnan(d)) continue;
-      sum += d;
-      ++count;
+      of_window += a.weights(w, c);
+      sum_of_window += a.weights(w, c) * d;
     }
-    if (count > 0) values.push_back(sum / count);
+    of_windows.push_back({of_window, sum_of_window});
+    weight += of_window;
+    squared_weights += of_window * of_window;
+    sum += sum_of_window;
   }
   Difference difference;
-  difference.windows = static_cast<int>(values.size());
-  if (values.size() < 2) return difference;
-  const double n = static_cast<double>(values.size());
-  for (const double v : values) difference.mean += v / n;
+  if (!(weight > 0.0)) return difference;
+  difference.windows = weight * weight / squared_weights;
+  difference.mean = sum / weight;
+  if (difference.windows <= 1.0) return difference;
   double squares = 0.0;
-  for (const double v : values) squares += std::pow(v - difference.mean, 2);
-  difference.std_error = std::sqrt(squares / (n * (n - 1)));
+  for (const auto& [of_window, sum_of_window] : of_windows) {
+    squares += std::pow(sum_of_window - of_window * difference.mean, 2);
+  }
+  difference.std_error =
+      std::sqrt(squares * difference.windows / (difference.windows - 1.0)) /
+      weight;
   return difference;
 }
 

@@ -48,6 +48,8 @@ struct CoarseFit {
   // log rms error of each held-out window and channel, (10.2): in the unit of
   // the recording. NaN where nothing was measured.
   RowMatrixXd log_errors;
+  // How much each of them can tell, (10.3), from 0 to 1.
+  RowMatrixXd weights;
   // The part of the motion that is not explained: rms error over rms motion
   // beside the straight lines of the segments, of the worst channel.
   double unexplained = 0.0;
@@ -94,11 +96,11 @@ class CoarseFitter {
   double segment_s_ = 0.0, work_ = 0.0;
 };
 
-// The difference of two explanations over held-out windows, (10.3): mean and
-// standard error of log error(a) - log error(b).
+// The difference of two explanations over held-out windows, (10.3): weighted
+// mean and standard error of log error(a) - log error(b), weights those of a.
 struct Difference {
   double mean = 0.0, std_error = 0.0;
-  int windows = 0;
+  double windows = 0.0;  // of equal weight that would tell as much
   // b is better by so many standard errors, and by a factor worth a word.
   bool IsBetter(double significance, double factor) const;
   // Neither is better by more than a standard error, or by what is worth a

@@ -98,6 +98,7 @@ TEST(CompareTest, IsOfTheWindowsOfTheRunsThatChange) {
   CoarseFit as_read, changed;
   as_read.log_errors = RowMatrixXd::Zero(6, 2);
   changed.log_errors = RowMatrixXd::Zero(6, 2);
+  as_read.weights = RowMatrixXd::Constant(6, 2, 0.5);
   changed.log_errors.bottomRows(3) << -1.0, -1.2, -1.1, -1.1, -1.0, -1.1;
   const std::vector<int> held_runs = {0, 0, 0, 1, 1, 1};
   const Difference all = Compare(as_read, changed, held_runs, {});
@@ -110,6 +111,23 @@ TEST(CompareTest, IsOfTheWindowsOfTheRunsThatChange) {
   EXPECT_NEAR(second.std_error, std::sqrt(0.005 / 3.0 / 6.0), 1e-12);
   EXPECT_TRUE(second.IsBetter(3.0, 1.1));
   EXPECT_TRUE(Compare(as_read, changed, held_runs, {0}).IsTie());
+}
+
+TEST(CompareTest, HasNoUseOfWindowsAtRest) {
+  CoarseFit as_read, changed;
+  as_read.log_errors = RowMatrixXd::Zero(8, 1);
+  changed.log_errors = RowMatrixXd::Zero(8, 1);
+  as_read.weights = RowMatrixXd::Zero(8, 1);
+  changed.log_errors.topRows(4) << -1.0, -1.2, -1.1, -1.1;
+  as_read.weights.topRows(4).setConstant(0.5);
+  const std::vector<int> held_runs(8, 0);
+  const Difference moving = Compare(as_read, changed, held_runs, {});
+  EXPECT_NEAR(moving.windows, 4.0, 1e-12);
+  EXPECT_NEAR(moving.mean, 1.1, 1e-12);
+  EXPECT_NEAR(moving.std_error, std::sqrt(0.02 / 3.0 / 4.0), 1e-12);
+  EXPECT_TRUE(moving.IsBetter(3.0, 1.1));
+  as_read.weights.setConstant(0.5);
+  EXPECT_FALSE(Compare(as_read, changed, held_runs, {}).IsBetter(3.0, 1.1));
 }
 
 }  // namespace
