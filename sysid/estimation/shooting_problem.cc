@@ -41,6 +41,13 @@ ShootingProblem ShootingProblem::With(const EstimationOptions& options) const {
   return other;
 }
 
+ShootingProblem ShootingProblem::WithData(
+    std::shared_ptr<const DataSet> data) const {
+  ShootingProblem other = *this;
+  other.data_ = std::move(data);
+  return other;
+}
+
 std::shared_ptr<const DataSet> MakeDataSet(const Model& model,
                                            std::vector<Run> runs,
                                            const EstimationOptions& options) {

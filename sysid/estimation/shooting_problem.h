@@ -67,6 +67,7 @@ class ShootingProblem {
                   std::vector<Run> runs, const EstimationOptions& options);
 
   ShootingProblem With(const EstimationOptions& options) const;
+  ShootingProblem WithData(std::shared_ptr<const DataSet> data) const;
 
   const Model& model() const { return question_->model; }
   const ParameterMap& map() const { return question_->map; }

@@ -183,9 +183,17 @@ CoarseModel StartingAt(CoarseModel model, const std::vector<double>& values) {
   return model;
 }
 
-CoarseFitter::CoarseFitter(const std::vector<const Run*>& runs, int samples,
-                           const EstimationOptions& options)
-    : excerpt_(runs, samples), options_(options) {
+CoarseModel Without(CoarseModel model, const Supposition& supposed) {
+  if (supposed.hypothesis != nullptr && supposed.hypothesis->change_model) {
+    supposed.hypothesis->change_model(&model.model);
+  }
+  return model;
+}
+
+CoarseFitter::CoarseFitter(const CheckInput& input, int samples)
+    : mechanism_(input.model->mechanism()),
+      excerpt_(input.runs, samples),
+      options_(input.options) {
   options_.rollout.step = 0.0;  // a sample's: coarse as the fit
   options_.loss = RobustLoss::kNone;
   options_.segment = 0.0;
@@ -194,21 +202,27 @@ CoarseFitter::CoarseFitter(const std::vector<const Run*>& runs, int samples,
   for (int w = 1; w < excerpt_.count(); w += 2) {
     held_runs_.push_back(excerpt_.run(w));
   }
-  segment_s_ = std::max({kShortest, kSegmentRadians * RadianTime(runs),
+  segment_s_ = std::max({kShortest, kSegmentRadians * RadianTime(input.runs),
                          kFewestSamples * excerpt_.period_s()});
 }
 
-std::vector<Run> CoarseFitter::Half(const Excerpt::Change& change,
+Excerpt::Change CoarseFitter::ChangeOf(const Supposition& supposed) const {
+  return [&mechanism = mechanism_, supposed](int run, Run* window) {
+    Undo(supposed, mechanism, run, window);
+  };
+}
+
+std::vector<Run> CoarseFitter::Half(const Supposition& supposed,
                                     int first) const {
-  std::vector<Run> all = excerpt_.Windows(change), half;
+  std::vector<Run> all = excerpt_.Windows(ChangeOf(supposed)), half;
   for (size_t w = first; w < all.size(); w += 2) {
     half.push_back(std::move(all[w]));
   }
   return half;
 }
 
-std::vector<Run> CoarseFitter::Train(const Excerpt::Change& change) const {
-  return Half(change, 0);
+std::vector<Run> CoarseFitter::Train(const Supposition& supposed) const {
+  return Half(supposed, 0);
 }
 
 int CoarseFitter::Samples() const {
@@ -281,18 +295,18 @@ double CoarseFitter::WorkOf(int columns, double evaluations) const {
   return Work(Samples(), evaluations, columns);
 }
 
-CoarseFit CoarseFitter::Fit(const CoarseModel& model,
-                            const Excerpt::Change& change, int iterations,
+CoarseFit CoarseFitter::Fit(const CoarseModel& as_given,
+                            const Supposition& supposed, int iterations,
                             const CoarseFit* start, const DataSet* noise_of) {
-  auto problem = noise_of == nullptr
-                     ? std::make_shared<ShootingProblem>(
-                           model.model, model.free, Train(change), options_)
-                     : std::make_shared<ShootingProblem>(
-                           model.model, model.free,
-                           MakeDataSetLike(model.model, Train(change), options_,
-                                           *noise_of),
-                           options_);
+  const CoarseModel model = Without(as_given, supposed);
+  const auto problem = std::make_shared<ShootingProblem>(
+      model.model, model.free,
+      noise_of == nullptr
+          ? MakeDataSet(model.model, Train(supposed), options_)
+          : MakeDataSetLike(model.model, Train(supposed), options_, *noise_of),
+      options_);
   CoarseFit fit;
+  fit.supposed = supposed;
   fit.train = problem;
   const Eigen::VectorXd theta =
       start != nullptr ? start->point.theta : problem->InitialTheta();
@@ -316,21 +330,17 @@ CoarseFit CoarseFitter::Fit(const CoarseModel& model,
   return fit;
 }
 
-void CoarseFitter::Judge(const CoarseModel& model,
-                         const Excerpt::Change& change,
-                         const std::function<double(const Channel&)>& log_unit,
-                         CoarseFit* fit) {
+void CoarseFitter::Judge(CoarseFit* fit) {
   // Where a model cannot follow a window at all it misses all of its motion,
   // and more: so far the logarithm tells apart what is hopeless.
   constexpr double kHopeless = 3.0;
-  const ShootingProblem problem(model.model, model.free,
-                                MakeDataSetLike(model.model, Half(change, 1),
-                                                options_, fit->train->data()),
-                                options_);
+  const ShootingProblem problem = fit->train->WithData(
+      MakeDataSetLike(fit->train->model(), Half(fit->supposed, 1), options_,
+                      fit->train->data()));
   Solution point = CutPoint(problem, fit->point.theta,
                             AllStatesFromData(problem), segment_s_);
   const int evaluations = Solve(problem, true, kLookIterations, &point);
-  work_ += 0.5 * WorkOf(model.model.tangent_size(), evaluations);
+  work_ += 0.5 * WorkOf(problem.model().tangent_size(), evaluations);
   const double fitted = ObservedStateDof(problem) *
                         static_cast<double>(AllSegments(point).size());
   const double error =
@@ -382,8 +392,8 @@ void CoarseFitter::Judge(const CoarseModel& model,
       moved[c] += all;
       fit->log_errors(w, c) =
           0.5 * std::log(std::max(capped / counts[c], 1e-30)) +
-          LogTurns(data.run.channels[c], model.model.mechanism()) -
-          (log_unit ? log_unit(data.run.channels[c]) : 0.0);
+          LogTurns(data.run.channels[c], mechanism_) -
+          LogUnit(fit->supposed, mechanism_, data.run.channels[c]);
     }
   }
   fit->unexplained = 0.0;

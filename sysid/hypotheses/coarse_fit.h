@@ -6,6 +6,7 @@
 #include "sysid/checks/excerpt.h"
 #include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/shooting_problem.h"
+#include "sysid/hypotheses/data_hypothesis.h"
 
 namespace sysid {
 
@@ -34,10 +35,14 @@ CoarseModel Augmented(const CoarseModel& model, bool bodies);
 // With an effect, which starts where the screening expects it.
 CoarseModel WithEffect(const CoarseModel& model, const ScreenedEffect& effect);
 
+// Without what is supposed of it.
+CoarseModel Without(CoarseModel model, const Supposition& supposed);
+
 // Starting from these values, in the order of `free`.
 CoarseModel StartingAt(CoarseModel model, const std::vector<double>& values);
 
 struct CoarseFit {
+  Supposition supposed;  // what the data were read by
   std::shared_ptr<const ShootingProblem> train;
   Solution point;
   std::vector<double> values;  // of the free parameters
@@ -58,27 +63,25 @@ struct CoarseFit {
 // Fits and judges, and counts what that costs.
 class CoarseFitter {
  public:
-  CoarseFitter(const std::vector<const Run*>& runs, int samples,
-               const EstimationOptions& options);
+  CoarseFitter(const CheckInput& input, int samples);
 
   const Excerpt& excerpt() const { return excerpt_; }
   double segment_s() const { return segment_s_; }
   const EstimationOptions& options() const { return options_; }
   // Indices of the runs of the held-out windows.
   const std::vector<int>& held_runs() const { return held_runs_; }
-  // Every other window of the excerpt.
-  std::vector<Run> Train(const Excerpt::Change& change) const;
+  // Every other window of the excerpt, of recordings without what is supposed.
+  std::vector<Run> Train(const Supposition& supposed) const;
+  Excerpt::Change ChangeOf(const Supposition& supposed) const;
 
   // `start` (may be null): a fit of the same model to begin from. `noise_of`
   // (null: the noise is estimated): errors are compared in one noise, for a
   // column that is shifted between samples has less of it.
-  CoarseFit Fit(const CoarseModel& model, const Excerpt::Change& change,
+  CoarseFit Fit(const CoarseModel& model, const Supposition& supposed,
                 int iterations, const CoarseFit* start = nullptr,
                 const DataSet* noise_of = nullptr);
-  // Adds what the held-out windows say. `log_unit` as in DataHypothesis.
-  void Judge(const CoarseModel& model, const Excerpt::Change& change,
-             const std::function<double(const Channel&)>& log_unit,
-             CoarseFit* fit);
+  // Adds what the held-out windows say.
+  void Judge(CoarseFit* fit);
 
   // In samples that were rolled out without derivatives.
   double work() const { return work_; }
@@ -87,9 +90,10 @@ class CoarseFitter {
   double WorkOf(int columns, double evaluations) const;
 
  private:
-  std::vector<Run> Half(const Excerpt::Change& change, int first) const;
+  std::vector<Run> Half(const Supposition& supposed, int first) const;
   int Samples() const;
 
+  const Mechanism& mechanism_;
   Excerpt excerpt_;
   EstimationOptions options_;
   std::vector<int> held_runs_;

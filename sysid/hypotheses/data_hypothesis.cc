@@ -1,11 +1,14 @@
 #include "sysid/hypotheses/data_hypothesis.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "models/error.h"
 #include "sysid/hypotheses/families/families.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/channel_edits.h"
 #include "sysid/io/column_map.h"
+#include "sysid/io/run_columns.h"
 
 namespace sysid {
 namespace {
@@ -14,6 +17,28 @@ constexpr HypothesisFamily kFamilies[] = {
     SignHypotheses,   OrderHypotheses, AbsoluteHypotheses, UnitHypotheses,
     QuaternionOrders, BodyHypotheses,  DelayHypotheses,    EffortHypotheses,
     DriftHypotheses,  ClockHypotheses,
+};
+
+// In the order of DataFault.
+constexpr const char* kFaultNames[] = {
+    "axis_flipped",
+    "effort_flipped",
+    "joints_swapped",
+    "efforts_swapped",
+    "absolute_angle",
+    "degrees",
+    "millimetres",
+    "centimetres",
+    "milliseconds",
+    "quaternion_order",
+    "quaternion_inverse",
+    "inertia_about_joint",
+    "mass_in_grams",
+    "channel_late",
+    "effort_scale",
+    "effort_idle",
+    "drift",
+    "clock_scale",
 };
 
 // The value of "--columns 'value'".
@@ -25,48 +50,100 @@ std::string ValueOf(const std::string& flag) {
   return value;
 }
 
+bool IsOfRun(const std::vector<int>& runs, int run) {
+  return runs.empty() || std::find(runs.begin(), runs.end(), run) != runs.end();
+}
+
+// The numbers of a column of a run, which may be const; none where it has not
+// got it.
+template <typename R>
+using ColumnOf =
+    Eigen::Map<std::conditional_t<std::is_const_v<R>, const Eigen::VectorXd,
+                                  Eigen::VectorXd>,
+               0, Eigen::InnerStride<>>;
+template <typename R>
+ColumnOf<R> Find(const Mechanism& mechanism,
+                 const std::vector<ColumnGroup>& groups,
+                 const std::string& name, R* run) {
+  const auto of = [&](auto* first, Eigen::Index stride) {
+    return ColumnOf<R>(first, run->size(), Eigen::InnerStride<>(stride));
+  };
+  if (name == "t") return of(run->t.data(), 1);
+  for (const ColumnGroup& group : groups) {
+    const auto at = std::find(group.columns.begin(), group.columns.end(), name);
+    if (at == group.columns.end()) continue;
+    const int slot = group.slots[at - group.columns.begin()];
+    if (group.is_effort) {
+      const int v = mechanism.joints[group.target].v_index;
+      return of(run->effort.data() + v + slot, run->effort.cols());
+    }
+    for (auto& channel : run->channels) {
+      if (channel.kind != group.kind || channel.target != group.target)
+        continue;
+      return of(channel.values.data() + slot, channel.values.cols());
+    }
+  }
+  return ColumnOf<R>(nullptr, 0, Eigen::InnerStride<>(1));
+}
+
+// A factor as it is pasted: an estimated one to the digits that it is known to.
+std::string FactorText(const DataHypothesis& hypothesis, double factor) {
+  return hypothesis.is_continuous() ? ShortNumber(factor)
+                                    : ShortestText(factor);
+}
+
+// What the corrected columns are read from, of those that were measured.
+NewColumns Expressions(const CheckInput& input, const Supposition& supposed) {
+  const Mechanism& mechanism = input.model->mechanism();
+  const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
+  const auto is_measured = [&](const std::string& column) {
+    return std::any_of(input.runs.begin(), input.runs.end(),
+                       [&](const Run* run) {
+                         return Find(mechanism, groups, column, run).size() > 0;
+                       });
+  };
+  NewColumns columns;
+  for (const CorrectedColumn& corrected :
+       supposed.hypothesis->corrected(supposed.p)) {
+    bool measured = is_measured(corrected.column);
+    std::string sum;
+    for (const auto& [factor, column] : corrected.terms) {
+      measured = measured && is_measured(column);
+      std::string term = SourceOf(input, column);
+      if (std::abs(factor) != 1.0) {
+        term = Times(term, FactorText(*supposed.hypothesis, std::abs(factor)));
+      }
+      if (sum.empty()) {
+        sum = factor < 0 ? Negated(term) : term;
+      } else {
+        sum = Minus(sum, factor < 0 ? term : Negated(term));
+      }
+    }
+    if (measured && sum != corrected.column) {
+      columns.push_back({corrected.column, sum});
+    }
+  }
+  return columns;
+}
+
+// "in arm.urdf, link link1: <mass .../> <inertia .../>".
+std::string InertialLine(const Model& model, const std::string& link,
+                         const std::string& file) {
+  const Inertial<double>& body =
+      model.nominal().links[model.mechanism().FindLink(link)];
+  const Eigen::Matrix3d I = body.inertia;
+  return "in " + file + ", link " + link + ": <mass value=\"" +
+         ShortNumber(body.mass) + "\"/> <inertia ixx=\"" +
+         ShortNumber(I(0, 0)) + "\" ixy=\"" + ShortNumber(I(0, 1)) +
+         "\" ixz=\"" + ShortNumber(I(0, 2)) + "\" iyy=\"" +
+         ShortNumber(I(1, 1)) + "\" iyz=\"" + ShortNumber(I(1, 2)) +
+         "\" izz=\"" + ShortNumber(I(2, 2)) + "\"/>";
+}
+
 }  // namespace
 
 std::string ToString(DataFault fault) {
-  switch (fault) {
-    case DataFault::kAxisFlipped:
-      return "axis_flipped";
-    case DataFault::kEffortFlipped:
-      return "effort_flipped";
-    case DataFault::kJointsSwapped:
-      return "joints_swapped";
-    case DataFault::kEffortsSwapped:
-      return "efforts_swapped";
-    case DataFault::kAbsoluteAngle:
-      return "absolute_angle";
-    case DataFault::kDegrees:
-      return "degrees";
-    case DataFault::kMillimetres:
-      return "millimetres";
-    case DataFault::kCentimetres:
-      return "centimetres";
-    case DataFault::kMilliseconds:
-      return "milliseconds";
-    case DataFault::kQuaternionOrder:
-      return "quaternion_order";
-    case DataFault::kQuaternionInverse:
-      return "quaternion_inverse";
-    case DataFault::kInertiaAboutJoint:
-      return "inertia_about_joint";
-    case DataFault::kMassInGrams:
-      return "mass_in_grams";
-    case DataFault::kChannelLate:
-      return "channel_late";
-    case DataFault::kEffortScale:
-      return "effort_scale";
-    case DataFault::kEffortIdle:
-      return "effort_idle";
-    case DataFault::kDrift:
-      return "drift";
-    case DataFault::kClockScale:
-      return "clock_scale";
-  }
-  return "";
+  return kFaultNames[static_cast<int>(fault)];
 }
 
 std::vector<DataHypothesis> AllHypotheses(const CheckInput& input) {
@@ -75,52 +152,104 @@ std::vector<DataHypothesis> AllHypotheses(const CheckInput& input) {
   return all;
 }
 
-DataHypothesis OfRuns(const DataHypothesis& hypothesis,
-                      const std::vector<int>& runs) {
-  DataHypothesis of_runs = hypothesis;
-  of_runs.runs = runs;
-  return of_runs;
+Supposition Suppose(const DataHypothesis& hypothesis,
+                    const std::vector<int>& runs, double p) {
+  auto of_runs = std::make_shared<DataHypothesis>(hypothesis);
+  of_runs->runs = runs;
+  return {std::move(of_runs), p};
 }
 
-void Undo(const DataHypothesis& hypothesis, double p, int run_index, Run* run) {
-  const std::vector<int>& runs = hypothesis.runs;
-  const bool is_of_run = runs.empty() || std::find(runs.begin(), runs.end(),
-                                                   run_index) != runs.end();
-  if (hypothesis.change && is_of_run) hypothesis.change(p, run);
+void Undo(const Supposition& supposed, const Mechanism& mechanism,
+          int run_index, Run* run) {
+  if (supposed.hypothesis == nullptr) return;
+  const DataHypothesis& hypothesis = *supposed.hypothesis;
+  if (!IsOfRun(hypothesis.runs, run_index)) return;
+  if (!hypothesis.late.empty() && supposed.p != 0.0) {
+    ChannelEdits edits;
+    for (const std::string& column : hypothesis.late) {
+      edits.shifts.push_back({column, supposed.p, "check"});
+    }
+    ApplyEdits(edits, mechanism, run, nullptr);
+  }
+  if (!hypothesis.corrected) return;
+  const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
+  const Run as_read = *run;
+  for (const CorrectedColumn& corrected : hypothesis.corrected(supposed.p)) {
+    ColumnOf<Run> place = Find(mechanism, groups, corrected.column, run);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(place.size());
+    bool all = place.size() > 0;
+    for (const auto& [factor, column] : corrected.terms) {
+      const auto values = Find(mechanism, groups, column, &as_read);
+      all = all && values.size() > 0;
+      if (all) sum += factor * values;
+    }
+    if (all) place = sum;
+  }
+}
+
+double LogUnit(const Supposition& supposed, const std::string& column) {
+  if (supposed.hypothesis == nullptr || !supposed.hypothesis->corrected) {
+    return 0.0;
+  }
+  for (const CorrectedColumn& corrected :
+       supposed.hypothesis->corrected(supposed.p)) {
+    if (corrected.column != column) continue;
+    for (const CorrectedColumn::Term& term : corrected.terms) {
+      if (term.column == column) return std::log(std::abs(term.factor));
+    }
+  }
+  return 0.0;
+}
+
+double LogUnit(const Supposition& supposed, const Mechanism& mechanism,
+               const Channel& channel) {
+  if (supposed.hypothesis == nullptr) return 0.0;
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    if (group.is_effort || group.kind != channel.kind ||
+        group.target != channel.target) {
+      continue;
+    }
+    double sum = 0.0;
+    for (const std::string& column : group.columns) {
+      sum += LogUnit(supposed, column);
+    }
+    return sum / static_cast<double>(group.columns.size());
+  }
+  return 0.0;
 }
 
 std::vector<std::string> FixTexts(const CheckInput& input,
-                                  const DataHypothesis& hypothesis, double p) {
-  if (hypothesis.runs.empty()) {
-    const SuggestedFix fix = hypothesis.fix(input, p);
-    std::vector<std::string> texts = fix.lines;
-    if (!fix.columns.empty()) texts.push_back(ColumnsFlag(input, fix.columns));
-    if (!fix.shifted.empty()) {
-      texts.push_back(ShiftFlag(input, fix.shifted, fix.delay));
+                                  const Supposition& supposed) {
+  const DataHypothesis& hypothesis = *supposed.hypothesis;
+  if (hypothesis.change_model) {
+    Model changed = *input.model;
+    hypothesis.change_model(&changed);
+    std::vector<std::string> lines;
+    for (const std::string& link : hypothesis.subjects) {
+      lines.push_back(InertialLine(changed, link, input.model_file));
     }
-    return texts;
+    return lines;
   }
+  const auto flag = [&](const CheckInput& of_runs) {
+    return hypothesis.late.empty()
+               ? ColumnsFlag(of_runs, Expressions(of_runs, supposed))
+               : ShiftFlag(of_runs, hypothesis.late, supposed.p);
+  };
+  if (hypothesis.runs.empty()) return {flag(input)};
   // One flag for all of them: each repeats what that of the run before says.
-  std::string columns, shifts;
+  std::string text;
   CheckInput all = input;
   for (const int run : hypothesis.runs) {
-    const CheckInput one = OfOneRun(all, *input.runs[run]);
-    const SuggestedFix fix = hypothesis.fix(one, p);
-    if (!fix.columns.empty()) {
-      columns = ColumnsFlag(one, fix.columns);
-      all.flag_columns = ParseColumnMap(ValueOf(columns), "--columns");
-    }
-    if (!fix.shifted.empty()) {
-      shifts = ShiftFlag(one, fix.shifted, fix.delay);
-      const std::string value = ValueOf(shifts);
+    text = flag(OfOneRun(all, *input.runs[run]));
+    const std::string value = ValueOf(text);
+    if (hypothesis.late.empty()) {
+      all.flag_columns = ParseColumnMap(value, "--columns");
+    } else {
       all.flag_edits.shifts = value.empty() ? std::vector<ChannelShift>()
                                             : ParseShifts(value, "--shift");
     }
   }
-  std::vector<std::string> texts;
-  if (!columns.empty()) texts.push_back(columns);
-  if (!shifts.empty()) texts.push_back(shifts);
-  return texts;
+  return {text};
 }
 
 }  // namespace sysid

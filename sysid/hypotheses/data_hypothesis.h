@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,12 +37,15 @@ enum class DataFault {
 };
 std::string ToString(DataFault fault);  // "axis_flipped"
 
-// What a user would change: flags, or lines of the URDF.
-struct SuggestedFix {
-  NewColumns columns;                // as ColumnsFlag takes them
-  std::vector<std::string> shifted;  // as ShiftFlag takes them
-  double delay = 0.0;
-  std::vector<std::string> lines;
+// A column without its fault: a sum of columns as they were read, each times a
+// factor.
+struct CorrectedColumn {
+  std::string column;
+  struct Term {
+    double factor;
+    std::string column;
+  };
+  std::vector<Term> terms;
 };
 
 struct DataHypothesis {
@@ -49,15 +53,12 @@ struct DataHypothesis {
   std::vector<std::string> subjects;  // our columns, joints or links
   std::vector<int> runs;              // of CheckInput::runs; empty: all
 
-  // The recording without the fault, or the model; the other one is empty. A
-  // discrete hypothesis ignores `p`, a continuous one changes nothing at 0.
-  std::function<void(double p, Run* run)> change;
-  std::function<void(Model* model)> change_model;
-  // log |dy'/dy| of a channel where y' = f(y) is in another unit: errors
-  // compare in the unit of the recording, (10.2). Empty: 0.
-  std::function<double(const Channel& channel, double p)> log_unit;
-  // The same of an effort.
-  std::function<double(int v, double p)> log_effort;
+  // What is wrong; one of the three. From it follow the recording or the model
+  // without the fault, units, and the flags or lines that mend it. A discrete
+  // hypothesis ignores `p`, a continuous one changes nothing at 0.
+  std::function<std::vector<CorrectedColumn>(double p)> corrected;
+  std::vector<std::string> late;  // columns, recorded p seconds late
+  std::function<void(Model* model)> change_model;  // links: the subjects
 
   // Of a continuous hypothesis only. The step of its secant is `probe`; p is
   // sought from `starts` and the secant's own, within `most`; nothing below
@@ -74,7 +75,6 @@ struct DataHypothesis {
   // In words, with half the width of the 95 % interval.
   std::function<std::string(double p, double within)> says;
   std::string consequence;
-  std::function<SuggestedFix(const CheckInput& of_run, double p)> fix;
 
   std::string subject() const { return Join(subjects); }
 };
@@ -85,15 +85,29 @@ using HypothesisFamily = void (*)(const CheckInput& input,
                                   std::vector<DataHypothesis>* hypotheses);
 std::vector<DataHypothesis> AllHypotheses(const CheckInput& input);
 
-// The same hypothesis of these runs alone.
-DataHypothesis OfRuns(const DataHypothesis& hypothesis,
-                      const std::vector<int>& runs);
+// A hypothesis at a value of its scalar; none: the data as they were read.
+struct Supposition {
+  std::shared_ptr<const DataHypothesis> hypothesis;
+  double p = 0.0;
+};
 
-// The hypothesis of a run, undone; nothing where it is not of that run.
-void Undo(const DataHypothesis& hypothesis, double p, int run_index, Run* run);
+// Of these runs alone (empty: of all).
+Supposition Suppose(const DataHypothesis& hypothesis,
+                    const std::vector<int>& runs, double p);
 
-// The fix as flags that can be pasted, and lines.
+// Undoes what is supposed of the run with this index, if it is of that run.
+void Undo(const Supposition& supposed, const Mechanism& mechanism,
+          int run_index, Run* run);
+
+// log |dy'/dy| of a column where y' = f(y) is what it should have been: errors
+// compare in the unit of the recording, (10.2). Of a channel the mean over its
+// columns.
+double LogUnit(const Supposition& supposed, const std::string& column);
+double LogUnit(const Supposition& supposed, const Mechanism& mechanism,
+               const Channel& channel);
+
+// The fix as flags that can be pasted, and lines of the URDF.
 std::vector<std::string> FixTexts(const CheckInput& input,
-                                  const DataHypothesis& hypothesis, double p);
+                                  const Supposition& supposed);
 
 }  // namespace sysid

@@ -9,9 +9,9 @@ Secants::Secants(const CoarseFitter& fitter, const CoarseFit& fit)
   for (const auto& data : fit.train->runs()) work_ += data->run.size();
 }
 
-Secants::Columns Secants::Change(const Excerpt::Change& change) const {
+Secants::Columns Secants::Change(const Supposition& supposed) const {
   const ShootingProblem& problem = *fit_.train;
-  const std::vector<Run> windows = fitter_.Train(change);
+  const std::vector<Run> windows = fitter_.Train(supposed);
   std::vector<Measurements> measurements;
   for (const Run& window : windows) {
     Measurements of_window{&window, {}};

@@ -30,9 +30,10 @@ class Secants {
   const LinearizedFit& linearized() const { return linearized_; }
 
   // Q times the change of the residuals of every segment where the training
-  // windows are changed so. Empty where they cannot be rolled out.
+  // windows are without what is supposed. Empty where they cannot be rolled
+  // out.
   using Columns = std::vector<Eigen::MatrixXd>;
-  Columns Change(const Excerpt::Change& change) const;
+  Columns Change(const Supposition& supposed) const;
   // The same where only windows of this run are.
   Columns OfRun(const Columns& columns, int run) const;
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sysid/checks/edit_run.h"
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"
@@ -104,7 +103,7 @@ void CheckEffortSpikes(const CheckInput& input,
   for (const Run* run : input.runs) {
     for (const ColumnGroup& group : RunColumnGroups(input.model->mechanism())) {
       const Joint* joint = group.is_effort ? &OfGroup(input, group) : nullptr;
-      if (joint == nullptr || !IsSimple(*joint)) continue;
+      if (joint == nullptr || VelocitySize(joint->type) != 1) continue;
       const Eigen::VectorXd effort = run->effort.col(joint->v_index);
       const std::vector<int> spikes = FindSinglePeaks(effort);
       const size_t most = std::max<size_t>(3, run->t.size() / 50);

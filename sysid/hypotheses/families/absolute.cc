@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "sysid/checks/edit_run.h"
 #include "sysid/hypotheses/families/families.h"
 
 namespace sysid {
@@ -54,33 +53,18 @@ void AbsoluteHypotheses(const CheckInput& input,
               " measured from the world instead of from the link before");
     hypothesis.consequence =
         "a URDF's joint angle is that between its two links";
-    // From the tip down, so that each is taken from one that is still as read.
-    hypothesis.change = [which](double, Run* run) {
-      for (size_t i = which.size(); i-- > 0;) {
-        for (const ChannelKind kind :
-             {ChannelKind::kPosition, ChannelKind::kVelocity}) {
-          Channel* a = ChannelOf(run, kind, which[i].joint);
-          const Channel* b = ChannelOf(run, kind, which[i].before);
-          if (a != nullptr && b != nullptr) {
-            a->values -= which[i].sign * b->values;
-          }
-        }
-      }
-    };
-    hypothesis.fix = [=](const CheckInput& of_run, double) {
-      SuggestedFix fix;
+    hypothesis.corrected = [which, mechanism](double) {
+      std::vector<CorrectedColumn> columns;
       for (const Pair& pair : which) {
-        const std::string& name = mechanism->joints[pair.joint].name;
-        const std::string& before = mechanism->joints[pair.before].name;
-        for (const std::string& column : MotionColumns(of_run, pair.joint)) {
-          const std::string other =
-              SourceOf(of_run, before + column.substr(name.size()));
-          fix.columns.push_back(
-              {column, Minus(SourceOf(of_run, column),
-                             pair.sign > 0 ? other : Negated(other))});
+        for (const char* suffix : {".q", ".qd"}) {
+          const std::string column =
+              mechanism->joints[pair.joint].name + suffix;
+          const std::string before =
+              mechanism->joints[pair.before].name + suffix;
+          columns.push_back({column, {{1.0, column}, {-pair.sign, before}}});
         }
       }
-      return fix;
+      return columns;
     };
     all->push_back(hypothesis);
   };

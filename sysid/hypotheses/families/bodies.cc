@@ -4,22 +4,6 @@
 #include "sysid/hypotheses/families/families.h"
 
 namespace sysid {
-namespace {
-
-// "in arm.urdf, link link1: <mass .../> <inertia .../>".
-std::string Line(const Model& model, int link, const std::string& file) {
-  const Inertial<double>& body = model.nominal().links[link];
-  const Eigen::Matrix3d I = body.inertia;
-  return "in " + file + ", link " + model.mechanism().links[link].name +
-         ": <mass value=\"" + ShortNumber(body.mass) + "\"/> <inertia ixx=\"" +
-         ShortNumber(I(0, 0)) + "\" ixy=\"" + ShortNumber(I(0, 1)) +
-         "\" ixz=\"" + ShortNumber(I(0, 2)) + "\" iyy=\"" +
-         ShortNumber(I(1, 1)) + "\" iyz=\"" + ShortNumber(I(1, 2)) +
-         "\" izz=\"" + ShortNumber(I(2, 2)) + "\"/>";
-}
-
-}  // namespace
-
 void BodyHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
   // A mass of 20 g is the least that is worth a URDF: in grams it says 20.
   constexpr double kGrams = 20.0;
@@ -41,16 +25,6 @@ void BodyHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
       hypothesis.subjects.push_back(mechanism.links[link].name);
     }
     hypothesis.says = Words("with " + says + " of " + hypothesis.subject());
-    const auto change_model = hypothesis.change_model;
-    hypothesis.fix = [=](const CheckInput& of_run, double) {
-      Model changed = *of_run.model;
-      change_model(&changed);
-      SuggestedFix fix;
-      for (const int link : links) {
-        fix.lines.push_back(Line(changed, link, of_run.model_file));
-      }
-      return fix;
-    };
     all->push_back(hypothesis);
   };
   const auto about_centre = [](Inertial<double>* body) {

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "sysid/checks/edit_run.h"
 #include "sysid/hypotheses/families/families.h"
 
 namespace sysid {
@@ -19,21 +18,7 @@ void ClockHypotheses(const CheckInput& input,
   hypothesis.most = 1.5;
   hypothesis.starts = {-0.6, -0.3, -0.1, 0.1, 0.3, 0.6};
   hypothesis.like_bodies = true;
-  hypothesis.change = [](double p, Run* run) {
-    const double scale = std::exp(-p);
-    for (double& t : run->t) t *= scale;
-    for (Channel& channel : run->channels) {
-      if (channel.kind == ChannelKind::kVelocity ||
-          channel.kind == ChannelKind::kAngularVelocity) {
-        channel.values /= scale;
-      }
-    }
-  };
-  hypothesis.log_unit = [](const Channel& channel, double p) {
-    const bool is_velocity = channel.kind == ChannelKind::kVelocity ||
-                             channel.kind == ChannelKind::kAngularVelocity;
-    return is_velocity ? p : 0.0;
-  };
+  hypothesis.corrected = [](double p) { return Scaled({"t"}, std::exp(-p)); };
   const double g = input.model->nominal().gravity;
   hypothesis.says = [g](double p, double within) {
     return "with times " + ShortNumber(std::exp(-p)) + " (+- " +
@@ -43,12 +28,6 @@ void ClockHypotheses(const CheckInput& input,
   };
   hypothesis.consequence =
       "lengths, masses or frictions are fitted that make up for the clock";
-  hypothesis.fix = [](const CheckInput& of_run, double p) {
-    SuggestedFix fix;
-    fix.columns = {
-        {"t", Times(SourceOf(of_run, "t"), ShortNumber(std::exp(-p)))}};
-    return fix;
-  };
   all->push_back(hypothesis);
 }
 

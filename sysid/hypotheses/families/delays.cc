@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sysid/checks/edit_run.h"
 #include "sysid/checks/excerpt.h"
 #include "sysid/hypotheses/families/families.h"
 
@@ -19,7 +18,7 @@ void DelayHypotheses(const CheckInput& input,
   const auto add = [&](const std::vector<std::string>& columns) {
     DataHypothesis hypothesis;
     hypothesis.fault = DataFault::kChannelLate;
-    hypothesis.subjects = columns;
+    hypothesis.subjects = hypothesis.late = columns;
     // Where half a sample changes the residuals, and rounding does not.
     hypothesis.probe = 0.5 * period;
     // Half a sample is how well times are known at all; what a drive's
@@ -30,14 +29,6 @@ void DelayHypotheses(const CheckInput& input,
     // Between these the residuals are nearly linear in the delay of a motion
     // of some Hz.
     hypothesis.starts = {-0.03, -0.015, 0.015, 0.03};
-    hypothesis.change = [=](double delay, Run* run) {
-      if (delay == 0.0) return;
-      ChannelEdits edits;
-      for (const std::string& column : columns) {
-        edits.shifts.push_back({column, delay, "check"});
-      }
-      ApplyEdits(edits, *mechanism, run, nullptr);
-    };
     const std::string subject = hypothesis.subject();
     hypothesis.says = [subject](double delay, double within) {
       return "with " + subject + " read " + ShortNumber(1e3 * std::abs(delay)) +
@@ -46,12 +37,6 @@ void DelayHypotheses(const CheckInput& input,
     };
     hypothesis.consequence =
         "a lag between columns passes for damping, and bends what is fitted";
-    hypothesis.fix = [columns](const CheckInput&, double delay) {
-      SuggestedFix fix;
-      fix.shifted = columns;
-      fix.delay = delay;
-      return fix;
-    };
     all->push_back(hypothesis);
   };
   std::vector<std::string> efforts, columns;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sysid/checks/edit_run.h"
 #include "sysid/hypotheses/families/families.h"
 
 namespace sysid {
@@ -67,12 +66,9 @@ void DriftHypotheses(const CheckInput& input,
         hypothesis.starts.push_back(total / longest);
       }
     }
-    hypothesis.change = [j](double rate, Run* run) {
-      Channel* channel = ChannelOf(run, ChannelKind::kPosition, j);
-      if (channel == nullptr) return;
-      for (int k = 0; k < run->size(); ++k) {
-        channel->values(k, 0) -= rate * run->t[k];
-      }
+    hypothesis.corrected = [column](double rate) {
+      return std::vector<CorrectedColumn>{
+          {column, {{1.0, column}, {-rate, "t"}}}};
     };
     hypothesis.says = [=](double rate, double within) {
       return "with a zero of " + column + " that drifts by " +
@@ -80,14 +76,6 @@ void DriftHypotheses(const CheckInput& input,
     };
     hypothesis.consequence =
         "what is fitted to its beginning does not hold at its end";
-    hypothesis.fix = [column](const CheckInput& of_run, double rate) {
-      const std::string drift =
-          Times(SourceOf(of_run, "t"), ShortNumber(std::abs(rate)));
-      SuggestedFix fix;
-      fix.columns = {
-          {column, SourceOf(of_run, column) + (rate > 0 ? "-" : "+") + drift}};
-      return fix;
-    };
     all->push_back(hypothesis);
   }
 }

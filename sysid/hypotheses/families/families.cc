@@ -1,14 +1,12 @@
 #include "sysid/hypotheses/families/families.h"
 
-#include "sysid/checks/edit_run.h"
-
 namespace sysid {
 
 std::vector<int> MeasuredJoints(const CheckInput& input) {
   std::vector<int> joints;
   const Mechanism& mechanism = input.model->mechanism();
   for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
-    if (IsSimple(mechanism.joints[j]) &&
+    if (VelocitySize(mechanism.joints[j].type) == 1 &&
         Measures(input, ChannelKind::kPosition, j)) {
       joints.push_back(j);
     }
@@ -20,20 +18,25 @@ std::vector<int> DrivenJoints(const CheckInput& input) {
   std::vector<int> joints;
   const Mechanism& mechanism = input.model->mechanism();
   for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
-    if (IsSimple(mechanism.joints[j]) && IsDriven(input, mechanism.joints[j])) {
+    if (VelocitySize(mechanism.joints[j].type) == 1 &&
+        IsDriven(input, mechanism.joints[j])) {
       joints.push_back(j);
     }
   }
   return joints;
 }
 
-std::vector<std::string> MotionColumns(const CheckInput& input, int joint) {
-  const std::string& name = input.model->mechanism().joints[joint].name;
-  std::vector<std::string> columns = {name + ".q"};
-  if (Measures(input, ChannelKind::kVelocity, joint)) {
-    columns.push_back(name + ".qd");
+std::vector<std::string> MotionColumns(const std::string& joint) {
+  return {joint + ".q", joint + ".qd"};
+}
+
+std::vector<CorrectedColumn> Scaled(const std::vector<std::string>& columns,
+                                    double factor) {
+  std::vector<CorrectedColumn> scaled;
+  for (const std::string& column : columns) {
+    scaled.push_back({column, {{factor, column}}});
   }
-  return columns;
+  return scaled;
 }
 
 std::function<std::string(double, double)> Words(const std::string& text) {

@@ -23,8 +23,12 @@ void EffortHypotheses(const CheckInput& input,
 std::vector<int> MeasuredJoints(const CheckInput& input);
 std::vector<int> DrivenJoints(const CheckInput& input);
 
-// "joint1.q" and, where it is measured, "joint1.qd".
-std::vector<std::string> MotionColumns(const CheckInput& input, int joint);
+// The columns of a hinge's or slide's motion.
+std::vector<std::string> MotionColumns(const std::string& joint);
+
+// Columns that are each a factor times what was read.
+std::vector<CorrectedColumn> Scaled(const std::vector<std::string>& columns,
+                                    double factor);
 
 // The words of a discrete hypothesis.
 std::function<std::string(double, double)> Words(const std::string& text);

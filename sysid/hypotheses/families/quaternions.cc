@@ -2,7 +2,6 @@
 
 #include <array>
 
-#include "sysid/checks/edit_run.h"
 #include "sysid/hypotheses/families/families.h"
 
 namespace sysid {
@@ -37,15 +36,6 @@ constexpr Spelling kOrders[] = {
      {1, -1, -1, -1}},
 };
 
-void Reorder(const Spelling& order, Channel* channel) {
-  constexpr int kSlot[4] = {3, 0, 1, 2};  // of w, x, y, z in memory
-  const RowMatrixXd was = channel->values;
-  for (int i = 0; i < 4; ++i) {
-    channel->values.col(kSlot[i]) =
-        order.signs[i] * was.col(kSlot[order.from[i]]);
-  }
-}
-
 }  // namespace
 
 void QuaternionOrders(const CheckInput& input,
@@ -69,25 +59,17 @@ void QuaternionOrders(const CheckInput& input,
         Words("with the quaternion of " + names + " read " + order.says);
     hypothesis.consequence =
         "what is read is a rotation too, but another one: nothing warns of it";
-    hypothesis.change = [joints, order](double, Run* run) {
-      for (const int j : joints) {
-        Channel* channel = ChannelOf(run, ChannelKind::kOrientation, j);
-        if (channel != nullptr) Reorder(order, channel);
-      }
-    };
-    hypothesis.fix = [=](const CheckInput& of_run, double) {
-      SuggestedFix fix;
+    hypothesis.corrected = [=](double) {
+      std::vector<CorrectedColumn> columns;
       for (const int j : joints) {
         const std::string& name = mechanism->joints[j].name;
         for (int i = 0; i < 4; ++i) {
-          const std::string from =
-              SourceOf(of_run, name + kSuffixes[order.from[i]]);
-          const std::string to = order.signs[i] < 0 ? Negated(from) : from;
-          if (to == name + kSuffixes[i]) continue;
-          fix.columns.push_back({name + kSuffixes[i], to});
+          columns.push_back({name + kSuffixes[i],
+                             {{static_cast<double>(order.signs[i]),
+                               name + kSuffixes[order.from[i]]}}});
         }
       }
-      return fix;
+      return columns;
     };
     all->push_back(hypothesis);
   };

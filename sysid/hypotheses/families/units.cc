@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sysid/checks/edit_run.h"
 #include "sysid/hypotheses/families/families.h"
 
 namespace sysid {
@@ -13,42 +12,27 @@ struct Unit {
   DataFault fault;
   const char* name;
   const char* ours;
-  const char* factor;
-  double value;
+  double factor;
 };
 constexpr Unit kDegree = {DataFault::kDegrees, "degrees", "radians",
-                          "0.017453292519943295", M_PI / 180.0};
+                          M_PI / 180.0};
 constexpr Unit kMillimetre = {DataFault::kMillimetres, "millimetres", "metres",
-                              "0.001", 0.001};
+                              0.001};
 constexpr Unit kCentimetre = {DataFault::kCentimetres, "centimetres", "metres",
-                              "0.01", 0.01};
+                              0.01};
 
 void AddUnit(const CheckInput& input, int j, const Unit& unit,
              std::vector<DataHypothesis>* all) {
-  const Mechanism* mechanism = &input.model->mechanism();
-  const std::string column = mechanism->joints[j].name + ".q";
+  const std::string& name = input.model->mechanism().joints[j].name;
+  const std::string column = name + ".q";
   DataHypothesis hypothesis;
   hypothesis.fault = unit.fault;
   hypothesis.subjects = {column};
   hypothesis.says = Words("with " + column + " in " + unit.name);
   hypothesis.consequence = std::string("read as ") + unit.ours +
                            " the motion is another one altogether";
-  hypothesis.change = [=](double, Run* run) {
-    ScaleJoint(*mechanism, j, kMotion, unit.value, run);
-  };
-  hypothesis.log_unit = [=](const Channel& channel, double) {
-    const bool is_it =
-        channel.target == j && (channel.kind == ChannelKind::kPosition ||
-                                channel.kind == ChannelKind::kVelocity);
-    return is_it ? std::log(unit.value) : 0.0;
-  };
-  hypothesis.fix = [=](const CheckInput& of_run, double) {
-    SuggestedFix fix;
-    for (const std::string& name : MotionColumns(of_run, j)) {
-      fix.columns.push_back({name, Times(SourceOf(of_run, name), unit.factor)});
-    }
-    return fix;
-  };
+  const std::vector<std::string> columns = MotionColumns(name);
+  hypothesis.corrected = [=](double) { return Scaled(columns, unit.factor); };
   all->push_back(hypothesis);
 }
 
@@ -76,14 +60,7 @@ void UnitHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
   hypothesis.subjects = {"t"};
   hypothesis.says = Words("with t in milliseconds");
   hypothesis.consequence = "every speed is a thousand times too small";
-  hypothesis.change = [](double, Run* run) {
-    for (double& t : run->t) t *= 0.001;
-  };
-  hypothesis.fix = [](const CheckInput& of_run, double) {
-    SuggestedFix fix;
-    fix.columns = {{"t", Times(SourceOf(of_run, "t"), "0.001")}};
-    return fix;
-  };
+  hypothesis.corrected = [](double) { return Scaled({"t"}, 0.001); };
   all->push_back(hypothesis);
 }
 

@@ -51,32 +51,33 @@ class DataHypothesisTest : public ::testing::Test {
 };
 
 TEST_F(DataHypothesisTest, FixesOfSomeRunsAreOneFlag) {
-  const auto fix = [&](const DataHypothesis& hypothesis, double p) {
-    return Join(FixTexts(input_, hypothesis, p), " ");
+  const auto fix = [&](const DataHypothesis& hypothesis,
+                       const std::vector<int>& runs, double p = 0.0) {
+    return Join(FixTexts(input_, Suppose(hypothesis, runs, p)), " ");
   };
   const DataHypothesis flipped = Of(DataFault::kAxisFlipped, "joint2.q");
-  EXPECT_EQ(fix(flipped, 0.0), "--columns joint2.q=-joint2.q");
-  EXPECT_EQ(fix(OfRuns(flipped, {1}), 0.0),
-            "--columns 'b.csv/joint2.q=-joint2.q'");
-  EXPECT_EQ(fix(OfRuns(flipped, {0, 1}), 0.0),
+  EXPECT_EQ(fix(flipped, {}), "--columns joint2.q=-joint2.q");
+  EXPECT_EQ(fix(flipped, {1}), "--columns 'b.csv/joint2.q=-joint2.q'");
+  EXPECT_EQ(fix(flipped, {0, 1}),
             "--columns 'a.csv/joint2.q=-joint2.q,b.csv/joint2.q=-joint2.q'");
   const DataHypothesis late = Of(DataFault::kChannelLate, "joint1.q");
-  EXPECT_EQ(fix(OfRuns(late, {0, 1}), 0.02),
+  EXPECT_EQ(fix(late, {0, 1}, 0.02),
             "--shift 'a.csv/joint1.q=0.02,b.csv/joint1.q=0.02'");
 }
 
 TEST_F(DataHypothesisTest, ChangesTheRunsThatItIsOfAlone) {
-  const DataHypothesis degrees =
-      OfRuns(Of(DataFault::kDegrees, "joint2.q"), {1});
+  const Supposition degrees =
+      Suppose(Of(DataFault::kDegrees, "joint2.q"), {1}, 0.0);
+  const Mechanism& mechanism = model_.mechanism();
   sysid::Run a = a_, b = b_;
-  Undo(degrees, 0.0, 0, &a);
-  Undo(degrees, 0.0, 1, &b);
+  Undo(degrees, mechanism, 0, &a);
+  Undo(degrees, mechanism, 1, &b);
   EXPECT_EQ(a.channels[1].values(0, 0), 2.0);
   EXPECT_NEAR(b.channels[1].values(0, 0), 2.0 * M_PI / 180.0, 1e-15);
   EXPECT_EQ(b.channels[0].values(0, 0), 1.0);
-  EXPECT_NEAR(degrees.log_unit(b.channels[1], 0.0), std::log(M_PI / 180.0),
-              1e-12);
-  EXPECT_EQ(degrees.log_unit(b.channels[0], 0.0), 0.0);
+  EXPECT_NEAR(LogUnit(degrees, mechanism, b.channels[1]),
+              std::log(M_PI / 180.0), 1e-12);
+  EXPECT_EQ(LogUnit(degrees, mechanism, b.channels[0]), 0.0);
 }
 
 // Continuous hypotheses are nothing at 0.
@@ -84,7 +85,7 @@ TEST_F(DataHypothesisTest, AScalarOfNothingChangesNothing) {
   for (const DataHypothesis& hypothesis : AllHypotheses(input_)) {
     if (!hypothesis.is_continuous()) continue;
     sysid::Run run = a_;
-    Undo(hypothesis, 0.0, 0, &run);
+    Undo(Suppose(hypothesis, {}, 0.0), model_.mechanism(), 0, &run);
     const std::string name = ToString(hypothesis.fault);
     EXPECT_EQ(run.t, a_.t) << name;
     EXPECT_EQ(run.effort, a_.effort) << name;
