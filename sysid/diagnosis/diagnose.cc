@@ -41,13 +41,13 @@ class Search {
   Diagnosis Run();
 
  private:
-  void Report(const std::string& doing, int step, int of, double error) const;
+  void Report(const std::string& doing, int step, int of, double error);
   void SearchOn(Diagnosis* diagnosis);
   void KeepEvaluated(Diagnosis* diagnosis) const;
-  Screening Screen(const EvaluatedModel& evaluated) const;
+  Screening Screen(const EvaluatedModel& evaluated);
   bool LookBack(const std::vector<std::string>& newest,
                 std::shared_ptr<EvaluatedModel>* model,
-                std::vector<DiagnosisStep>* steps) const;
+                std::vector<DiagnosisStep>* steps);
   bool WasHere(const EvaluatedModel& evaluated) const {
     return been_.contains(EffectsOf(evaluated));
   }
@@ -55,8 +55,8 @@ class Search {
                  const CandidateRefit* best) const;
   void Doubt(Diagnosis* diagnosis) const;
   void Shorten(Diagnosis* diagnosis) const;
-  std::optional<EvaluatedModel> FromWholeRuns(const EvaluatedModel& now) const;
-  std::optional<EvaluatedModel> Lengthen(const EvaluatedModel& now) const;
+  std::optional<EvaluatedModel> FromWholeRuns(const EvaluatedModel& now);
+  std::optional<EvaluatedModel> Lengthen(const EvaluatedModel& now);
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
@@ -65,11 +65,10 @@ class Search {
   // Every model that the search has come from, by its effects: what led on from
   // there is no reason to go back, or it would go round.
   std::set<std::set<std::string>> been_;
-  mutable std::string doing_;  // as Report() heard last
+  std::string doing_;  // as Report() heard last
 };
 
-void Search::Report(const std::string& doing, int step, int of,
-                    double error) const {
+void Search::Report(const std::string& doing, int step, int of, double error) {
   ThrowIfCancelled(problem_.options.stop);
   doing_ = doing;
   if (problem_.options.progress) {
@@ -77,7 +76,7 @@ void Search::Report(const std::string& doing, int step, int of,
   }
 }
 
-Screening Search::Screen(const EvaluatedModel& evaluated) const {
+Screening Search::Screen(const EvaluatedModel& evaluated) {
   Report("screening effects", 0, 0, evaluated.train_error());
   if (!IsDoubtful(evaluated.fit)) {
     const LinearizedFit linearized(*evaluated.problem, evaluated.fit.point);
@@ -115,7 +114,7 @@ void AddAlternatives(const std::string& effect,
 // candidate now does better. True where it made another model.
 bool Search::LookBack(const std::vector<std::string>& newest,
                       std::shared_ptr<EvaluatedModel>* model,
-                      std::vector<DiagnosisStep>* steps) const {
+                      std::vector<DiagnosisStep>* steps) {
   bool any = false;
   std::vector<std::string> older;
   for (const auto& effect : (*model)->added) {
@@ -256,8 +255,7 @@ void Search::Shorten(Diagnosis* diagnosis) const {
 
 // The model from whole trajectories, where its states may be caught in wrong
 // ones; nothing where that does not help.
-std::optional<EvaluatedModel> Search::FromWholeRuns(
-    const EvaluatedModel& now) const {
+std::optional<EvaluatedModel> Search::FromWholeRuns(const EvaluatedModel& now) {
   constexpr double kMuch = 0.8;  // of the error
   if (IsAtNoiseFloor(now) || !HasBlindStates(now)) return std::nullopt;
   Report("joined segments", 0, 0, now.train_error());
@@ -273,8 +271,7 @@ std::optional<EvaluatedModel> Search::FromWholeRuns(
 // The model in segments four times as long, where the motion is regular over
 // that time; nothing where it is not, or where a segment is a whole run
 // already.
-std::optional<EvaluatedModel> Search::Lengthen(
-    const EvaluatedModel& now) const {
+std::optional<EvaluatedModel> Search::Lengthen(const EvaluatedModel& now) {
   constexpr double kGrowth = 4.0;
   constexpr double kRegular = 0.6;  // of the longest that is chosen
   const double length = now.fit.segment_s;

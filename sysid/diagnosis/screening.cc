@@ -41,14 +41,12 @@ class Screener {
   bool Feasible(const Candidate& candidate, const Weights& weights) const;
   std::vector<double> Values(const Candidate& candidate,
                              const Weights& weights) const;
-  Eigen::MatrixXd Gram(int first, int count) const;
   Eigen::MatrixXd Gram(const std::vector<int>& columns) const;
   std::vector<int> Global(const Candidate& candidate,
                           const Weights& weights) const;
   ScreenedEffect Describe(const Candidate& candidate, const Weights& weights,
                           int tests) const;
   void Compare(const std::vector<Weights>& weights, Screening* screening) const;
-  bool IsFree(const std::string& name) const;
   int Threads() const { return fit_.problem().options().threads; }
   const std::stop_token& Stop() const { return fit_.problem().options().stop; }
   double PredictedError(double score, int dof) const;
@@ -56,6 +54,7 @@ class Screener {
 
   const LinearizedFit& fit_;
   const Model& fitted_;
+  std::set<std::string> free_;  // names of parameters
   std::vector<Candidate> candidates_;
   std::vector<Eigen::MatrixXd> A_;    // per segment, projected
   Eigen::VectorXd unprojected_;       // squared lengths of the columns before
@@ -68,10 +67,11 @@ Screener::Screener(const LinearizedFit& fit, const Model& fitted,
                    const std::vector<std::shared_ptr<const Effect>>& effects,
                    const std::set<std::string>& known)
     : fit_(fit), fitted_(fitted) {
-  std::set<std::string> taken = known;
   for (const FreeParameter& f : fit.problem().free()) {
-    taken.insert(f.parameter.name);
+    free_.insert(f.parameter.name);
   }
+  std::set<std::string> taken = known;
+  taken.insert(free_.begin(), free_.end());
   candidates_ = MakeCandidates(fitted, effects, taken);
   squares_ = fit.SumOfSquares();
   dof_ = fit.DegreesOfFreedom();
@@ -99,19 +99,6 @@ void Screener::ComputeColumns() {
   for (int s = 0; s < count; ++s) {
     b_.noalias() += A_[s].transpose() * segments[s]->r;
   }
-}
-
-// Of columns that lie side by side.
-Eigen::MatrixXd Screener::Gram(int first, int count) const {
-  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(count, count);
-  for (const Eigen::MatrixXd& A : A_) {
-    for (int i = 0; i < count; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        C(i, j) += A.col(first + i).dot(A.col(first + j));
-      }
-    }
-  }
-  return C.selfadjointView<Eigen::Lower>();
 }
 
 Eigen::MatrixXd Screener::Gram(const std::vector<int>& columns) const {
@@ -188,7 +175,9 @@ Weights Screener::Best(const Candidate& candidate) const {
   best.score = -1.0;
   for (size_t s = 0; s < candidate.sets.size(); ++s) {
     const int count = candidate.columns(static_cast<int>(s));
-    const Eigen::MatrixXd C = Gram(candidate.first[s], count);
+    std::vector<int> all(count);
+    std::iota(all.begin(), all.end(), candidate.first[s]);
+    const Eigen::MatrixXd C = Gram(all);
     // Pivoted: the column that is clearest goes first.
     std::vector<int> kept;
     Eigen::VectorXd left(count);
@@ -274,13 +263,6 @@ double Screener::Criterion(double score, int dof) const {
   return independent_ * std::log(left) + dof * std::log(independent_);
 }
 
-bool Screener::IsFree(const std::string& name) const {
-  const std::vector<FreeParameter>& free = fit_.problem().free();
-  return std::any_of(free.begin(), free.end(), [&](const FreeParameter& f) {
-    return f.parameter.name == name;
-  });
-}
-
 ScreenedEffect Screener::Describe(const Candidate& candidate,
                                   const Weights& weights, int tests) const {
   ScreenedEffect out;
@@ -354,7 +336,8 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
         adjusted ? &candidate.adjusted[v - own.size()] : nullptr;
     ExpectedParameter expected;
     expected.name = adjusted ? wrong->name : own[v].name;
-    if (IsFree(expected.name)) continue;  // of an effect that this one replaces
+    if (free_.count(expected.name) > 0)
+      continue;  // of an effect that this one replaces
     expected.unit = adjusted ? wrong->unit : own[v].unit;
     if (adjusted
             ? !is_identifiable(static_cast<int>(probes.size() + v - own.size()))

@@ -75,6 +75,7 @@ CheckResult CheckData(const CheckInput& input, std::vector<Finding> numbers,
     HypothesisReport report = TestHypotheses(mended.input(), budget);
     result.error = report.error;
     result.not_asked = std::move(report.not_asked);
+    result.compared = std::move(report.compared);
     SettleSlowSampling(&numbers, &report.findings);
     // What only looked suspicious of the model is settled by the motion.
     const bool settled = result.error <= kExplained || !report.findings.empty();

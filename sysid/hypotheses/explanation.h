@@ -54,6 +54,8 @@ class Competition {
   void FitAugmented();
   // The best effects of the screening.
   void FitEffects();
+  // The first: the model as it is.
+  const std::vector<Explanation>& rivals() const { return rivals_; }
   const Explanation& as_given() const { return rivals_.front(); }
   // The one that misses the training windows least.
   const Explanation& least() const;
@@ -79,7 +81,7 @@ class Competition {
   CoarseFitter fitter_;
   const CoarseModel model_;
   const std::vector<DataHypothesis> all_;
-  std::vector<Explanation> rivals_;  // the first: the model as it is
+  std::vector<Explanation> rivals_;
   bool rough_ = false, explained_ = false;
   std::vector<std::string> not_asked_;
 };

@@ -43,12 +43,16 @@ std::string Says(const Explanation& explanation) {
                                        kInterval * explanation.std_error);
 }
 
+// The faults that were fitted; those that win stand in `winners` too.
 std::vector<Explanation> FitCandidates(const std::vector<Candidate>& candidates,
-                                       Competition* all) {
-  std::vector<Explanation> winners;
+                                       Competition* all,
+                                       std::vector<Explanation>* winners) {
+  std::vector<Explanation> fitted;
   const auto fit = [&](const Candidate& candidate, bool augmented) {
     std::optional<Explanation> found = all->Fit(candidate, augmented);
-    if (found && all->Wins(*found)) winners.push_back(std::move(*found));
+    if (!found) return;
+    if (all->Wins(*found)) winners->push_back(*found);
+    fitted.push_back(std::move(*found));
   };
   int refits = 0;
   for (const Candidate& candidate : candidates) {
@@ -66,11 +70,11 @@ std::vector<Explanation> FitCandidates(const std::vector<Candidate>& candidates,
   // most.
   const double each =
       2.0 * all->FitWork(Augmented(all->model(), false), kAugmentedIterations);
-  for (size_t i = 0; i < candidates.size() && winners.empty(); ++i) {
+  for (size_t i = 0; i < candidates.size() && winners->empty(); ++i) {
     if (static_cast<int>(i) == kAugmentedRefits || !all->Affords(each)) break;
     fit(candidates[i], true);
   }
-  return winners;
+  return fitted;
 }
 
 // The one with the least error over all windows; of those that are tied with it
@@ -157,6 +161,32 @@ Finding Report(const Explanation& best, const std::vector<Explanation>& winners,
   return finding;
 }
 
+// What competed, in one table.
+std::vector<ComparedExplanation> Compared(
+    const std::vector<Explanation>& faults, const Competition& all) {
+  std::vector<ComparedExplanation> table;
+  const auto add = [&](const Explanation& explanation, const std::string& what,
+                       bool of_data) {
+    const double gain = all.Gain(all.as_given(), explanation, {}).mean;
+    table.push_back({what, of_data, explanation.fit.error, std::exp(-gain)});
+  };
+  for (const Explanation& rival : all.rivals()) {
+    add(rival, rival.name.empty() ? "the model as given" : rival.name, false);
+  }
+  for (const Explanation& fault : faults) {
+    add(fault,
+        Says(fault) + (fault.augmented
+                           ? ", with springs, offsets and armatures free"
+                           : ""),
+        true);
+  }
+  std::stable_sort(table.begin(), table.end(),
+                   [](const auto& a, const auto& b) {
+                     return a.error_ratio < b.error_ratio;
+                   });
+  return table;
+}
+
 void Test(Competition* all, HypothesisReport* report) {
   if (all->fitter().held_runs().empty()) return;
   all->FitAsGiven();
@@ -167,7 +197,10 @@ void Test(Competition* all, HypothesisReport* report) {
   all->FitAugmented();
   const std::vector<Candidate> candidates = FirstLooks(all);
   all->FitEffects();
-  const std::vector<Explanation> winners = FitCandidates(candidates, all);
+  std::vector<Explanation> winners;
+  const std::vector<Explanation> faults =
+      FitCandidates(candidates, all, &winners);
+  report->compared = Compared(faults, *all);
   if (winners.empty()) return;
   const Explanation best = InMoreRuns(Best(winners, *all), all);
   report->findings.push_back(Report(best, winners, *all));

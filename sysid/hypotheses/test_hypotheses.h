@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/checks/check.h"
+#include "sysid/checks/run_checks.h"
 
 namespace sysid {
 
@@ -16,6 +16,8 @@ struct HypothesisReport {
   double error = std::numeric_limits<double>::quiet_NaN();
   // Faults that the budget left no work for, as ToString names them.
   std::vector<std::string> not_asked;
+  // Models with more physics and faults of the data, in one table.
+  std::vector<ComparedExplanation> compared;
   double work = 0.0;  // spent
 };
 
