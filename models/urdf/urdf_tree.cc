@@ -14,7 +14,7 @@ std::string Quoted(const std::string& name) { return "'" + name + "'"; }
 std::vector<std::vector<int>> JointsByParent(const UrdfOutline& outline) {
   std::vector<std::vector<int>> joints(outline.links.size());
   for (size_t i = 0; i < outline.joints.size(); ++i) {
-    const int parent = outline.joints[i].parent;
+    const int parent = outline.joints[i].parent_link;
     if (parent >= 0) joints[parent].push_back(static_cast<int>(i));
   }
   return joints;
@@ -26,8 +26,8 @@ std::vector<int> CarryingJoints(const UrdfOutline& outline,
   std::vector<int> carriers(outline.links.size(), -1);
   for (size_t i = 0; i < outline.joints.size(); ++i) {
     const UrdfJoint& joint = outline.joints[i];
-    if (joint.child < 0) continue;
-    int& carrier = carriers[joint.child];
+    if (joint.child_link < 0) continue;
+    int& carrier = carriers[joint.child_link];
     if (carrier < 0) {
       carrier = static_cast<int>(i);
       continue;
@@ -35,7 +35,7 @@ std::vector<int> CarryingJoints(const UrdfOutline& outline,
     const UrdfJoint& first = outline.joints[carrier];
     faults->Add(joint.row, joint.column,
                 "joint " + Quoted(joint.name) + ": closes a loop: its child " +
-                    Quoted(outline.links[joint.child].name) +
+                    Quoted(outline.links[joint.child_link].name) +
                     " is already carried by joint " + Quoted(first.name) +
                     " (line " + std::to_string(first.row) + ")",
                 "a URDF is a tree: leave out one joint of every loop");
@@ -43,24 +43,36 @@ std::vector<int> CarryingJoints(const UrdfOutline& outline,
   return carriers;
 }
 
+// The links that are reached from `first` by joints that `may_pass`, but for
+// those that were `reached` before.
+template <typename MayPass>
+std::vector<int> Walk(const UrdfOutline& outline, int first,
+                      const MayPass& may_pass, std::vector<bool>* reached) {
+  const std::vector<std::vector<int>> joints = JointsByParent(outline);
+  std::vector<int> found, stack = {first};
+  while (!stack.empty()) {
+    const int link = stack.back();
+    stack.pop_back();
+    if ((*reached)[link]) continue;  // a loop, or met before
+    (*reached)[link] = true;
+    found.push_back(link);
+    for (int j : joints[link]) {
+      const UrdfJoint& joint = outline.joints[j];
+      if (joint.child_link >= 0 && may_pass(joint)) {
+        stack.push_back(joint.child_link);
+      }
+    }
+  }
+  return found;
+}
+
 // Links that no walk from `root` reaches, although each has a parent.
 void CheckCycles(const UrdfOutline& outline, const std::vector<int>& roots,
                  const std::vector<int>& carriers, UrdfFaults* faults) {
-  const std::vector<std::vector<int>> joints = JointsByParent(outline);
   std::vector<bool> reached(outline.links.size(), false);
   const auto walk = [&](int from) {
-    std::vector<int> stack = {from};
-    while (!stack.empty()) {
-      const int link = stack.back();
-      stack.pop_back();
-      if (reached[link]) continue;
-      reached[link] = true;
-      for (int j : joints[link]) {
-        if (outline.joints[j].child >= 0) {
-          stack.push_back(outline.joints[j].child);
-        }
-      }
-    }
+    Walk(
+        outline, from, [](const UrdfJoint&) { return true; }, &reached);
   };
   for (int root : roots) walk(root);
   for (size_t start = 0; start < outline.links.size(); ++start) {
@@ -70,13 +82,13 @@ void CheckCycles(const UrdfOutline& outline, const std::vector<int>& roots,
     int link = static_cast<int>(start);
     while (!met[link]) {
       met[link] = true;
-      link = outline.joints[carriers[link]].parent;
+      link = outline.joints[carriers[link]].parent_link;
     }
     std::vector<std::string> names;
     int at = link;
     do {
       names.insert(names.begin(), Quoted(outline.links[at].name));
-      at = outline.joints[carriers[at]].parent;
+      at = outline.joints[carriers[at]].parent_link;
     } while (at != link);
     faults->Add(
         outline.links[link].row, outline.links[link].column,
@@ -102,34 +114,24 @@ void CheckRoots(const UrdfOutline& outline, const std::vector<int>& roots,
 
 // The masses of everything that moves as one with link `first`. NaN where one
 // is at fault already.
-double MassOfBody(const UrdfOutline& outline,
-                  const std::vector<std::vector<int>>& joints, int first) {
+double MassOfBody(const UrdfOutline& outline, int first) {
+  std::vector<bool> reached(outline.links.size(), false);
+  const auto is_fixed = [](const UrdfJoint& joint) {
+    return joint.type == JointType::kFixed;
+  };
   double mass = 0;
-  std::vector<bool> counted(outline.links.size(), false);
-  std::vector<int> stack = {first};
-  while (!stack.empty()) {
-    const int link = stack.back();
-    stack.pop_back();
-    if (counted[link]) continue;  // a loop, noted elsewhere
-    counted[link] = true;
-    mass += outline.links[link].mass;
-    for (int j : joints[link]) {
-      if (outline.joints[j].type == JointType::kFixed &&
-          outline.joints[j].child >= 0) {
-        stack.push_back(outline.joints[j].child);
-      }
-    }
+  for (int link : Walk(outline, first, is_fixed, &reached)) {
+    mass += outline.links[link].body.mass;
   }
   return mass;
 }
 
 void CheckMovingMasses(const UrdfOutline& outline, UrdfFaults* faults) {
-  const std::vector<std::vector<int>> joints = JointsByParent(outline);
   for (const UrdfJoint& joint : outline.joints) {
-    if (joint.type == JointType::kFixed || joint.child < 0) continue;
-    const UrdfLink& link = outline.links[joint.child];
-    if (link.mass < 0) continue;  // noted already
-    if (MassOfBody(outline, joints, joint.child) != 0) continue;
+    if (joint.type == JointType::kFixed || joint.child_link < 0) continue;
+    const UrdfLink& link = outline.links[joint.child_link];
+    if (link.body.mass < 0) continue;  // noted already
+    if (MassOfBody(outline, joint.child_link) != 0) continue;
     faults->Add(link.row, link.column,
                 "link " + Quoted(link.name) +
                     (link.has_inertial ? ": the mass is zero"
@@ -146,7 +148,7 @@ void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
   bool ends_known = true;
   for (const UrdfJoint& joint : outline->joints) {
     moves |= !joint.type_known || joint.type != JointType::kFixed;
-    ends_known &= joint.parent >= 0 && joint.child >= 0;
+    ends_known &= joint.parent_link >= 0 && joint.child_link >= 0;
   }
   if (!moves && !outline->links.empty()) {
     faults->Add(0, 0, "no moving joint: there is nothing to identify",
@@ -179,7 +181,7 @@ std::vector<int> ParentsFirst(const UrdfOutline& outline) {
     const int next = ready.top();
     ready.pop();
     order.push_back(next);
-    for (int j : joints[outline.joints[next].child]) ready.push(j);
+    for (int j : joints[outline.joints[next].child_link]) ready.push(j);
   }
   return order;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "models/urdf/urdf_faults.h"
 #include "models/urdf/urdf_outline.h"
+#include "models/urdf/urdf_xml.h"
 
 namespace sysid {
 
