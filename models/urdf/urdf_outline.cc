@@ -7,15 +7,12 @@
 
 #include "models/error.h"
 #include "models/printable.h"
-#include "models/urdf/urdf_tree.h"
 #include "models/urdf/urdf_xml.h"
 
 namespace sysid {
 namespace {
 
 constexpr double kUnitTolerance = 1e-3;  // an axis written with few digits
-
-std::string Line(int row) { return "line " + std::to_string(row); }
 
 // "link 'arm'", or "link without a name".
 std::string Called(const std::string& kind, const std::string& name) {
@@ -41,8 +38,8 @@ std::string ReadName(const UrdfElement& element, const std::string& kind,
   CheckName(element);
   const auto [first, is_new] = seen->insert({name, element.xml()->Row()});
   if (!is_new) {
-    element.FaultAt("name",
-                    "the name is used twice, first in " + Line(first->second));
+    element.FaultAt("name", "the name is used twice, first in line " +
+                                std::to_string(first->second));
   }
   return name;
 }
@@ -278,12 +275,12 @@ void CheckCount(const TiXmlElement* robot, const std::string& path) {
 
 }  // namespace
 
-UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path) {
+UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path,
+                            UrdfFaults* faults) {
   TiXmlDocument document;
   const TiXmlElement* robot = ParseRobot(text, path, &document);
   CheckCount(robot, path);
-  UrdfFaults faults(path);
-  const UrdfElement top(robot, "robot", &faults);
+  const UrdfElement top(robot, "robot", faults);
   UrdfOutline outline;
   outline.robot_name = top.Text("name");
   if (outline.robot_name.empty()) {
@@ -294,16 +291,14 @@ UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path) {
   std::map<std::string, int> link_names, joint_names;
   for (const TiXmlElement* xml = robot->FirstChildElement("link"); xml;
        xml = xml->NextSiblingElement("link")) {
-    outline.links.push_back(ReadLink(xml, &link_names, &faults));
+    outline.links.push_back(ReadLink(xml, &link_names, faults));
   }
   if (outline.links.empty()) top.Fault("no links");
   for (const TiXmlElement* xml = robot->FirstChildElement("joint"); xml;
        xml = xml->NextSiblingElement("joint")) {
     outline.joints.push_back(
-        ReadJoint(xml, outline.links, &joint_names, &faults));
+        ReadJoint(xml, outline.links, &joint_names, faults));
   }
-  CheckTree(&outline, &faults);
-  faults.Throw();
   return outline;
 }
 

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "models/mechanism.h"
+#include "models/urdf/urdf_xml.h"
 
 namespace sysid {
 
@@ -23,16 +24,17 @@ struct UrdfJoint : Joint {
   Eigen::Vector3d p_PJ = Eigen::Vector3d::Zero();
 };
 
-// Links and joints in the order of the file; joints form a tree.
+// Links and joints in the order of the file.
 struct UrdfOutline {
   std::string robot_name;
-  int root = -1;
+  int root = -1;  // once it is known to be a tree
   std::vector<UrdfLink> links;
   std::vector<UrdfJoint> joints;
 };
 
-// Reads and checks everything that the dynamics use. Throws InputError with
-// every fault; load_urdf.h lists the checks.
-UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path);
+// Reads and checks every element that the dynamics use; load_urdf.h lists the
+// checks. Throws InputError where the text is no XML of a robot.
+UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path,
+                            UrdfFaults* faults);
 
 }  // namespace sysid

@@ -8,7 +8,6 @@
 #include <tuple>
 
 #include "models/error.h"
-#include "models/urdf/xml_scan.h"
 
 namespace sysid {
 namespace {

@@ -38,6 +38,15 @@ class UrdfFaults {
 // Reading elements and attributes of a URDF with faults that name the place.
 // What is absent leaves the output as it was.
 
+// (xml_scan.cc) Checks that a text is well-formed XML as far as TinyXML does
+// not: one root element with nothing but comments around it, every element
+// closed by its own end tag, attributes quoted and in UTF-8, no control
+// characters, neither as they are nor by their number (&#0;), nothing left
+// open, no more than 100 elements inside each other (TinyXML would recurse into
+// them). Throws InputError with line and column; `path` is what messages call
+// the file.
+void CheckWellFormed(const std::string& text, const std::string& path);
+
 // Text to XML; throws InputError with line and column where it is not XML, or
 // has no <robot> as its only root element.
 const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
