@@ -1,8 +1,10 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
+#include "models/error.h"
 #include "sysid/checks/finding.h"
 #include "sysid/estimation/shooting_problem.h"
 #include "sysid/io/channel_edits.h"
@@ -30,5 +32,20 @@ struct CheckInput {
 // shipped_checks.h; a check is a file and a line there.
 using NumbersCheck = void (*)(const CheckInput& input,
                               std::vector<Finding>* findings);
+
+struct CheckResult {
+  std::vector<Finding> findings;  // worst first
+  // By what a coarse fit of the model misses windows that were not fitted, in
+  // times the noise. NaN where nobody asked or could.
+  double error = std::numeric_limits<double>::quiet_NaN();
+  // Faults whose hypotheses were not asked for want of time, by name.
+  std::vector<std::string> not_asked;
+};
+
+// Every check of the numbers alone, milliseconds each; worst first.
+std::vector<Finding> CheckNumbers(const CheckInput& input);
+
+// What the reader refused, as a finding.
+Finding Unreadable(const InputError& error);
 
 }  // namespace sysid

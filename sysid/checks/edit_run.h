@@ -4,6 +4,7 @@
 
 #include "models/mechanism.h"
 #include "residuals/run.h"
+#include "sysid/io/run_columns.h"
 
 namespace sysid {
 
@@ -11,20 +12,13 @@ namespace sysid {
 
 enum Parts { kMotion = 1, kEffort = 2 };  // q and qd; tau
 
-inline Channel* ChannelOf(Run* run, ChannelKind kind, int target) {
-  for (Channel& channel : run->channels) {
-    if (channel.kind == kind && channel.target == target) return &channel;
-  }
-  return nullptr;
-}
-
 // Of a joint of one degree of freedom.
 inline void ScaleJoint(const Mechanism& mechanism, int joint, int parts,
                        double factor, Run* run) {
   if (parts & kMotion) {
     for (const ChannelKind kind :
          {ChannelKind::kPosition, ChannelKind::kVelocity}) {
-      Channel* channel = ChannelOf(run, kind, joint);
+      Channel* channel = FindChannel(run, kind, joint);
       if (channel != nullptr) channel->values *= factor;
     }
   }
@@ -39,8 +33,8 @@ inline void SwapJoints(const Mechanism& mechanism, int a, int b, int parts,
   if (parts & kMotion) {
     for (const ChannelKind kind :
          {ChannelKind::kPosition, ChannelKind::kVelocity}) {
-      Channel* of_a = ChannelOf(run, kind, a);
-      Channel* of_b = ChannelOf(run, kind, b);
+      Channel* of_a = FindChannel(run, kind, a);
+      Channel* of_b = FindChannel(run, kind, b);
       if (of_a != nullptr && of_b != nullptr) of_a->values.swap(of_b->values);
     }
   }

@@ -59,8 +59,8 @@ void AbsoluteHypotheses(const CheckInput& input,
       for (size_t i = which.size(); i-- > 0;) {
         for (const ChannelKind kind :
              {ChannelKind::kPosition, ChannelKind::kVelocity}) {
-          Channel* a = ChannelOf(run, kind, which[i].joint);
-          const Channel* b = ChannelOf(run, kind, which[i].before);
+          Channel* a = FindChannel(run, kind, which[i].joint);
+          const Channel* b = FindChannel(run, kind, which[i].before);
           if (a != nullptr && b != nullptr) {
             a->values -= which[i].sign * b->values;
           }

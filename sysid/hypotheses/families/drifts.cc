@@ -68,7 +68,7 @@ void DriftHypotheses(const CheckInput& input,
       }
     }
     hypothesis.change = [j](double rate, Run* run) {
-      Channel* channel = ChannelOf(run, ChannelKind::kPosition, j);
+      Channel* channel = FindChannel(run, ChannelKind::kPosition, j);
       if (channel == nullptr) return;
       for (int k = 0; k < run->size(); ++k) {
         channel->values(k, 0) -= rate * run->t[k];

@@ -71,7 +71,7 @@ void QuaternionOrders(const CheckInput& input,
         "what is read is a rotation too, but another one: nothing warns of it";
     hypothesis.change = [joints, order](double, Run* run) {
       for (const int j : joints) {
-        Channel* channel = ChannelOf(run, ChannelKind::kOrientation, j);
+        Channel* channel = FindChannel(run, ChannelKind::kOrientation, j);
         if (channel != nullptr) Reorder(order, channel);
       }
     };
