@@ -30,8 +30,9 @@ struct Run {
   std::string name;       // the file as the user gave it
   std::vector<double> t;  // s, strictly increasing
   std::vector<Channel> channels;
-  RowMatrixXd effort;  // samples x nv, held until the next sample;
-                       // zero where nothing was measured
+  RowMatrixXd effort;               // samples x nv, held until the next sample;
+                                    // zero where nothing was measured
+  std::vector<std::string> unread;  // columns of the file that nobody reads
   int size() const { return static_cast<int>(t.size()); }
 };
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "gflags/gflags.h"
-#include "sysid/io/shell_quoted.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/write_file.h"
 #include "sysid/session/named_values.h"
 #include "tools/program.h"

@@ -6,9 +6,9 @@
 #include "gflags/gflags.h"
 #include "models/error.h"
 #include "models/printable.h"
+#include "sysid/checks/check.h"
 #include "sysid/checks/remedy.h"
-#include "sysid/checks/run_checks.h"
-#include "sysid/io/misread_column.h"
+#include "sysid/io/unreadable_run.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/findings.h"
 #include "sysid/session/check_runs.h"
@@ -71,13 +71,12 @@ void ReadAll(const std::vector<std::string>& files, Session* session,
       CheckMotion({run});
       runs->push_back(std::move(run));
     } catch (const MisreadColumn& error) {
-      refused->push_back({Unreadable(file, error),
-                          file,
-                          {{error.name(), error.expression()}}});
+      refused->push_back(
+          {Unreadable(error), file, {{error.name(), error.expression()}}});
     } catch (const InputError& error) {
       // A flag that is wrong is no fault of the recording.
       if (error.place().starts_with("--")) throw;
-      refused->push_back({Unreadable(file, error), file, {}});
+      refused->push_back({Unreadable(error), file, {}});
     }
   }
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/checks/series.h"
+
 namespace sysid {
 namespace {
 
@@ -30,16 +32,26 @@ double MotionIn(const Run& run, int first, int last,
 std::vector<double> ScaleOf(const Run& run) {
   std::vector<double> scale;
   for (const Channel& channel : run.channels) {
-    double low = INFINITY, high = -INFINITY;
-    for (int k = 0; k < run.size(); ++k) {
-      const double value = channel.values(k, 0);
-      if (std::isnan(value)) continue;
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
+    const auto column = channel.values.col(0);
+    const double low = column.minCoeff<Eigen::PropagateNumbers>();
+    const double high = column.maxCoeff<Eigen::PropagateNumbers>();
     scale.push_back(high > low ? high - low : 0.0);
   }
   return scale;
+}
+
+// Samples [first, last) of a run.
+Run Slice(const Run& run, int first, int last) {
+  Run slice;
+  slice.name = run.name;
+  slice.t.assign(run.t.begin() + first, run.t.begin() + last);
+  slice.effort = run.effort.middleRows(first, last - first);
+  for (const Channel& channel : run.channels) {
+    Channel part = channel;
+    part.values = channel.values.middleRows(first, last - first);
+    slice.channels.push_back(std::move(part));
+  }
+  return slice;
 }
 
 // Keeps every stride-th sample; efforts are the means of what they stand for.
@@ -70,23 +82,7 @@ Run Thin(const Run& run, int stride) {
 double MedianPeriod(const std::vector<double>& t) {
   std::vector<double> periods;
   for (size_t k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
-  if (periods.empty()) return 0.0;
-  const auto middle = periods.begin() + periods.size() / 2;
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
-}
-
-Run Slice(const Run& run, int first, int last) {
-  Run slice;
-  slice.name = run.name;
-  slice.t.assign(run.t.begin() + first, run.t.begin() + last);
-  slice.effort = run.effort.middleRows(first, last - first);
-  for (const Channel& channel : run.channels) {
-    Channel part = channel;
-    part.values = channel.values.middleRows(first, last - first);
-    slice.channels.push_back(std::move(part));
-  }
-  return slice;
+  return Median(std::move(periods));
 }
 
 Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {

@@ -46,7 +46,4 @@ class Excerpt {
 // Median time between samples, s.
 double MedianPeriod(const std::vector<double>& t);
 
-// Samples [first, last) of a run.
-Run Slice(const Run& run, int first, int last);
-
 }  // namespace sysid

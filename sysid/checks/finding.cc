@@ -2,36 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <limits>
 #include <tuple>
+
+#include "sysid/io/cell.h"
 
 namespace sysid {
 
-Finding::Finding()
-    : error_left(std::numeric_limits<double>::quiet_NaN()),
-      t_start(std::numeric_limits<double>::quiet_NaN()),
-      t_end(std::numeric_limits<double>::quiet_NaN()) {}
-
 std::string ToString(Severity severity) {
-  switch (severity) {
-    case Severity::kUnreadable:
-      return "unreadable";
-    case Severity::kWrong:
-      return "wrong";
-    case Severity::kHarmful:
-      return "harmful";
-    case Severity::kNote:
-      return "note";
-  }
-  return "";
+  constexpr const char* kNames[] = {"unreadable", "wrong", "harmful", "note"};
+  return kNames[static_cast<int>(severity)];
 }
 
-std::string ShortNumber(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.4g", value);
-  return text;
-}
+std::string ShortNumber(double value) { return Format("%.4g", value); }
 
 void NameAlso(const std::string& says, const std::vector<std::string>& remedies,
               Finding* finding) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -31,18 +32,18 @@ struct Finding {
   double weight = 0.0;
   // Of hypotheses: what the model still misses with the fix, in times the
   // noise. NaN of the numbers alone, which ask no model.
-  double error_left;
+  double error_left = kNaN;
   std::string file;     // run or URDF; "" where it is of all runs
   std::string subject;  // our name of the column, joint or link: "joint1.q"
   // Time span, s; NaN where it is everywhere.
-  double t_start, t_end;
+  double t_start = kNaN, t_end = kNaN;
   std::string evidence;     // numbers with units
   std::string consequence;  // what a fit would make of it
   // What mends it: flags to be pasted ("--columns joint1.q=-joint1.q"), or,
   // where no flag can, what to do. The first is meant; any other does as much.
   std::vector<std::string> remedies;
 
-  Finding();
+  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 };
 
 // Names another explanation with that of a finding: in its words ("with

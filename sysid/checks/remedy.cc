@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "models/error.h"
-#include "sysid/io/csv.h"
-#include "sysid/io/shell_quoted.h"
+#include "sysid/io/cell.h"
+#include "sysid/io/run_columns.h"
 
 namespace sysid {
 namespace {
@@ -154,13 +154,6 @@ std::string IgnoreFlag(const CheckInput& input, const std::string& run,
     }
   }
   return "--ignore " + Quoted(Join(parts, ","));
-}
-
-const Channel* FindChannel(const Run& run, ChannelKind kind, int target) {
-  for (const Channel& channel : run.channels) {
-    if (channel.kind == kind && channel.target == target) return &channel;
-  }
-  return nullptr;
 }
 
 bool Measures(const CheckInput& input, ChannelKind kind, int target) {

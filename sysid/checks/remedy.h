@@ -42,7 +42,6 @@ std::string IgnoreFlag(const CheckInput& input, const std::string& run,
                        const std::vector<std::pair<double, double>>& spans);
 
 // Whether any run measures the column's channel, or has its effort.
-const Channel* FindChannel(const Run& run, ChannelKind kind, int target);
 bool Measures(const CheckInput& input, ChannelKind kind, int target);
 bool IsDriven(const CheckInput& input, const Joint& joint);
 

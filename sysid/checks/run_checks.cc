@@ -1,5 +1,3 @@
-#include "sysid/checks/run_checks.h"
-
 #include "sysid/checks/shipped_checks.h"
 #include "sysid/io/unreadable_run.h"
 
@@ -13,12 +11,11 @@ std::vector<Finding> CheckNumbers(const CheckInput& input) {
   return findings;
 }
 
-Finding Unreadable(const std::string& file, const InputError& error) {
+Finding Unreadable(const InputError& error) {
   Finding finding;
   const auto* run = dynamic_cast<const UnreadableRun*>(&error);
   finding.fault = run != nullptr ? run->fault() : "unreadable";
   finding.severity = Severity::kUnreadable;
-  finding.file = file;
   finding.evidence = error.what();
   // what() is "<place>: <what>\n  hint: <hint>".
   const size_t hint = finding.evidence.find("\n  hint: ");

@@ -137,13 +137,18 @@ std::vector<Series> MotionSeries(const CheckInput& input) {
   return all;
 }
 
-Finding At(const Series& series, const std::string& fault, Severity severity) {
+Finding At(const Run& run, const std::string& subject, const std::string& fault,
+           Severity severity) {
   Finding finding;
   finding.fault = fault;
   finding.severity = severity;
-  finding.file = series.run->name;
-  finding.subject = series.column;
+  finding.file = run.name;
+  finding.subject = subject;
   return finding;
+}
+
+Finding At(const Series& series, const std::string& fault, Severity severity) {
+  return At(*series.run, series.column, fault, severity);
 }
 
 std::vector<std::pair<double, double>> Times(

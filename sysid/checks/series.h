@@ -33,7 +33,9 @@ std::vector<Series> MotionSeries(const CheckInput& input);
 double Median(std::vector<double> values);
 double Percentile(std::vector<double> values, double part);
 
-// A finding at a series.
+// A finding in a run ("t", "joint1.tau"), at a series.
+Finding At(const Run& run, const std::string& subject, const std::string& fault,
+           Severity severity);
 Finding At(const Series& series, const std::string& fault, Severity severity);
 
 // Spans of samples [first, last] as times, each widened by half a step, those

@@ -21,12 +21,13 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings);
 void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings);
 void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
+void CheckUnmapped(const CheckInput& input, std::vector<Finding>* findings);
 
 inline constexpr NumbersCheck kNumbersChecks[] = {
-    CheckJitter,       CheckGaps,         CheckSamples, CheckRates,
-    CheckSpikes,       CheckSaturation,   CheckFrozen,  CheckStill,
-    CheckQuantisation, CheckVelocities,   CheckRanges,  CheckBodies,
-    CheckDegrees,      CheckEffortSpikes,
+    CheckJitter,       CheckGaps,         CheckSamples,  CheckRates,
+    CheckSpikes,       CheckSaturation,   CheckFrozen,   CheckStill,
+    CheckQuantisation, CheckVelocities,   CheckRanges,   CheckBodies,
+    CheckDegrees,      CheckEffortSpikes, CheckUnmapped,
 };
 
 }  // namespace sysid

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "sysid/checks/run_checks.h"
+#include "sysid/checks/check.h"
 
 namespace sysid {
 

@@ -6,6 +6,7 @@
 #include "sysid/hypotheses/constants.h"
 #include "sysid/hypotheses/equation_error.h"
 #include "sysid/hypotheses/families/families.h"
+#include "sysid/io/run_columns.h"
 #include "sysid/hypotheses/secants.h"
 
 namespace sysid {

@@ -166,7 +166,8 @@ std::vector<ComparedExplanation> Compared(
   const auto add = [&](const Explanation& explanation, const std::string& what,
                        bool of_data) {
     const double gain = all.Gain(all.as_given(), explanation, {}).mean;
-    table.push_back({what, of_data, explanation.fit.error, std::exp(-gain)});
+    table.push_back({what, of_data, of_data && all.Wins(explanation),
+                     explanation.fit.error, std::exp(-gain)});
   };
   for (const Explanation& rival : all.rivals()) {
     add(rival, rival.name.empty() ? "the model as given" : rival.name, false);

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/checks/run_checks.h"
+#include "sysid/checks/check.h"
 
 namespace sysid {
 

@@ -43,4 +43,9 @@ class ByteSource {
 // Throws InputError where it begins as a text in UTF-16 does.
 void CheckNotUtf16(ByteSource* source);
 
+// The text of a file. Throws InputError (place: the path) where it is missing,
+// a folder, cannot be read, is binary (holds a NUL byte) or larger than half of
+// the memory. Pipes are fine.
+std::string ReadTextFile(const std::string& path);
+
 }  // namespace sysid

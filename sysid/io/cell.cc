@@ -2,10 +2,22 @@
 
 #include <cctype>
 #include <charconv>
+#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 
+#include "models/error.h"
+
 namespace sysid {
+
+std::string Format(const char* format, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof(text), format, arguments);
+  va_end(arguments);
+  return text;
+}
 
 std::string_view Trim(std::string_view text) {
   while (!text.empty() && IsBlank(text.front())) text.remove_prefix(1);
@@ -60,11 +72,7 @@ std::string ShortestText(double value) {
   return std::string(buffer, result.ptr);
 }
 
-std::string RoundedText(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.9g", value);
-  return text;
-}
+std::string RoundedText(double value) { return Format("%.9g", value); }
 
 std::string CsvCell(const std::string& text) {
   const bool plain = text.find_first_of(",\"\r\n") == std::string::npos &&
@@ -78,7 +86,25 @@ std::string CsvCell(const std::string& text) {
   return quoted + "\"";
 }
 
-std::string CountOf(long n, const std::string& noun) {
+std::string ShellQuoted(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text) {
+    quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  }
+  return quoted + "'";
+}
+
+std::string JoinSome(std::vector<std::string> names) {
+  constexpr size_t kMost = 24;
+  if (names.size() > kMost) {
+    const size_t more = names.size() - kMost;
+    names.resize(kMost);
+    names.push_back("and " + std::to_string(more) + " more");
+  }
+  return Join(names);
+}
+
+std::string CountOf(size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
 

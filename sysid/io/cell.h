@@ -1,9 +1,16 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace sysid {
+
+// Numbers and words within sentences, by printf's format; 511 letters at most.
+__attribute__((format(printf, 1, 2))) std::string Format(const char* format,
+                                                         ...);
 
 // A cell or name as an error shows it: in quotes, at most 40 characters, what
 // cannot be printed as '?'.
@@ -32,7 +39,18 @@ std::string RoundedText(double value);
 // A cell as RFC 4180 writes it: quoted where it must be.
 std::string CsvCell(const std::string& text);
 
+// A word in single quotes, as a shell reads it back.
+std::string ShellQuoted(const std::string& text);
+
+template <typename Values, typename Value>
+bool Contains(const Values& values, const Value& value) {
+  return std::find(values.begin(), values.end(), value) != values.end();
+}
+
+// "a, b, c", of more than 24 "a, ..., x, and 3 more".
+std::string JoinSome(std::vector<std::string> names);
+
 // "1 cell", "2 cells".
-std::string CountOf(long n, const std::string& noun);
+std::string CountOf(size_t n, const std::string& noun);
 
 }  // namespace sysid

@@ -75,34 +75,11 @@ std::vector<const ColumnGroup*> GroupsOf(const std::vector<ColumnGroup>& groups,
   return all;
 }
 
-Channel* FindChannel(const ColumnGroup& group, Run* run) {
-  for (Channel& channel : run->channels) {
-    if (channel.kind == group.kind && channel.target == group.target) {
-      return &channel;
-    }
-  }
-  return nullptr;
-}
-
 ScopedName Split(const std::string& text,
                  const std::vector<ColumnGroup>& groups) {
   return SplitScope(text, [&](const std::string& name) {
     return !GroupsOf(groups, name).empty();
   });
-}
-
-// Of two shifts of a name that for this run alone; none that is for another.
-std::vector<ChannelShift> ShiftsOf(const ChannelEdits& edits,
-                                   const std::vector<ColumnGroup>& groups,
-                                   const std::string& run) {
-  std::vector<ChannelShift> all, own;
-  for (ChannelShift shift : edits.shifts) {
-    const ScopedName scoped = Split(shift.name, groups);
-    if (!scoped.IsFor(run)) continue;
-    shift.name = scoped.name;
-    (scoped.run.empty() ? all : own).push_back(shift);
-  }
-  return MergeEdits({all, {}}, {own, {}}).shifts;
 }
 
 // A delay that is a whole number of even samples, within a hundredth of one.
@@ -148,108 +125,6 @@ void Slerp(const RowMatrixXd& y, int i, double s, Eigen::Ref<RowMatrixXd> row) {
   };
   const Eigen::Quaterniond q = quaternion(i).slerp(s, quaternion(i + 1));
   row = q.coeffs().transpose();
-}
-
-}  // namespace
-
-std::vector<ChannelShift> ParseShifts(const std::string& text,
-                                      const std::string& place) {
-  std::vector<ChannelShift> shifts;
-  for (const std::string& entry : Entries(text, place, kShiftHint)) {
-    const size_t equals = entry.rfind('=');  // a file's name may have one
-    if (equals == std::string::npos || equals == 0) {
-      throw InputError(place, "'" + entry + "' is no shift", kShiftHint);
-    }
-    ChannelShift shift;
-    shift.name = Trim(std::string_view(entry).substr(0, equals));
-    shift.delay = Seconds(entry.substr(equals + 1), entry, place, kShiftHint);
-    shift.place = place;
-    for (const ChannelShift& known : shifts) {
-      if (known.name == shift.name) {
-        throw InputError(place, "'" + shift.name + "' is shifted twice",
-                         "name it once");
-      }
-    }
-    shifts.push_back(shift);
-  }
-  return shifts;
-}
-
-std::vector<IgnoredSpan> ParseIgnored(const std::string& text,
-                                      const std::string& place) {
-  std::vector<IgnoredSpan> spans;
-  for (const std::string& entry : Entries(text, place, kIgnoreHint)) {
-    const size_t at = entry.rfind('@');
-    const size_t colon = entry.find(':', at == std::string::npos ? 0 : at);
-    if (at == std::string::npos || at == 0 || colon == std::string::npos) {
-      throw InputError(place, "'" + entry + "' is no span of a column",
-                       kIgnoreHint);
-    }
-    IgnoredSpan span;
-    span.name = Trim(std::string_view(entry).substr(0, at));
-    span.t_start = Seconds(entry.substr(at + 1, colon - at - 1), entry, place,
-                           kIgnoreHint);
-    span.t_end = Seconds(entry.substr(colon + 1), entry, place, kIgnoreHint);
-    if (span.t_end < span.t_start) {
-      throw InputError(place, "'" + entry + "' ends before it begins",
-                       kIgnoreHint);
-    }
-    span.place = place;
-    spans.push_back(span);
-  }
-  return spans;
-}
-
-std::string ToString(const ChannelShift& shift) {
-  return shift.name + "=" + ShortestText(shift.delay);
-}
-
-std::string ToString(const IgnoredSpan& span) {
-  return span.name + "@" + ShortestText(span.t_start) + ":" +
-         ShortestText(span.t_end);
-}
-
-ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner) {
-  ChannelEdits merged = winner;
-  for (const ChannelShift& shift : base.shifts) {
-    const bool has = std::any_of(
-        winner.shifts.begin(), winner.shifts.end(),
-        [&](const ChannelShift& other) { return other.name == shift.name; });
-    if (!has) merged.shifts.push_back(shift);
-  }
-  merged.ignored.insert(merged.ignored.end(), base.ignored.begin(),
-                        base.ignored.end());
-  return merged;
-}
-
-void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism) {
-  const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
-  const auto check = [&](const std::string& text, const std::string& place,
-                         bool may_be_effort) {
-    const std::string name = Split(text, groups).name;
-    const std::vector<const ColumnGroup*> found = GroupsOf(groups, name);
-    if (found.empty()) {
-      std::vector<std::string> names = RunColumnNames(mechanism);
-      names.erase(names.begin());  // t
-      const ColumnNameFault fault = ExplainUnknownColumn(name, mechanism);
-      throw InputError(place, fault.what, fault.hint);
-    }
-    if (found.front()->is_effort && !may_be_effort) {
-      throw InputError(place, "the effort '" + name + "' cannot be missing",
-                       "an effort acts at all times; leave the time out by "
-                       "ignoring what was measured there");
-    }
-  };
-  for (const ChannelShift& shift : edits.shifts) {
-    check(shift.name, shift.place, true);
-  }
-  for (const IgnoredSpan& span : edits.ignored) {
-    check(span.name, span.place, false);
-  }
-}
-
-ScopedName EditedName(const std::string& text, const Mechanism& mechanism) {
-  return Split(text, RunColumnGroups(mechanism));
 }
 
 void ShiftChannel(const std::vector<double>& t, double delay,
@@ -319,13 +194,112 @@ void ShiftEffort(const std::vector<double>& t, double delay, int first,
   }
 }
 
+}  // namespace
+
+std::vector<ChannelShift> ParseShifts(const std::string& text,
+                                      const std::string& place) {
+  std::vector<ChannelShift> shifts;
+  for (const std::string& entry : Entries(text, place, kShiftHint)) {
+    const size_t equals = entry.rfind('=');  // a file's name may have one
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError(place, "'" + entry + "' is no shift", kShiftHint);
+    }
+    ChannelShift shift;
+    shift.name = Trim(std::string_view(entry).substr(0, equals));
+    shift.delay = Seconds(entry.substr(equals + 1), entry, place, kShiftHint);
+    shift.place = place;
+    for (const ChannelShift& known : shifts) {
+      if (known.name == shift.name) {
+        throw InputError(place, "'" + shift.name + "' is shifted twice",
+                         "name it once");
+      }
+    }
+    shifts.push_back(shift);
+  }
+  return shifts;
+}
+
+std::vector<IgnoredSpan> ParseIgnored(const std::string& text,
+                                      const std::string& place) {
+  std::vector<IgnoredSpan> spans;
+  for (const std::string& entry : Entries(text, place, kIgnoreHint)) {
+    const size_t at = entry.rfind('@');
+    const size_t colon = entry.find(':', at == std::string::npos ? 0 : at);
+    if (at == std::string::npos || at == 0 || colon == std::string::npos) {
+      throw InputError(place, "'" + entry + "' is no span of a column",
+                       kIgnoreHint);
+    }
+    IgnoredSpan span;
+    span.name = Trim(std::string_view(entry).substr(0, at));
+    span.t_start = Seconds(entry.substr(at + 1, colon - at - 1), entry, place,
+                           kIgnoreHint);
+    span.t_end = Seconds(entry.substr(colon + 1), entry, place, kIgnoreHint);
+    if (span.t_end < span.t_start) {
+      throw InputError(place, "'" + entry + "' ends before it begins",
+                       kIgnoreHint);
+    }
+    span.place = place;
+    spans.push_back(span);
+  }
+  return spans;
+}
+
+std::string ToString(const ChannelShift& shift) {
+  return shift.name + "=" + ShortestText(shift.delay);
+}
+
+std::string ToString(const IgnoredSpan& span) {
+  return span.name + "@" + ShortestText(span.t_start) + ":" +
+         ShortestText(span.t_end);
+}
+
+ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner) {
+  ChannelEdits merged{MergeByName(base.shifts, winner.shifts), winner.ignored};
+  merged.ignored.insert(merged.ignored.end(), base.ignored.begin(),
+                        base.ignored.end());
+  return merged;
+}
+
+void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism) {
+  const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
+  const auto check = [&](const std::string& text, const std::string& place,
+                         bool may_be_effort) {
+    const std::string name = Split(text, groups).name;
+    const std::vector<const ColumnGroup*> found = GroupsOf(groups, name);
+    if (found.empty()) {
+      std::vector<std::string> names = RunColumnNames(mechanism);
+      names.erase(names.begin());  // t
+      const ColumnNameFault fault = ExplainUnknownColumn(name, mechanism);
+      throw InputError(place, fault.what, fault.hint);
+    }
+    if (found.front()->is_effort && !may_be_effort) {
+      throw InputError(place, "the effort '" + name + "' cannot be missing",
+                       "an effort acts at all times; leave the time out by "
+                       "ignoring what was measured there");
+    }
+  };
+  for (const ChannelShift& shift : edits.shifts) {
+    check(shift.name, shift.place, true);
+  }
+  for (const IgnoredSpan& span : edits.ignored) {
+    check(span.name, span.place, false);
+  }
+}
+
+ScopedName EditedName(const std::string& text, const Mechanism& mechanism) {
+  return Split(text, RunColumnGroups(mechanism));
+}
+
 void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
                 std::vector<std::string>* notices) {
   const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
   const auto note = [&](const std::string& text) {
     if (notices != nullptr) notices->push_back(run->name + ": " + text);
   };
-  for (const ChannelShift& shift : ShiftsOf(edits, groups, run->name)) {
+  const auto split = [&](const std::string& name) {
+    return Split(name, groups);
+  };
+  for (const ChannelShift& shift : EntriesOf(edits.shifts, run->name, split)) {
     if (std::abs(shift.delay) >= 0.5 * (run->t.back() - run->t.front())) {
       throw InputError(shift.place,
                        "a shift of '" + shift.name + "' by " +
@@ -340,7 +314,8 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
         ShiftEffort(run->t, shift.delay, joint.v_index,
                     VelocitySize(joint.type), &run->effort);
         any = true;
-      } else if (Channel* channel = FindChannel(*group, run)) {
+      } else if (Channel* channel =
+                     FindChannel(run, group->kind, group->target)) {
         ShiftChannel(run->t, shift.delay, channel);
         any = true;
       }
@@ -352,7 +327,7 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
     if (!scoped.IsFor(run->name)) continue;
     bool any = false;
     for (const ColumnGroup* group : GroupsOf(groups, scoped.name)) {
-      Channel* channel = FindChannel(*group, run);
+      Channel* channel = FindChannel(run, group->kind, group->target);
       if (channel == nullptr) continue;
       for (int k = 0; k < run->size(); ++k) {
         if (run->t[k] < span.t_start || run->t[k] > span.t_end) continue;

@@ -74,9 +74,4 @@ ScopedName EditedName(const std::string& text, const Mechanism& mechanism);
 void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
                 std::vector<std::string>* notices);
 
-// One channel or one joint's effort by `delay`.
-void ShiftChannel(const std::vector<double>& t, double delay, Channel* channel);
-void ShiftEffort(const std::vector<double>& t, double delay, int first,
-                 int size, RowMatrixXd* effort);
-
 }  // namespace sysid

@@ -106,34 +106,17 @@ ColumnMap ParseColumnMap(const std::string& text, const std::string& place) {
   return map;
 }
 
-ColumnMap MergeColumnMaps(const ColumnMap& base, const ColumnMap& winner) {
-  ColumnMap merged = winner;
-  for (const ColumnMapping& entry : base) {
-    const bool overruled = std::any_of(
-        winner.begin(), winner.end(),
-        [&](const ColumnMapping& w) { return w.name == entry.name; });
-    if (!overruled) merged.push_back(entry);
-  }
-  return merged;
-}
-
 ScopedName RunColumn(const std::string& text, const Mechanism& mechanism) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
-  return SplitScope(text, [&](const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  });
+  return SplitScope(
+      text, [&](const std::string& name) { return Contains(names, name); });
 }
 
 ColumnMap ColumnsOf(const ColumnMap& map, const std::string& path,
                     const Mechanism& mechanism) {
-  ColumnMap all, own;
-  for (const ColumnMapping& entry : map) {
-    const ScopedName scoped = RunColumn(entry.name, mechanism);
-    if (!scoped.IsFor(path)) continue;
-    (scoped.run.empty() ? all : own)
-        .push_back({scoped.name, entry.expression, entry.place});
-  }
-  return MergeColumnMaps(all, own);
+  return EntriesOf(map, path, [&](const std::string& name) {
+    return RunColumn(name, mechanism);
+  });
 }
 
 std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
@@ -143,7 +126,7 @@ std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
   const std::vector<std::string> names = RunColumnNames(mechanism);
   std::vector<ColumnSource> sources;
   for (const ColumnMapping& entry : ColumnsOf(map, path, mechanism)) {
-    if (std::find(names.begin(), names.end(), entry.name) == names.end()) {
+    if (!Contains(names, entry.name)) {
       const ColumnNameFault fault = ExplainUnknownColumn(entry.name, mechanism);
       throw InputError(entry.place, fault.what, fault.hint);
     }

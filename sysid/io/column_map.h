@@ -25,10 +25,6 @@ using ColumnMap = std::vector<ColumnMapping>;
 ColumnMap ParseColumnMap(const std::string& text,
                          const std::string& place = "--columns");
 
-// Flags win over the file: the entries of `winner`, then those of `base` whose
-// names it does not have.
-ColumnMap MergeColumnMaps(const ColumnMap& base, const ColumnMap& winner);
-
 // A name of the map, split from the run that it is meant for.
 ScopedName RunColumn(const std::string& text, const Mechanism& mechanism);
 

@@ -13,10 +13,6 @@ namespace {
 // Each is looked up among all others: names that come twice, near names.
 constexpr size_t kMostColumns = 10000;
 
-const char* NameOf(char separator) {
-  return separator == ',' ? "comma" : separator == ';' ? "semicolon" : "tab";
-}
-
 // Whatever separates its cells.
 bool HoldsNumber(std::string_view line) {
   constexpr std::string_view kBetween = ",;\t \"";
@@ -99,12 +95,12 @@ void CsvFile::CheckHeader() {
   }
   if (!HeaderIsNumbers()) return;
   std::string hint = "put a row of names before it, such as t,joint1.q";
-  TextRows words(ByteSource(path_, last_comment()));
+  TextRows words(ByteSource(path_, layout_.last_comment));
   words.set_separator(rows_.separator());
   if (header_.size() > 1 && !words.AtEnd() &&
       words.ReadRow([](int, std::string_view) {}) ==
           static_cast<int>(header_.size())) {
-    hint = "the comment " + Shown(last_comment()) +
+    hint = "the comment " + Shown(layout_.last_comment) +
            " reads like the header: take its '#' away";
   }
   throw InputError(HeaderPlace(0),
@@ -197,8 +193,7 @@ void CsvFile::CheckWidth(int cells) const {
   } else if (rows_.separator() == ' ') {
     hint = "is there a text with spaces in it? Put it in quotation marks";
   } else {
-    hint = std::string("is there a ") + NameOf(rows_.separator()) +
-           " too many" +
+    hint = "is there a " + SeparatorName(rows_.separator()) + " too many" +
            (rows_.separator() == ',' ? ", or a decimal comma?" : "?");
   }
   throw InputError(LinePlace(rows_.row_line(), std::min(cells, width)),

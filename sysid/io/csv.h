@@ -32,13 +32,10 @@ class CsvFile : public TableFile {
   // The same from text; `path` only names it in errors.
   CsvFile(const std::string& path, std::string text);
 
-  int header_line() const { return layout_.header_line; }
   // Whether each cell of the first row reads as a number: there is no header.
   bool HeaderIsNumbers() const;
   // Throws InputError if so, and where the first row is a comment of others.
   void CheckHeader();
-  // The last comment line before the header, without '#'; "" if there is none.
-  const std::string& last_comment() const { return layout_.last_comment; }
 
   std::string HeaderPlace(int column) const override;
   std::string Place(int row, int column) const override;

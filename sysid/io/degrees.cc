@@ -2,20 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr double kDegree = kPi / 180.0;
-constexpr double kTwoTurns = 4.0 * kPi;
-
-std::string Text(const char* format, double a, double b) {
-  char buffer[160];
-  std::snprintf(buffer, sizeof(buffer), format, a, b);
-  return buffer;
-}
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kTwoTurns = 4.0 * M_PI;
 
 // The samples where the angle was measured.
 struct Track {
@@ -146,27 +140,30 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
     const double slope = PositionOverVelocity(measured, qd);
     if (std::abs(slope * kDegree - 1.0) < 0.2) {
       return {DegreesVerdict::kPosition,
-              Text("its changes are %.1f times what its velocity column says "
-                   "(180/pi is %.1f)",
-                   slope, 1.0 / kDegree)};
+              Format("its changes are %.1f times what its velocity column says "
+                     "(180/pi is %.1f)",
+                     slope, 1.0 / kDegree)};
     }
     if (std::abs(slope / kDegree - 1.0) < 0.2) {
       return {DegreesVerdict::kVelocity,
-              Text("it is %.1f times what the position's changes say (180/pi "
-                   "is %.1f)",
-                   1.0 / slope, 1.0 / kDegree)};
+              Format("it is %.1f times what the position's changes say (180/pi "
+                     "is %.1f)",
+                     1.0 / slope, 1.0 / kDegree)};
     }
   }
   const Track track = WithoutOutliers(measured);
   if (const double jump = WrapJump(track); jump > 0.0) {
     return {DegreesVerdict::kPosition,
-            Text("it jumps by %.1f from one sample to the next, as a sensor "
-                 "does that wraps at %.0f degrees",
-                 jump, 360.0)};
+            Format("it jumps by %.1f from one sample to the next, as a sensor "
+                   "does that wraps at %.0f degrees",
+                   jump, 360.0)};
   }
   const auto [low, high] = std::minmax_element(track.q.begin(), track.q.end());
   const double most = std::max(std::abs(*low), std::abs(*high));
-  if (joint.has_limits && joint.lower < joint.upper && most > kTwoTurns) {
+  // Limits of a continuous joint mean nothing in a URDF.
+  const bool has_limits = joint.has_limits && joint.lower < joint.upper &&
+                          joint.type != JointType::kContinuous;
+  if (has_limits && most > kTwoTurns) {
     constexpr double kSlack = 0.1;
     const bool outside =
         *low < joint.lower - kSlack || *high > joint.upper + kSlack;
@@ -174,10 +171,9 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
                                    *high * kDegree < joint.upper + kSlack;
     if (outside && inside_as_degrees) {
       return {DegreesVerdict::kPosition,
-              Text("it runs from %.1f to %.1f, ", *low, *high) +
-                  Text("far beyond the limits %.3g to %.3g rad of the URDF, "
-                       "within which it stays as degrees",
-                       joint.lower, joint.upper)};
+              Format("it runs from %.1f to %.1f, far beyond the limits %.3g to "
+                     "%.3g rad of the URDF, within which it stays as degrees",
+                     *low, *high, joint.lower, joint.upper)};
     }
   }
   const Swings swings = FindSwings(track);
@@ -185,14 +181,14 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
   // A wheel turns as fast as it likes.
   if (swings.fast >= 2 && joint.type != JointType::kContinuous) {
     return {DegreesVerdict::kPosition,
-            Text("it swings to and fro over %.0f at up to %.0f a second",
-                 swings.largest, swings.speed) +
-                Text(": in radians that is %.0f turns, %.0f turns a second",
-                     swings.largest / (2.0 * kPi), swings.speed / (2.0 * kPi))};
+            Format("it swings to and fro over %.0f at up to %.0f a second: in "
+                   "radians that is %.0f turns, %.0f turns a second",
+                   swings.largest, swings.speed, swings.largest / (2.0 * M_PI),
+                   swings.speed / (2.0 * M_PI))};
   }
   return {DegreesVerdict::kPerhaps,
-          Text("it swings to and fro over %.1f: in radians %.1f turns",
-               swings.largest, swings.largest / (2.0 * kPi))};
+          Format("it swings to and fro over %.1f: in radians %.1f turns",
+                 swings.largest, swings.largest / (2.0 * M_PI))};
 }
 
 }  // namespace sysid

@@ -78,29 +78,27 @@ class ExpressionParser {
     return text_[at_++];
   }
 
-  int Sum() {
-    int left = Product();
+  // Operands and the operators between them, from the left.
+  int Chain(char a, Op op_a, char b, Op op_b,
+            int (ExpressionParser::*operand)()) {
+    int left = (this->*operand)();
     while (left >= 0) {
-      const char op = TakeOperator('+', '-');
+      const char op = TakeOperator(a, b);
       if (op == 0) break;
       const size_t at = at_ - 1;
-      const int right = Product();
-      left = Combine(op == '+' ? Op::kAdd : Op::kSubtract, left, right, at);
+      const int right = (this->*operand)();
+      left = Combine(op == a ? op_a : op_b, left, right, at);
     }
     return left;
   }
 
+  int Sum() {
+    return Chain('+', Op::kAdd, '-', Op::kSubtract, &ExpressionParser::Product);
+  }
+
   int Product() {
-    int left = Factor();
-    while (left >= 0) {
-      const char op = TakeOperator('*', '/');
-      if (op == 0) break;
-      const size_t at = at_ - 1;
-      const int right = Factor();
-      left = Combine(op == '*' ? Op::kMultiply : Op::kDivide, left, right, at);
-      out_->has_factor_ = true;
-    }
-    return left;
+    return Chain('*', Op::kMultiply, '/', Op::kDivide,
+                 &ExpressionParser::Factor);
   }
 
   int Factor() {
@@ -243,6 +241,7 @@ class ExpressionParser {
 
   int Combine(Op op, int left, int right, size_t at) {
     if (right < 0) return kNone;
+    out_->has_factor_ |= op == Op::kMultiply || op == Op::kDivide;
     const double a = out_->nodes_[left].number;
     const double b = out_->nodes_[right].number;
     const bool zero_a = IsNumber(left) && a == 0.0;

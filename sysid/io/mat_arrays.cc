@@ -52,32 +52,20 @@ void Copy(const matvar_t& v, const MatColumn& column,
   }
 }
 
-// False where the class is none of the numeric ones.
-bool CopyNumbers(const matvar_t& v, const MatColumn& column,
+// Of a numeric class.
+void CopyNumbers(const matvar_t& v, const MatColumn& column,
                  std::vector<double>* out) {
-  switch (v.class_type) {
-    case MAT_C_DOUBLE:
-      return Copy<double>(v, column, out), true;
-    case MAT_C_SINGLE:
-      return Copy<float>(v, column, out), true;
-    case MAT_C_INT8:
-      return Copy<int8_t>(v, column, out), true;
-    case MAT_C_UINT8:
-      return Copy<uint8_t>(v, column, out), true;
-    case MAT_C_INT16:
-      return Copy<int16_t>(v, column, out), true;
-    case MAT_C_UINT16:
-      return Copy<uint16_t>(v, column, out), true;
-    case MAT_C_INT32:
-      return Copy<int32_t>(v, column, out), true;
-    case MAT_C_UINT32:
-      return Copy<uint32_t>(v, column, out), true;
-    case MAT_C_INT64:
-      return Copy<int64_t>(v, column, out), true;
-    case MAT_C_UINT64:
-      return Copy<uint64_t>(v, column, out), true;
-    default:
-      return false;
+  using CopyClass =
+      void (*)(const matvar_t&, const MatColumn&, std::vector<double>*);
+  static constexpr std::pair<matio_classes, CopyClass> kClasses[] = {
+      {MAT_C_DOUBLE, Copy<double>}, {MAT_C_SINGLE, Copy<float>},
+      {MAT_C_INT8, Copy<int8_t>},   {MAT_C_UINT8, Copy<uint8_t>},
+      {MAT_C_INT16, Copy<int16_t>}, {MAT_C_UINT16, Copy<uint16_t>},
+      {MAT_C_INT32, Copy<int32_t>}, {MAT_C_UINT32, Copy<uint32_t>},
+      {MAT_C_INT64, Copy<int64_t>}, {MAT_C_UINT64, Copy<uint64_t>},
+  };
+  for (const auto& [numeric, copy] : kClasses) {
+    if (v.class_type == numeric) copy(v, column, out);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -18,11 +19,14 @@ struct MatColumn {
   size_t stride = 1;
   size_t rows = 0;
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MatColumn, name, variable, begin, stride,
+                                   rows)
 
 struct MatContents {
   std::vector<MatColumn> columns;
   std::vector<std::string> left_out;  // what is no array of real numbers
 };
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(MatContents, columns, left_out)
 
 inline constexpr char kMatHint[] =
     "is it damaged? Save it again, by save('run.mat')";

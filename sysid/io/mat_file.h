@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <string>
-#include <string_view>
 
 #include "sysid/io/byte_source.h"
 #include "sysid/io/table_file.h"
@@ -21,7 +20,5 @@ namespace sysid {
 // more numbers than the file can hold, and where this build lacks the library
 // matio.
 std::unique_ptr<TableFile> OpenMatFile(ByteSource source, const std::string&);
-
-bool BeginsMatFile(std::string_view first_bytes);
 
 }  // namespace sysid

@@ -4,10 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <fstream>
 
 #include "models/error.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
@@ -19,9 +19,7 @@ std::string Amount(double bytes) {
   for (; bytes >= kThousand && unit + 1 < std::size(units); ++unit) {
     bytes /= kThousand;
   }
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.3g %s", bytes, units[unit]);
-  return text;
+  return Format("%.3g %s", bytes, units[unit]);
 }
 
 }  // namespace

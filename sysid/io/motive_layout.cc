@@ -57,7 +57,7 @@ bool ReadMotiveLayout(const std::string& path, TextRows* rows,
                       TextLayout* layout) {
   if (!rows->Ahead().starts_with("Format Version,")) return false;
   rows->set_separator(',');
-  const std::vector<std::string> facts = ReadCells(rows);
+  const std::vector<std::string> facts = rows->ReadCells();
   Rows above;
   std::vector<std::string> axes;
   constexpr int kMostRows = 10;
@@ -70,7 +70,7 @@ bool ReadMotiveLayout(const std::string& path, TextRows* rows,
                        "(Seconds),...\"",
                        "export it again, with the header on");
     }
-    axes = ReadCells(rows);
+    axes = rows->ReadCells();
   }
   layout->header_line = rows->row_line();
   const auto* types = FindRow(above, "Type", 0);

@@ -22,22 +22,21 @@ std::unique_ptr<TableFile> OpenCsv(ByteSource source, const std::string&) {
 
 // A format: what its files begin with, and its reader. `part` is what stands
 // behind the file's name ("/joint_states"), and "" for all but bags.
-struct Format {
-  bool (*begins)(std::string_view first_bytes);
+struct TableFormat {
+  std::string_view begins;
   std::unique_ptr<TableFile> (*open)(ByteSource source,
                                      const std::string& part);
 };
 
-constexpr Format kFormats[] = {
-    {BeginsMatFile, OpenMatFile},
-    {BeginsBagFile, OpenBagFile},
-    {[](std::string_view) { return true; }, OpenCsv},
+constexpr TableFormat kFormats[] = {
+    {"MATLAB ", OpenMatFile},
+    {"#ROSBAG V", OpenBagFile},
+    {"", OpenCsv},
 };
 
 }  // namespace
 
 std::unique_ptr<TableFile> OpenTable(const std::string& path) {
-  constexpr size_t kFirstBytes = 512;
   constexpr std::string_view kBag = ".bag:";
   std::string file = path;
   std::string part;
@@ -46,9 +45,8 @@ std::unique_ptr<TableFile> OpenTable(const std::string& path) {
     part = path.substr(at + kBag.size());
   }
   ByteSource source(file);
-  const std::string first(source.Peek(kFirstBytes));
-  for (const Format& format : kFormats) {
-    if (!format.begins(first)) continue;
+  for (const TableFormat& format : kFormats) {
+    if (source.Peek(format.begins.size()) != format.begins) continue;
     if (!part.empty() && format.open != OpenBagFile) {
       throw InputError(path, "is no ROS bag, and has no topics",
                        "name it without " + Shown(":" + part));

@@ -27,7 +27,7 @@ void ReadTrial(char separator, std::string_view text,
   TextRows rows(ByteSource("", std::string(text)));
   rows.set_separator(separator);
   rows.SkipEmptyLines(nullptr);
-  std::vector<std::string> names = ReadCells(&rows);
+  std::vector<std::string> names = rows.ReadCells();
   // Tabs at a line's end are not seen in an editor.
   const auto drop_end = [&](std::vector<std::string>* cells, size_t least) {
     while (separator == '\t' && cells->size() > least && cells->back().empty())
@@ -37,7 +37,7 @@ void ReadTrial(char separator, std::string_view text,
   trial.names = static_cast<int>(names.size());
   rows.SkipEmptyLines(nullptr);
   if (rows.AtEnd()) return;
-  std::vector<std::string> cells = ReadCells(&rows);
+  std::vector<std::string> cells = rows.ReadCells();
   drop_end(&cells, names.size());
   trial.cells = static_cast<int>(cells.size());
   for (const std::string& cell : cells) {
@@ -61,13 +61,6 @@ CandidateRefit Try(char separator, std::string_view text) {
   return trial;
 }
 
-std::string NameOf(char separator) {
-  return separator == ','   ? "commas"
-         : separator == ';' ? "semicolons"
-         : separator == ' ' ? "spaces"
-                            : "tabs";
-}
-
 // Of the separators that fit, the one that gives more numbers in the first row;
 // spaces only where no other one does. A comma where none fits: its errors are
 // known.
@@ -88,12 +81,13 @@ char FindSeparator(const std::string& path, std::string_view text,
     best.push_back(trial);
   }
   if (best.size() > 1) {
+    const std::string one = SeparatorName(best[0].separator) + "s";
+    const std::string other = SeparatorName(best[1].separator) + "s";
     throw InputError(
         path + ":" + std::to_string(header_line) + ":1",
-        "the columns could be separated by " + NameOf(best[0].separator) +
-            " or by " + NameOf(best[1].separator),
-        "put names and texts that hold " + NameOf(best[0].separator) + " or " +
-            NameOf(best[1].separator) + " in quotation marks");
+        "the columns could be separated by " + one + " or by " + other,
+        "put names and texts that hold " + one + " or " + other +
+            " in quotation marks");
   }
   if (best.size() == 1) return best[0].separator;
   const CandidateRefit commas = Try(',', head);
@@ -131,7 +125,7 @@ bool ReadPlainLayout(const std::string& path, TextRows* rows,
   }
   const char separator = FindSeparator(path, rows->Ahead(), rows->line());
   rows->set_separator(separator);
-  layout->header = ReadCells(rows);
+  layout->header = rows->ReadCells();
   layout->header_line = rows->row_line();
   while (separator == '\t' && layout->header.size() > 1 &&
          layout->header.back().empty()) {
@@ -139,9 +133,23 @@ bool ReadPlainLayout(const std::string& path, TextRows* rows,
   }
   if (separator != ',') {
     layout->notices.push_back("the columns are separated by " +
-                              NameOf(separator));
+                              SeparatorName(separator) + "s");
   }
   return true;
+}
+
+TextLayout ReadTextLayout(const std::string& path, TextRows* rows) {
+  constexpr bool (*kLayouts[])(const std::string&, TextRows*, TextLayout*) = {
+      ReadMotiveLayout,
+      ReadViconLayout,
+      ReadQualisysLayout,
+      ReadPlainLayout,
+  };
+  TextLayout layout;
+  for (const auto read : kLayouts) {
+    if (read(path, rows, &layout)) break;
+  }
+  return layout;
 }
 
 }  // namespace sysid

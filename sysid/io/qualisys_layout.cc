@@ -61,7 +61,7 @@ bool ReadQualisysLayout(const std::string& path, TextRows* rows,
     const bool is_word = !next.empty() && ((next[0] >= 'A' && next[0] <= 'Z') ||
                                            (next[0] >= 'a' && next[0] <= 'z'));
     if (!is_word) break;
-    std::vector<std::string> cells = ReadCells(rows);
+    std::vector<std::string> cells = rows->ReadCells();
     while (cells.size() > 1 && cells.back().empty()) cells.pop_back();
     if (!IsFact(cells[0])) {
       columns = cells;
@@ -91,13 +91,13 @@ bool ReadQualisysLayout(const std::string& path, TextRows* rows,
         ByteSource(path, std::string(rows->Ahead().substr(
                              0, rows->Ahead().find_first_of("\r\n")))));
     first.set_separator('\t');
-    std::vector<std::string> cells = ReadCells(&first);
+    std::vector<std::string> cells = first.ReadCells();
     if (cells.size() > numbers && cells.back().empty()) cells.pop_back();
     before = cells.size() - std::min(cells.size(), numbers);
   }
   if (before > 2) {
-    fail(CountOf(static_cast<long>(numbers + before), "column") + " for " +
-         CountOf(static_cast<long>(markers.size()), "marker"));
+    fail(CountOf(numbers + before, "column") + " for " +
+         CountOf(markers.size(), "marker"));
   }
   const bool has_frame =
       before == 2 || (before == 1 && !columns.empty() && columns[0] == "Frame");

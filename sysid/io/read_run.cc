@@ -13,7 +13,6 @@
 #include "sysid/io/csv.h"
 #include "sysid/io/degrees.h"
 #include "sysid/io/memory.h"
-#include "sysid/io/misread_column.h"
 #include "sysid/io/run_sources.h"
 #include "sysid/io/suggest_columns.h"
 #include "sysid/io/table_file.h"
@@ -34,21 +33,272 @@ class RunReader {
     if (!ignored.empty()) Notice(ignored);
   }
 
-  Run Read();
+  Run Read() {
+    Run run;
+    run.name = file_.path();
+    run.unread = in_.unread;
+    ReadRows(&run);
+    for (size_t c = 0; c < in_.channels.size(); ++c) {
+      CheckChannel(in_.channels[c], &run.channels[c]);
+    }
+    for (const Found& found : in_.efforts) HoldEffort(found, &run.effort);
+    CheckDegrees(run);
+    return run;
+  }
 
  private:
   using Found = RunSources::Group;
 
-  void ReadRows(Run* run);
-  void ReadRow(std::span<const double> cells, Run* run);
-  void ReadTime(double t, Run* run) const;
-  void Reserve(Run* run);
-  double Value(int source, std::span<const double> cells) const;
-  void CheckChannel(const Found& found, Channel* channel) const;
-  void NormalizeOrientation(const Found& found, Channel* channel) const;
-  void HoldEffort(const Found& found, RowMatrixXd* effort);
-  void CheckDegrees(const Run& run);
+  void ReadRows(Run* run) {
+    for (const ColumnSource& source : in_.sources) {
+      first_cell_.push_back(wanted_.size());
+      const std::vector<int>& columns = source.expression.columns();
+      wanted_.insert(wanted_.end(), columns.begin(), columns.end());
+    }
+    for (const Found& found : in_.channels) {
+      Channel channel;
+      channel.kind = found.group.kind;
+      channel.target = found.group.target;
+      channel.name = found.group.name;
+      channel.values.resize(0, found.group.columns.size());
+      run->channels.push_back(std::move(channel));
+    }
+    run->effort.resize(0, mechanism_.nv);
+    file_.ReadRows(wanted_,
+                   [&](std::span<const double> cells) { ReadRow(cells, run); });
+    for (const std::string& notice : file_.notices()) Notice(notice);
+    if (run->size() < 2) {
+      throw InputError(file_.HeaderPlace(0),
+                       run->t.empty() ? "there is a header but no row of data"
+                                      : "there is only one row of data",
+                       "a run needs at least two samples");
+    }
+    for (Channel& channel : run->channels) {
+      channel.values.conservativeResize(run->size(), channel.values.cols());
+    }
+    run->effort.conservativeResize(run->size(), run->effort.cols());
+  }
 
+  void ReadRow(std::span<const double> cells, Run* run) {
+    const int row = run->size();
+    if (row == std::numeric_limits<int>::max()) {
+      throw InputError(file_.path(),
+                       "more than " + std::to_string(row) + " rows",
+                       "split it into several files");
+    }
+    if (row == run->effort.rows()) Reserve(run);
+    const auto value = [&](int source) {
+      const double number = Value(source, cells);
+      if (std::isinf(number)) {
+        throw InputError(Place(source, row),
+                         Shown(in_.sources[source].text) + " (" +
+                             in_.sources[source].name + ") is not finite here",
+                         "is there a division by a column that is zero?");
+      }
+      return number;
+    };
+    // An angle that is larger has no digit left that says where it stands.
+    constexpr double kLargest = 1e15;
+    const auto measured = [&](int source) {
+      const double number = value(source);
+      if (std::abs(number) > kLargest) {
+        throw InputError(Place(source, row),
+                         Describe(source) + " is " + ShortestText(number) +
+                             " here, and no measurement is beyond 1e15",
+                         "leave the cell empty where nothing was measured");
+      }
+      return number;
+    };
+    // A number that is missing makes all of its group missing.
+    const auto fill = [&](const Found& found, auto into) {
+      for (size_t i = 0; i < found.sources.size(); ++i) {
+        into[found.group.slots[i]] = measured(found.sources[i]);
+      }
+      if (into.hasNaN()) {
+        into.setConstant(std::numeric_limits<double>::quiet_NaN());
+      }
+    };
+    ReadTime(value(in_.Find("t")), run);
+    for (size_t c = 0; c < in_.channels.size(); ++c) {
+      const Found& found = in_.channels[c];
+      fill(found, run->channels[c].values.row(row));
+    }
+    run->effort.row(row).setZero();
+    for (const Found& found : in_.efforts) {
+      fill(found, run->effort.row(row).segment(
+                      mechanism_.joints[found.group.target].v_index,
+                      found.sources.size()));
+    }
+  }
+
+  void ReadTime(double t, Run* run) const {
+    const int time = in_.Find("t");
+    const int row = run->size();
+    if (std::isnan(t)) {
+      throw InputError(Place(time, row), "no time in " + Describe(time),
+                       "every row needs its time: fill it in, or remove the "
+                       "row");
+    }
+    if (row > 0 && t <= run->t.back()) {
+      const std::string before = ShortestText(run->t.back());
+      const std::string at = " (" + file_.RowName(row - 1) + ")";
+      throw UnreadableRun(
+          t == run->t.back() ? "time_repeats" : "time_goes_back",
+          Place(time, row),
+          t == run->t.back() ? "time repeats: " + before + " s again" + at
+                             : "time goes back: from " + before + " s" + at +
+                                   " to " + ShortestText(t) + " s",
+          "rows must be in the order of time; are two recordings in one file, "
+          "or is the time rounded?");
+    }
+    run->t.push_back(t);
+  }
+
+  // Room for twice as many rows; to grow such blocks moves pages, not numbers,
+  // and pages that are not written to take no memory.
+  void Reserve(Run* run) {
+    const Eigen::Index rows =
+        std::max<Eigen::Index>(64, 2 * run->effort.rows());
+    double numbers = static_cast<double>(run->effort.cols()) + 1.0;
+    for (const Channel& channel : run->channels) {
+      numbers += static_cast<double>(channel.values.cols());
+    }
+    // What is grown and not yet written to takes nothing.
+    CheckMemory(0.5 * sizeof(double) * numbers * static_cast<double>(rows),
+                file_.path(), "a run of so many rows",
+                "keep fewer samples, or fewer columns");
+    for (Channel& channel : run->channels) {
+      channel.values.conservativeResize(rows, channel.values.cols());
+    }
+    run->effort.conservativeResize(rows, run->effort.cols());
+  }
+
+  // NaN where a cell of it is missing.
+  double Value(int source, std::span<const double> cells) const {
+    const Expression& expression = in_.sources[source].expression;
+    const std::span<const double> own =
+        cells.subspan(first_cell_[source], expression.columns().size());
+    const double value = expression.Evaluate(own);
+    if (std::isfinite(value)) return value;
+    for (const double cell : own) {
+      if (std::isnan(cell)) return value;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+
+  void CheckChannel(const Found& found, Channel* channel) const {
+    const ColumnGroup& group = found.group;
+    if (channel->values.array().isNaN().all()) {
+      FailUnmeasured(found, group.columns.size() == 1
+                                ? "every cell is empty or nan"
+                                : "every row has a cell that is empty or nan");
+    }
+    if (group.kind == ChannelKind::kOrientation) {
+      NormalizeOrientation(found, channel);
+    }
+  }
+
+  void NormalizeOrientation(const Found& found, Channel* channel) const {
+    constexpr double kRounding = 0.01;
+    for (int row = 0; row < channel->values.rows(); ++row) {
+      const double norm = channel->values.row(row).norm();
+      if (std::isnan(norm)) continue;
+      if (std::abs(norm - 1.0) > kRounding) {
+        throw UnreadableRun(
+            "quaternion_norm", Place(found.sources[0], row),
+            "the quaternion " + Join(found.group.columns) + " has norm " +
+                ShortestText(std::round(norm * 1e6) * 1e-6) + ", not 1",
+            "its columns are w, x, y, z of a unit quaternion; leave them empty "
+            "where nothing was measured");
+      }
+      channel->values.row(row) /= norm;
+    }
+  }
+
+  // A missing effort is the one before it.
+  void HoldEffort(const Found& found, RowMatrixXd* effort) {
+    const ColumnGroup& group = found.group;
+    const int rows = static_cast<int>(effort->rows());
+    auto efforts = effort->middleCols(mechanism_.joints[group.target].v_index,
+                                      group.columns.size());
+    int held = 0, leading = 0;
+    for (int row = 0; row < rows; ++row) {
+      auto now = efforts.row(row);
+      if (!now.hasNaN()) continue;
+      if (held == row) ++leading;
+      ++held;
+      if (row == 0) {
+        now.setZero();
+      } else {
+        now = efforts.row(row - 1);
+      }
+    }
+    if (held == rows) {
+      FailUnmeasured(found, group.columns.size() == 1
+                                ? "every cell is empty or nan"
+                                : "every row is empty or nan");
+    }
+    if (held == 0) return;
+    Notice(std::to_string(held) + " of " + std::to_string(rows) +
+           " efforts in " + Join(group.columns) +
+           " are missing: each holds the value before it" +
+           (leading == 0 ? ""
+                         : "; the first " + std::to_string(leading) +
+                               " are taken as zero"));
+  }
+
+  void CheckDegrees(const Run& run) {
+    // Enough to see it, and no copy of a run of any length.
+    constexpr Eigen::Index kMost = Eigen::Index{1} << 20;
+    const auto column = [kMost](const Channel& channel) {
+      const Eigen::Index n = std::min(channel.values.size(), kMost);
+      return std::vector<double>(channel.values.data(),
+                                 channel.values.data() + n);
+    };
+    const std::vector<double> t(
+        run.t.begin(),
+        run.t.begin() + std::min<Eigen::Index>(run.size(), kMost));
+    for (size_t i = 0; i < run.channels.size(); ++i) {
+      const Channel& position = run.channels[i];
+      if (position.kind != ChannelKind::kPosition) continue;
+      // The velocity stands behind its position.
+      const bool has_velocity =
+          i + 1 < run.channels.size() &&
+          run.channels[i + 1].kind == ChannelKind::kVelocity &&
+          run.channels[i + 1].target == position.target;
+      const Joint& joint = mechanism_.joints[position.target];
+      const DegreesReport report = LookForDegrees(
+          joint, t, column(position),
+          has_velocity ? column(run.channels[i + 1]) : std::vector<double>());
+      if (report.verdict == DegreesVerdict::kNo) continue;
+      const bool velocity = report.verdict == DegreesVerdict::kVelocity;
+      const int source = in_.channels[velocity ? i + 1 : i].sources[0];
+      const Expression& expression = in_.sources[source].expression;
+      if (expression.has_factor()) continue;
+      const std::string& name = in_.sources[source].name;
+      const std::string& text = in_.sources[source].text;
+      const std::string from = expression.is_column() ? text : "(" + text + ")";
+      if (report.verdict == DegreesVerdict::kPerhaps) {
+        Notice(Describe(source) + " may be in degrees: " + report.reason +
+               "; if so: " + DegreesFlag(name, from, map_));
+        continue;
+      }
+      throw MisreadColumn("degrees",
+                          file_.HeaderPlace(in_.sources[source].column()),
+                          Describe(source) + " looks like degrees" +
+                              (velocity ? " per second" : "") +
+                              ", not radians: " + report.reason,
+                          DegreesHint(name, from, map_), name, InRadians(from));
+    }
+  }
+
+  [[noreturn]] void FailUnmeasured(const Found& found,
+                                   const std::string& why) const {
+    throw InputError(
+        file_.HeaderPlace(in_.sources[found.sources[0]].column()),
+        "nothing was measured in " + Join(found.group.columns) + ": " + why,
+        "remove the column where the quantity was not measured");
+  }
   std::string Place(int source, int row) const {
     return file_.Place(row, in_.sources[source].column());
   }
@@ -71,265 +321,6 @@ class RunReader {
   std::vector<int> wanted_;
   std::vector<size_t> first_cell_;
 };
-
-// NaN where a cell of it is missing.
-double RunReader::Value(int source, std::span<const double> cells) const {
-  const Expression& expression = in_.sources[source].expression;
-  const std::span<const double> own =
-      cells.subspan(first_cell_[source], expression.columns().size());
-  const double value = expression.Evaluate(own);
-  if (std::isfinite(value)) return value;
-  for (const double cell : own) {
-    if (std::isnan(cell)) return value;
-  }
-  return std::numeric_limits<double>::infinity();
-}
-
-void RunReader::ReadTime(double t, Run* run) const {
-  const int time = in_.Find("t");
-  const int row = run->size();
-  if (std::isnan(t)) {
-    throw InputError(Place(time, row), "no time in " + Describe(time),
-                     "every row needs its time: fill it in, or remove the "
-                     "row");
-  }
-  if (row > 0 && t <= run->t.back()) {
-    const std::string before = ShortestText(run->t.back());
-    const std::string at = " (" + file_.RowName(row - 1) + ")";
-    throw UnreadableRun(
-        t == run->t.back() ? "time_repeats" : "time_goes_back",
-        Place(time, row),
-        t == run->t.back() ? "time repeats: " + before + " s again" + at
-                           : "time goes back: from " + before + " s" + at +
-                                 " to " + ShortestText(t) + " s",
-        "rows must be in the order of time; are two recordings in one file, "
-        "or is the time rounded?");
-  }
-  run->t.push_back(t);
-}
-
-// Room for twice as many rows; to grow such blocks moves pages, not numbers,
-// and pages that are not written to take no memory.
-void RunReader::Reserve(Run* run) {
-  const Eigen::Index rows = std::max<Eigen::Index>(64, 2 * run->effort.rows());
-  double numbers = static_cast<double>(run->effort.cols()) + 1.0;
-  for (const Channel& channel : run->channels) {
-    numbers += static_cast<double>(channel.values.cols());
-  }
-  // What is grown and not yet written to takes nothing.
-  CheckMemory(0.5 * sizeof(double) * numbers * static_cast<double>(rows),
-              file_.path(), "a run of so many rows",
-              "keep fewer samples, or fewer columns");
-  for (Channel& channel : run->channels) {
-    channel.values.conservativeResize(rows, channel.values.cols());
-  }
-  run->effort.conservativeResize(rows, run->effort.cols());
-}
-
-void RunReader::ReadRow(std::span<const double> cells, Run* run) {
-  const int row = run->size();
-  if (row == std::numeric_limits<int>::max()) {
-    throw InputError(file_.path(), "more than " + std::to_string(row) + " rows",
-                     "split it into several files");
-  }
-  if (row == run->effort.rows()) Reserve(run);
-  const auto value = [&](int source) {
-    const double number = Value(source, cells);
-    if (std::isinf(number)) {
-      throw InputError(Place(source, row),
-                       Shown(in_.sources[source].text) + " (" +
-                           in_.sources[source].name + ") is not finite here",
-                       "is there a division by a column that is zero?");
-    }
-    return number;
-  };
-  // An angle that is larger has no digit left that says where it stands.
-  constexpr double kLargest = 1e15;
-  const auto measured = [&](int source) {
-    const double number = value(source);
-    if (std::abs(number) > kLargest) {
-      throw InputError(Place(source, row),
-                       Describe(source) + " is " + ShortestText(number) +
-                           " here, and no measurement is beyond 1e15",
-                       "leave the cell empty where nothing was measured");
-    }
-    return number;
-  };
-  ReadTime(value(in_.Find("t")), run);
-  for (size_t c = 0; c < in_.channels.size(); ++c) {
-    const Found& found = in_.channels[c];
-    auto into = run->channels[c].values.row(row);
-    for (size_t i = 0; i < found.sources.size(); ++i) {
-      into[found.group.slots[i]] = measured(found.sources[i]);
-    }
-    if (into.hasNaN()) {
-      into.setConstant(std::numeric_limits<double>::quiet_NaN());
-    }
-  }
-  run->effort.row(row).setZero();
-  for (const Found& found : in_.efforts) {
-    auto into = run->effort.row(row).segment(
-        mechanism_.joints[found.group.target].v_index, found.sources.size());
-    for (size_t i = 0; i < found.sources.size(); ++i) {
-      into[found.group.slots[i]] = measured(found.sources[i]);
-    }
-    if (into.hasNaN()) {
-      into.setConstant(std::numeric_limits<double>::quiet_NaN());
-    }
-  }
-}
-
-void RunReader::ReadRows(Run* run) {
-  for (const ColumnSource& source : in_.sources) {
-    first_cell_.push_back(wanted_.size());
-    const std::vector<int>& columns = source.expression.columns();
-    wanted_.insert(wanted_.end(), columns.begin(), columns.end());
-  }
-  for (const Found& found : in_.channels) {
-    Channel channel;
-    channel.kind = found.group.kind;
-    channel.target = found.group.target;
-    channel.name = found.group.name;
-    channel.values.resize(0, found.group.columns.size());
-    run->channels.push_back(std::move(channel));
-  }
-  run->effort.resize(0, mechanism_.nv);
-  file_.ReadRows(wanted_,
-                 [&](std::span<const double> cells) { ReadRow(cells, run); });
-  for (const std::string& notice : file_.notices()) Notice(notice);
-  if (run->size() < 2) {
-    throw InputError(file_.HeaderPlace(0),
-                     run->t.empty() ? "there is a header but no row of data"
-                                    : "there is only one row of data",
-                     "a run needs at least two samples");
-  }
-  for (Channel& channel : run->channels) {
-    channel.values.conservativeResize(run->size(), channel.values.cols());
-  }
-  run->effort.conservativeResize(run->size(), run->effort.cols());
-}
-
-void RunReader::CheckChannel(const Found& found, Channel* channel) const {
-  const ColumnGroup& group = found.group;
-  if (channel->values.array().isNaN().all()) {
-    throw InputError(file_.HeaderPlace(in_.sources[found.sources[0]].column()),
-                     "nothing was measured in " + Join(group.columns) +
-                         (group.columns.size() == 1
-                              ? ": every cell is empty or nan"
-                              : ": every row has a cell that is empty or nan"),
-                     "remove the column where the quantity was not measured");
-  }
-  if (group.kind == ChannelKind::kOrientation) {
-    NormalizeOrientation(found, channel);
-  }
-}
-
-void RunReader::NormalizeOrientation(const Found& found,
-                                     Channel* channel) const {
-  constexpr double kRounding = 0.01;
-  for (int row = 0; row < channel->values.rows(); ++row) {
-    const double norm = channel->values.row(row).norm();
-    if (std::isnan(norm)) continue;
-    if (std::abs(norm - 1.0) > kRounding) {
-      throw UnreadableRun(
-          "quaternion_norm", Place(found.sources[0], row),
-          "the quaternion " + Join(found.group.columns) + " has norm " +
-              ShortestText(std::round(norm * 1e6) * 1e-6) + ", not 1",
-          "its columns are w, x, y, z of a unit quaternion; leave them empty "
-          "where nothing was measured");
-    }
-    channel->values.row(row) /= norm;
-  }
-}
-
-// A missing effort is the one before it.
-void RunReader::HoldEffort(const Found& found, RowMatrixXd* effort) {
-  const ColumnGroup& group = found.group;
-  const int rows = static_cast<int>(effort->rows());
-  int held = 0;
-  int leading = 0;
-  for (int row = 0; row < rows; ++row) {
-    auto now = effort->row(row).segment(mechanism_.joints[group.target].v_index,
-                                        group.columns.size());
-    if (!now.hasNaN()) continue;
-    if (held == row) ++leading;
-    ++held;
-    if (row == 0) {
-      now.setZero();
-    } else {
-      now = effort->row(row - 1).segment(
-          mechanism_.joints[group.target].v_index, group.columns.size());
-    }
-  }
-  if (held == rows) {
-    throw InputError(
-        file_.HeaderPlace(in_.sources[found.sources[0]].column()),
-        "nothing was measured in " + Join(group.columns) + ": every " +
-            (group.columns.size() == 1 ? "cell" : "row") + " is empty or nan",
-        "remove the column where the quantity was not measured");
-  }
-  if (held == 0) return;
-  Notice(std::to_string(held) + " of " + std::to_string(rows) + " efforts in " +
-         Join(group.columns) + " are missing: each holds the value before it" +
-         (leading == 0 ? ""
-                       : "; the first " + std::to_string(leading) +
-                             " are taken as zero"));
-}
-
-void RunReader::CheckDegrees(const Run& run) {
-  // Enough to see it, and no copy of a run of any length.
-  constexpr Eigen::Index kMost = Eigen::Index{1} << 20;
-  const auto column = [kMost](const Channel& channel) {
-    const Eigen::Index n = std::min(channel.values.size(), kMost);
-    return std::vector<double>(channel.values.data(),
-                               channel.values.data() + n);
-  };
-  const std::vector<double> t(
-      run.t.begin(), run.t.begin() + std::min<Eigen::Index>(run.size(), kMost));
-  for (size_t i = 0; i < run.channels.size(); ++i) {
-    const Channel& position = run.channels[i];
-    if (position.kind != ChannelKind::kPosition) continue;
-    // The velocity stands behind its position.
-    const bool has_velocity =
-        i + 1 < run.channels.size() &&
-        run.channels[i + 1].kind == ChannelKind::kVelocity &&
-        run.channels[i + 1].target == position.target;
-    const Joint& joint = mechanism_.joints[position.target];
-    const DegreesReport report = LookForDegrees(
-        joint, t, column(position),
-        has_velocity ? column(run.channels[i + 1]) : std::vector<double>());
-    if (report.verdict == DegreesVerdict::kNo) continue;
-    const bool velocity = report.verdict == DegreesVerdict::kVelocity;
-    const int source = in_.channels[velocity ? i + 1 : i].sources[0];
-    const Expression& expression = in_.sources[source].expression;
-    if (expression.has_factor()) continue;
-    const std::string& name = in_.sources[source].name;
-    const std::string& text = in_.sources[source].text;
-    const std::string from = expression.is_column() ? text : "(" + text + ")";
-    if (report.verdict == DegreesVerdict::kPerhaps) {
-      Notice(Describe(source) + " may be in degrees: " + report.reason +
-             "; if so: " + DegreesFlag(name, from, map_));
-      continue;
-    }
-    throw MisreadColumn(
-        "degrees", file_.HeaderPlace(in_.sources[source].column()),
-        Describe(source) + " looks like degrees" +
-            (velocity ? " per second" : "") + ", not radians: " + report.reason,
-        DegreesHint(name, from, map_), name, InRadians(from));
-  }
-}
-
-Run RunReader::Read() {
-  Run run;
-  run.name = file_.path();
-  ReadRows(&run);
-  for (size_t c = 0; c < in_.channels.size(); ++c) {
-    CheckChannel(in_.channels[c], &run.channels[c]);
-  }
-  for (const Found& found : in_.efforts) HoldEffort(found, &run.effort);
-  CheckDegrees(run);
-  return run;
-}
 
 }  // namespace
 

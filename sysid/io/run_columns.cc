@@ -1,26 +1,19 @@
 #include "sysid/io/run_columns.h"
 
-#include <algorithm>
-
 #include "models/error.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
 
-void AddGroup(ChannelKind kind, bool is_effort, int target,
-              const std::string& name, const std::string& base,
-              const std::vector<std::string>& suffixes,
-              const std::vector<int>& slots, std::vector<ColumnGroup>* groups) {
-  ColumnGroup group;
-  group.kind = kind;
-  group.is_effort = is_effort;
-  group.target = target;
-  group.name = name;
+// "joint1.qw", "joint1.qx", ...
+std::vector<std::string> Columns(const std::string& base,
+                                 const std::vector<std::string>& suffixes) {
+  std::vector<std::string> columns;
   for (const std::string& suffix : suffixes) {
-    group.columns.push_back(base + "." + suffix);
+    columns.push_back(base + "." + suffix);
   }
-  group.slots = slots;
-  groups->push_back(group);
+  return columns;
 }
 
 const std::vector<std::string>& Suffixes() {
@@ -36,8 +29,7 @@ bool Split(const std::string& name, std::string* base, std::string* suffix) {
   if (dot == std::string::npos || dot == 0) return false;
   *base = name.substr(0, dot);
   *suffix = name.substr(dot + 1);
-  return std::find(Suffixes().begin(), Suffixes().end(), *suffix) !=
-         Suffixes().end();
+  return Contains(Suffixes(), *suffix);
 }
 
 }  // namespace
@@ -48,29 +40,45 @@ std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
     const Joint& joint = mechanism.joints[i];
     const std::string& name = joint.name;
     const int target = static_cast<int>(i);
+    const auto add = [&](ChannelKind kind, const std::string& channel,
+                         const std::vector<std::string>& suffixes,
+                         const std::vector<int>& slots = {0, 1, 2}) {
+      groups.push_back({channel == name + ".tau", kind, target, channel,
+                        Columns(name, suffixes), slots});
+    };
     if (joint.type == JointType::kFixed) continue;
     if (joint.type == JointType::kSpherical) {
-      AddGroup(ChannelKind::kOrientation, false, target, name, name,
-               {"qw", "qx", "qy", "qz"}, {3, 0, 1, 2}, &groups);
-      AddGroup(ChannelKind::kAngularVelocity, false, target, name + ".w", name,
-               {"wx", "wy", "wz"}, {0, 1, 2}, &groups);
-      AddGroup(ChannelKind::kPosition, true, target, name + ".tau", name,
-               {"taux", "tauy", "tauz"}, {0, 1, 2}, &groups);
+      add(ChannelKind::kOrientation, name, {"qw", "qx", "qy", "qz"},
+          {3, 0, 1, 2});
+      add(ChannelKind::kAngularVelocity, name + ".w", {"wx", "wy", "wz"});
+      add(ChannelKind::kPosition, name + ".tau", {"taux", "tauy", "tauz"});
     } else {
-      AddGroup(ChannelKind::kPosition, false, target, name, name, {"q"}, {0},
-               &groups);
-      AddGroup(ChannelKind::kVelocity, false, target, name + ".qd", name,
-               {"qd"}, {0}, &groups);
-      AddGroup(ChannelKind::kPosition, true, target, name + ".tau", name,
-               {"tau"}, {0}, &groups);
+      add(ChannelKind::kPosition, name, {"q"}, {0});
+      add(ChannelKind::kVelocity, name + ".qd", {"qd"}, {0});
+      add(ChannelKind::kPosition, name + ".tau", {"tau"}, {0});
     }
   }
   for (size_t i = 0; i < mechanism.links.size(); ++i) {
     const std::string& name = mechanism.links[i].name;
-    AddGroup(ChannelKind::kFramePosition, false, static_cast<int>(i), name,
-             name, {"px", "py", "pz"}, {0, 1, 2}, &groups);
+    groups.push_back({false,
+                      ChannelKind::kFramePosition,
+                      static_cast<int>(i),
+                      name,
+                      Columns(name, {"px", "py", "pz"}),
+                      {0, 1, 2}});
   }
   return groups;
+}
+
+Channel* FindChannel(Run* run, ChannelKind kind, int target) {
+  for (Channel& channel : run->channels) {
+    if (channel.kind == kind && channel.target == target) return &channel;
+  }
+  return nullptr;
+}
+
+const Channel* FindChannel(const Run& run, ChannelKind kind, int target) {
+  return FindChannel(const_cast<Run*>(&run), kind, target);
 }
 
 std::vector<std::string> RunColumnNames(const Mechanism& mechanism) {

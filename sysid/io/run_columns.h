@@ -25,6 +25,10 @@ struct ColumnGroup {
 // in order, then the links.
 std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism);
 
+// The channel of a run that measures this; null where none does.
+Channel* FindChannel(Run* run, ChannelKind kind, int target);
+const Channel* FindChannel(const Run& run, ChannelKind kind, int target);
+
 // All their columns, "t" first.
 std::vector<std::string> RunColumnNames(const Mechanism& mechanism);
 

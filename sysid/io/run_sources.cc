@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "models/error.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/suggest_columns.h"
 
 namespace sysid {
@@ -15,9 +16,7 @@ void FindSources(const TableFile& file, const ColumnMap& map,
   in->sources = ResolveColumns(map, header, file.path(), mechanism);
   const std::vector<std::string> names = RunColumnNames(mechanism);
   for (size_t i = 0; i < header.size(); ++i) {
-    const bool ours =
-        std::find(names.begin(), names.end(), header[i]) != names.end();
-    if (!ours || in->Find(header[i]) >= 0) continue;
+    if (!Contains(names, header[i]) || in->Find(header[i]) >= 0) continue;
     ColumnSource source;
     source.name = header[i];
     source.expression = Expression::OfColumn(static_cast<int>(i));
@@ -102,15 +101,13 @@ std::string UnreadJoints(const Mechanism& mechanism, const RunSources& in,
 }
 
 std::string IgnoredColumns(const std::vector<std::string>& header,
-                           const Mechanism& mechanism, const RunSources& in) {
-  const std::vector<std::string> names = RunColumnNames(mechanism);
+                           const Mechanism& mechanism, RunSources* sources) {
+  const RunSources& in = *sources;
   std::vector<std::string> ignored;
   for (size_t i = 0; i < header.size(); ++i) {
     const bool used = std::any_of(
         in.sources.begin(), in.sources.end(), [&](const ColumnSource& source) {
-          const std::vector<int>& columns = source.expression.columns();
-          return std::find(columns.begin(), columns.end(),
-                           static_cast<int>(i)) != columns.end();
+          return Contains(source.expression.columns(), static_cast<int>(i));
         });
     if (used || header[i].empty() || header[i] == "t") continue;
     std::string text = header[i];
@@ -121,17 +118,12 @@ std::string IgnoredColumns(const std::vector<std::string>& header,
       text += " (" + fault.what + "; " + fault.hint + ")";
     }
     ignored.push_back(text);
+    sources->unread.push_back(header[i]);
   }
   if (ignored.empty()) return "";
-  constexpr size_t kMostNames = 24;
-  const size_t more = ignored.size() - std::min(ignored.size(), kMostNames);
-  if (more > 0) {
-    ignored.resize(kMostNames);
-    ignored.push_back("and " + std::to_string(more) + " more");
-  }
   const std::string list =
       (ignored.size() == 1 ? "ignored the column " : "ignored the columns ") +
-      Join(ignored);
+      JoinSome(ignored);
   std::string column;
   const std::string unread = UnreadJoints(mechanism, in, &column);
   if (unread.empty()) return list;
@@ -153,7 +145,7 @@ RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
   RunSources in;
   FindSources(file, map, mechanism, &in);
   FindGroups(file, map, mechanism, &in);
-  *ignored = IgnoredColumns(file.header(), mechanism, in);
+  *ignored = IgnoredColumns(file.header(), mechanism, &in);
   return in;
 }
 

@@ -21,6 +21,7 @@ struct RunSources {
   std::vector<ColumnSource> sources;  // of t and of the groups' columns
   std::vector<Group> channels;        // one at least
   std::vector<Group> efforts;
+  std::vector<std::string> unread;  // the file's other columns
 
   // The index of the source of our column `name`, or -1.
   int Find(const std::string& name) const;

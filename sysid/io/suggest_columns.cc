@@ -5,8 +5,8 @@
 #include <initializer_list>
 
 #include "models/error.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/run_columns.h"
-#include "sysid/io/shell_quoted.h"
 
 namespace sysid {
 namespace {
@@ -43,9 +43,8 @@ std::vector<std::string> Words(const std::string& name) {
 bool HasWord(const std::string& name,
              std::initializer_list<const char*> words) {
   const std::vector<std::string> own = Words(name);
-  return std::any_of(words.begin(), words.end(), [&](const char* word) {
-    return std::find(own.begin(), own.end(), word) != own.end();
-  });
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* word) { return Contains(own, word); });
 }
 
 bool IsCalledTime(const std::string& name) {
@@ -67,17 +66,8 @@ std::string TimeFactor(const std::string& name) {
   return "";
 }
 
-bool LooksLikePosition(const std::string& name) {
-  const std::string lower = Lower(name);
-  if (ContainsAny(lower, {"vel",   "speed",  "acc",  "dot", "qd",     "omega",
-                          "rate",  "/s",     "gyro", "tau", "torque", "effort",
-                          "force", "cur",    "volt", "ref", "des",    "cmd",
-                          "con",   "target", "set"})) {
-    return false;
-  }
-  return ContainsAny(lower, {"pos", "theta", "angle", "phi", "enc", "deg",
-                             "alpha", "rad"}) ||
-         lower[0] == 'q' || HasWord(name, {"q", "x"});
+bool IsCommand(const std::string& lower) {
+  return ContainsAny(lower, {"ref", "des", "cmd", "con", "target", "set"});
 }
 
 std::string ListColumns(const std::vector<std::string>& header) {
@@ -94,10 +84,6 @@ int FindTime(const std::vector<std::string>& header) {
   return -1;
 }
 
-bool Has(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 // The marker that this column is x, y or z of ("tip" for "tip.Y", where the
 // other two are there), or "".
 std::string MarkerOf(const std::string& column,
@@ -107,7 +93,7 @@ std::string MarkerOf(const std::string& column,
   const char axis = column.back();
   if (axis < 'X' || axis > 'Z') return "";
   for (const char* other : {".X", ".Y", ".Z"}) {
-    if (!Has(header, marker + other)) return "";
+    if (!Contains(header, marker + other)) return "";
   }
   return marker;
 }
@@ -122,7 +108,7 @@ std::vector<std::string> QuaternionOf(const std::string& column,
     for (const char axis : {'x', 'y', 'z'}) {
       std::string name = column;
       name[i] = static_cast<char>(axis + column[i] - 'w');
-      if (Has(header, name)) names.push_back(name);
+      if (Contains(header, name)) names.push_back(name);
     }
     if (names.size() == 4) return names;
   }
@@ -164,8 +150,8 @@ ColumnMap SuggestPositions(const Mechanism& mechanism,
   for (size_t i = 0; i < header.size(); ++i) {
     const std::string& name = header[i];
     if (static_cast<int>(i) != time_column && !name.empty() &&
-        (LooksLikePosition(name) || Has(joints, name)) &&
-        MarkerOf(name, header).empty() && !Has(of_quaternions, name)) {
+        (LooksLikePosition(name) || Contains(joints, name)) &&
+        MarkerOf(name, header).empty() && !Contains(of_quaternions, name)) {
       positions.push_back(name);
     }
   }
@@ -212,7 +198,7 @@ bool MeasuresAnything(const Mechanism& mechanism,
       const bool mapped =
           std::any_of(given.begin(), given.end(),
                       [&](const ColumnMapping& m) { return m.name == name; });
-      if (mapped || Has(header, name)) return true;
+      if (mapped || Contains(header, name)) return true;
     }
   }
   return false;
@@ -231,13 +217,38 @@ std::string ColumnsFlag(const ColumnMap& given, const ColumnMap& added) {
     if (entry.place == "--columns") from_flag.push_back(entry);
   }
   std::vector<std::string> entries;
-  for (const ColumnMapping& entry : MergeColumnMaps(from_flag, added)) {
+  for (const ColumnMapping& entry : MergeByName(from_flag, added)) {
     entries.push_back(entry.name + "=" + entry.expression);
   }
   return "--columns " + InShell(Join(entries, ","));
 }
 
 }  // namespace
+
+bool LooksLikePosition(const std::string& name) {
+  const std::string lower = Lower(name);
+  if (IsCommand(lower) ||
+      ContainsAny(
+          lower, {"vel", "speed", "acc", "dot", "qd", "omega", "rate", "/s",
+                  "gyro", "tau", "torque", "effort", "force", "cur", "volt"})) {
+    return false;
+  }
+  return ContainsAny(lower, {"pos", "theta", "angle", "phi", "enc", "deg",
+                             "alpha", "rad"}) ||
+         lower[0] == 'q' || HasWord(name, {"q", "x"});
+}
+
+bool LooksLikeVelocity(const std::string& name) {
+  const std::string lower = Lower(name);
+  return !IsCommand(lower) &&
+         ContainsAny(lower, {"vel", "speed", "omega", "qd", "dot"});
+}
+
+bool LooksLikeEffort(const std::string& name) {
+  const std::string lower = Lower(name);
+  return !IsCommand(lower) &&
+         ContainsAny(lower, {"tau", "torque", "effort", "force", "cur"});
+}
 
 std::string TimeHint(const Mechanism& mechanism,
                      const std::vector<std::string>& header,
@@ -280,7 +291,7 @@ std::string MeasuredHint(const Mechanism& mechanism,
     const std::string marker = MarkerOf(column, header);
     // With a W it is a rotation.
     if (marker.empty() || mechanism.links.empty() ||
-        Has(header, marker + ".W")) {
+        Contains(header, marker + ".W")) {
       continue;
     }
     const std::string& link = mechanism.links.back().name;

@@ -27,6 +27,11 @@ std::string MeasuredHint(const Mechanism& mechanism,
                          const std::vector<std::string>& header,
                          int time_column, const ColumnMap& given);
 
+// What a column's name says that it measures.
+bool LooksLikePosition(const std::string& name);
+bool LooksLikeVelocity(const std::string& name);
+bool LooksLikeEffort(const std::string& name);
+
 // "pos*0.0174532925".
 std::string InRadians(const std::string& column);
 // "--columns joint1.q=pos*0.0174532925", and how to say that it is radians.

@@ -36,15 +36,6 @@ class TableFile {
   using Visit = std::function<void(std::span<const double> cells)>;
   virtual void ReadRows(const std::vector<int>& wanted, const Visit& visit) = 0;
 
-  // The same, held.
-  struct Table {
-    std::vector<std::vector<double>> columns;  // as asked for
-    int rows() const {
-      return columns.empty() ? 0 : static_cast<int>(columns[0].size());
-    }
-  };
-  Table ReadColumns(const std::vector<int>& wanted);
-
  protected:
   explicit TableFile(const std::string& path) : path_(path) {}
 

@@ -46,9 +46,7 @@ bool ReadQualisysLayout(const std::string& path, TextRows* rows,
 bool ReadPlainLayout(const std::string& path, TextRows* rows,
                      TextLayout* layout);
 
+// The layouts in the order in which they are tried.
 TextLayout ReadTextLayout(const std::string& path, TextRows* rows);
-
-// The cells of the next row, copied.
-std::vector<std::string> ReadCells(TextRows* rows);
 
 }  // namespace sysid

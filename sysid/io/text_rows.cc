@@ -9,6 +9,13 @@
 
 namespace sysid {
 
+std::string SeparatorName(char separator) {
+  return separator == ','   ? "comma"
+         : separator == ';' ? "semicolon"
+         : separator == ' ' ? "space"
+                            : "tab";
+}
+
 TextRows::TextRows(ByteSource source) : source_(std::move(source)) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   CheckNotUtf16(&source_);
@@ -84,6 +91,12 @@ void TextRows::SkipEmptyLines(std::string* comment) {
     }
     EndLine();
   }
+}
+
+std::vector<std::string> TextRows::ReadCells() {
+  std::vector<std::string> cells;
+  ReadRow([&](int, std::string_view cell) { cells.emplace_back(cell); });
+  return cells;
 }
 
 void TextRows::EndLine() {

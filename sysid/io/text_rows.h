@@ -2,10 +2,14 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "sysid/io/byte_source.h"
 
 namespace sysid {
+
+// "comma", of what separates cells.
+std::string SeparatorName(char separator);
 
 // Walks through a separated text line by line and cell by cell (RFC 4180: cells
 // may be quoted; also CRLF, CR, a byte order mark, blank lines, and comment
@@ -40,6 +44,8 @@ class TextRows {
       if (!NextCell()) return i + 1;
     }
   }
+  // The cells of the next row, copied.
+  std::vector<std::string> ReadCells();
   // The line, from 1, where the row that was read last begins.
   int row_line() const { return row_line_; }
   // That line as it stands, until the next row is read.

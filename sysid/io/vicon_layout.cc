@@ -30,14 +30,14 @@ bool ReadViconLayout(const std::string& path, TextRows* rows,
     return false;
   }
   rows->set_separator(',');
-  ReadCells(rows);
+  rows->ReadCells();
   const auto fail = [&](const std::string& what) {
     throw InputError(path + ":" + std::to_string(rows->row_line()) + ":1", what,
                      "export the trajectories again, as ASCII with commas");
   };
   const auto next = [&] {
     if (rows->AtEnd()) fail("an export of Nexus that ends in its header");
-    return ReadCells(rows);
+    return rows->ReadCells();
   };
   const std::vector<std::string> rate = next();
   if (!ParseNumber(rate[0], &layout->rate_hz) ||

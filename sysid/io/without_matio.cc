@@ -3,10 +3,6 @@
 
 namespace sysid {
 
-bool BeginsMatFile(std::string_view first_bytes) {
-  return first_bytes.starts_with("MATLAB ");
-}
-
 std::unique_ptr<TableFile> OpenMatFile(ByteSource source, const std::string&) {
   throw InputError(source.path(),
                    "is a MATLAB file, and this sysid was built without the "

@@ -172,27 +172,29 @@ bool IsFolder(const std::string& path) {
   return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
 }
 
-// A device, a pipe: what must not be replaced by a file.
-bool IsSpecial(const std::string& path) {
+constexpr char kUnwritable[] = "cannot be written";
+
+// Whether it is a device or a pipe: what must not be replaced by a file. Throws
+// InputError where it is a folder.
+bool CheckNoFolder(const std::string& path) {
+  if (path.empty()) throw InputError("", "a file without a name");
+  if (IsFolder(path)) {
+    ThrowSystem(path, kUnwritable, EISDIR, "name a file in it");
+  }
   struct stat status;
-  return stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) &&
-         !S_ISDIR(status.st_mode);
+  return stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
 }
 
 }  // namespace
 
 void WriteFileAtomically(const std::string& path, const std::string& text) {
-  const std::string kWhat = "cannot be written";
-  if (path.empty()) throw InputError("", "a file without a name");
-  if (IsFolder(path)) ThrowSystem(path, kWhat, EISDIR, "name a file in it");
-  if (IsSpecial(path)) {
-    if (const int error = WriteDirectly(path, text); error != 0) {
-      ThrowSystem(path, kWhat, error);
-    }
-    return;
+  const bool is_special = CheckNoFolder(path);
+  const int error = is_special ? WriteDirectly(path, text)
+                               : WriteWhole(FollowLinks(path), text);
+  if (error != 0) {
+    ThrowSystem(path, kUnwritable, error,
+                is_special ? "" : FolderHint(path, error));
   }
-  const int error = WriteWhole(FollowLinks(path), text);
-  if (error != 0) ThrowSystem(path, kWhat, error, FolderHint(path, error));
 }
 
 void CheckWritableFolder(const std::string& folder, const std::string& flag) {
@@ -220,17 +222,15 @@ void CheckWritableFolder(const std::string& folder, const std::string& flag) {
 }
 
 void CheckWritableFile(const std::string& path) {
-  const std::string kWhat = "cannot be written";
-  if (path.empty()) throw InputError("", "a file without a name");
-  if (IsFolder(path)) ThrowSystem(path, kWhat, EISDIR, "name a file in it");
-  if (IsSpecial(path)) {
-    if (access(path.c_str(), W_OK) != 0) ThrowSystem(path, kWhat, errno);
+  if (CheckNoFolder(path)) {
+    if (access(path.c_str(), W_OK) != 0) ThrowSystem(path, kUnwritable, errno);
     return;
   }
   const std::string target = FollowLinks(path);
   RemoveAbandoned(FolderOf(target));
   const int error = Probe(target);
-  if (error != 0) ThrowSystem(path, kWhat, error, FolderHint(path, error));
+  if (error != 0)
+    ThrowSystem(path, kUnwritable, error, FolderHint(path, error));
 }
 
 }  // namespace sysid

@@ -26,11 +26,8 @@ void AddSources(const Mechanism& mechanism, const Run& run, std::string* header,
                             !run.effort.middleCols(first, size).isZero(0.0);
       if (measured) values = &run.effort;
     } else {
-      for (const Channel& channel : run.channels) {
-        const bool same =
-            channel.kind == group.kind && channel.target == group.target;
-        if (same) values = &channel.values;
-      }
+      const Channel* channel = FindChannel(run, group.kind, group.target);
+      if (channel != nullptr) values = &channel->values;
     }
     if (values == nullptr) continue;
     for (size_t i = 0; i < group.columns.size(); ++i) {

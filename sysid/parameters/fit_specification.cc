@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "models/error.h"
+#include "sysid/io/byte_source.h"
 #include "sysid/io/csv.h"
-#include "sysid/io/read_file.h"
 #include "sysid/parameters/yaml_reader.h"
 
 namespace sysid {

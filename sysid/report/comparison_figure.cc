@@ -28,6 +28,19 @@ PlotBox BoxAt(int index) {
 // The iteration of a point as plotted: from 1 on a logarithmic axis.
 double Position(const PathPoint& point) { return point.iteration + 1.0; }
 
+// The path of a solver over its points; `mark`: with a marker at its end.
+template <typename X, typename Y>
+void DrawPath(const SolverRun& run, const X& x_of, const Y& y_of, double width,
+              double mark, SvgPanel* panel) {
+  std::vector<double> x, y;
+  for (const PathPoint& point : run.path) {
+    x.push_back(x_of(point));
+    y.push_back(y_of(point));
+  }
+  panel->Line(x, y, Colour(run.solver), width);
+  if (mark > 0) panel->Marker(x.back(), y.back(), Colour(run.solver), mark);
+}
+
 SvgPanel LossPanel(const Comparison& comparison, int index, bool over_time) {
   std::vector<double> xs, ys;
   const auto x_of = [&](const PathPoint& point) {
@@ -45,12 +58,8 @@ SvgPanel LossPanel(const Comparison& comparison, int index, bool over_time) {
       AxisOver("loss", ys, true),
       over_time ? "Loss against time" : "Loss against iteration");
   for (const SolverRun& run : comparison.runs) {
-    std::vector<double> x, y;
-    for (const PathPoint& point : run.path) {
-      x.push_back(x_of(point));
-      y.push_back(point.loss);
-    }
-    panel.Line(x, y, Colour(run.solver));
+    const auto loss = [](const PathPoint& point) { return point.loss; };
+    DrawPath(run, x_of, loss, 1.6, 0, &panel);
   }
   return panel;
 }
@@ -89,13 +98,10 @@ SvgPanel PathPanel(const Comparison& comparison, int parameter, int index) {
         kTruth, 1.2, kTruthDashes);
   }
   for (const SolverRun& run : comparison.runs) {
-    std::vector<double> x, y;
-    for (const PathPoint& point : run.path) {
-      x.push_back(point.iteration);
-      y.push_back(point.values[parameter]);
-    }
-    panel.Line(x, y, Colour(run.solver));
-    panel.Marker(x.back(), y.back(), Colour(run.solver), 2.8);
+    DrawPath(
+        run, [](const PathPoint& point) { return point.iteration; },
+        [&](const PathPoint& point) { return point.values[parameter]; }, 1.6,
+        2.8, &panel);
   }
   return panel;
 }
@@ -172,13 +178,10 @@ SvgPanel LandscapePanel(const Comparison& comparison, int index) {
                  "Likelihood on a grid, and what the solvers say");
   ShadeLikelihood(landscape, &panel);
   for (const SolverRun& run : comparison.runs) {
-    std::vector<double> x, y;
-    for (const PathPoint& point : run.path) {
-      x.push_back(point.values[0]);
-      y.push_back(point.values[1]);
-    }
-    panel.Line(x, y, Colour(run.solver), 0.9);
-    if (run.solver == "adam") panel.Marker(x.back(), y.back(), Colour("adam"));
+    DrawPath(
+        run, [](const PathPoint& point) { return point.values[0]; },
+        [](const PathPoint& point) { return point.values[1]; }, 0.9,
+        run.solver == "adam" ? 3.5 : 0, &panel);
     if (!run.mixture) continue;
     const ParameterMixture& first = run.mixture->epochs.front().kernels;
     const ParameterMixture& last = run.mixture->mixture;

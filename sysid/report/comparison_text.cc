@@ -11,17 +11,12 @@ namespace sysid {
 namespace {
 
 std::string Cells(const std::string& name,
-                  const std::vector<std::string>& cells) {
+                  const std::vector<std::string>& cells, int width = 18) {
   std::string text = Format("  %-22s", name.c_str());
-  for (const std::string& cell : cells) text += Format(" %18s", cell.c_str());
+  for (const std::string& cell : cells) {
+    text += Format(" %*s", width, cell.c_str());
+  }
   return text + "\n";
-}
-
-std::string Row(const Comparison& comparison, const std::string& name,
-                const std::function<std::string(const SolverRun&)>& cell) {
-  std::vector<std::string> cells;
-  for (const SolverRun& run : comparison.runs) cells.push_back(cell(run));
-  return Cells(name, cells);
 }
 
 // Which parameters have no reference, and why.
@@ -40,44 +35,54 @@ std::string NoReference(const Comparison& comparison) {
 }
 
 std::string SolverTable(const Comparison& comparison) {
-  std::string text =
-      Row(comparison, "", [](const SolverRun& run) { return run.solver; });
-  text += Row(comparison, "iterations, epochs", [](const SolverRun& run) {
-    return std::to_string(run.fit.iterations);
-  });
-  text += Row(comparison, "settled at",
-              [](const SolverRun& run) { return std::to_string(run.settled); });
-  text += Row(comparison, "evaluations", [](const SolverRun& run) {
-    return std::to_string(run.fit.evaluations);
-  });
-  text += Row(comparison, "time, s", [](const SolverRun& run) {
-    return Format("%.2g", run.path.back().time_s);
-  });
-  text += Row(comparison, "segments of",
-              [](const SolverRun& run) { return SegmentLengths(run.fit); });
-  text += Row(comparison, "loss at the start", [](const SolverRun& run) {
-    return Format("%.3g", run.path.front().loss);
-  });
-  text += Row(comparison, "loss", [](const SolverRun& run) {
-    return Format("%.3g", run.path.back().loss);
-  });
-  text += Row(comparison, "error over noise", [](const SolverRun& run) {
-    return Format("%.3g", run.fit.train.total.normalized_rms);
-  });
-  text += Row(comparison,
-              comparison.reference_is_truth ? "farthest from truth"
-                                            : "farthest from lm",
-              [](const SolverRun& run) {
-                return run.farthest.empty()
-                           ? std::string("-")
-                           : Format("%.3g %%", 100.0 * run.distance);
-              });
-  text += Row(comparison, "", [](const SolverRun& run) {
-    return run.farthest.empty() ? "" : "(" + run.farthest + ")";
-  });
-  text += Row(comparison, "converged", [](const SolverRun& run) {
-    return std::string(run.fit.converged ? "yes" : "no");
-  });
+  using Cell = std::function<std::string(const SolverRun&)>;
+  const std::pair<const char*, Cell> rows[] = {
+      {"", [](const SolverRun& run) { return run.solver; }},
+      {"iterations, epochs",
+       [](const SolverRun& run) { return std::to_string(run.fit.iterations); }},
+      {"settled at",
+       [](const SolverRun& run) { return std::to_string(run.settled); }},
+      {"evaluations",
+       [](const SolverRun& run) {
+         return std::to_string(run.fit.evaluations);
+       }},
+      {"time, s",
+       [](const SolverRun& run) {
+         return Format("%.2g", run.path.back().time_s);
+       }},
+      {"segments of",
+       [](const SolverRun& run) { return SegmentLengths(run.fit); }},
+      {"loss at the start",
+       [](const SolverRun& run) {
+         return Format("%.3g", run.path.front().loss);
+       }},
+      {"loss",
+       [](const SolverRun& run) {
+         return Format("%.3g", run.path.back().loss);
+       }},
+      {"error over noise",
+       [](const SolverRun& run) {
+         return Format("%.3g", run.fit.train.total.normalized_rms);
+       }},
+      {comparison.reference_is_truth ? "farthest from truth"
+                                     : "farthest from lm",
+       [](const SolverRun& run) {
+         return run.farthest.empty() ? "-"
+                                     : Format("%.3g %%", 100.0 * run.distance);
+       }},
+      {"",
+       [](const SolverRun& run) {
+         return run.farthest.empty() ? "" : "(" + run.farthest + ")";
+       }},
+      {"converged",
+       [](const SolverRun& run) { return run.fit.converged ? "yes" : "no"; }},
+  };
+  std::string text;
+  for (const auto& [name, cell] : rows) {
+    std::vector<std::string> cells;
+    for (const SolverRun& run : comparison.runs) cells.push_back(cell(run));
+    text += Cells(name, cells);
+  }
   return text + NoReference(comparison);
 }
 
@@ -110,6 +115,7 @@ double Median(std::vector<double> values) {
 }
 
 std::string TrialTable(const Comparison& comparison) {
+  constexpr int kWidth = 28;
   const size_t count = comparison.trials.size();
   std::string text =
       Format("\n  over %zu starts: median (least to most)\n", count);
@@ -134,17 +140,9 @@ std::string TrialTable(const Comparison& comparison) {
                            ? Format("; of %zu starts)", values.size())
                            : ")"));
     }
-    text += Format("  %-22s", name);
-    for (const std::string& cell : cells) text += Format(" %28s", cell.c_str());
-    text += "\n";
+    text += Cells(name, cells, kWidth);
   };
-  text += Format("  %-22s", "");
-  for (const SolverRun& run : comparison.runs) {
-    text += Format(" %28s", run.solver.c_str());
-  }
-  text += "\n";
-  std::string settled = Format("  %-22s", "settled at");
-  std::string converged = Format("  %-22s", "converged");
+  std::vector<std::string> solvers, settled, converged;
   for (size_t s = 0; s < comparison.runs.size(); ++s) {
     std::vector<double> at;
     int done = 0;
@@ -153,16 +151,16 @@ std::string TrialTable(const Comparison& comparison) {
       done += trial.solvers[s].converged;
     }
     const auto [least, most] = std::minmax_element(at.begin(), at.end());
-    settled += Format(
-        " %28s", Format("%g (%g to %g)", Median(at), *least, *most).c_str());
-    converged += Format(" %28s", Format("%d of %zu", done, count).c_str());
+    solvers.push_back(comparison.runs[s].solver);
+    settled.push_back(Format("%g (%g to %g)", Median(at), *least, *most));
+    converged.push_back(Format("%d of %zu", done, count));
   }
-  text += settled + "\n";
+  text += Cells("", solvers, kWidth) + Cells("settled at", settled, kWidth);
   row("time, s", "%.2g", 1.0, &SolverTrial::time_s);
   row("loss", "%.3g", 1.0, &SolverTrial::loss);
   row("error over noise", "%.3g", 1.0, &SolverTrial::error);
   row("farthest, %", "%.3g", 100.0, &SolverTrial::distance);
-  return text + converged + "\n";
+  return text + Cells("converged", converged, kWidth);
 }
 
 }  // namespace
@@ -177,9 +175,9 @@ std::string ComparisonText(const Session& session,
                            const Comparison& comparison) {
   std::string text =
       session.model_name + ": " +
-      Plural(static_cast<int>(comparison.names.size()), "parameter") + ", " +
-      Plural(static_cast<int>(session.runs.size()), "run") + ", " +
-      Plural(comparison.runs[0].fit.samples, "sample") +
+      CountOf(comparison.names.size(), "parameter") + ", " +
+      CountOf(session.runs.size(), "run") + ", " +
+      CountOf(comparison.runs[0].fit.samples, "sample") +
       ", three solvers from the same start\n" + CheckedLine(session) + "\n" +
       SolverTable(comparison) + "\n" + ParameterTable(comparison) + "\n" +
       "  the mixture's deviation beside Levenberg-Marquardt's standard "

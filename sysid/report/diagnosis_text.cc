@@ -25,8 +25,7 @@ std::string Expected(const ScreenedEffect& effect) {
     if (!p.searched && p.std_error > 0) {
       part += Format(" +- %.2g", 1.96 * p.std_error);
     }
-    if (p.unit != "-") part += " " + p.unit;
-    parts.push_back(part);
+    parts.push_back(part + Behind(p.unit));
   }
   return Join(parts);
 }
@@ -137,8 +136,8 @@ std::string PowerText(const Diagnosis& diagnosis) {
   for (const CandidateEffect& c : diagnosis.candidates) {
     for (const ExpectedParameter& p : c.screened.parameters) {
       if (p.searched || !(p.detectable > 0)) continue;
-      const std::string item = " " + p.name + Format(" %.2g", p.detectable) +
-                               (p.unit == "-" ? "" : " " + p.unit);
+      const std::string item =
+          " " + p.name + Format(" %.2g", p.detectable) + Behind(p.unit);
       if (column + item.size() > 76) {
         text += "\n ";
         column = 0;
@@ -163,8 +162,8 @@ std::string StepsText(const Diagnosis& diagnosis) {
     if (!step.removed.empty()) text += " - " + step.removed;
     for (const std::string& name : step.effects) text += " + " + name;
     for (const ParameterEstimate& p : step.parameters) {
-      text += "  " + p.name + " " + Value(p.value, p.std_error) +
-              (p.unit == "-" ? "" : " " + p.unit);
+      text +=
+          "  " + p.name + " " + Value(p.value, p.std_error) + Behind(p.unit);
     }
     text += "\n";
     for (const std::vector<std::string>& others : step.indistinguishable_from) {
@@ -275,9 +274,7 @@ bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final) {
 
 NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {
   const auto is_denied = [&](const std::string& name) {
-    return final != nullptr &&
-           std::find(final->denied.begin(), final->denied.end(), name) !=
-               final->denied.end();
+    return final != nullptr && Contains(final->denied, name);
   };
   std::vector<std::string> add, fix;
   for (const auto& effect : diagnosis.last().added) {
@@ -313,16 +310,13 @@ NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {
 std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
                           const FinalFit* final, const std::string& next,
                           bool colour) {
-  const auto paint = [&](const char* code, const std::string& text) {
-    return colour ? code + text + kReset : text;
-  };
   std::string text =
-      paint(kBold, session.model_name) + ": " +
-      paint(diagnosis.verdict == Verdict::kAdequate ? kGreen : kRed,
+      Paint(colour, kBold, session.model_name) + ": " +
+      Paint(colour, diagnosis.verdict == Verdict::kAdequate ? kGreen : kRed,
             ToString(diagnosis.verdict)) +
       "\n";
   for (const std::string& doubt : diagnosis.doubts) {
-    text += "  " + paint(kRed, "not to be trusted: " + doubt) + "\n";
+    text += "  " + Paint(colour, kRed, "not to be trusted: " + doubt) + "\n";
   }
   text += "  " + DiagnosisSentence(diagnosis) + "\n";
   text += Format("  noise %.3g, segments of %s, each from its own state\n",
@@ -351,15 +345,15 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
           "  " + p.name + " = " + Value(p.value, p.std_error) +
           (std::isfinite(p.std_error) ? Format(" +- %.2g", 1.96 * p.std_error)
                                       : std::string()) +
-          (p.unit == "-" ? "" : " " + p.unit) +
+          Behind(p.unit) +
           (p.identifiable ? "" : ", not determined by this data") +
           (p.at_bound ? ", at its bound" : "") + "\n";
     }
     if (!final->fit.converged) {
-      text +=
-          "  " +
-          paint(kRed, "its fit did not converge: " + final->fit.termination) +
-          "\n";
+      text += "  " +
+              Paint(colour, kRed,
+                    "its fit did not converge: " + final->fit.termination) +
+              "\n";
     }
     text += OpenLines(final->fit.open, "open prediction of ");
     if (final->holdout) {

@@ -1,62 +1,45 @@
 #include "sysid/report/findings.h"
 
-#include <algorithm>
 #include <cstdio>
 
-namespace sysid {
+#include "sysid/io/cell.h"
 
-Json ToJson(const std::vector<Finding>& findings) {
-  Json list = Json::array();
-  for (const Finding& finding : findings) {
-    list.push_back({{"fault", finding.fault},
-                    {"severity", ToString(finding.severity)},
-                    {"file", finding.file},
-                    {"subject", finding.subject},
-                    {"t_start", Finite(finding.t_start)},
-                    {"t_end", Finite(finding.t_end)},
-                    {"evidence", finding.evidence},
-                    {"consequence", finding.consequence},
-                    {"remedies", finding.remedies}});
-  }
-  return list;
-}
+namespace sysid {
 
 std::string CheckJson(const std::string& model,
                       const std::vector<std::string>& runs,
                       const CheckResult& result,
                       const std::vector<std::string>& notices) {
-  Json json;
-  json["schema"] = "sysid.check/1";
-  json["model"] = model;
-  json["runs"] = runs;
-  json["error"] = Finite(result.error);
-  json["findings"] = ToJson(result.findings);
-  json["compared"] = Json::array();
+  Json compared = Json::array();
   for (const ComparedExplanation& one : result.compared) {
-    json["compared"].push_back({{"explanation", one.what},
-                                {"of", one.of_data ? "data" : "model"},
-                                {"error", Finite(one.error)},
-                                {"error_ratio", Finite(one.error_ratio)}});
+    compared.push_back({{"explanation", one.what},
+                        {"of", one.of_data ? "data" : "model"},
+                        {"accepted", one.accepted},
+                        {"error", Finite(one.error)},
+                        {"error_ratio", Finite(one.error_ratio)}});
   }
-  json["notices"] = notices;
-  return Dump(json);
+  return Dump({{"schema", "sysid.check/1"},
+               {"model", model},
+               {"runs", runs},
+               {"error", Finite(result.error)},
+               {"findings", result.findings},
+               {"compared", compared},
+               {"notices", notices}});
 }
 
 namespace {
 
-// Faults of the data and effects of the model, the best first.
+// Effects of the model and the accepted faults of the data, the best first.
 std::string ComparedText(const std::vector<ComparedExplanation>& compared) {
-  constexpr size_t kMost = 8;
   if (compared.empty()) return "";
   std::string text =
-      "\nexplanations by the error that they leave in windows that were not "
-      "fitted,\nrelative to the model as given:\n";
-  for (size_t i = 0; i < std::min(kMost, compared.size()); ++i) {
+      "\nheld-out error of each explanation, relative to the model as given:\n";
+  for (const ComparedExplanation& one : compared) {
+    if (one.of_data && !one.accepted) continue;
     char line[32];
-    std::snprintf(line, sizeof(line), "  %8.3g  %-5s  ",
-                  compared[i].error_ratio,
-                  compared[i].of_data ? "data" : "model");
-    text += line + compared[i].what + "\n";
+    std::snprintf(line, sizeof(line), "  %8.3g  %-5s  ", one.error_ratio,
+                  one.of_data ? "data" : "model");
+    text += line + one.what + "\n";
   }
   return text;
 }
@@ -66,8 +49,7 @@ std::string ComparedText(const std::vector<ComparedExplanation>& compared) {
 std::string CheckText(const std::string& model, size_t runs,
                       const CheckResult& result) {
   const std::vector<Finding>& findings = result.findings;
-  const std::string count =
-      std::to_string(runs) + (runs == 1 ? " run" : " runs");
+  const std::string count = CountOf(runs, "run");
   if (findings.empty()) {
     std::string text = model + ": nothing wrong with " + count;
     if (result.error > kExplained) {
@@ -78,8 +60,7 @@ std::string CheckText(const std::string& model, size_t runs,
     }
     return text + "\n" + ComparedText(result.compared);
   }
-  std::string text = model + ": " + std::to_string(findings.size()) +
-                     (findings.size() == 1 ? " finding" : " findings") +
+  std::string text = model + ": " + CountOf(findings.size(), "finding") +
                      " in " + count + ", the worst first\n";
   for (size_t i = 0; i < findings.size(); ++i) {
     text += "\n" + std::to_string(i + 1) + ". " + FullText(findings[i]);

@@ -3,13 +3,17 @@
 #include <string>
 #include <vector>
 
-#include "sysid/checks/run_checks.h"
+#include "sysid/checks/check.h"
 #include "sysid/report/json.h"
 
 namespace sysid {
 
 // `findings` of fit.json, diagnosis.json and check.json.
-Json ToJson(const std::vector<Finding>& findings);
+inline void to_json(Json& json, const Severity& severity) {
+  json = ToString(severity);
+}
+SYSID_JSON(Finding, fault, severity, file, subject, t_start, t_end, evidence,
+           consequence, remedies)
 
 // check.json. Results as CheckData has them (check_data.h).
 std::string CheckJson(const std::string& model,

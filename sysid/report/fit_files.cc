@@ -7,9 +7,10 @@
 #include "models/error.h"
 #include "models/integrator.h"
 #include "models/urdf/write_urdf.h"
-#include "sysid/io/csv.h"
+#include "sysid/estimation/evaluation.h"
+#include "sysid/io/cell.h"
+#include "sysid/io/run_columns.h"
 #include "sysid/report/fit_report.h"
-#include "sysid/report/prediction.h"
 
 namespace sysid {
 namespace {
@@ -17,25 +18,17 @@ namespace {
 // Names of a channel's numbers, as docs/interface.md calls the columns.
 std::vector<std::string> ColumnNames(const Channel& channel,
                                      const Mechanism& mechanism) {
-  switch (channel.kind) {
-    case ChannelKind::kPosition:
-      return {mechanism.joints[channel.target].name + ".q"};
-    case ChannelKind::kVelocity:
-      return {mechanism.joints[channel.target].name + ".qd"};
-    case ChannelKind::kOrientation: {
-      const std::string joint = mechanism.joints[channel.target].name;
-      return {joint + ".qx", joint + ".qy", joint + ".qz", joint + ".qw"};
+  std::vector<std::string> names(channel.values.cols());
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    if (group.is_effort || group.kind != channel.kind ||
+        group.target != channel.target) {
+      continue;
     }
-    case ChannelKind::kAngularVelocity: {
-      const std::string joint = mechanism.joints[channel.target].name;
-      return {joint + ".wx", joint + ".wy", joint + ".wz"};
-    }
-    case ChannelKind::kFramePosition: {
-      const std::string link = mechanism.links[channel.target].name;
-      return {link + ".px", link + ".py", link + ".pz"};
+    for (size_t i = 0; i < names.size(); ++i) {
+      names[group.slots[i]] = group.columns[i];
     }
   }
-  return {};
+  return names;
 }
 
 struct Part {
@@ -125,6 +118,32 @@ std::string Cell(double value) {
 
 }  // namespace
 
+std::optional<Prediction> Predict(const ShootingProblem& problem,
+                                  const Solution& point, int run) {
+  Prediction prediction;
+  if (!SampleStates(problem, point, run, &prediction.states)) {
+    return std::nullopt;
+  }
+  prediction.channels =
+      PredictChannels(problem, point.theta, run, prediction.states);
+  return prediction;
+}
+
+Eigen::RowVectorXd Nearest(const Channel& channel, const Mechanism& mechanism,
+                           int sample, const Eigen::RowVectorXd& predicted) {
+  Eigen::RowVectorXd measured = channel.values.row(sample);
+  if (channel.kind == ChannelKind::kOrientation &&
+      measured.dot(predicted) < 0) {
+    return -measured;
+  }
+  if (channel.kind == ChannelKind::kPosition &&
+      IsRotation1(mechanism.joints[channel.target].type)) {
+    measured[0] -=
+        2 * M_PI * std::round((measured[0] - predicted[0]) / (2 * M_PI));
+  }
+  return measured;
+}
+
 std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
                           const Holdout* holdout) {
   std::vector<Part> parts;
@@ -144,9 +163,7 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
   for (const Part& part : parts) {
     for (const Channel& channel :
          part.problem->runs()[part.run]->run.channels) {
-      if (std::find(names.begin(), names.end(), channel.name) != names.end()) {
-        continue;
-      }
+      if (Contains(names, channel.name)) continue;
       names.push_back(channel.name);
       widths.push_back(static_cast<int>(channel.values.cols()));
       for (const std::string& column : ColumnNames(channel, mechanism)) {
@@ -168,7 +185,6 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
     const std::optional<Prediction> prediction =
         Predict(*part.problem, *part.point, part.run);
     if (!prediction) continue;
-    if (p == 0) offset = 0.0;
     const double shift = p == 0 ? 0.0 : offset - run.t.front();
     for (int k = 0; k < run.size(); ++k) {
       text += ShortestText(run.t[k] + shift) + "," + std::to_string(p) + "," +

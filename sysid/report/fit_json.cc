@@ -1,50 +1,34 @@
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "models/integrator.h"
+#include "sysid/io/cell.h"
 #include "sysid/report/findings.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/json.h"
+#include "sysid/report/mixture_report.h"
 
 namespace sysid {
 namespace {
 
 Json Parameters(const Session& session, const Fit& fit) {
-  Json list = Json::array();
-  for (const ParameterEstimate& p : ReportedParameters(session, fit)) {
+  const auto written = [](const ParameterEstimate& p) -> Json {
     Json ci95 = nullptr;
     if (std::isfinite(p.ci95[0]) && std::isfinite(p.ci95[1])) {
       ci95 = {p.ci95[0], p.ci95[1]};
     }
-    list.push_back({{"name", p.name},
-                    {"unit", p.unit},
-                    {"initial", Finite(p.initial)},
-                    {"value", Finite(p.value)},
-                    {"std_error", Finite(p.std_error)},
-                    {"ci95", ci95},
-                    {"lower", Finite(p.lower)},
-                    {"upper", Finite(p.upper)},
-                    {"at_bound", p.at_bound},
-                    {"identifiable", p.identifiable}});
-  }
-  return list;
-}
-
-Json ToJson(const Eigen::VectorXd& row) {
-  Json list = Json::array();
-  for (const double value : row) list.push_back(Finite(value));
-  return list;
-}
-
-Json ToJson(const ParameterMixture& mixture) {
-  Json means = Json::array(), stds = Json::array();
-  for (int k = 0; k < mixture.weights.size(); ++k) {
-    means.push_back(ToJson(Eigen::VectorXd(mixture.means.row(k))));
-    stds.push_back(ToJson(Eigen::VectorXd(mixture.stds.row(k))));
-  }
-  return {
-      {"weights", ToJson(mixture.weights)}, {"means", means}, {"stds", stds}};
+    return {{"name", p.name},
+            {"unit", p.unit},
+            {"initial", Finite(p.initial)},
+            {"value", Finite(p.value)},
+            {"std_error", Finite(p.std_error)},
+            {"ci95", ci95},
+            {"lower", Finite(p.lower)},
+            {"upper", Finite(p.upper)},
+            {"at_bound", p.at_bound},
+            {"identifiable", p.identifiable}};
+  };
+  return List(ReportedParameters(session, fit), written);
 }
 
 // The cost and time of each epoch, and the kernels after it; first those of the
@@ -59,7 +43,7 @@ Json MixtureHistory(const MixtureFit& mixture) {
                  {"cost", entry ? Finite(entry->cost) : Json(nullptr)},
                  {"time_s", entry ? entry->time_s : 0.0},
                  {"rollouts", epoch.rollouts}};
-    json.update(ToJson(epoch.kernels));
+    json.update(Json(epoch.kernels));
     history.push_back(json);
   }
   return history;
@@ -75,9 +59,7 @@ std::vector<ParameterEstimate> ReportedParameters(const Session& session,
   const EffectSet& effects = fit.model.effects();
   for (size_t i = 0; i < effects.parameters().size(); ++i) {
     const EffectParameter& p = effects.parameters()[i];
-    const bool given = std::find(session.fixed.begin(), session.fixed.end(),
-                                 p.name) != session.fixed.end();
-    if (!p.whole || given) continue;
+    if (!p.whole || Contains(session.fixed, p.name)) continue;
     list.push_back({p.name,
                     p.unit,
                     p.null_value,
@@ -96,19 +78,18 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
                     const AddedEffects* added, const MixtureFit* mixture) {
   Json error;
-  error["train"] = ToJson(fit.train.total);
-  error["holdout"] = holdout ? ToJson(holdout->errors.total) : Json(nullptr);
-  error["channels"] = ToJson(fit.train.channels);
-  error["horizon"] = ToJson(fit.horizon);
-  error["segments"] = ToJson(fit.train.segments);
-  error["open"] = ToJson(fit.open, false);
+  error["train"] = fit.train.total;
+  error["holdout"] = holdout ? Json(holdout->errors.total) : Json(nullptr);
+  error["channels"] = fit.train.channels;
+  error["horizon"] = fit.horizon;
+  error["segments"] = fit.train.segments;
+  error["open"] = OpenJson(fit.open, false);
   if (holdout) {
-    error["holdout_channels"] = ToJson(holdout->errors.channels);
-    for (const Json& open : ToJson(holdout->open, true)) {
+    error["holdout_channels"] = holdout->errors.channels;
+    for (const Json& open : OpenJson(holdout->open, true)) {
       error["open"].push_back(open);
     }
   }
-  Json history = ToJson(fit.history);
   Json json;
   json["schema"] = "sysid.fit/1";
   json["model"] = session.model_name;
@@ -144,12 +125,11 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["noise"] = Finite(fit.noise);
   json["error"] = error;
   if (mixture != nullptr) {
-    json["mixture"] = ToJson(mixture->mixture);
+    json["mixture"] = mixture->mixture;
     json["remarks"] = mixture->remarks;
-    history = MixtureHistory(*mixture);
   }
-  json["history"] = history;
-  json["findings"] = ToJson(session.findings);
+  json["history"] = mixture ? MixtureHistory(*mixture) : Json(fit.history);
+  json["findings"] = session.findings;
   json["notices"] = session.notices;
   return Dump(json);
 }

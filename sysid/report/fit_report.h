@@ -44,6 +44,21 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
                     const AddedEffects* added, bool colour);
 
+// A run as a point predicts it: the states at its samples (samples x
+// state_size), and each channel as PredictChannels gives it.
+struct Prediction {
+  RowMatrixXd states;
+  std::vector<RowMatrixXd> channels;
+};
+// Nothing where the dynamics fail.
+std::optional<Prediction> Predict(const ShootingProblem& problem,
+                                  const Solution& point, int run);
+
+// The measurement as near to the prediction as its meaning allows: angles of
+// the same turn, quaternions of the same sign.
+Eigen::RowVectorXd Nearest(const Channel& channel, const Mechanism& mechanism,
+                           int sample, const Eigen::RowVectorXd& predicted);
+
 // prediction.csv: for each channel measured, predicted, and where the joint has
 // one degree of freedom the residual, over t; several runs follow each other
 // on t with a gap of 1 s, told apart by the column `run` (0, 1, ...) and their

@@ -60,7 +60,7 @@ std::string ErrorVerdict(const Fit& fit, Floor floor) {
     case Floor::kReached:
       return "at the noise floor";
     case Floor::kPerhaps:
-      return "at the noise floor, as far as " + Plural(fit.samples, "sample") +
+      return "at the noise floor, as far as " + CountOf(fit.samples, "sample") +
              " tell the noise";
     case Floor::kMissed:
       break;
@@ -117,15 +117,12 @@ std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
 std::string FitText(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
                     const AddedEffects* added, bool colour) {
-  const auto paint = [&](const char* code, const std::string& text) {
-    return colour ? code + text + kReset : text;
-  };
   std::string text =
-      paint(kBold, session.model_name) + ": " +
-      Plural(static_cast<int>(fit.parameters.size()), "parameter") +
-      " fitted to " + Plural(static_cast<int>(problem.runs().size()), "run") +
-      ", " + Plural(fit.samples, "sample") + ", " +
-      Plural(fit.iterations, fit.solver == "lm" ? "iteration" : "epoch") +
+      Paint(colour, kBold, session.model_name) + ": " +
+      CountOf(fit.parameters.size(), "parameter") + " fitted to " +
+      CountOf(problem.runs().size(), "run") + ", " +
+      CountOf(fit.samples, "sample") + ", " +
+      CountOf(fit.iterations, fit.solver == "lm" ? "iteration" : "epoch") +
       Format(", %.2g s\n", fit.wall_time_s);
   text += Format("  noise %.3g (%s), segments of %s, steps of %.3g s (%s)",
                  fit.noise, problem.options().noise > 0 ? "given" : "estimated",
@@ -147,9 +144,8 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
         problem.options().segment);
   }
   text += "\n" + CheckedLine(session) + "\n" + ParameterTable(fit) + "\n";
-  const double error = fit.train.total.normalized_rms;
-  const Floor floor = FloorOf(problem, fit);
-  std::string verdict = Format("error %.3g times the noise", error);
+  std::string verdict =
+      Format("error %.3g times the noise", fit.train.total.normalized_rms);
   if (OneNoise(fit)) {
     verdict += Format(" (rms %.3g beside a noise of %.3g)", fit.train.total.rms,
                       fit.noise);
@@ -162,9 +158,10 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     }
     verdict.pop_back();
   }
-  verdict += ": " + ErrorVerdict(fit, floor);
-  const bool good = ReachesNoise(problem, fit);
-  text += "  " + paint(good ? kGreen : kRed, verdict) + "\n";
+  verdict += ": " + ErrorVerdict(fit, FloorOf(problem, fit));
+  text += "  " +
+          Paint(colour, ReachesNoise(problem, fit) ? kGreen : kRed, verdict) +
+          "\n";
   if (added != nullptr) {
     text += "  adding " + Join(added->effects) +
             Format(": error %.3g -> %.3g times the noise", added->train_before,
@@ -188,9 +185,10 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");
   for (const std::vector<std::string>& group : fit.not_identifiable) {
     text += "  " +
-            paint(kRed, group.size() == 1
-                            ? "this data does not determine " + group[0]
-                            : "this data cannot tell apart " + Join(group)) +
+            Paint(colour, kRed,
+                  group.size() == 1
+                      ? "this data does not determine " + group[0]
+                      : "this data cannot tell apart " + Join(group)) +
             (group.size() == 1 ? ": fix it\n"
                                : ": fix one of them, or give a prior\n");
   }
@@ -202,7 +200,8 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     }
   }
   if (!fit.converged) {
-    text += "  " + paint(kRed, "not converged: " + fit.termination) + "\n";
+    text +=
+        "  " + Paint(colour, kRed, "not converged: " + fit.termination) + "\n";
   }
   return text;
 }

@@ -2,6 +2,10 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
 
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/shooting_stage.h"
@@ -16,87 +20,97 @@ using Json = nlohmann::ordered_json;
 inline Json Finite(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
-
-inline Json ToJson(const ErrorSummary& error) {
-  return {{"rms", Finite(error.rms)},
-          {"normalized_rms", Finite(error.normalized_rms)}};
+// Of a list of numbers, or of such lists.
+template <typename List>
+Json Finite(const List& values) {
+  Json list = Json::array();
+  for (const auto& value : values) list.push_back(Finite(value));
+  return list;
+}
+inline Json Finite(const Eigen::MatrixXd& rows) {
+  return Finite(rows.rowwise());
 }
 
-inline Json ToJson(const std::vector<ChannelError>& channels) {
+// A list of what `item` makes of each.
+template <typename Items, typename Item>
+Json List(const Items& items, const Item& item) {
   Json list = Json::array();
-  for (const ChannelError& channel : channels) {
-    list.push_back({{"name", channel.name},
-                    {"unit", channel.unit},
-                    {"rms", Finite(channel.rms)},
-                    {"normalized_rms", Finite(channel.normalized_rms)},
-                    {"noise", Finite(channel.noise)}});
-  }
+  for (const auto& each : items) list.push_back(item(each));
   return list;
 }
 
-inline Json ToJson(const std::vector<SegmentError>& segments) {
-  Json list = Json::array();
-  for (const SegmentError& s : segments) {
-    list.push_back({{"trajectory", s.trajectory},
-                    {"t_start", s.t_start},
-                    {"t_end", s.t_end},
-                    {"normalized_rms", Finite(s.normalized_rms)}});
+// Finite where it is of numbers with a fraction.
+template <typename T>
+Json Written(const T& value) {
+  if constexpr (std::is_same_v<T, double> ||
+                std::is_same_v<T, std::vector<double>> ||
+                std::is_base_of_v<Eigen::EigenBase<T>, T>) {
+    return Finite(value);
+  } else {
+    return value;
   }
-  return list;
 }
 
-inline Json ToJson(const std::vector<HorizonError>& horizon) {
-  Json list = Json::array();
-  for (const HorizonError& h : horizon) {
-    list.push_back({{"horizon_s", h.horizon_s}, {"rms", Finite(h.rms)}});
+// How a struct is written: the members named, in this order, by their names.
+#define SYSID_JSON_MEMBER(member) json[#member] = Written(value.member);
+#define SYSID_JSON(Type, ...)                                                 \
+  inline void to_json(Json& json, const Type& value) {                        \
+    NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(SYSID_JSON_MEMBER, __VA_ARGS__)) \
   }
-  return list;
-}
 
-inline Json ToJson(const std::vector<OpenError>& open, bool held_out) {
-  Json list = Json::array();
-  for (const OpenError& run : open) {
-    Json channels = Json::array();
-    for (const OpenError::Channel& channel : run.channels) {
-      channels.push_back({{"name", channel.name},
-                          {"rms", Finite(channel.rms)},
-                          {"unit", channel.unit}});
-    }
-    list.push_back({{"trajectory", run.trajectory},
-                    {"duration_s", Finite(run.duration_s)},
-                    {"held_out", held_out},
-                    {"channels", channels}});
-  }
-  return list;
-}
+SYSID_JSON(ErrorSummary, rms, normalized_rms)
+SYSID_JSON(ChannelError, name, unit, rms, normalized_rms, noise)
+SYSID_JSON(SegmentError, trajectory, t_start, t_end, normalized_rms)
+SYSID_JSON(HorizonError, horizon_s, rms)
+SYSID_JSON(HistoryEntry, iteration, cost, time_s)
+SYSID_JSON(OpenError::Channel, name, rms, unit)
 
-inline Json ToJson(const std::vector<HistoryEntry>& history) {
-  Json list = Json::array();
-  for (const HistoryEntry& entry : history) {
-    list.push_back({{"iteration", entry.iteration},
-                    {"cost", Finite(entry.cost)},
-                    {"time_s", entry.time_s}});
-  }
-  return list;
+inline Json OpenJson(const std::vector<OpenError>& open, bool held_out) {
+  return List(open, [&](const OpenError& run) -> Json {
+    return {{"trajectory", run.trajectory},
+            {"duration_s", Finite(run.duration_s)},
+            {"held_out", held_out},
+            {"channels", run.channels}};
+  });
 }
 
 // Of a covariance; null where a variance is none.
 inline Json Correlation(const Eigen::MatrixXd& covariance) {
-  Json rows = Json::array();
-  for (int i = 0; i < covariance.rows(); ++i) {
-    Json row = Json::array();
-    for (int j = 0; j < covariance.cols(); ++j) {
-      row.push_back(Finite(covariance(i, j) /
-                           std::sqrt(covariance(i, i) * covariance(j, j))));
-    }
-    rows.push_back(row);
-  }
-  return rows;
+  const Eigen::VectorXd variance = covariance.diagonal();
+  const Eigen::MatrixXd products = variance * variance.transpose();
+  return Finite(
+      Eigen::MatrixXd(covariance.cwiseQuotient(products.cwiseSqrt())));
 }
 
 // Text from files may be no UTF-8: replaced, never refused.
 inline std::string Dump(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+// The same in one line.
+inline std::string Compact(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+// More than any JSON of ours has.
+constexpr int kMostJsonDepth = 100;
+
+// A text from a file or a request; none where it is no JSON, or nested deeper
+// than kMostJsonDepth: to copy, compare or write that recurses until the stack
+// ends.
+inline std::optional<Json> ParseJson(const std::string& text) {
+  bool too_deep = false;
+  const auto keep = [&](int depth, Json::parse_event_t event, const Json&) {
+    using Event = Json::parse_event_t;
+    // Of what is open already when this opens.
+    if (depth >= kMostJsonDepth &&
+        (event == Event::object_start || event == Event::array_start)) {
+      too_deep = true;
+    }
+    return !too_deep;
+  };
+  Json json = Json::parse(text, keep, false);
+  if (too_deep || json.is_discarded()) return {};
+  return json;
 }
 
 }  // namespace sysid

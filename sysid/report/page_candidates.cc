@@ -1,35 +1,26 @@
-#include "sysid/report/page_candidates.h"
-
 #include "models/error.h"
-#include "sysid/report/page_series.h"
+#include "sysid/report/page_parts.h"
 
 namespace sysid {
 namespace {
 
-Json Expected(const ScreenedEffect& screened) {
-  Json list = Json::array();
-  for (const ExpectedParameter& p : screened.parameters) {
-    // What was searched has no derivative to say so from.
-    list.push_back(
-        {{"name", p.name},
-         {"unit", p.unit},
-         {"value", Finite(p.value)},
-         {"stdError", p.searched ? Json(nullptr) : Finite(p.std_error)},
-         {"detectable", p.searched ? Json(nullptr) : Finite(p.detectable)}});
-  }
-  return list;
+// What was searched has no derivative to say its uncertainty from.
+Json Expected(const ExpectedParameter& p) {
+  return {{"name", p.name},
+          {"unit", p.unit},
+          {"value", Finite(p.value)},
+          {"stdError", p.searched ? Json(nullptr) : Finite(p.std_error)},
+          {"detectable", p.searched ? Json(nullptr) : Finite(p.detectable)}};
 }
 
 Json Confirmed(const Confirmation& confirmed) {
-  Json parameters = Json::array();
-  for (const ParameterEstimate& p : confirmed.parameters) {
-    parameters.push_back(
-        {{"name", p.name}, {"unit", p.unit}, {"value", Finite(p.value)}});
-  }
+  const auto estimate = [](const ParameterEstimate& p) -> Json {
+    return {{"name", p.name}, {"unit", p.unit}, {"value", Finite(p.value)}};
+  };
   return {{"train", Finite(confirmed.train)},
           {"holdout", Finite(confirmed.holdout)},
           {"togetherWith", confirmed.together_with},
-          {"parameters", parameters}};
+          {"parameters", List(confirmed.parameters, estimate)}};
 }
 
 // Why a linearisation's prediction is none: a candidate that is added can only
@@ -64,56 +55,48 @@ std::string ChangeTitle(const DiagnosisStep& step) {
 }
 
 Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
-  Json list = Json::array();
-  for (const CandidateEffect& candidate : diagnosis.candidates) {
+  const auto shown = [&](const CandidateEffect& candidate) -> Json {
     const ScreenedEffect& screened = candidate.screened;
     const Confirmation* confirmed =
         candidate.confirmed ? &*candidate.confirmed : nullptr;
     const std::string why =
         WhyNoPrediction(screened, diagnosis.base.train_error());
-    Json force = Json::array();
-    for (const std::vector<double>& curve : candidate.force) {
-      force.push_back(Series(curve));
-    }
-    list.push_back(
-        {{"effect", screened.effect->kind()},
-         {"target", screened.effect->target()},
-         {"law", screened.effect->Law()},
-         {"score", Finite(screened.score)},
-         {"dof", screened.dof},
-         {"pValue", Finite(screened.p_value)},
-         {"predictedError",
-          why.empty() ? Finite(screened.predicted_error) : Json(nullptr)},
-         {"noPrediction", why},
-         {"expected", Expected(screened)},
-         {"confirmed", confirmed ? Confirmed(*confirmed) : Json(nullptr)},
-         {"accepted", confirmed != nullptr && confirmed->accepted},
-         {"refused", confirmed ? confirmed->refused : ""},
-         {"indistinguishableFrom", candidate.indistinguishable_from},
-         {"separatedBy", candidate.told_apart_by},
-         {"force", force},
-         {"command",
-          source.fit_command(ToAdd(candidate),
-                             Join(screened.without_influence, ","))}});
-  }
-  return list;
+    return {
+        {"effect", screened.effect->kind()},
+        {"target", screened.effect->target()},
+        {"law", screened.effect->Law()},
+        {"score", Finite(screened.score)},
+        {"dof", screened.dof},
+        {"pValue", Finite(screened.p_value)},
+        {"predictedError",
+         why.empty() ? Finite(screened.predicted_error) : Json(nullptr)},
+        {"noPrediction", why},
+        {"expected", List(screened.parameters, Expected)},
+        {"confirmed", confirmed ? Confirmed(*confirmed) : Json(nullptr)},
+        {"accepted", confirmed != nullptr && confirmed->accepted},
+        {"refused", confirmed ? confirmed->refused : ""},
+        {"indistinguishableFrom", candidate.indistinguishable_from},
+        {"separatedBy", candidate.told_apart_by},
+        {"force", List(candidate.force, Series)},
+        {"command", source.fit_command(ToAdd(candidate),
+                                       Join(screened.without_influence, ","))}};
+  };
+  return List(diagnosis.candidates, shown);
 }
 
 Json ForcesJson(const Where& where) {
-  Json list = Json::array();
-  for (const ForceCurve& curve : where.force) {
-    list.push_back({{"joint", curve.joint},
-                    {"component", curve.component},
-                    {"unit", curve.unit},
-                    {"trajectory", curve.trajectory},
-                    {"t", TimeSeries(curve.t)},
-                    {"value", Series(curve.value)},
-                    {"std", Series(curve.std)},
-                    {"position", Series(curve.position)},
-                    {"velocity", Series(curve.velocity)},
-                    {"effort", Series(curve.effort)}});
-  }
-  return list;
+  return List(where.force, [](const ForceCurve& curve) -> Json {
+    return {{"joint", curve.joint},
+            {"component", curve.component},
+            {"unit", curve.unit},
+            {"trajectory", curve.trajectory},
+            {"t", TimeSeries(curve.t)},
+            {"value", Series(curve.value)},
+            {"std", Series(curve.std)},
+            {"position", Series(curve.position)},
+            {"velocity", Series(curve.velocity)},
+            {"effort", Series(curve.effort)}};
+  });
 }
 
 }  // namespace sysid

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "models/math/rotation.h"
 
@@ -31,34 +33,22 @@ ShownChannel::ShownChannel(const Mechanism& mechanism, const Channel& channel,
     : channel_(channel),
       orientation_(orientation),
       unit_(ResidualUnit(mechanism, channel)) {
-  switch (channel.kind) {
-    case ChannelKind::kPosition:
-      kind_ = "position";
-      components_ = {"q"};
-      turns_ = IsRotation1(mechanism.joints[channel.target].type);
-      break;
-    case ChannelKind::kVelocity:
-      kind_ = "velocity";
-      components_ = {"qd"};
-      break;
-    case ChannelKind::kOrientation:
-      kind_ = "rotation";
-      axis_ = LinkAxis(mechanism, mechanism.joints[channel.target].child_link);
-      if (orientation == OrientationResidual::kHeading) {
-        components_ = {"z_x", "z_y", "z_z"};
-        unit_ = "-";
-      } else {
-        components_ = {"r_x", "r_y", "r_z"};
-      }
-      break;
-    case ChannelKind::kAngularVelocity:
-      kind_ = "angular_velocity";
-      components_ = {"wx", "wy", "wz"};
-      break;
-    case ChannelKind::kFramePosition:
-      kind_ = "frame_position";
-      components_ = {"px", "py", "pz"};
-      break;
+  // By kind, in the order of ChannelKind.
+  static const std::pair<const char*, std::vector<std::string>> kShown[] = {
+      {"position", {"q"}},
+      {"velocity", {"qd"}},
+      {"rotation", {"r_x", "r_y", "r_z"}},
+      {"angular_velocity", {"wx", "wy", "wz"}},
+      {"frame_position", {"px", "py", "pz"}}};
+  std::tie(kind_, components_) = kShown[static_cast<int>(channel.kind)];
+  turns_ = channel.kind == ChannelKind::kPosition &&
+           IsRotation1(mechanism.joints[channel.target].type);
+  if (channel.kind == ChannelKind::kOrientation) {
+    axis_ = LinkAxis(mechanism, mechanism.joints[channel.target].child_link);
+    if (orientation == OrientationResidual::kHeading) {
+      components_ = {"z_x", "z_y", "z_z"};
+      unit_ = "-";
+    }
   }
   measured_ = Show(channel.values, nullptr);
 }

@@ -3,25 +3,23 @@
 #include "models/urdf/write_urdf.h"
 #include "sysid/estimation/holdout.h"
 #include "sysid/report/diagnosis_report.h"
-#include "sysid/report/page_candidates.h"
-#include "sysid/report/page_runs.h"
+#include "sysid/report/page_parts.h"
 
 namespace sysid {
 namespace {
 
 Json MechanismJson(const Model& model) {
-  Json joints = Json::array();
-  for (const Joint& joint : model.mechanism().joints) {
-    if (joint.type == JointType::kFixed) continue;
+  std::vector<Joint> moving = model.mechanism().joints;
+  std::erase_if(moving,
+                [](const Joint& j) { return j.type == JointType::kFixed; });
+  const auto shown = [](const Joint& joint) -> Json {
     const bool slides = joint.type == JointType::kPrismatic;
-    joints.push_back({{"name", joint.name},
-                      {"type", ToString(joint.type)},
-                      {"unit", slides ? "m" : "rad"},
-                      {"effortUnit", slides ? "N" : "N m"},
-                      {"q", joint.q_index},
-                      {"v", joint.v_index}});
-  }
-  return {{"urdf", WriteUrdf(model, {})}, {"joints", joints}};
+    return {
+        {"name", joint.name},           {"type", ToString(joint.type)},
+        {"unit", slides ? "m" : "rad"}, {"effortUnit", slides ? "N" : "N m"},
+        {"q", joint.q_index},           {"v", joint.v_index}};
+  };
+  return {{"urdf", WriteUrdf(model, {})}, {"joints", List(moving, shown)}};
 }
 
 // An error of no runs at all is none.
@@ -39,17 +37,24 @@ Json AddedStep(const AddedEffects& added, int model) {
   return PageStep(step, model, -1);
 }
 
-}  // namespace
-
-PageFit ShownModel::Show(int id, const std::string& title) const {
+PageFit ShowFit(int id, const std::string& title, const Session& session,
+                const ShootingProblem& problem, const Fit& found,
+                const std::optional<Holdout>& holdout) {
   PageFit fit;
   fit.id = id;
   fit.title = title;
   fit.session = &session;
-  fit.problem = evaluated->problem.get();
-  fit.fit = &evaluated->fit;
+  fit.problem = &problem;
+  fit.fit = &found;
   fit.holdout = holdout ? &*holdout : nullptr;
   return fit;
+}
+
+}  // namespace
+
+PageFit ShownModel::Show(int id, const std::string& title) const {
+  return ShowFit(id, title, session, *evaluated->problem, evaluated->fit,
+                 holdout);
 }
 
 ShownModel OpenEvaluatedModel(const Session& session,
@@ -72,14 +77,8 @@ ShownModel OpenEvaluatedModel(const Session& session,
 }
 
 PageFit ShowFinal(const FinalFit& final, int id) {
-  PageFit fit;
-  fit.id = id;
-  fit.title = "final fit, whole runs";
-  fit.session = &final.session;
-  fit.problem = final.problem.get();
-  fit.fit = &final.fit;
-  fit.holdout = final.holdout ? &*final.holdout : nullptr;
-  return fit;
+  return ShowFit(id, "final fit, whole runs", final.session, *final.problem,
+                 final.fit, final.holdout);
 }
 
 Json PageHeader(const PageSource& source) {

@@ -65,9 +65,7 @@ std::string ReportHtml(const Json& page) {
   std::string html = LivePage();
   const size_t at = html.find(element);
   if (at == std::string::npos) return "";
-  const std::string json =
-      page.dump(-1, ' ', false, Json::error_handler_t::replace);
-  return html.insert(at + element.size(), Embeddable(json));
+  return html.insert(at + element.size(), Embeddable(Compact(page)));
 }
 
 }  // namespace sysid

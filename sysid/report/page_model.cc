@@ -3,25 +3,14 @@
 
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/horizon.h"
+#include "sysid/io/cell.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
-#include "sysid/report/page_candidates.h"
 #include "sysid/report/page_data.h"
-#include "sysid/report/page_runs.h"
+#include "sysid/report/page_parts.h"
 
 namespace sysid {
 namespace {
-
-std::vector<std::string> Beyond(const std::vector<std::string>& effects,
-                                const std::vector<std::string>& given) {
-  std::vector<std::string> beyond;
-  for (const std::string& name : effects) {
-    if (std::find(given.begin(), given.end(), name) == given.end()) {
-      beyond.push_back(name);
-    }
-  }
-  return beyond;
-}
 
 // The effect that brought a parameter into the fit; null: it was free without.
 Json OwnerOf(const std::string& parameter, const PageSource& source,
@@ -33,12 +22,8 @@ Json OwnerOf(const std::string& parameter, const PageSource& source,
                   });
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
-    const std::vector<std::string>& corrects = effect.adjusts_nominal();
-    const bool own = std::any_of(
-        effect.parameters().begin(), effect.parameters().end(),
-        [&](const EffectParameter& p) { return p.name == parameter; });
-    if (own || (!given && std::find(corrects.begin(), corrects.end(),
-                                    parameter) != corrects.end())) {
+    if (Contains(effect.ParameterNames(), parameter) ||
+        (!given && Contains(effect.adjusts_nominal(), parameter))) {
       return effect.name();
     }
   }
@@ -63,7 +48,7 @@ Json HorizonJson(const PageSource& source, const PageFit& fit,
     // Of a program that is interrupted the report has what there was.
     if (source.live) throw;
   }
-  Json list = ToJson(horizon);
+  Json list = horizon;
   for (Json& entry : list) {
     entry["noise_rms"] = nullptr;
     for (const HorizonError& h : noise) {
@@ -74,22 +59,20 @@ Json HorizonJson(const PageSource& source, const PageFit& fit,
 }
 
 Json ParametersJson(const PageSource& source, const PageFit& fit) {
-  Json list = Json::array();
-  for (const ParameterEstimate& p :
-       ReportedParameters(*fit.session, *fit.fit)) {
-    list.push_back({{"name", p.name},
-                    {"unit", p.unit},
-                    {"initial", Finite(p.initial)},
-                    {"value", Finite(p.value)},
-                    {"stdError", Finite(p.std_error)},
-                    {"ci95", {Finite(p.ci95[0]), Finite(p.ci95[1])}},
-                    {"lower", Finite(p.lower)},
-                    {"upper", Finite(p.upper)},
-                    {"atBound", p.at_bound},
-                    {"identifiable", p.identifiable},
-                    {"ofEffect", OwnerOf(p.name, source, fit.fit->model)}});
-  }
-  return list;
+  const auto shown = [&](const ParameterEstimate& p) -> Json {
+    return {{"name", p.name},
+            {"unit", p.unit},
+            {"initial", Finite(p.initial)},
+            {"value", Finite(p.value)},
+            {"stdError", Finite(p.std_error)},
+            {"ci95", {Finite(p.ci95[0]), Finite(p.ci95[1])}},
+            {"lower", Finite(p.lower)},
+            {"upper", Finite(p.upper)},
+            {"atBound", p.at_bound},
+            {"identifiable", p.identifiable},
+            {"ofEffect", OwnerOf(p.name, source, fit.fit->model)}};
+  };
+  return List(ReportedParameters(*fit.session, *fit.fit), shown);
 }
 
 // Of those that the data determines: their places in the covariance.
@@ -147,32 +130,33 @@ std::string ModelFileText(const PageFit& fit, const std::string& name) {
 Json PageWholeRuns(const FinalFit& final) {
   const Fit& fit = final.fit;
   const Holdout* holdout = final.holdout ? &*final.holdout : nullptr;
-  Json parameters = Json::array();
-  for (const ParameterEstimate& p : ReportedParameters(final.session, fit)) {
-    parameters.push_back({{"name", p.name},
-                          {"unit", p.unit},
-                          {"value", Finite(p.value)},
-                          {"ci95", {Finite(p.ci95[0]), Finite(p.ci95[1])}}});
-  }
+  const auto estimate = [](const ParameterEstimate& p) -> Json {
+    return {{"name", p.name},
+            {"unit", p.unit},
+            {"value", Finite(p.value)},
+            {"ci95", {Finite(p.ci95[0]), Finite(p.ci95[1])}}};
+  };
   return {
       {"sentence", FitSentence(*final.problem, fit, holdout)},
       {"good", ReachesNoise(*final.problem, fit)},
       {"trainError", Finite(fit.train.total.normalized_rms)},
       {"holdoutError",
        holdout ? Finite(holdout->errors.total.normalized_rms) : Json(nullptr)},
-      {"parameters", parameters}};
+      {"parameters", List(ReportedParameters(final.session, fit), estimate)}};
 }
 
 Json PageModel(const PageSource& source, const PageFit& fit,
                const Diagnosis* diagnosis) {
   const Fit& found = *fit.fit;
   const std::vector<int> determined = Determined(found);
-  Json names = Json::array();
-  for (const int i : determined) names.push_back(found.parameters[i].name);
   Json model;
   model["id"] = fit.id;
   model["title"] = fit.title;
-  model["effects"] = Beyond(fit.session->effects, source.session->effects);
+  std::vector<std::string> beyond = fit.session->effects;
+  std::erase_if(beyond, [&](const std::string& name) {
+    return Contains(source.session->effects, name);
+  });
+  model["effects"] = beyond;
   model["converged"] = found.converged;
   model["termination"] = found.termination;
   model["trainError"] = Finite(found.train.total.normalized_rms);
@@ -188,15 +172,15 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["joined"] = std::isfinite(found.defect);
   model["wholeRuns"] = nullptr;
   model["predictions"] = PredictionsJson(source, fit);
-  model["channels"] = ToJson(found.train.channels);
-  model["segments"] = ToJson(found.train.segments);
+  model["channels"] = found.train.channels;
+  model["segments"] = found.train.segments;
   model["horizon"] = HorizonJson(source, fit, diagnosis);
   model["parameters"] = ParametersJson(source, fit);
   model["correlation"] = Correlation(found.covariance(determined, determined));
-  model["correlationNames"] = names;
+  model["correlationNames"] =
+      List(determined, [&](int i) { return found.parameters[i].name; });
   model["notIdentifiable"] = found.not_identifiable;
-  model["histories"] = {
-      {{"solver", found.solver}, {"points", ToJson(found.history)}}};
+  model["histories"] = {{{"solver", found.solver}, {"points", found.history}}};
   model["candidates"] =
       diagnosis ? CandidatesJson(source, *diagnosis) : Json::array();
   model["force"] = diagnosis ? ForcesJson(diagnosis->where) : Json::array();

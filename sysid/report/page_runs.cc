@@ -1,13 +1,10 @@
-#include "sysid/report/page_runs.h"
-
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 
+#include "sysid/report/fit_report.h"
 #include "sysid/report/page_channel.h"
-#include "sysid/report/page_series.h"
-#include "sysid/report/prediction.h"
+#include "sysid/report/page_parts.h"
 
 namespace sysid {
 namespace {
@@ -188,25 +185,23 @@ Json RunsJson(const PageSource& source) {
   const size_t fitted = source.train->runs().size();
   Json list = Json::array();
   for (const Run* run : ShownRuns(source)) {
-    Json channels = Json::array();
-    for (const Channel& channel : run->channels) {
+    const auto shown = [&](const Channel& channel) -> Json {
       const ShownChannel as(mechanism, channel,
                             source.session->options.orientation);
       const bool frame = channel.kind == ChannelKind::kFramePosition;
-      channels.push_back(
-          {{"name", channel.name},
-           {"joint", frame ? Json(nullptr)
-                           : Json(mechanism.joints[channel.target].name)},
-           {"kind", as.kind()},
-           {"unit", as.unit()},
-           {"noise", Finite(SigmaOf(noise, channel))},
-           {"components", as.components()},
-           {"measured", SeriesOfColumns(as.measured())}});
-    }
+      return {{"name", channel.name},
+              {"joint", frame ? Json(nullptr)
+                              : Json(mechanism.joints[channel.target].name)},
+              {"kind", as.kind()},
+              {"unit", as.unit()},
+              {"noise", Finite(SigmaOf(noise, channel))},
+              {"components", as.components()},
+              {"measured", SeriesOfColumns(as.measured())}};
+    };
     list.push_back({{"name", run->name},
                     {"heldOut", list.size() >= fitted},
                     {"t", TimeSeries(run->t)},
-                    {"channels", channels},
+                    {"channels", List(run->channels, shown)},
                     {"efforts", EffortsJson(mechanism, *run)}});
   }
   return list;
@@ -214,12 +209,10 @@ Json RunsJson(const PageSource& source) {
 
 Json PredictionsJson(const PageSource& source, const PageFit& fit) {
   const std::map<std::string, double> noise = NoiseOf(*source.train);
-  Json list = Json::array();
-  for (const Run* run : ShownRuns(source)) {
-    list.push_back(
-        PredictionJson(noise, *run, fit, source.session->options.orientation));
-  }
-  return list;
+  return List(ShownRuns(source), [&](const Run* run) {
+    return PredictionJson(noise, *run, fit,
+                          source.session->options.orientation);
+  });
 }
 
 }  // namespace sysid

@@ -1,11 +1,11 @@
-#include "sysid/report/page_series.h"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
+
+#include "sysid/report/page_parts.h"
 
 namespace sysid {
 namespace {
@@ -37,13 +37,9 @@ float Single(double value) {
 
 Json OfColumns(const RowMatrixXd& values,
                Json (*series)(const std::vector<double>&)) {
-  Json list = Json::array();
-  for (int c = 0; c < values.cols(); ++c) {
-    std::vector<double> column(values.rows());
-    Eigen::VectorXd::Map(column.data(), values.rows()) = values.col(c);
-    list.push_back(series(column));
-  }
-  return list;
+  return List(values.colwise(), [&](const auto& column) {
+    return series({column.begin(), column.end()});
+  });
 }
 
 }  // namespace

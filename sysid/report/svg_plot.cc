@@ -4,31 +4,14 @@
 #include <cmath>
 #include <limits>
 
-#include "sysid/report/text.h"
+#include "models/urdf/write_urdf.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
 
 constexpr char kFont[] = "DejaVu Sans, Helvetica, Arial, sans-serif";
 constexpr char kInk[] = "#333333";
-
-std::string Escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') {
-      out += "&amp;";
-    } else if (c == '<') {
-      out += "&lt;";
-    } else if (c == '>') {
-      out += "&gt;";
-    } else if (c == '"') {
-      out += "&quot;";
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
 
 // Pixels, to a hundredth; far outside is as good as outside.
 std::string Px(double value) {
@@ -43,7 +26,13 @@ std::string Words(double x, double y, const std::string& text,
                   const std::string& colour, const std::string& more = "") {
   return "<text x=\"" + Px(x) + "\" y=\"" + Px(y) + "\" text-anchor=\"" +
          anchor + "\" font-size=\"" + Px(size) + "\" fill=\"" + colour + "\"" +
-         more + ">" + Escaped(text) + "</text>\n";
+         more + ">" + XmlEscaped(text) + "</text>\n";
+}
+
+// An element that is still open.
+std::string Rectangle(double x, double y, double width, double height) {
+  return "<rect x=\"" + Px(x) + "\" y=\"" + Px(y) + "\" width=\"" + Px(width) +
+         "\" height=\"" + Px(height) + "\"";
 }
 
 std::string Stroke(const std::string& colour, double width,
@@ -80,6 +69,13 @@ std::vector<double> Ticks(const PlotAxis& axis) {
   return ticks;
 }
 
+// Where on the axis a value is: 0 at its lower end, 1 at the upper one.
+double PartOf(const PlotAxis& axis, double value) {
+  return axis.logarithmic
+             ? std::log(value / axis.lower) / std::log(axis.upper / axis.lower)
+             : (value - axis.lower) / (axis.upper - axis.lower);
+}
+
 }  // namespace
 
 PlotAxis AxisOver(const std::string& label, const std::vector<double>& values,
@@ -111,19 +107,11 @@ SvgPanel::SvgPanel(const PlotBox& box, const PlotAxis& x, const PlotAxis& y,
     : box_(box), x_(x), y_(y), title_(title) {}
 
 double SvgPanel::X(double value) const {
-  const double part =
-      x_.logarithmic
-          ? std::log(value / x_.lower) / std::log(x_.upper / x_.lower)
-          : (value - x_.lower) / (x_.upper - x_.lower);
-  return box_.x + box_.width * part;
+  return box_.x + box_.width * PartOf(x_, value);
 }
 
 double SvgPanel::Y(double value) const {
-  const double part =
-      y_.logarithmic
-          ? std::log(value / y_.lower) / std::log(y_.upper / y_.lower)
-          : (value - y_.lower) / (y_.upper - y_.lower);
-  return box_.y + box_.height * (1.0 - part);
+  return box_.y + box_.height * (1.0 - PartOf(y_, value));
 }
 
 void SvgPanel::Line(const std::vector<double>& x, const std::vector<double>& y,
@@ -181,9 +169,8 @@ void SvgPanel::Cross(double x, double y, const std::string& colour) {
 
 void SvgPanel::Cell(double x0, double y0, double x1, double y1,
                     const std::string& colour) {
-  marks_ += "<rect x=\"" + Px(X(x0)) + "\" y=\"" + Px(Y(y1)) + "\" width=\"" +
-            Px(X(x1) - X(x0)) + "\" height=\"" + Px(Y(y0) - Y(y1)) +
-            "\" fill=\"" + colour + "\"/>\n";
+  marks_ += Rectangle(X(x0), Y(y1), X(x1) - X(x0), Y(y0) - Y(y1)) + " fill=\"" +
+            colour + "\"/>\n";
 }
 
 void SvgPanel::Ellipse(double x, double y, const double a[2], const double b[2],
@@ -207,9 +194,8 @@ void SvgPanel::Note(const std::string& text, const std::string& colour) {
 
 std::string SvgPanel::Axes() const {
   constexpr double kTick = 4.0;
-  std::string text = "<rect x=\"" + Px(box_.x) + "\" y=\"" + Px(box_.y) +
-                     "\" width=\"" + Px(box_.width) + "\" height=\"" +
-                     Px(box_.height) + "\"" + Stroke(kInk, 1.0, "") + "/>\n";
+  std::string text = Rectangle(box_.x, box_.y, box_.width, box_.height) +
+                     Stroke(kInk, 1.0, "") + "/>\n";
   const double bottom = box_.y + box_.height, right = box_.x + box_.width;
   for (const double t : Ticks(x_)) {
     text += "<path d=\"M" + Px(X(t)) + " " + Px(bottom) + "v" + Px(kTick) +
@@ -236,11 +222,10 @@ std::string SvgPanel::Axes() const {
 std::string SvgPanel::Text() const {
   const std::string id =
       "clip" + Px(box_.x) + "_" + Px(box_.y);  // unique: panels do not overlap
-  return Axes() + "<clipPath id=\"" + id + "\"><rect x=\"" + Px(box_.x) +
-         "\" y=\"" + Px(box_.y) + "\" width=\"" + Px(box_.width) +
-         "\" height=\"" + Px(box_.height) + "\"/></clipPath>\n" +
-         "<g clip-path=\"url(#" + id + ")\">\n" + marks_ + "</g>\n" +
-         notes_text_;
+  return Axes() + "<clipPath id=\"" + id + "\">" +
+         Rectangle(box_.x, box_.y, box_.width, box_.height) +
+         "/></clipPath>\n" + "<g clip-path=\"url(#" + id + ")\">\n" + marks_ +
+         "</g>\n" + notes_text_;
 }
 
 std::string SvgFigure(double width, double height, const std::string& title,

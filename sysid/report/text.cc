@@ -2,24 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 namespace sysid {
-
-std::string Format(const char* format, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof(text), format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 std::string Times(double error) {
   if (!(error >= 999.5) || error >= 1e9) return Format("%.3g", error);
   const double unit = std::pow(10.0, std::floor(std::log10(error)) - 2.0);
   return Format("%.0f", std::round(error / unit) * unit);
+}
+
+std::string Paint(bool colour, const char* code, const std::string& text) {
+  return colour ? code + text + "\033[0m" : text;
+}
+
+std::string Behind(const std::string& unit) {
+  return unit == "-" ? "" : " " + unit;
 }
 
 // As many digits as the standard error makes meaningful, and two more.
@@ -33,10 +30,6 @@ std::string Value(double value, double std_error) {
     digits = std::clamp(digits, 2, 12);
   }
   return Format("%.*g", digits, value);
-}
-
-std::string Plural(int count, const std::string& word) {
-  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
 
 std::string SegmentLengths(const Fit& fit) {

@@ -6,6 +6,7 @@
 #include "sysid/estimation/estimates.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 
@@ -14,14 +15,16 @@ namespace sysid {
 inline constexpr const char* kBold = "\033[1m";
 inline constexpr const char* kRed = "\033[31m";
 inline constexpr const char* kGreen = "\033[32m";
-inline constexpr const char* kReset = "\033[0m";
 
-__attribute__((format(printf, 1, 2))) std::string Format(const char* format,
-                                                         ...);
 // An error in multiples of the noise, in a sentence: three digits, and never an
 // exponent where people read on ("1090").
 std::string Times(double error);
-std::string Plural(int count, const std::string& word);
+
+// In bold, red or green (kBold, ...), where there is `colour`.
+std::string Paint(bool colour, const char* code, const std::string& text);
+
+// " m", of a unit behind a number; "" where it has none ("-").
+std::string Behind(const std::string& unit);
 
 // As many digits as the standard error makes meaningful, and two more.
 std::string Value(double value, double std_error);

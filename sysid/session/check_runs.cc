@@ -7,7 +7,6 @@
 
 #include "models/error.h"
 #include "sysid/io/cell.h"
-#include "sysid/io/misread_column.h"
 #include "sysid/io/unreadable_run.h"
 
 namespace sysid {

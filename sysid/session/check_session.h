@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "sysid/checks/run_checks.h"
+#include "sysid/checks/check.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/session/session.h"
 

@@ -139,7 +139,7 @@ void FillReading(const FitRequest& request, const FitSpecification& spec,
                  Session* session) {
   const Mechanism& mechanism = session->model.mechanism();
   session->flag_columns = ParseColumnMap(request.columns);
-  session->columns = MergeColumnMaps(spec.columns, session->flag_columns);
+  session->columns = MergeByName(spec.columns, session->flag_columns);
   session->flag_edits = {ParseShifts(request.shift, "--shift"),
                          ParseIgnored(request.ignore, "--ignore")};
   session->edits = MergeEdits(spec.edits, session->flag_edits);

@@ -14,7 +14,6 @@
 #include "sysid/report/json.h"
 #include "sysid/report/page_data.h"
 #include "sysid/studio/connection.h"
-#include "sysid/studio/parse_json.h"
 
 namespace sysid {
 namespace {
@@ -44,9 +43,7 @@ constexpr char kPolicy[] =
 
 void Answer(int status, const Json& json, Response* response) {
   response->status = status;
-  response->set_content(
-      json.dump(-1, ' ', false, Json::error_handler_t::replace),
-      "application/json");
+  response->set_content(Compact(json), "application/json");
 }
 
 void Refuse(int status, const std::string& error, const std::string& hint,

@@ -11,10 +11,6 @@
 namespace sysid {
 namespace {
 
-std::string Compact(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
 Json Failed(const std::string& error, const std::string& hint) {
   return {{"type", "failed"}, {"error", error}, {"hint", hint}};
 }
@@ -45,19 +41,17 @@ Studio::Model Studio::Admit(int id) const {
 void Studio::Start() { Launch({}); }
 
 void Studio::Add(int model, const std::string& effects) {
-  StudioChange change;
-  change.from = Admit(model);
-  change.add = SplitList(effects, "effect");
-  if (change.add.empty()) throw InputError("effect", "names none");
-  CheckChange(setup_, change);
-  Launch(std::move(change));
+  Change({Admit(model), SplitList(effects, "effect"), ""});
 }
 
 void Studio::Remove(int model, const std::string& effect) {
-  StudioChange change;
-  change.from = Admit(model);
-  change.remove = effect;
-  if (effect.empty()) throw InputError("effect", "names none");
+  Change({Admit(model), {}, effect});
+}
+
+void Studio::Change(StudioChange change) {
+  if (change.add.empty() && change.remove.empty()) {
+    throw InputError("effect", "names none");
+  }
   CheckChange(setup_, change);
   Launch(std::move(change));
 }

@@ -74,6 +74,7 @@ class Studio {
 
   // The model to be changed. Throws StudioBusy, InputError.
   Model Admit(int id) const;
+  void Change(StudioChange change);  // checked
   void Launch(StudioChange change);
   void Work(const std::stop_token& stop, const StudioChange& change, int id);
   void Report(const std::string& title, double start_s,

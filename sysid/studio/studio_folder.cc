@@ -6,24 +6,21 @@
 
 #include <cerrno>
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <utility>
 
 #include "models/error.h"
-#include "sysid/io/read_file.h"
+#include "sysid/io/byte_source.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/json.h"
-#include "sysid/studio/parse_json.h"
 
 namespace sysid {
 namespace {
 
 constexpr char kIndex[] = "studio.json";
 constexpr char kSchema[] = "sysid.studio/1";
-constexpr char kNoSession[] =
-    "parts of a session are missing in it, or of another kind";
 
 // FNV-1a: tells files apart that a user may mistake, not those of an attacker.
 class Digest {
@@ -39,10 +36,7 @@ class Digest {
     Add(m.data(), sizeof(double) * static_cast<size_t>(m.size()));
   }
   std::string Text() const {
-    char text[20];
-    std::snprintf(text, sizeof(text), "%016llx",
-                  static_cast<unsigned long long>(hash_));
-    return text;
+    return Format("%016llx", static_cast<unsigned long long>(hash_));
   }
 
  private:
@@ -50,8 +44,7 @@ class Digest {
 };
 
 Json ToJson(const std::vector<Run>& runs) {
-  Json list = Json::array();
-  for (const Run& run : runs) {
+  return List(runs, [](const Run& run) -> Json {
     Digest digest;
     digest.Add(run.t.data(), sizeof(double) * run.t.size());
     digest.Add(run.effort);
@@ -59,11 +52,9 @@ Json ToJson(const std::vector<Run>& runs) {
       digest.Add(channel.name);
       digest.Add(channel.values);
     }
-    list.push_back({{"name", run.name},
-                    {"samples", run.size()},
-                    {"digest", digest.Text()}});
-  }
-  return list;
+    return {
+        {"name", run.name}, {"samples", run.size()}, {"digest", digest.Text()}};
+  });
 }
 
 // What must be the same for saved models to be models of a session.
@@ -71,34 +62,27 @@ Json Describe(const StudioSetup& setup) {
   const Session& session = setup.session;
   Digest model;
   model.Add(ReadTextFile(session.model_file));
-  Json free = Json::array();
-  for (const FreeParameter& f : session.free) {
-    free.push_back({{"name", f.parameter.name},
-                    {"initial", Finite(f.initial)},
-                    {"lower", Finite(f.lower)},
-                    {"upper", Finite(f.upper)},
-                    {"prior", f.prior ? Json{f.prior->mean, f.prior->std}
-                                      : Json(nullptr)}});
-  }
+  const auto start = [](const FreeParameter& f) -> Json {
+    return {
+        {"name", f.parameter.name},
+        {"initial", Finite(f.initial)},
+        {"lower", Finite(f.lower)},
+        {"upper", Finite(f.upper)},
+        {"prior", f.prior ? Json{f.prior->mean, f.prior->std} : Json(nullptr)}};
+  };
   // The values that --fix and a specification set.
-  Json values = Json::array();
-  for (const Parameter& p : AllParameters(session.model)) {
-    values.push_back(Finite(p.nominal));
-  }
+  const auto nominal = [](const Parameter& p) { return Finite(p.nominal); };
   const EstimationOptions& options = session.options;
-  Json candidates = Json::array();
-  for (const auto& effect : setup.candidates) {
-    candidates.push_back(effect->name());
-  }
   const Json described = {
       {"model", {{"name", session.model_name}, {"digest", model.Text()}}},
       {"runs", ToJson(session.runs)},
       {"holdout", ToJson(session.holdout)},
-      {"free", free},
+      {"free", List(session.free, start)},
       {"effects", session.effects},
-      {"values", values},
+      {"values", List(AllParameters(session.model), nominal)},
       {"fixed", session.fixed},
-      {"candidates", candidates},
+      {"candidates",
+       List(setup.candidates, [](const auto& e) { return e->name(); })},
       {"options",
        {{"step", options.rollout.step},
         {"integrator", static_cast<int>(options.rollout.integrator)},
@@ -129,12 +113,14 @@ std::string NamesIn(const Json& runs) {
   return names.empty() ? "none" : Join(names);
 }
 
+[[noreturn]] void FailBroken(const std::string& file, const std::string& why) {
+  throw InputError(file, "is broken: " + why,
+                   "restore it, or save to another folder (--out)");
+}
+
 Json ReadJson(const std::string& file) {
   std::optional<Json> json = ParseJson(ReadTextFile(file));
-  if (!json) {
-    throw InputError(file, "is broken: it is no JSON, or nested too deep",
-                     "restore it, or save to another folder (--out)");
-  }
+  if (!json) FailBroken(file, "it is no JSON, or nested too deep");
   return *std::move(json);
 }
 
@@ -160,7 +146,7 @@ StudioFolder::StudioFolder(const StudioSetup& setup) : folder_(setup.folder) {
   if (folder_.empty()) return;
   session_ = Describe(setup);
   if (!std::filesystem::exists(folder_)) CheckWritableFolder(folder_, "--out");
-  lock_ = FolderLock(folder_);
+  lock_.emplace(folder_);
   if (std::filesystem::exists(File(kIndex))) {
     Read();
     CheckWritableFolder(folder_, "--out");
@@ -197,22 +183,19 @@ void StudioFolder::Read() {
     const auto names = index.at("models").get<std::vector<std::string>>();
     for (size_t i = 0; i < names.size(); ++i) {
       if (names[i] != NameOf(static_cast<int>(i))) {
-        throw InputError(File(kIndex),
-                         "is broken: '" + names[i] + "' is no name of a model",
-                         "restore it, or save to another folder (--out)");
+        FailBroken(File(kIndex), "'" + names[i] + "' is no name of a model");
       }
       const std::string file = File(names[i]);
       auto model =
           std::make_shared<StudioModel>(StudioModelFrom(ReadJson(file), file));
       if (model->id != static_cast<int>(i) || model->parent >= model->id) {
-        throw InputError(file, "is broken: it is another model's",
-                         "restore it, or save to another folder (--out)");
+        FailBroken(file, "it is another model's");
       }
       models_.push_back(std::move(model));
     }
   } catch (const Json::exception&) {
-    throw InputError(File(kIndex), std::string("is broken: ") + kNoSession,
-                     "restore it, or save to another folder (--out)");
+    FailBroken(File(kIndex),
+               "parts of a session are missing in it, or of another kind");
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,19 +14,14 @@ namespace sysid {
 // folder itself: nothing is left there, however the program ends).
 class FolderLock {
  public:
-  FolderLock() = default;  // of none
   // Throws InputError where another program holds it.
   explicit FolderLock(const std::string& folder);
-  FolderLock(FolderLock&& other) noexcept
-      : descriptor_(std::exchange(other.descriptor_, -1)) {}
-  FolderLock& operator=(FolderLock&& other) noexcept {
-    std::swap(descriptor_, other.descriptor_);
-    return *this;
-  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
   ~FolderLock();
 
  private:
-  int descriptor_ = -1;
+  const int descriptor_;
 };
 
 // The folder in which a session is saved as it happens: studio.json says of
@@ -56,7 +52,7 @@ class StudioFolder {
   void WriteIndex(int models) const;
 
   std::string folder_;
-  FolderLock lock_;
+  std::optional<FolderLock> lock_;
   Json session_;  // what it is a session of
   std::vector<std::shared_ptr<const StudioModel>> models_;
 };

@@ -1,209 +1,114 @@
 #include "sysid/studio/studio_model.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "models/effects/catalogue.h"
 #include "models/error.h"
-#include "sysid/diagnosis/diagnose.h"
-#include "sysid/estimation/cancelled.h"
-#include "sysid/io/csv.h"
-#include "sysid/report/diagnosis_report.h"
-#include "sysid/session/diagnosis_session.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
 
-using Effects = std::vector<std::shared_ptr<const Effect>>;
+constexpr char kModelSchema[] = "sysid.studio.model/1";
 
-std::vector<std::string> NamesOf(const Effects& effects) {
-  std::vector<std::string> names;
-  for (const auto& effect : effects) names.push_back(effect->name());
-  return names;
-}
-
-// What a change makes of the model as given.
-struct Changed {
-  Effects effects;
-  StudioModel::Start start;
-};
-
-Changed Apply(const StudioSetup& setup, const StudioChange& change) {
-  Changed changed;
-  if (change.from == nullptr) return changed;
-  const Catalogue catalogue;
-  const Mechanism& mechanism = setup.session.model.mechanism();
-  changed.start = change.from->start;
-  for (const std::string& name : change.from->effects) {
-    const auto effect = catalogue.Make(name, mechanism, "effect");
-    if (name != change.remove) {
-      changed.effects.push_back(effect);
-      continue;
-    }
-    // What it stood for goes back to what it was.
-    for (const std::string& parameter : effect->ParameterNames()) {
-      changed.start.values.erase(parameter);
-      changed.start.without_influence.erase(parameter);
-    }
-  }
-  for (const std::string& name : change.add) {
-    changed.effects.push_back(catalogue.Make(name, mechanism, "effect"));
-    const StudioModel::Start& start = change.from->candidates.at(name);
-    for (const auto& [parameter, value] : start.values) {
-      changed.start.values[parameter] = value;
-    }
-    changed.start.without_influence.insert(start.without_influence.begin(),
-                                           start.without_influence.end());
-  }
-  return changed;
-}
-
-// What a fit of the changed model holds, as --fix takes it.
-std::vector<std::string> Held(const Changed& changed) {
-  const StudioModel::Start& start = changed.start;
-  std::vector<std::string> held = {start.without_influence.begin(),
-                                   start.without_influence.end()};
-  for (const auto& effect : changed.effects) {
-    for (const EffectParameter& parameter : effect->parameters()) {
-      const auto at = start.values.find(parameter.name);
-      if (!parameter.whole || at == start.values.end()) continue;
-      held.push_back(parameter.name + "=" + ShortestText(at->second));
-    }
-  }
-  return held;
-}
-
-StudioModel::Start StartOf(const CandidateEffect& candidate) {
-  StudioModel::Start start;
-  for (const ExpectedParameter& p : candidate.screened.parameters) {
-    if (std::isfinite(p.value)) start.values[p.name] = p.value;
-  }
-  if (candidate.confirmed) {
-    for (const ParameterEstimate& p : candidate.confirmed->parameters) {
-      if (std::isfinite(p.value)) start.values[p.name] = p.value;
-    }
-  }
-  const auto& without_influence = candidate.screened.without_influence;
-  start.without_influence.insert(without_influence.begin(),
-                                 without_influence.end());
-  return start;
-}
-
-// Where a model that comes of this one starts: where it ended. What a fit that
-// is in doubt made of its parameters, for want of an effect, may be far from
-// where another model wants them: those start where they always did.
-StudioModel::Start StartAfter(const StudioSetup& setup, const Fit& fit,
-                              const Changed& changed) {
-  StudioModel::Start start{{}, changed.start.without_influence};
-  const EffectSet& effects = fit.model.effects();
-  for (size_t i = 0; i < effects.parameters().size(); ++i) {
-    start.values[effects.parameters()[i].name] = fit.model.nominal().effects[i];
-  }
-  for (const ParameterEstimate& p : fit.parameters) {
-    if (std::isfinite(p.value)) start.values[p.name] = p.value;
-  }
-  if (!IsDoubtful(fit)) return start;
-  for (const FreeParameter& free : setup.problem.free) {
-    start.values.erase(free.parameter.name);
-  }
-  return start;
-}
-
-Json StepOf(const StudioChange& change, const Diagnosis& diagnosis, int id) {
-  if (change.from == nullptr) return nullptr;
-  DiagnosisStep step;
-  step.effects = change.add;
-  step.removed = change.remove;
-  step.segment_s = diagnosis.base.fit.segment_s;
-  if (change.add.size() == 1) {
-    for (const Json& c : change.from->page.at("candidates")) {
-      const std::string name = c.at("effect").get<std::string>() + "@" +
-                               c.at("target").get<std::string>();
-      const Json& predicted = c.at("predictedError");
-      if (name == change.add[0] && predicted.is_number()) {
-        step.predicted = predicted.get<double>();
-      }
-    }
-  }
-  step.train_before = change.from->Error("trainError");
-  step.holdout_before = change.from->Error("holdoutError");
-  step.train_after = diagnosis.base.train_error();
-  step.holdout_after = diagnosis.base.holdout_error();
-  return PageStep(step, id, change.from->id);
-}
-
-std::string TitleOf(const std::vector<std::string>& effects) {
-  return effects.empty() ? "as given" : "+ " + Join(effects, " + ");
-}
-
-// What the data says to do next, from this model.
-std::string NextCommand(const PageSource& source, const Diagnosis& diagnosis,
-                        const FinalFit& final) {
-  const NextStep next = ChooseNext(diagnosis, &final);
-  return source.fit_command(next.add, next.fix);
+InputError Broken(const std::string& file) {
+  return InputError(file,
+                    "is broken: parts of a model are missing in it, or of "
+                    "another kind",
+                    "restore it, or save to another folder (--out)");
 }
 
 }  // namespace
 
-PageSource SourceOf(const StudioSetup& setup) {
-  PageSource source = setup.page;
-  source.live = true;
-  source.session = &setup.session;
-  source.train = setup.problem.train.get();
-  source.holdout = setup.problem.holdout.get();
-  return source;
+static void to_json(Json& json, const StudioModel::Start& start) {
+  json = {{"values", start.values}, {"idle", start.without_influence}};
 }
 
-StudioModel FitStudioModel(
-    const StudioSetup& setup, const StudioChange& change, int id,
-    const std::stop_token& stop,
-    const std::function<void(const Progress&)>& progress) {
-  const Changed changed = Apply(setup, change);
-  DiagnosisProblem problem =
-      WithEffects(setup.problem, changed.effects,
-                  changed.start.without_influence, changed.start.values);
-  problem.options.stop = stop;
-  problem.options.progress = progress;
-  Session session = setup.session;
-  session.model = problem.model;
-  session.free = problem.free;
-  session.effects = problem.model.effects().names();
-  session.options.stop = stop;
-  session.options.progress = progress;
-  const Diagnosis diagnosis = Diagnose(problem, setup.candidates, {});
-  const FinalFit final = FitFinal(session, problem, diagnosis);
+static void from_json(const Json& json, StudioModel::Start& start) {
+  json.at("values").get_to(start.values);
+  json.at("idle").get_to(start.without_influence);
+}
 
-  StudioModel model;
-  model.id = id;
-  model.parent = change.from == nullptr ? -1 : change.from->id;
-  for (const std::string& name : NamesOf(changed.effects)) {
-    // Another may have taken its place.
-    if (problem.model.effects().Contains(name)) model.effects.push_back(name);
+double StudioModel::Error(const char* key) const {
+  const Json& value = page.at(key);
+  return value.is_number() ? value.get<double>() : 0.0;
+}
+
+Json ToJson(const StudioModel& model) {
+  return {{"schema", kModelSchema}, {"id", model.id},
+          {"parent", model.parent}, {"effects", model.effects},
+          {"start", model.start},   {"candidates", model.candidates},
+          {"step", model.step},     {"files", model.files},
+          {"page", model.page}};
+}
+
+StudioModel StudioModelFrom(const Json& json, const std::string& file) {
+  try {
+    StudioModel model;
+    if (json.at("schema") != kModelSchema) {
+      throw InputError(file, "is of another version",
+                       "save to another folder (--out)");
+    }
+    // get<int>() rounds, wraps, and takes `true` for 1.
+    const auto whole = [&](const char* key) {
+      const Json& value = json.at(key);
+      if (!value.is_number_integer() || value != value.get<int>()) {
+        throw Broken(file);
+      }
+      return value.get<int>();
+    };
+    model.id = whole("id");
+    model.parent = whole("parent");
+    json.at("effects").get_to(model.effects);
+    json.at("start").get_to(model.start);
+    json.at("candidates").get_to(model.candidates);
+    model.step = json.at("step");
+    json.at("files").get_to(model.files);
+    model.page = json.at("page");
+    model.page.at("candidates");
+    model.Error("trainError");
+    model.Error("holdoutError");
+    return model;
+  } catch (const Json::exception&) {
+    throw Broken(file);
   }
-  model.start = StartAfter(setup, diagnosis.base.fit, changed);
-  for (const CandidateEffect& candidate : diagnosis.candidates) {
-    model.candidates[candidate.screened.name()] = StartOf(candidate);
+}
+
+std::string StudioChange::Title() const {
+  if (from == nullptr) return "as given";
+  return remove.empty() ? "+ " + Join(add, " + ") : "- " + remove;
+}
+
+void CheckChange(const StudioSetup& setup, const StudioChange& change) {
+  if (change.from == nullptr) return;
+  const std::string place = "effect";
+  const std::string model = "model " + std::to_string(change.from->id);
+  if (!change.remove.empty() &&
+      !Contains(change.from->effects, change.remove)) {
+    throw InputError(place, "'" + change.remove + "' was not added to " + model,
+                     change.from->effects.empty()
+                         ? "it has no effects beyond the model as given"
+                         : NameHint(change.remove, change.from->effects));
   }
-  PageSource source = SourceOf(setup);
-  source.fit_command = [&](const std::string& add, const std::string& fix) {
-    std::vector<std::string> all = model.effects;
-    if (!add.empty()) all.push_back(add);
-    std::vector<std::string> held = Held(changed);
-    if (!fix.empty()) held.push_back(fix);
-    return setup.page.fit_command(Join(all, ","), Join(held, ","));
-  };
-  const ShownModel judged =
-      OpenEvaluatedModel(session, problem, diagnosis.base);
-  PageFit fit = judged.Show(id, TitleOf(model.effects));
-  fit.next_command = NextCommand(source, diagnosis, final);
-  model.page = PageModel(source, fit, &diagnosis);
-  model.page["wholeRuns"] = PageWholeRuns(final);
-  model.step = StepOf(change, diagnosis, id);
-  const PageFit whole = ShowFinal(final, id);
-  for (const ModelFile& file : ModelFiles()) {
-    model.files[file.name] = ModelFileText(whole, file.name);
+  const Catalogue catalogue;
+  for (size_t i = 0; i < change.add.size(); ++i) {
+    const std::string& name = change.add[i];
+    catalogue.Make(name, setup.session.model.mechanism(), place);  // or throws
+    if (Contains(change.from->effects, name) ||
+        std::count(change.add.begin(), change.add.end(), name) > 1) {
+      throw InputError(place, "'" + name + "' is in " + model + " already",
+                       "add another, or remove it");
+    }
+    if (change.from->candidates.count(name) == 0) {
+      std::vector<std::string> names;
+      for (const auto& [known, start] : change.from->candidates) {
+        names.push_back(known);
+      }
+      throw InputError(
+          place, "'" + name + "' is no candidate of " + model,
+          names.empty() ? "it has none" : "its candidates: " + Join(names));
+    }
   }
-  ThrowIfCancelled(stop);
-  return model;
 }
 
 }  // namespace sysid

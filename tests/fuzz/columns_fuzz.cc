@@ -26,7 +26,7 @@ void ExpectSameMap(const ColumnMap& map) {
     FUZZ_EXPECT(again[i].name == map[i].name);
     FUZZ_EXPECT(again[i].expression == map[i].expression);
   }
-  const ColumnMap merged = MergeColumnMaps(map, again);
+  const ColumnMap merged = MergeByName(map, again);
   FUZZ_EXPECT(merged.size() == map.size());
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sysid/io/csv.h"
+#include "tests/sysid/io/read_columns.h"
 #include "tests/tools/programs.h"
 
 namespace sysid {
@@ -161,7 +162,7 @@ TEST_F(FitFilesTest, PredictionsFollowEachOtherInTime) {
   const std::vector<std::string>& header = file.header();
   std::vector<int> all;
   for (size_t i = 0; i < header.size(); ++i) all.push_back(i);
-  const CsvFile::Table table = file.ReadColumns(all);
+  const Table table = ReadColumns(file, all);
   ASSERT_EQ(table.rows(), 3 * 101);
   ASSERT_GE(header.size(), 6u);
   EXPECT_EQ(header[0], "t");

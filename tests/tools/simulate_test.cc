@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "sysid/io/csv.h"
+#include "tests/sysid/io/read_columns.h"
 #include "tests/tools/programs.h"
 
 namespace sysid {
@@ -14,13 +15,13 @@ using ::testing::HasSubstr;
 class SimulateTest : public ::testing::Test {
  protected:
   // The numbers of a run, by column.
-  CsvFile::Table Numbers(const std::string& name) {
+  Table Numbers(const std::string& name) {
     CsvFile file(folder_.Path(name));
     std::vector<int> all;
     for (size_t i = 0; i < file.header().size(); ++i) {
       all.push_back(static_cast<int>(i));
     }
-    return file.ReadColumns(all);
+    return ReadColumns(file, all);
   }
 
   void ExpectFlags(const Arguments& more, const std::string& place,

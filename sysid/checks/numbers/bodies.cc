@@ -7,12 +7,32 @@
 #include "sysid/checks/shipped_checks.h"
 
 namespace sysid {
+namespace {
+
+// Whether any joint between the base and the link turns. What only slides shows
+// neither inertia nor centre of mass: placeholders stand there.
+bool Turns(const Mechanism& mechanism, int link) {
+  for (int at = link; at >= 0;) {
+    int parent = -1;
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.child_link != at) continue;
+      if (IsRotation1(joint.type) || joint.type == JointType::kSpherical) {
+        return true;
+      }
+      parent = joint.parent_link;
+    }
+    at = parent;
+  }
+  return false;
+}
+
+}  // namespace
 
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings) {
   const Mechanism& mechanism = input.model->mechanism();
   for (size_t i = 1; i < mechanism.links.size(); ++i) {
     const Inertial<double>& body = input.model->nominal().links[i];
-    if (body.mass <= 0.0) continue;
+    if (body.mass <= 0.0 || !Turns(mechanism, static_cast<int>(i))) continue;
     Finding finding;
     finding.severity = Severity::kNote;
     finding.file = input.model_file;

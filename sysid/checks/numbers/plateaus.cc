@@ -8,6 +8,7 @@
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
@@ -114,8 +115,7 @@ Finding OfSpans(const CheckInput& input, const Series& series,
   finding.weight = 1e3 * samples / series.y.size();
   finding.t_start = series.t[spans.front().first];
   finding.t_end = series.t[spans.back().second];
-  finding.evidence = what + ", " + std::to_string(spans.size()) +
-                     (spans.size() == 1 ? " time" : " times") + ", " +
+  finding.evidence = what + ", " + CountOf(spans.size(), "time") + ", " +
                      std::to_string(samples) + " of " +
                      std::to_string(series.y.size()) + " samples";
   finding.consequence = consequence;

@@ -6,6 +6,7 @@
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/run_columns.h"
 
 namespace sysid {
@@ -108,19 +109,16 @@ void CheckEffortSpikes(const CheckInput& input,
       const std::vector<int> spikes = FindSinglePeaks(effort);
       const size_t most = std::max<size_t>(3, run->t.size() / 50);
       if (spikes.empty() || spikes.size() > most) continue;
-      Finding finding;
-      finding.fault = "spikes";
-      finding.file = run->name;
-      finding.subject = group.columns.front();
+      Finding finding =
+          At(*run, group.columns.front(), "spikes", Severity::kWrong);
       finding.weight = static_cast<double>(spikes.size());
       finding.t_start = run->t[spikes.front()];
       finding.t_end = run->t[spikes.back()];
-      finding.evidence =
-          std::to_string(spikes.size()) +
-          (spikes.size() == 1 ? " value jumps" : " values jump") +
-          " away for one sample and back, the first to " +
-          ShortNumber(effort[spikes.front()]) + " at " +
-          ShortNumber(run->t[spikes.front()]) + " s";
+      finding.evidence = CountOf(spikes.size(), "value") +
+                         (spikes.size() == 1 ? " jumps" : " jump") +
+                         " away for one sample and back, the first to " +
+                         ShortNumber(effort[spikes.front()]) + " at " +
+                         ShortNumber(run->t[spikes.front()]) + " s";
       finding.consequence =
           "the model is pushed there, and what was measured was not";
       finding.remedies = {

@@ -95,10 +95,7 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
     std::vector<std::pair<int, int>> rests = Rests(seen);
     const std::pair<int, int> longest = rests.front();
     const auto [first, last] = longest;
-    Finding finding;
-    finding.fault = "still";
-    finding.severity = Severity::kHarmful;
-    finding.file = run->name;
+    Finding finding = At(*run, "", "still", Severity::kHarmful);
     finding.t_start = begin + first * window;
     finding.t_end = begin + last * window;
     finding.weight = 100.0 * still / looked_at;

@@ -9,18 +9,10 @@
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"
 #include "sysid/estimation/noise.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
-
-Finding OfRun(const Run& run, const std::string& fault, Severity severity) {
-  Finding finding;
-  finding.fault = fault;
-  finding.severity = severity;
-  finding.file = run.name;
-  finding.subject = "t";
-  return finding;
-}
 
 // Rms of what no smooth curve through a column explains, by the stamps of its
 // samples and by their count.
@@ -97,7 +89,7 @@ void CheckJitter(const CheckInput& input, std::vector<Finding>* findings) {
       column = series.column;
     }
     if (most < kRougher || least < kSmoother) continue;
-    Finding finding = OfRun(*run, kTimeJitter, Severity::kHarmful);
+    Finding finding = At(*run, "t", kTimeJitter, Severity::kHarmful);
     finding.weight = most;
     finding.evidence = "the steps of t vary by " + ShortNumber(1e3 * spread) +
                        " ms about " + ShortNumber(1e3 * period) + " ms, but " +
@@ -133,14 +125,14 @@ void CheckGaps(const CheckInput& input, std::vector<Finding>* findings) {
       }
     }
     if (gaps == 0) continue;
-    Finding finding = OfRun(*run, "gap", Severity::kHarmful);
+    Finding finding = At(*run, "t", "gap", Severity::kHarmful);
     finding.weight = longest / period;
     finding.t_start = at;
     finding.t_end = at + longest;
     finding.evidence = "about " + ShortNumber(lost) + " samples of " +
                        ShortNumber(1e3 * period) + " ms are lost in " +
-                       std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") +
-                       ", the longest of " + ShortNumber(longest) + " s";
+                       CountOf(gaps, "gap") + ", the longest of " +
+                       ShortNumber(longest) + " s";
     finding.consequence = "the efforts there are unknown: the last one is held";
     finding.remedies = {"cut the file at " + ShortNumber(at) +
                         " s into two, and give both to --traj"};
@@ -163,7 +155,7 @@ void CheckSamples(const CheckInput& input, std::vector<Finding>* findings) {
     const double fitted =
         input.model->tangent_size() + 1.0 * input.free->size();
     if (numbers >= kEnough * fitted) continue;
-    Finding finding = OfRun(*run, "few_samples", Severity::kHarmful);
+    Finding finding = At(*run, "t", "few_samples", Severity::kHarmful);
     finding.evidence = ShortNumber(numbers) + " numbers in " +
                        std::to_string(run->size()) + " samples, for " +
                        ShortNumber(fitted) + " that are to be fitted";

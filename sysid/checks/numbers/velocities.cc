@@ -23,15 +23,11 @@ struct Agreement {
 
 Agreement Compare(const Series& q, const Series& qd, double lag,
                   double window) {
-  const auto integral = [&](const std::vector<double>& t,
-                            const std::vector<double>& v) {
-    std::vector<double> sum(t.size(), 0.0);
-    for (size_t k = 1; k < t.size(); ++k) {
-      sum[k] = sum[k - 1] + 0.5 * (v[k] + v[k - 1]) * (t[k] - t[k - 1]);
-    }
-    return sum;
-  };
-  const std::vector<double> sum = integral(qd.t, qd.y);
+  std::vector<double> sum(qd.t.size(), 0.0);  // the integral
+  for (size_t k = 1; k < sum.size(); ++k) {
+    sum[k] =
+        sum[k - 1] + 0.5 * (qd.y[k] + qd.y[k - 1]) * (qd.t[k] - qd.t[k - 1]);
+  }
   const auto value = [](const std::vector<double>& t,
                         const std::vector<double>& y, double at) {
     const auto next = std::upper_bound(t.begin(), t.end(), at);

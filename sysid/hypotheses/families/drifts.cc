@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "sysid/hypotheses/families/families.h"
+#include "sysid/io/run_columns.h"
 
 namespace sysid {
 namespace {

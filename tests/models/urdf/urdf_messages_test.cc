@@ -13,7 +13,6 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 std::string Message(const std::string& text) {
   try {
@@ -433,10 +432,10 @@ TEST(UrdfMessages, EveryFaultIsListedInTheOrderOfTheFile) {
       "or along which the joint moves)");
 }
 
-TEST(UrdfMessages, UrdfdomKeepsOffTheConsole) {
+TEST(UrdfMessages, KeepsOffTheConsole) {
   testing::internal::CaptureStderr();
   testing::internal::CaptureStdout();
-  EXPECT_THAT(MoreMessage("<link name='other'/>"), Not(HasSubstr("urdfdom")));
+  MoreMessage("<link name='other'/>");
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
 }

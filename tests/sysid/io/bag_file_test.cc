@@ -12,6 +12,7 @@
 #include "tests/support/error_text.h"
 #include "tests/sysid/io/bag_writer.h"
 #include "tests/sysid/io/chain.h"
+#include "tests/sysid/io/read_columns.h"
 #include "tests/sysid/io/scratch_file.h"
 
 namespace sysid {
@@ -45,8 +46,8 @@ std::string PlainBag() {
 
 std::string OpenError(const std::string& bytes, const std::string& topic = "") {
   const ScratchFile file("run.bag", bytes);
-  const std::string text =
-      ErrorText([&] { BagFile(file.path(), topic).ReadColumns({0}); });
+  const std::string text = ErrorText(
+      [&] { ReadColumns(*OpenBagFile(ByteSource(file.path()), topic), {0}); });
   // Without the folder.
   return text.substr(text.find("run.bag"));
 }
@@ -88,16 +89,17 @@ TEST(BagFileTest, MessagesMayHaveOtherJoints) {
       W::Message(0, 2, W::JointState(2, 0, {"a"}, {4})) +
       W::Message(1, 2, W::JointState(3, 0, {"b"}, {5}));
   const ScratchFile file("run.bag", W::Bag(records));
-  BagFile bag(file.path(), "");
-  EXPECT_THAT(bag.header(), ElementsAre("t", "a.q", "b.q", "b.qd"));
-  const TableFile::Table table = bag.ReadColumns({0, 1, 2, 3});
+  const std::unique_ptr<TableFile> bag =
+      OpenBagFile(ByteSource(file.path()), "");
+  EXPECT_THAT(bag->header(), ElementsAre("t", "a.q", "b.q", "b.qd"));
+  const Table table = ReadColumns(*bag, {0, 1, 2, 3});
   // Of one stamp: one row.
   EXPECT_THAT(table.columns[0], ElementsAre(0, 1, 2));
   EXPECT_THAT(table.columns[1], ElementsAre(1, 4, IsNan()));
   EXPECT_THAT(table.columns[2], ElementsAre(2, IsNan(), 5));
   EXPECT_THAT(table.columns[3], ElementsAre(3, IsNan(), IsNan()));
-  EXPECT_EQ(bag.RowName(1), "message 3");
-  EXPECT_EQ(bag.Place(2, 1), file.path() + ":/js: message 4");
+  EXPECT_EQ(bag->RowName(1), "message 3");
+  EXPECT_EQ(bag->Place(2, 1), file.path() + ":/js: message 4");
 }
 
 TEST(BagFileTest, CountsByReceiptWhereStampsAreMissing) {
@@ -106,9 +108,10 @@ TEST(BagFileTest, CountsByReceiptWhereStampsAreMissing) {
       W::Message(0, 7, W::JointState(0, 0, {"a"}, {1})) +
       W::Message(0, 9, W::JointState(0, 0, {"a"}, {4}));
   const ScratchFile file("run.bag", W::Bag(records));
-  BagFile bag(file.path(), "");
-  EXPECT_THAT(bag.ReadColumns({0}).columns[0], ElementsAre(0, 2));
-  EXPECT_THAT(bag.notices()[0], HasSubstr("some carry no stamp"));
+  const std::unique_ptr<TableFile> bag =
+      OpenBagFile(ByteSource(file.path()), "");
+  EXPECT_THAT(ReadColumns(*bag, {0}).columns[0], ElementsAre(0, 2));
+  EXPECT_THAT(bag->notices()[0], HasSubstr("some carry no stamp"));
 }
 
 TEST(BagFileTest, ReportsTimeThatRepeatsWithItsMessages) {
@@ -179,7 +182,7 @@ TEST(BagFileTest, SurvivesDamage) {
   const auto survives = [&](const std::string& bytes) {
     const ScratchFile file("damaged.bag", bytes);
     try {
-      BagFile(file.path(), "").ReadColumns({0});
+      ReadColumns(*OpenBagFile(ByteSource(file.path()), ""), {0});
     } catch (const InputError&) {
       ++refused;
     }

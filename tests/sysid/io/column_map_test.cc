@@ -71,9 +71,9 @@ TEST(ColumnMapTest, EntriesOfOneRun) {
 }
 
 TEST(ColumnMapTest, FlagsWinOverTheFile) {
-  const ColumnMap merged =
-      MergeColumnMaps({{"t", "time", "f:1:1"}, {"joint1.q", "a", "f:2:1"}},
-                      {{"joint1.q", "b", "--columns"}});
+  const ColumnMap merged = MergeByName<ColumnMapping>(
+      {{"t", "time", "f:1:1"}, {"joint1.q", "a", "f:2:1"}},
+      {{"joint1.q", "b", "--columns"}});
   ASSERT_EQ(merged.size(), 2u);
   EXPECT_EQ(merged[0].expression, "b");
   EXPECT_EQ(merged[1].expression, "time");

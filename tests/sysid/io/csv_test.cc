@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/support/error_text.h"
+#include "tests/sysid/io/read_columns.h"
 
 namespace sysid {
 namespace {
@@ -17,8 +18,8 @@ using ::testing::IsNan;
 
 CsvFile File(const std::string& text) { return CsvFile("run.csv", text); }
 
-CsvFile::Table Read(const std::string& text, const std::vector<int>& wanted) {
-  return File(text).ReadColumns(wanted);
+Table Read(const std::string& text, const std::vector<int>& wanted) {
+  return ReadColumns(File(text), wanted);
 }
 
 std::string ReadError(const std::string& text, const std::vector<int>& wanted) {
@@ -28,9 +29,8 @@ std::string ReadError(const std::string& text, const std::vector<int>& wanted) {
 TEST(CsvTest, ReadsHeaderNumbersAndLineNumbers) {
   CsvFile file = File("# made by hand\nt,a, b \n0,1,2\n\n1,3,4\n\n");
   EXPECT_THAT(file.header(), ElementsAre("t", "a", "b"));
-  EXPECT_EQ(file.header_line(), 2);
-  EXPECT_EQ(file.last_comment(), "made by hand");
-  const CsvFile::Table table = file.ReadColumns({0, 2});
+  EXPECT_EQ(file.HeaderPlace(0), "run.csv:2:1");
+  const Table table = ReadColumns(file, {0, 2});
   EXPECT_EQ(file.Place(0, 2), "run.csv:3:3");
   EXPECT_EQ(file.Place(1, 0), "run.csv:5:1");
   EXPECT_EQ(file.RowName(1), "line 5");
@@ -41,7 +41,7 @@ TEST(CsvTest, ReadsHeaderNumbersAndLineNumbers) {
 TEST(CsvTest, TakesEveryKindOfLineEnd) {
   for (const std::string end : {"\n", "\r\n", "\r"}) {
     CsvFile file = File("t,a" + end + "# c" + end + "0,1" + end + "1,2");
-    const CsvFile::Table table = file.ReadColumns({0, 1});
+    const Table table = ReadColumns(file, {0, 1});
     EXPECT_EQ(file.RowName(0), "line 3");
     EXPECT_EQ(file.RowName(1), "line 4");
     EXPECT_THAT(table.columns[1], ElementsAre(1, 2));
@@ -56,15 +56,14 @@ TEST(CsvTest, ReadsQuotedCells) {
   CsvFile file = File(
       "\"t\",\"a, \"\"b\"\"\",c\n\"0\",\"1.5\",\"two\nlines\"\n1, \"2\" ,x\n");
   EXPECT_THAT(file.header(), ElementsAre("t", "a, \"b\"", "c"));
-  const CsvFile::Table table = file.ReadColumns({0, 1});
+  const Table table = ReadColumns(file, {0, 1});
   EXPECT_THAT(table.columns[1], ElementsAre(1.5, 2));
   EXPECT_EQ(file.RowName(0), "line 2");
   EXPECT_EQ(file.RowName(1), "line 4");
 }
 
 TEST(CsvTest, ReadsEveryFormOfNumber) {
-  const CsvFile::Table table =
-      Read("a\n-1.5e-3\n+2\n .5\n1E3\n1e-999\nnan\nNaN\n", {0});
+  const Table table = Read("a\n-1.5e-3\n+2\n .5\n1E3\n1e-999\nnan\nNaN\n", {0});
   EXPECT_THAT(table.columns[0],
               ElementsAre(-1.5e-3, 2, 0.5, 1000, 0, IsNan(), IsNan()));
   EXPECT_THAT(Read("a,b\n1,\n,2\n", {0, 1}).columns[1],
@@ -72,7 +71,7 @@ TEST(CsvTest, ReadsEveryFormOfNumber) {
 }
 
 TEST(CsvTest, ReadsAColumnTwiceWhereItIsAskedTwice) {
-  const CsvFile::Table table = Read("a,b\n1,2\n3,4\n", {1, 1});
+  const Table table = Read("a,b\n1,2\n3,4\n", {1, 1});
   EXPECT_THAT(table.columns[0], ElementsAre(2, 4));
   EXPECT_THAT(table.columns[1], ElementsAre(2, 4));
 }
@@ -119,7 +118,7 @@ TEST(CsvTest, ReportsCommentsOfOthers) {
   const auto check = [](const std::string& text) {
     CsvFile file = File(text);
     file.CheckHeader();
-    file.ReadColumns({0, 1});
+    ReadColumns(file, {0, 1});
   };
   for (const std::string text :
        {"% by me\nt,a\n0,1\n", "% by me, twice\n% on 3, 4\nt,a\n0,1\n",

@@ -12,6 +12,7 @@
 #include "sysid/io/bag_file.h"
 #include "tests/support/error_text.h"
 #include "tests/sysid/io/bag_writer.h"
+#include "tests/sysid/io/read_columns.h"
 #include "tests/sysid/io/scratch_file.h"
 
 namespace sysid {
@@ -80,13 +81,14 @@ TEST(DecompressTest, BagsMayBeCompressed) {
     const std::string kind = bzip2 ? "bz2" : "lz4";
     const ScratchFile file("run.bag",
                            W::Bag(W::Chunk(kind, packed, records.size())));
-    const TableFile::Table table = BagFile(file.path(), "").ReadColumns({0, 1});
+    const Table table =
+        ReadColumns(*OpenBagFile(ByteSource(file.path()), ""), {0, 1});
     ASSERT_EQ(table.rows(), 500);
     EXPECT_EQ(table.columns[0][499], 499.0);
     EXPECT_EQ(table.columns[1][499], 249.5);
     const ScratchFile wrong("wrong.bag",
                             W::Bag(W::Chunk(kind, packed, 1000000000)));
-    EXPECT_THAT(ErrorText([&] { BagFile(wrong.path(), ""); }),
+    EXPECT_THAT(ErrorText([&] { OpenBagFile(ByteSource(wrong.path()), ""); }),
                 testing::HasSubstr("a chunk cannot be decompressed: it does "
                                    "not come to the size that it claims"));
   }

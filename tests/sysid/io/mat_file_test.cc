@@ -17,6 +17,7 @@
 #include "sysid/io/read_run.h"
 #include "tests/support/error_text.h"
 #include "tests/sysid/io/chain.h"
+#include "tests/sysid/io/read_columns.h"
 #include "tests/sysid/io/scratch_file.h"
 
 namespace sysid {
@@ -75,7 +76,7 @@ TEST_P(MatFileTest, ReadsVectorsAndMatricesByTheirNames) {
   const auto file = Open();
   EXPECT_THAT(file->header(), ElementsAre("i", "m", "pos(:,1)", "pos(:,2)", "t",
                                           "wide(1,:)", "wide(2,:)"));
-  const TableFile::Table table = file->ReadColumns({4, 3, 5, 6, 0});
+  const Table table = ReadColumns(*file, {4, 3, 5, 6, 0});
   EXPECT_THAT(table.columns[0], ElementsAre(0, 0.5, 1));
   EXPECT_THAT(table.columns[1], ElementsAre(4, 5, 6));
   EXPECT_THAT(table.columns[2], ElementsAre(1, 3, 5));
@@ -111,7 +112,7 @@ TEST_P(MatFileTest, ReadsStructures) {
   const auto file = Open();
   EXPECT_THAT(file->header(), ElementsAre("log.Time", "log.Data(:,1)",
                                           "log.Data(:,2)", "y(1).v", "y(2).v"));
-  const TableFile::Table table = file->ReadColumns({0, 2, 4});
+  const Table table = ReadColumns(*file, {0, 2, 4});
   EXPECT_THAT(table.columns[0], ElementsAre(0, 1));
   EXPECT_THAT(table.columns[1], ElementsAre(3, 4));
   EXPECT_THAT(table.columns[2], ElementsAre(7, 8));
@@ -131,17 +132,17 @@ TEST_P(MatFileTest, LeavesOutWhatIsNoArrayOfNumbers) {
 TEST_P(MatFileTest, ReportsColumnsOfOtherLengths) {
   Write({Matrix("q", 2, 1, {0, 1}), Matrix("t", 3, 1, {0, 1, 2})});
   EXPECT_EQ(ErrorText([&] {
-              Open()->ReadColumns({0, 1});
+              ReadColumns(*Open(), {0, 1});
             }),
             file_.path() +
                 ":t: has 3 samples, but 'q' 2\n"
                 "  hint: columns that are read together have one length");
-  EXPECT_THAT(Open()->ReadColumns({0}).columns[0], ElementsAre(0, 1));
+  EXPECT_THAT(ReadColumns(*Open(), {0}).columns[0], ElementsAre(0, 1));
 }
 
 TEST_P(MatFileTest, ReportsAnInfiniteNumber) {
   Write({Matrix("t", 3, 1, {0, INFINITY, 2})});
-  EXPECT_EQ(ErrorText([&] { Open()->ReadColumns({0}); }),
+  EXPECT_EQ(ErrorText([&] { ReadColumns(*Open(), {0}); }),
             file_.path() +
                 ":t: sample 2: is not finite\n"
                 "  hint: NaN is a missing measurement");
@@ -233,7 +234,7 @@ TEST(MatFileSizeTest, SurvivesDamage) {
       }
       std::ofstream(file.path(), std::ios::binary) << damaged;
       try {
-        OpenTable(file.path())->ReadColumns({0});
+        ReadColumns(*OpenTable(file.path()), {0});
       } catch (const InputError&) {
         ++refused;
       }

@@ -11,6 +11,7 @@
 #include "sysid/io/read_run.h"
 #include "tests/support/error_text.h"
 #include "tests/sysid/io/chain.h"
+#include "tests/sysid/io/read_columns.h"
 
 namespace sysid {
 namespace {
@@ -29,7 +30,7 @@ std::string ReadError(const std::string& text) {
     for (size_t i = 0; i < file.header().size(); ++i) {
       all.push_back(static_cast<int>(i));
     }
-    file.ReadColumns(all);
+    ReadColumns(file, all);
   });
 }
 
@@ -39,7 +40,7 @@ void ExpectPair(const std::string& text, const std::vector<double>& a,
                 const std::vector<std::string>& notices) {
   CsvFile file = File(text);
   ASSERT_THAT(file.header(), ElementsAre("t", "q")) << text;
-  const TableFile::Table table = file.ReadColumns({0, 1});
+  const Table table = ReadColumns(file, {0, 1});
   EXPECT_EQ(table.columns[0], a) << text;
   EXPECT_EQ(table.columns[1], b) << text;
   EXPECT_EQ(file.notices(), notices) << text;
@@ -155,7 +156,7 @@ TEST(PlainLayoutTest, ReadsFarBeyondWhatItHolds) {
     sum += 0.5 * rows;
   }
   CsvFile file = File(text);
-  const TableFile::Table table = file.ReadColumns({2});
+  const Table table = ReadColumns(file, {2});
   ASSERT_EQ(table.rows(), rows);
   double read = 0.0;
   for (const double q : table.columns[0]) read += q;
@@ -194,7 +195,7 @@ TEST(MotiveLayoutTest, NamesColumnsByObjectAndAxis) {
                   "arm:M 1 (Rigid Body Marker).Z", "arm:M 1.Marker Quality",
                   "arm:M 1 (Marker).X", "arm:M 1 (Marker).Y",
                   "arm:M 1 (Marker).Z", "tip.X", "tip.Y", "tip.Z"));
-  const TableFile::Table table = file.ReadColumns({1, 14, 19});
+  const Table table = ReadColumns(file, {1, 14, 19});
   EXPECT_THAT(table.columns[0], ElementsAre(0, 0.01, 0.02));
   EXPECT_THAT(table.columns[1], ElementsAre(4.1, IsNan(), 4.1));
   EXPECT_THAT(table.columns[2], ElementsAre(300, 310, IsNan()));
@@ -268,7 +269,7 @@ TEST(ViconLayoutTest, MakesTimeOfTheFrames) {
       file.header(),
       ElementsAre("Frame", "Sub Frame", "arm:tip.X", "arm:tip.Y", "arm:tip.Z",
                   "arm:elbow.X", "arm:elbow.Y", "arm:elbow.Z", "t"));
-  const TableFile::Table table = file.ReadColumns({8, 5});
+  const Table table = ReadColumns(file, {8, 5});
   EXPECT_THAT(table.columns[0], ElementsAre(0.51, 0.52, 0.54));
   EXPECT_THAT(table.columns[1], ElementsAre(4, IsNan(), 4));
   EXPECT_THAT(file.notices(),
@@ -308,7 +309,7 @@ TEST(QualisysLayoutTest, ZerosAreAMarkerThatWasNotSeen) {
   EXPECT_THAT(file.header(),
               ElementsAre("tip.X", "tip.Y", "tip.Z", "the elbow.X",
                           "the elbow.Y", "the elbow.Z", "t"));
-  const TableFile::Table table = file.ReadColumns({6, 0, 4});
+  const Table table = ReadColumns(file, {6, 0, 4});
   EXPECT_THAT(table.columns[0], ElementsAre(0, 0.005, 0.01));
   EXPECT_THAT(table.columns[1], ElementsAre(1, IsNan(), 1));
   EXPECT_THAT(table.columns[2], ElementsAre(5, 0, IsNan()));
@@ -323,16 +324,19 @@ TEST(QualisysLayoutTest, ZerosAreAMarkerThatWasNotSeen) {
 TEST(QualisysLayoutTest, ReadsFramesAndTimesWhereTheyStand) {
   const std::string row = "1\t2\t3\t4\t5\t6\n";
   EXPECT_THAT(File(Qualisys("", "1\t0.25\t" + row)).header().at(1), "t");
-  EXPECT_THAT(File(Qualisys("Frame\tTime\ttip X\ttip Y\ttip Z\te X\te Y\te Z\t"
-                            "\n",
-                            "1\t0.25\t" + row))
-                  .ReadColumns({1})
-                  .columns[0],
-              ElementsAre(0.25));
-  EXPECT_THAT(File(Qualisys("Time\t X\t Y\t Z\t X\t Y\t Z\n", "0.25\t" + row))
-                  .ReadColumns({0})
-                  .columns[0],
-              ElementsAre(0.25));
+  EXPECT_THAT(
+      ReadColumns(
+          File(Qualisys("Frame\tTime\ttip X\ttip Y\ttip Z\te X\te Y\te Z\t"
+                        "\n",
+                        "1\t0.25\t" + row)),
+          {1})
+          .columns[0],
+      ElementsAre(0.25));
+  EXPECT_THAT(
+      ReadColumns(
+          File(Qualisys("Time\t X\t Y\t Z\t X\t Y\t Z\n", "0.25\t" + row)), {0})
+          .columns[0],
+      ElementsAre(0.25));
   EXPECT_THAT(
       File(Qualisys("Frame\t X\t Y\t Z\t X\t Y\t Z\n", "7\t" + row)).header(),
       testing::Contains("Frame"));

@@ -13,8 +13,7 @@
 
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
-#include "sysid/report/page_candidates.h"
-#include "sysid/report/page_series.h"
+#include "sysid/report/page_parts.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
 namespace sysid {

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
-#include "sysid/report/json.h"
+#include "sysid/report/page_data.h"
 
 namespace sysid {
+
+// Parts of the page's document.
 
 // A Series of page_data.ts: little-endian float32 in base64, missing numbers
 // NaN. Seven digits, which no screen shows, in 5.3 characters a number.
@@ -19,5 +22,23 @@ Json SeriesOfColumns(const RowMatrixXd& values);
 Json DrawnSeries(const std::vector<double>& values);
 // Of each column of a matrix, to be drawn.
 Json DrawnColumns(const RowMatrixXd& values);
+
+// Of a diagnosis:
+
+// What a step did: "+ a@j", "- b@k", or both.
+std::string ChangeTitle(const DiagnosisStep& step);
+
+// ModelData.candidates.
+Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis);
+// ModelData.force.
+Json ForcesJson(const Where& where);
+
+// Of runs:
+
+// PageData.runs.
+Json RunsJson(const PageSource& source);
+// ModelData.predictions: of each of those runs what a model predicts for it,
+// sample by sample, whatever part of it the model was fitted to.
+Json PredictionsJson(const PageSource& source, const PageFit& fit);
 
 }  // namespace sysid

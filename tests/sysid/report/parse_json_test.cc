@@ -1,6 +1,6 @@
-#include "sysid/studio/parse_json.h"
-
 #include <gtest/gtest.h>
+
+#include "sysid/report/json.h"
 
 namespace sysid {
 namespace {
