@@ -65,7 +65,7 @@ TEST(MisleadingTest, AContinuousJointThatSpinsTo23RadIsNotInDegrees) {
   EXPECT_THAT(revolute.out, HasSubstr("1. degrees  spin.csv"));
 }
 
-// A drive of 50 kg whose friction the model lacks.
+// A drive of 50 kg, a cube of 0.2 m, whose friction the model lacks.
 TEST(MisleadingTest, ADriveOf50KgIsNotAdvisedAThousandthOfItsMass) {
   const ProgramFolder folder;
   folder.Write("drive.urdf", R"(<robot name="drive"><link name="base"/>
@@ -73,8 +73,8 @@ TEST(MisleadingTest, ADriveOf50KgIsNotAdvisedAThousandthOfItsMass) {
 <child link="link1"/><axis xyz="1 0 0"/>
 <limit lower="-2" upper="2" effort="500" velocity="2"/></joint>
 <link name="link1"><inertial><mass value="50"/>
-<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-</robot>)");
+<inertia ixx="0.333" ixy="0" ixz="0" iyy="0.333" iyz="0" izz="0.333"/>
+</inertial></link></robot>)");
   SimulateInto(folder, "run.csv",
                {"--model", "drive.urdf", "--add",
                 "coulomb_friction@joint1=20,viscous_damping@joint1=200",
