@@ -331,9 +331,6 @@ CoarseFit CoarseFitter::Fit(const CoarseModel& as_given,
 }
 
 void CoarseFitter::Judge(CoarseFit* fit) {
-  // Where a model cannot follow a window at all it misses all of its motion,
-  // and more: so far the logarithm tells apart what is hopeless.
-  constexpr double kHopeless = 3.0;
   const ShootingProblem problem = fit->train->WithData(
       MakeDataSetLike(fit->train->model(), Half(fit->supposed, 1), options_,
                       fit->train->data()));

@@ -8,6 +8,11 @@ namespace sysid::hypotheses {
 // Excerpt: so many samples know a handful of parameters to some per cent, and
 // thirty held-out windows are enough for a paired test.
 inline constexpr int kSamples = 4000;
+// Of fewer nothing is told: five windows of 60.
+inline constexpr int kLeastSamples = 300;
+// Fits that a budget must allow: the models that compete take about three, and
+// eight or nine hypotheses one each.
+inline constexpr double kParts = 12.0;
 // A first look compares errors that differ by a factor: two fifths do.
 inline constexpr int kLookSamples = 800;
 
@@ -39,6 +44,16 @@ inline constexpr int kFewestWindows = 3;
 // any state goes on along, is no explanation of it: R^2 < 0.9.
 inline constexpr double kUnexplained = 0.316;
 
+// rms errors beyond so many times the motion are cut: where a model cannot
+// follow a window at all it misses all of its motion, and how much more it
+// misses says nothing.
+inline constexpr double kHopeless = 3.0;
+// An angle with more noise, rad, is no smooth motion as it was read: encoders
+// have a hundredth of it.
+inline constexpr double kRough = 0.2;
+
+// Runs that are asked alone, those that the model misses most.
+inline constexpr int kMostRuns = 4;
 // Refitted at most: of more, none of the planted cases was the one.
 inline constexpr int kRefits = 24;
 inline constexpr int kAugmentedRefits = 4;  // with the augmented model

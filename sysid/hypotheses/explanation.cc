@@ -15,7 +15,6 @@ using namespace hypotheses;
 // An angle whose "noise" is a good part of a turn is no smooth motion as it was
 // read (degrees that wrap at every sample): any model is within such a noise.
 bool IsRough(const RunData& data, const Mechanism& mechanism) {
-  constexpr double kRough = 0.2;  // rad; encoders have a hundredth of it
   for (size_t c = 0; c < data.sigma.size(); ++c) {
     const Channel& channel = data.run.channels[c];
     if (channel.kind == ChannelKind::kPosition &&

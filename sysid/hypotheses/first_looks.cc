@@ -53,7 +53,6 @@ class FirstLook {
 // All runs (empty), and each of several alone; of many those that the model
 // misses most.
 std::vector<std::vector<int>> FirstLook::RunSets() const {
-  constexpr size_t kMost = 4;
   std::vector<std::vector<int>> sets = {{}};
   const int count = static_cast<int>(all_.input().runs.size());
   if (count < 2) return sets;
@@ -71,7 +70,7 @@ std::vector<std::vector<int>> FirstLook::RunSets() const {
     if (windows >= kFewestWindows) errors.push_back({-sum / windows, r});
   }
   std::stable_sort(errors.begin(), errors.end());
-  if (errors.size() > kMost) errors.resize(kMost);
+  if (errors.size() > kMostRuns) errors.resize(kMostRuns);
   for (const auto& [error, r] : errors) sets.push_back({r});
   return sets;
 }

@@ -13,9 +13,8 @@ namespace {
 
 using namespace hypotheses;
 
-std::string TimesText(double error) {
-  return std::isfinite(error) ? ShortNumber(error) + " times the noise"
-                              : "more than can be computed";
+std::string ErrorText(double error) {
+  return std::isfinite(error) ? ShortNumber(error) : "beyond computing";
 }
 
 // To the decimal place in which its standard error begins; to a multiple of the
@@ -138,15 +137,14 @@ Finding Report(const Explanation& best, const std::vector<Explanation>& winners,
     finding.file = Join(files);
   }
   finding.subject = hypothesis.subject();
-  finding.evidence =
-      "of windows that were not fitted the model misses the data by " +
-      TimesText(all.as_given().fit.error) + " as it was read, " + Says(best) +
-      " by " + TimesText(best.fit.error);
+  finding.evidence = "held-out error in multiples of the noise: " +
+                     ErrorText(all.as_given().fit.error) + " as read, " +
+                     ErrorText(best.fit.error) + " " + Says(best);
   if (best.augmented) {
-    finding.evidence += " (with springs, offsets and armatures beside)";
+    finding.evidence += " and springs, offsets and armatures free";
   } else if (!rival.name.empty()) {
     finding.evidence +=
-        ", with " + rival.name + " instead by " + TimesText(rival.fit.error);
+        ", " + ErrorText(rival.fit.error) + " with " + rival.name + " instead";
   }
   finding.consequence = hypothesis.consequence;
   finding.remedies = FixTexts(input, Told(best));
@@ -211,10 +209,7 @@ void Test(Competition* all, HypothesisReport* report) {
 HypothesisReport TestHypotheses(const CheckInput& input, double budget) {
   HypothesisReport report;
   if (input.runs.empty()) return report;
-  // With a budget an excerpt that leaves work for all its parts: the models
-  // that compete take about three fits, a hypothesis one.
-  constexpr double kParts = 12.0;
-  constexpr int kLeast = 300;  // samples: of fewer windows nothing is told
+  // With a budget an excerpt that leaves work for all its parts.
   int samples = kSamples;
   if (std::isfinite(budget)) {
     const double columns = static_cast<double>(input.free->size()) +
@@ -223,7 +218,7 @@ HypothesisReport TestHypotheses(const CheckInput& input, double budget) {
     const double affords =
         budget / (kParts * kIterations * (1.0 + kColumnWork * columns));
     samples = static_cast<int>(std::min<double>(kSamples, affords));
-    if (samples < kLeast) {
+    if (samples < kLeastSamples) {
       for (const DataHypothesis& hypothesis : AllHypotheses(input)) {
         report.not_asked.push_back(ToString(hypothesis.fault));
       }
