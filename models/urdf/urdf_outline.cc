@@ -7,12 +7,15 @@
 
 #include "models/error.h"
 #include "models/printable.h"
+#include "models/urdf/urdf_tree.h"
 #include "models/urdf/urdf_xml.h"
 
 namespace sysid {
 namespace {
 
 constexpr double kUnitTolerance = 1e-3;  // an axis written with few digits
+
+std::string Line(int row) { return "line " + std::to_string(row); }
 
 // "link 'arm'", or "link without a name".
 std::string Called(const std::string& kind, const std::string& name) {
@@ -38,15 +41,17 @@ std::string ReadName(const UrdfElement& element, const std::string& kind,
   CheckName(element);
   const auto [first, is_new] = seen->insert({name, element.xml()->Row()});
   if (!is_new) {
-    element.FaultAt("name", "the name is used twice, first in line " +
-                                std::to_string(first->second));
+    element.FaultAt("name",
+                    "the name is used twice, first in " + Line(first->second));
   }
   return name;
 }
 
 void CheckInertia(const UrdfElement& inertia, const UrdfLink& link) {
-  Inertial<double> body = link.body;
-  if (!(body.mass > 0)) body.mass = 0;  // a negative one is noted already
+  const double* I = link.inertia;
+  Inertial<double> body;
+  body.mass = link.mass > 0 ? link.mass : 0;  // a negative one is noted already
+  body.inertia << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
   Mechanism alone;
   alone.AddRoot("world");
   Joint joint;
@@ -59,7 +64,7 @@ void CheckInertia(const UrdfElement& inertia, const UrdfLink& link) {
                   "the moments of a body about its centre of mass: each is at "
                   "most the sum of the other two");
   }
-  if (link.body.mass == 0 && !body.inertia.isZero(0)) {
+  if (link.mass == 0 && !body.inertia.isZero(0)) {
     inertia.Fault("a rotational inertia without a mass",
                   "give the mass, or make the inertia zero");
   }
@@ -68,20 +73,18 @@ void CheckInertia(const UrdfElement& inertia, const UrdfLink& link) {
 void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
   link->has_inertial = true;
   inertial.CheckChildren({"origin", "mass", "inertia"});
-  Inertial<double>& body = link->body;
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // of the inertia's axes
-  inertial.Origin(&body.com, &R);
+  inertial.Origin(link->xyz, link->rpy);
   const UrdfElement mass = inertial.Child("mass");
   bool read = false;
   if (!mass.exists()) {
     inertial.Fault("<inertial> has no <mass>", "<mass value=\"kg\"/>");
-  } else if ((read = mass.RequiredNumber("value", &body.mass)) &&
-             body.mass < 0) {
+  } else if ((read = mass.RequiredNumber("value", &link->mass)) &&
+             link->mass < 0) {
     mass.FaultAt("value", "mass " + mass.Text("value") + " kg is negative",
                  "give the mass of the link, a positive number of kg");
   }
   // An unreadable mass is noted: not once more as a missing one.
-  if (!read) body.mass = std::numeric_limits<double>::quiet_NaN();
+  if (!read) link->mass = std::numeric_limits<double>::quiet_NaN();
   const UrdfElement inertia = inertial.Child("inertia");
   if (!inertia.exists()) {
     inertial.Fault("<inertial> has no <inertia>",
@@ -89,19 +92,15 @@ void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
                    "mass");
     return;
   }
+  static constexpr const char* kMoments[] = {"ixx", "ixy", "ixz",
+                                             "iyy", "iyz", "izz"};
   bool all_read = true;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = row; column < 3; ++column) {
-      const char name[] = {'i', "xyz"[row], "xyz"[column], '\0'};
-      double& moment = body.inertia(row, column);
-      all_read &= inertia.RequiredNumber(name, &moment);
-      body.inertia(column, row) = moment;
+  for (int i = 0; i < 6; ++i) {
+    if (!inertia.RequiredNumber(kMoments[i], &link->inertia[i])) {
+      all_read = false;
     }
   }
   if (all_read) CheckInertia(inertia, *link);
-  if (R == Eigen::Matrix3d::Identity()) return;
-  const Eigen::Matrix3d turned = R * body.inertia * R.transpose();
-  body.inertia = 0.5 * (turned + turned.transpose());
 }
 
 std::optional<JointType> ReadType(const UrdfElement& joint) {
@@ -154,8 +153,7 @@ int ReadEnd(const UrdfElement& joint, const char* which,
   return -1;
 }
 
-void ReadAxis(const UrdfElement& joint, Eigen::Vector3d* vector) {
-  *vector = Eigen::Vector3d::UnitX();  // URDF's default
+void ReadAxis(const UrdfElement& joint, double* values) {
   const UrdfElement axis = joint.Child("axis");
   if (!axis.exists()) return;
   axis.CheckAttributes({"xyz"});
@@ -163,20 +161,21 @@ void ReadAxis(const UrdfElement& joint, Eigen::Vector3d* vector) {
     axis.Fault("<axis> has no xyz", "<axis xyz=\"0 0 1\"/>");
     return;
   }
-  if (!axis.Vector3("xyz", vector)) return;
-  const double norm = vector->norm();
+  if (!axis.Vector3("xyz", values)) return;
+  Eigen::Map<Eigen::Vector3d> vector(values);
+  const double norm = vector.norm();
   if (norm == 0) {
     axis.FaultAt("xyz", "the axis is zero",
                  "it is the direction about or along which the joint moves");
   } else if (std::abs(norm - 1) > kUnitTolerance) {
     char text[128];
-    std::snprintf(text, sizeof(text), "%.9g %.9g %.9g", vector->x() / norm,
-                  vector->y() / norm, vector->z() / norm);
+    std::snprintf(text, sizeof(text), "%.9g %.9g %.9g", vector[0] / norm,
+                  vector[1] / norm, vector[2] / norm);
     axis.FaultAt("xyz",
                  "the axis '" + axis.Text("xyz") + "' is not a unit vector",
                  "normalised: " + std::string(text));
   } else if (std::abs(norm - 1) > 1e-14) {
-    *vector /= norm;  // digits lost in writing
+    vector /= norm;  // digits lost in writing
   }
 }
 
@@ -196,16 +195,15 @@ void ReadDynamics(const UrdfElement& element, UrdfJoint* joint) {
 }
 
 void ReadLimits(const UrdfElement& element, UrdfJoint* joint) {
+  joint->effort = joint->velocity = std::numeric_limits<double>::infinity();
   const UrdfElement limit = element.Child("limit");
   if (!limit.exists()) return;
   limit.CheckAttributes({"lower", "upper", "effort", "velocity"});
   joint->has_limits = true;
-  joint->effort_limit = joint->velocity_limit =
-      std::numeric_limits<double>::infinity();  // where it says nothing
   limit.Number("lower", &joint->lower);
   limit.Number("upper", &joint->upper);
-  limit.Number("effort", &joint->effort_limit);
-  limit.Number("velocity", &joint->velocity_limit);
+  limit.Number("effort", &joint->effort);
+  limit.Number("velocity", &joint->velocity);
   if (joint->lower > joint->upper) {
     limit.Fault("lower limit " + limit.Text("lower") +
                 " is above the upper limit " + limit.Text("upper"));
@@ -240,12 +238,12 @@ UrdfJoint ReadJoint(const TiXmlElement* xml, const std::vector<UrdfLink>& links,
   const std::optional<JointType> type = ReadType(named);
   joint.type_known = type.has_value();
   joint.type = type.value_or(JointType::kFixed);
-  joint.parent_link = ReadEnd(named, "parent", links);
-  joint.child_link = ReadEnd(named, "child", links);
-  named.Origin(&joint.p_PJ, &joint.R_PJ);
+  joint.parent = ReadEnd(named, "parent", links);
+  joint.child = ReadEnd(named, "child", links);
+  named.Origin(joint.xyz, joint.rpy);
   const bool axis_counts = !joint.type_known || IsRotation1(joint.type) ||
                            joint.type == JointType::kPrismatic;
-  if (axis_counts) ReadAxis(named, &joint.axis);
+  if (axis_counts) ReadAxis(named, joint.axis);
   ReadLimits(named, &joint);
   if (joint.type != JointType::kFixed) ReadDynamics(named, &joint);
   const UrdfElement mimic = named.Child("mimic");
@@ -275,12 +273,12 @@ void CheckCount(const TiXmlElement* robot, const std::string& path) {
 
 }  // namespace
 
-UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path,
-                            UrdfFaults* faults) {
+UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path) {
   TiXmlDocument document;
   const TiXmlElement* robot = ParseRobot(text, path, &document);
   CheckCount(robot, path);
-  const UrdfElement top(robot, "robot", faults);
+  UrdfFaults faults(path);
+  const UrdfElement top(robot, "robot", &faults);
   UrdfOutline outline;
   outline.robot_name = top.Text("name");
   if (outline.robot_name.empty()) {
@@ -291,14 +289,16 @@ UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path,
   std::map<std::string, int> link_names, joint_names;
   for (const TiXmlElement* xml = robot->FirstChildElement("link"); xml;
        xml = xml->NextSiblingElement("link")) {
-    outline.links.push_back(ReadLink(xml, &link_names, faults));
+    outline.links.push_back(ReadLink(xml, &link_names, &faults));
   }
   if (outline.links.empty()) top.Fault("no links");
   for (const TiXmlElement* xml = robot->FirstChildElement("joint"); xml;
        xml = xml->NextSiblingElement("joint")) {
     outline.joints.push_back(
-        ReadJoint(xml, outline.links, &joint_names, faults));
+        ReadJoint(xml, outline.links, &joint_names, &faults));
   }
+  CheckTree(&outline, &faults);
+  faults.Throw();
   return outline;
 }
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <sstream>
-#include <tuple>
 
 #include "models/error.h"
+#include "models/urdf/xml_scan.h"
 
 namespace sysid {
 namespace {
@@ -21,58 +21,10 @@ const TiXmlAttribute* FindAttribute(const TiXmlElement* element,
 }
 
 std::string Place(const std::string& path, int row, int column) {
-  if (row <= 0) return path;
   return path + ":" + std::to_string(row) + ":" + std::to_string(column);
 }
 
-// Of anything in SI units: a mountain is as heavy. Products of a few of them
-// are finite.
-constexpr double kLargest = 1e12;
-
-// A number as a whole: no rest ("1.0abc"), not inf, not nan; independent of the
-// locale.
-bool ReadNumber(const std::string& text, double* value) {
-  const char* begin = text.data();
-  const char* end = begin + text.size();
-  // from_chars knows no leading plus sign.
-  if (begin != end && *begin == '+' && begin + 1 != end && begin[1] != '-') {
-    ++begin;
-  }
-  double number = 0;
-  const auto [rest, error] = std::from_chars(begin, end, number);
-  if (error != std::errc() || rest != end || !std::isfinite(number)) {
-    return false;
-  }
-  *value = number;
-  return true;
-}
-
 }  // namespace
-
-void UrdfFaults::Add(int row, int column, const std::string& what,
-                     const std::string& hint) {
-  faults_.push_back({row, column, what, hint});
-}
-
-void UrdfFaults::Throw() const {
-  if (faults_.empty()) return;
-  if (faults_.size() == 1) {
-    const Fault& fault = faults_[0];
-    throw InputError(Place(path_, fault.row, fault.column), fault.what,
-                     fault.hint);
-  }
-  std::vector<Fault> sorted = faults_;
-  std::stable_sort(
-      sorted.begin(), sorted.end(), [](const Fault& a, const Fault& b) {
-        return std::tie(a.row, a.column) < std::tie(b.row, b.column);
-      });
-  std::string text = std::to_string(sorted.size()) + " faults";
-  for (const Fault& fault : sorted) {
-    text += "\n  " + Place(path_, fault.row, fault.column) + ": " + fault.what;
-    if (!fault.hint.empty()) text += " (" + fault.hint + ")";
-  }
-  throw InputError(path_, text);
-}
 
 const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
                                TiXmlDocument* document) {
@@ -86,8 +38,10 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
   if (document->Error()) {
     std::string what = document->ErrorDesc();
     if (!what.empty() && what.back() == '.') what.pop_back();
-    throw InputError(Place(path, document->ErrorRow(), document->ErrorCol()),
-                     "not XML: " + what, "the fault is here or shortly before");
+    const bool placed = document->ErrorRow() > 0;
+    throw InputError(
+        placed ? Place(path, document->ErrorRow(), document->ErrorCol()) : path,
+        "not XML: " + what, "the fault is here or shortly before");
   }
   const TiXmlElement* robot = document->FirstChildElement();
   if (!robot) throw InputError(path, "no <robot> element", kHint);
@@ -103,6 +57,26 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
                      "a file holds one robot");
   }
   return robot;
+}
+
+// Of anything in SI units: a mountain is as heavy. Products of a few of them
+// are finite.
+constexpr double kLargest = 1e12;
+
+bool ReadNumber(const std::string& text, double* value) {
+  const char* begin = text.data();
+  const char* end = begin + text.size();
+  // from_chars knows no leading plus sign.
+  if (begin != end && *begin == '+' && begin + 1 != end && begin[1] != '-') {
+    ++begin;
+  }
+  double number = 0;
+  const auto [rest, error] = std::from_chars(begin, end, number);
+  if (error != std::errc() || rest != end || !std::isfinite(number)) {
+    return false;
+  }
+  *value = number;
+  return true;
 }
 
 void UrdfElement::Fault(const std::string& text,
@@ -178,9 +152,8 @@ bool UrdfElement::Number(const char* attribute, double* value) const {
   return Numbers(attribute, 1, value);
 }
 
-bool UrdfElement::Vector3(const char* attribute,
-                          Eigen::Vector3d* vector) const {
-  return Numbers(attribute, 3, vector->data());
+bool UrdfElement::Vector3(const char* attribute, double* values) const {
+  return Numbers(attribute, 3, values);
 }
 
 bool UrdfElement::RequiredNumber(const char* attribute, double* value) const {
@@ -191,21 +164,17 @@ bool UrdfElement::RequiredNumber(const char* attribute, double* value) const {
   return Number(attribute, value);
 }
 
-void UrdfElement::Origin(Eigen::Vector3d* p, Eigen::Matrix3d* R) const {
+bool UrdfElement::Origin(double* xyz, double* rpy) const {
   const UrdfElement origin = Child("origin");
-  if (!origin.exists()) return;
+  if (!origin.exists()) return true;
   origin.CheckAttributes({"xyz", "rpy"});
   if (origin.Has("quat_xyzw")) {
     origin.FaultAt("quat_xyzw", "<origin quat_xyzw> is not supported",
                    "give the rotation as rpy");
   }
-  origin.Vector3("xyz", p);
-  Eigen::Vector3d rpy = Eigen::Vector3d::Zero();
-  origin.Vector3("rpy", &rpy);
-  using Eigen::AngleAxisd;
-  *R = (AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ()).toRotationMatrix() *
-        AngleAxisd(rpy[1], Eigen::Vector3d::UnitY()).toRotationMatrix()) *
-       AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()).toRotationMatrix();
+  const bool xyz_read = !origin.Has("xyz") || origin.Vector3("xyz", xyz);
+  const bool rpy_read = !origin.Has("rpy") || origin.Vector3("rpy", rpy);
+  return xyz_read && rpy_read;
 }
 
 void UrdfElement::CheckChildren(const std::vector<std::string>& known) const {

@@ -5,52 +5,21 @@
 #include <string>
 #include <vector>
 
-#include "models/math/types.h"
+#include "models/urdf/urdf_faults.h"
 
 namespace sysid {
 
-// The faults of one URDF file, gathered so that a user sees them all at once.
-class UrdfFaults {
- public:
-  // `path` is what messages call the file.
-  explicit UrdfFaults(const std::string& path) : path_(path) {}
-
-  // Row and column count from 1; a row of 0 is the file as a whole.
-  void Add(int row, int column, const std::string& what,
-           const std::string& hint = "");
-
-  // Throws InputError where there are faults. One: with its place and hint.
-  // Several: the file as the place, then one line per fault, in the order of
-  // the file, each "file:line:column: what (hint)".
-  void Throw() const;
-
- private:
-  struct Fault {
-    int row;
-    int column;
-    std::string what;
-    std::string hint;
-  };
-  std::string path_;
-  std::vector<Fault> faults_;
-};
-
 // Reading elements and attributes of a URDF with faults that name the place.
 // What is absent leaves the output as it was.
-
-// (xml_scan.cc) Checks that a text is well-formed XML as far as TinyXML does
-// not: one root element with nothing but comments around it, every element
-// closed by its own end tag, attributes quoted and in UTF-8, no control
-// characters, neither as they are nor by their number (&#0;), nothing left
-// open, no more than 100 elements inside each other (TinyXML would recurse into
-// them). Throws InputError with line and column; `path` is what messages call
-// the file.
-void CheckWellFormed(const std::string& text, const std::string& path);
 
 // Text to XML; throws InputError with line and column where it is not XML, or
 // has no <robot> as its only root element.
 const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
                                TiXmlDocument* document);
+
+// A number as a whole: no rest ("1.0abc"), not inf, not nan; independent of the
+// locale.
+bool ReadNumber(const std::string& text, double* value);
 
 // One element and what it is called in messages ("link 'arm'").
 class UrdfElement {
@@ -61,6 +30,7 @@ class UrdfElement {
 
   bool exists() const { return element_ != nullptr; }
   const TiXmlElement* xml() const { return element_; }
+  const std::string& what() const { return what_; }
 
   // A fault at this element (at its attribute): "<what>: <text>".
   void Fault(const std::string& text, const std::string& hint = "") const;
@@ -75,12 +45,12 @@ class UrdfElement {
   // Numbers of an attribute, separated by white space. False where it is absent
   // or at fault (which is noted).
   bool Number(const char* attribute, double* value) const;
-  bool Vector3(const char* attribute, Eigen::Vector3d* vector) const;
+  bool Vector3(const char* attribute, double* values) const;
   // As above; absence is a fault.
   bool RequiredNumber(const char* attribute, double* value) const;
 
-  // <origin xyz rpy>: roll, pitch, yaw about fixed axes, rad.
-  void Origin(Eigen::Vector3d* p, Eigen::Matrix3d* R) const;
+  // <origin xyz rpy>.
+  bool Origin(double* xyz, double* rpy) const;
 
   // A child element or an attribute that is not known but whose name is nearly
   // one of the known is a slip of the fingers, which would be ignored silently:

@@ -19,7 +19,26 @@ std::string Exact3(const Eigen::Vector3d& v) {
 }
 
 std::string Attribute(const std::string& name, const std::string& value) {
-  return " " + name + "=\"" + XmlEscaped(value) + "\"";
+  std::string text = " " + name + "=\"";
+  for (char c : value) {
+    switch (c) {
+      case '&':
+        text += "&amp;";
+        break;
+      case '<':
+        text += "&lt;";
+        break;
+      case '>':
+        text += "&gt;";
+        break;
+      case '"':
+        text += "&quot;";
+        break;
+      default:
+        text += c;
+    }
+  }
+  return text + "\"";
 }
 
 std::string Attribute(const std::string& name, double value) {
@@ -45,6 +64,15 @@ Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
   const double roll =
       std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
   return {roll, pitch, yaw};
+}
+
+// Nominal value of a parameter of an effect, 0 where the model lacks it.
+double EffectValue(const Model& model, const std::string& parameter) {
+  const std::vector<EffectParameter>& parameters = model.effects().parameters();
+  for (size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters[i].name == parameter) return model.nominal().effects[i];
+  }
+  return 0;
 }
 
 bool IsDynamics(const Effect& effect) {
@@ -77,9 +105,12 @@ std::string DynamicsText(const Model& model, const Joint& joint) {
   double damping = 0, friction = 0;
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
-    if (effect.target() != joint.name || !IsDynamics(effect)) continue;
-    (effect.kind() == "viscous_damping" ? damping : friction) =
-        model.nominal().effects[model.effects().offset(i)];
+    if (effect.target() != joint.name) continue;
+    if (effect.kind() == "viscous_damping") {
+      damping = EffectValue(model, joint.name + ".damping");
+    } else if (effect.kind() == "coulomb_friction") {
+      friction = EffectValue(model, joint.name + ".friction");
+    }
   }
   if (damping == 0 && friction == 0) return "";
   return "    <dynamics" + Attribute("damping", damping) +
@@ -135,24 +166,6 @@ std::string LinkText(const Model& model, int index) {
 }
 
 }  // namespace
-
-std::string XmlEscaped(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&') {
-      escaped += "&amp;";
-    } else if (c == '<') {
-      escaped += "&lt;";
-    } else if (c == '>') {
-      escaped += "&gt;";
-    } else if (c == '"') {
-      escaped += "&quot;";
-    } else {
-      escaped += c;
-    }
-  }
-  return escaped;
-}
 
 std::string WriteUrdf(const Model& model,
                       const std::vector<std::string>& comments) {

@@ -22,8 +22,4 @@ namespace sysid {
 std::string WriteUrdf(const Model& model,
                       const std::vector<std::string>& comments = {});
 
-// A text within XML, or in an attribute in double quotes: &, <, > and " by
-// their names.
-std::string XmlEscaped(const std::string& text);
-
 }  // namespace sysid

@@ -1,3 +1,5 @@
+#include "models/urdf/xml_scan.h"
+
 #include <cctype>
 #include <charconv>
 #include <cstdint>
@@ -7,7 +9,6 @@
 
 #include "models/error.h"
 #include "models/printable.h"
-#include "models/urdf/urdf_xml.h"
 
 namespace sysid {
 namespace {
@@ -188,14 +189,19 @@ class Scanner {
     }
     ++pos_;
     SkipSpace();
-    const std::string called = "the value of " + name + " in <" + element + ">";
     const char quote = pos_ < text_.size() ? text_[pos_] : '\0';
     if (quote != '"' && quote != '\'') {
-      Fail(begin, called + " is not in quotes", "name=\"value\"");
+      Fail(begin,
+           "the value of " + name + " in <" + element + "> is not in quotes",
+           "name=\"value\"");
     }
     const size_t end = text_.find(quote, pos_ + 1);
-    if (end == text_.npos || text_.find('<', pos_ + 1) < end) {
-      Fail(begin, called + " has no closing quote", "name=\"value\"");
+    const size_t tag = text_.find('<', pos_ + 1);
+    if (end == text_.npos || tag < end) {
+      Fail(
+          begin,
+          "the value of " + name + " in <" + element + "> has no closing quote",
+          "name=\"value\"");
     }
     const std::string_view value =
         std::string_view(text_).substr(pos_, end - pos_);
@@ -204,7 +210,8 @@ class Scanner {
     }
     // TinyXML would take what follows for a part of a letter.
     if (!IsUtf8(value)) {
-      Fail(begin, called + " is not UTF-8", "save it as text in UTF-8");
+      Fail(begin, "the value of " + name + " in <" + element + "> is not UTF-8",
+           "save it as text in UTF-8");
     }
     pos_ = end + 1;
   }

@@ -50,8 +50,8 @@ TEST(LoadUrdf, KnowsEveryJointType) {
 }
 
 TEST(LoadUrdf, KeepsTheOrderOfTheFileWithParentsFirst) {
-  // Neither links nor joints are in the order of their names, and the joint of
-  // the last link comes first.
+  // urdfdom sorts by name; here neither links nor joints are in its order, and
+  // the joint of the last link comes first.
   const Mechanism mechanism =
       Load(Link("z") + Link("m") + "<link name='base'/>" + Link("a") +
            Link("b") + JointText("j9", "fixed", "z", "b") +

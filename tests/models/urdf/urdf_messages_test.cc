@@ -13,6 +13,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 std::string Message(const std::string& text) {
   try {
@@ -432,10 +433,10 @@ TEST(UrdfMessages, EveryFaultIsListedInTheOrderOfTheFile) {
       "or along which the joint moves)");
 }
 
-TEST(UrdfMessages, KeepsOffTheConsole) {
+TEST(UrdfMessages, UrdfdomKeepsOffTheConsole) {
   testing::internal::CaptureStderr();
   testing::internal::CaptureStdout();
-  MoreMessage("<link name='other'/>");
+  EXPECT_THAT(MoreMessage("<link name='other'/>"), Not(HasSubstr("urdfdom")));
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
 }
