@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "models/urdf/write_urdf.h"
 #include "sysid/io/cell.h"
 
 namespace sysid {
@@ -12,6 +11,24 @@ namespace {
 
 constexpr char kFont[] = "DejaVu Sans, Helvetica, Arial, sans-serif";
 constexpr char kInk[] = "#333333";
+
+std::string Escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&') {
+      out += "&amp;";
+    } else if (c == '<') {
+      out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else if (c == '"') {
+      out += "&quot;";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
 
 // Pixels, to a hundredth; far outside is as good as outside.
 std::string Px(double value) {
@@ -26,7 +43,7 @@ std::string Words(double x, double y, const std::string& text,
                   const std::string& colour, const std::string& more = "") {
   return "<text x=\"" + Px(x) + "\" y=\"" + Px(y) + "\" text-anchor=\"" +
          anchor + "\" font-size=\"" + Px(size) + "\" fill=\"" + colour + "\"" +
-         more + ">" + XmlEscaped(text) + "</text>\n";
+         more + ">" + Escaped(text) + "</text>\n";
 }
 
 // An element that is still open.
