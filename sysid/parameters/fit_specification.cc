@@ -1,6 +1,5 @@
 #include "sysid/parameters/fit_specification.h"
 
-#include <charconv>
 #include <filesystem>
 
 #include "models/error.h"
@@ -34,7 +33,7 @@ const std::vector<std::string>& TopKeys() {
   static const auto& keys = *new std::vector<std::string>{
       "model",  "free",       "fix",      "effects", "columns",
       "noise",  "integrator", "residual", "step",    "segment",
-      "solver", "loss",       "seed",     "shift",   "ignore"};
+      "solver", "loss",       "shift",    "ignore"};
   return keys;
 }
 
@@ -228,17 +227,8 @@ void Reader::ReadTop(const Entry& entry, FitSpecification* spec) const {
     spec->residual = Word(value, name, ResidualNames());
   } else if (name == "solver") {
     spec->solver = Word(value, name, SolverNames());
-  } else if (name == "loss") {
+  } else {  // loss
     spec->loss = ReadLoss(value);
-  } else {  // seed
-    const std::string text = Text(value, name);
-    std::uint64_t seed = 0;
-    const char* const end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data(), end, seed);
-    if (error != std::errc() || rest != end) {
-      Fail(value, "seed must be a whole number from 0, not " + Shown(text));
-    }
-    spec->seed = {seed, Place(value)};
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,7 +51,6 @@ struct FitSpecification {
   std::optional<Located<std::string>> residual;    // one of ResidualNames()
   std::optional<Located<std::string>> solver;      // one of SolverNames()
   std::optional<Located<Loss>> loss;
-  std::optional<Located<std::uint64_t>> seed;
 };
 
 // The words that flags and files may use.

@@ -51,7 +51,7 @@ std::string SolverTable(const Comparison& comparison) {
     return std::to_string(run.fit.evaluations);
   });
   text += Row(comparison, "time, s", [](const SolverRun& run) {
-    return Format("%.2g", run.path.back().time_s);
+    return Format("%.2g", run.fit.wall_time_s);
   });
   text += Row(comparison, "segments of",
               [](const SolverRun& run) { return SegmentLengths(run.fit); });

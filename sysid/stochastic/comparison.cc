@@ -162,7 +162,7 @@ ComparedStart Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
   ComparedStart trial{seed, start, {}};
   for (const SolverRun& run : runs) {
     trial.solvers.push_back({run.fit.converged, run.fit.iterations, run.settled,
-                             run.fit.evaluations, run.path.back().time_s,
+                             run.fit.evaluations, run.fit.wall_time_s,
                              run.path.back().loss,
                              run.fit.train.total.normalized_rms, run.distance});
   }

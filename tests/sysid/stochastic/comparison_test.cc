@@ -39,6 +39,10 @@ TEST(CompareSolvers, MeasuresAllFromTheSameStartByTheSameLoss) {
     for (size_t i = 1; i < run.path.size(); ++i) {
       EXPECT_GE(run.path[i].time_s, run.path[i - 1].time_s);
     }
+    // The estimates take time too.
+    const double seconds = comparison.trials[0].solvers[s].time_s;
+    EXPECT_EQ(seconds, run.fit.wall_time_s);
+    EXPECT_GT(seconds, run.path.back().time_s);
     for (int i = 0; i < 2; ++i) {
       EXPECT_NEAR(run.path.back().values[i], run.fit.parameters[i].value,
                   1e-3 * run.fit.parameters[i].value);
