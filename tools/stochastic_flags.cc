@@ -29,36 +29,32 @@ void CheckPositive(const std::string& flag, double value, double most) {
                    "it lies above 0 and not above " + ShortestText(most));
 }
 
-AdamOptions ReadAdam() {
-  AdamOptions adam;
+// What both solvers have.
+void ReadDescent(AdamFitOptions* options) {
   CheckPositive("learning_rate", FLAGS_learning_rate, 10.0);
   CheckPositive("epochs", FLAGS_epochs, 1e6);
-  adam.learning_rate = FLAGS_learning_rate;
-  adam.schedule = ParseSchedule(FLAGS_schedule, "--schedule");
-  adam.epochs = FLAGS_epochs;
-  return adam;
-}
-
-void ReadHuber(double* huber) {
-  if (!FlagGiven("huber")) return;
-  CheckPositive("huber", FLAGS_huber, std::numeric_limits<double>::infinity());
-  *huber = FLAGS_huber;
+  options->adam.learning_rate = FLAGS_learning_rate;
+  options->adam.schedule = ParseSchedule(FLAGS_schedule, "--schedule");
+  options->adam.epochs = FLAGS_epochs;
+  if (FlagGiven("huber")) {
+    CheckPositive("huber", FLAGS_huber,
+                  std::numeric_limits<double>::infinity());
+    options->huber = FLAGS_huber;
+  }
+  options->from_rest = FLAGS_from_rest;
 }
 
 }  // namespace
 
 AdamFitOptions AdamOptionsFromFlags() {
   AdamFitOptions options;
-  options.adam = ReadAdam();
-  ReadHuber(&options.loss.huber);
-  options.from_rest = FLAGS_from_rest;
+  ReadDescent(&options);
   return options;
 }
 
 MixtureOptions MixtureOptionsFromFlags() {
   MixtureOptions options;
-  options.adam = ReadAdam();
-  ReadHuber(&options.loss.huber);
+  ReadDescent(&options);
   CheckPositive("kernels", FLAGS_kernels, 100);
   CheckPositive("draws", FLAGS_draws, 10000);
   CheckPositive("spread", FLAGS_spread, 3.0);
@@ -70,7 +66,6 @@ MixtureOptions MixtureOptionsFromFlags() {
   if (FLAGS_online && !FlagGiven("schedule")) {
     options.adam.schedule = Schedule::kConstant;
   }
-  options.from_rest = FLAGS_from_rest;
   options.seed = FLAGS_seed;
   if (FLAGS_online && FlagGiven("epochs")) {
     throw InputError("--epochs", "has no meaning with --online",

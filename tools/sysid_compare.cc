@@ -13,6 +13,7 @@
 #include "sysid/session/check_session.h"
 #include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
+#include "sysid/stochastic/rollout_gradient.h"
 #include "tools/fit_flags.h"
 #include "tools/interrupt.h"
 #include "tools/program.h"
@@ -120,7 +121,7 @@ int Main() {
   }
   if (!HaveStanMath()) {
     throw InputError("sysid_compare", "this build has no Adam and no mixture",
-                     StanMathHint());
+                     kStanMathHint);
   }
   const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
@@ -147,7 +148,7 @@ int Main() {
   PrintNotices(session.notices);
   session.options.keep_best = true;
   ProgressLine line;
-  options.progress = [&](const Progress& p) { line.Show(p); };
+  session.options.progress = [&](const Progress& p) { line.Show(p); };
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
   const Comparison comparison = CompareSolvers(problem, options);

@@ -16,7 +16,7 @@
 #include "sysid/report/mixture_report.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
-#include "sysid/session/solvers.h"
+#include "sysid/stochastic/solvers.h"
 #include "tools/fit_flags.h"
 #include "tools/interrupt.h"
 #include "tools/program.h"

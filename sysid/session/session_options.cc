@@ -116,7 +116,7 @@ std::string ChooseSolver(const FitRequest& request,
   }
   if (solver != "lm" && !HaveStanMath()) {
     throw InputError(place, "this build has no solver '" + solver + "'",
-                     StanMathHint());
+                     kStanMathHint);
   }
   return solver;
 }

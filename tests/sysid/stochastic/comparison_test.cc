@@ -90,17 +90,16 @@ TEST(CompareSolvers, KeepsTheStartsThatWereDoneWhereItIsInterrupted) {
   // In the second start: the first solver's second beginning.
   const auto problem = TwoLengths();
   std::stop_source source;
-  *problem = Changed(
-      *problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
-  *problem =
-      Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
-  ComparisonOptions options = Options(3);
   bool mixture = false;
-  options.progress = [&](const Progress& progress) {
-    mixture = mixture || progress.doing == "gmm";
-    if (mixture && progress.doing != "gmm") source.request_stop();
-  };
-  const Comparison comparison = CompareSolvers(*problem, options);
+  *problem = Changed(*problem, [&](EstimationOptions* o) {
+    o->stop = source.get_token();
+    o->keep_best = true;
+    o->progress = [&](const Progress& progress) {
+      mixture = mixture || progress.doing == "gmm";
+      if (mixture && progress.doing != "gmm") source.request_stop();
+    };
+  });
+  const Comparison comparison = CompareSolvers(*problem, Options(3));
   EXPECT_EQ(comparison.asked, 3);
   ASSERT_EQ(comparison.trials.size(), 1u);
   for (const SolverTrial& solver : comparison.trials[0].solvers) {
@@ -111,15 +110,14 @@ TEST(CompareSolvers, KeepsTheStartsThatWereDoneWhereItIsInterrupted) {
 TEST(CompareSolvers, HasAPointOfEachSolverWhereTheFirstIsInterrupted) {
   const auto problem = TwoLengths();
   std::stop_source source;
-  *problem = Changed(
-      *problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
-  *problem =
-      Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
-  ComparisonOptions options = Options(1);
-  options.progress = [&](const Progress& progress) {
-    if (progress.iteration == 2) source.request_stop();
-  };
-  const Comparison comparison = CompareSolvers(*problem, options);
+  *problem = Changed(*problem, [&](EstimationOptions* o) {
+    o->stop = source.get_token();
+    o->keep_best = true;
+    o->progress = [&](const Progress& progress) {
+      if (progress.iteration == 2) source.request_stop();
+    };
+  });
+  const Comparison comparison = CompareSolvers(*problem, Options(1));
   ASSERT_EQ(comparison.runs.size(), 3u);
   for (const SolverRun& run : comparison.runs) {
     EXPECT_FALSE(run.fit.converged);

@@ -9,7 +9,7 @@
 namespace sysid {
 
 // The minimisers behind --solver. A new one is a function from a problem to a
-// fit, and a line in solvers.cc.
+// fit, and an entry in solvers.cc.
 
 struct SolverOptions {
   AdamFitOptions adam;

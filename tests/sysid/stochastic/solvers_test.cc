@@ -1,4 +1,4 @@
-#include "sysid/session/solvers.h"
+#include "sysid/stochastic/solvers.h"
 
 #include <gmock/gmock.h>
 
