@@ -65,13 +65,12 @@ FitRequest RequestFromFlags() {
   request.residual = FLAGS_residual;
   request.loss = FLAGS_loss;
   request.threads = FLAGS_threads;
+  request.check = FLAGS_check;
   if (FlagGiven("step")) request.step = FLAGS_step;
   if (FlagGiven("segment")) request.segment = FLAGS_segment;
   if (FlagGiven("noise")) request.noise = FLAGS_noise;
   return request;
 }
-
-CheckLevel CheckLevelFromFlags() { return ParseCheckLevel(FLAGS_check); }
 
 std::string CommandFromFlags(const std::string& program) {
   std::string command = program;

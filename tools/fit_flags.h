@@ -6,7 +6,6 @@
 
 #include "gflags/gflags_declare.h"
 #include "sysid/report/page_data.h"
-#include "sysid/session/check_session.h"
 #include "sysid/session/session.h"
 
 // The flags of programs that fit a model to runs (docs/interface.md section 1).
@@ -17,7 +16,6 @@ DECLARE_string(out);
 namespace sysid {
 
 FitRequest RequestFromFlags();
-CheckLevel CheckLevelFromFlags();
 
 // The command line of `program` with the flags that were given and say what is
 // fitted to what and how, without --add and --fix, for a shell.

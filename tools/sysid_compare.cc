@@ -128,7 +128,6 @@ int Main() {
   FitRequest request = RequestFromFlags();
   request.solver = "lm";  // whatever a specification says
   Session session = OpenSession(request, catalogue);
-  const CheckLevel check = CheckLevelFromFlags();
   ComparisonOptions options = OptionsFromFlags(session);
   CheckMixtureSize(session, options.mixture);
   CheckOutputs(request, session);
@@ -142,7 +141,7 @@ int Main() {
   }
   const Interrupt interrupt;
   session.options.stop = interrupt.token();
-  CheckSessionNumbers(&session, check);
+  CheckSessionNumbers(&session);
   const std::vector<std::string> moved = MovedStarts(session);
   session.notices.insert(session.notices.end(), moved.begin(), moved.end());
   PrintNotices(session.notices);
@@ -154,10 +153,9 @@ int Main() {
   const Comparison comparison = CompareSolvers(problem, options);
   line.Clear();
   // The comparison begins with Levenberg-Marquardt.
-  PrintNotices(
-      session.notices,
-      CheckSessionData(&session, check,
-                       OutcomeOf(comparison.runs.front().fit, problem)));
+  PrintNotices(session.notices,
+               CheckSessionData(
+                   &session, OutcomeOf(comparison.runs.front().fit, problem)));
   const std::string json = ComparisonJson(session, comparison);
   const std::string figure = ComparisonFigure(session, comparison);
   FileOutputs files;

@@ -113,7 +113,6 @@ int Main() {
   FitRequest request = RequestFromFlags();
   request.may_free_nothing = true;
   Session session = OpenSession(request, catalogue);
-  const CheckLevel check = CheckLevelFromFlags();
   const auto candidates = ChooseCandidates(
       catalogue, session.model.mechanism(),
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
@@ -121,7 +120,7 @@ int Main() {
   CheckOutputs(request, session);
   const Interrupt interrupt;
   session.options.stop = problem.options.stop = interrupt.token();
-  CheckSessionNumbers(&session, check);
+  CheckSessionNumbers(&session);
   PrintNotices(session.notices);
   session.options.keep_best = true;
   ProgressLine line;
@@ -137,7 +136,7 @@ int Main() {
   }
   line.Clear();
   PrintNotices(session.notices,
-               CheckSessionData(&session, check, OutcomeOf(diagnosis)));
+               CheckSessionData(&session, OutcomeOf(diagnosis)));
   if (final) {
     final->session.findings = session.findings;
     // All that passed, the search and the checks too.

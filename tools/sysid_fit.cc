@@ -147,7 +147,6 @@ int Main() {
   FitRequest request = RequestFromFlags();
   request.any_solver = true;
   Session session = OpenSession(request, catalogue);
-  const CheckLevel check = CheckLevelFromFlags();
   CheckSolverFlags(session.solver);
   CheckSampling(session.solver);
   const Solver& solver = FindSolver(session.solver);
@@ -157,7 +156,7 @@ int Main() {
   CheckOutputs(request, session);
   const Interrupt interrupt;
   session.options.stop = interrupt.token();
-  CheckSessionNumbers(&session, check);
+  CheckSessionNumbers(&session);
   if (solver.stochastic) {
     const std::vector<std::string> moved = MovedStarts(session);
     session.notices.insert(session.notices.end(), moved.begin(), moved.end());
@@ -185,7 +184,7 @@ int Main() {
   }
   line.Clear();
   PrintNotices(session.notices,
-               CheckSessionData(&session, check, OutcomeOf(fit, problem)));
+               CheckSessionData(&session, OutcomeOf(fit, problem)));
   // All that passed, reading and checking too.
   solved.fit.wall_time_s = Now() - start_s;
   solved.fit.cpu_time_s = CpuSeconds();

@@ -71,7 +71,7 @@ StudioSetup OpenSetup() {
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   // Hypotheses about the data take a fit: sysid_check asks them.
-  CheckSessionNumbers(&session, CheckLevelFromFlags());
+  CheckSessionNumbers(&session);
   StudioSetup setup(session);
   setup.problem = problem;
   setup.candidates = candidates;

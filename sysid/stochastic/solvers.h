@@ -29,7 +29,7 @@ struct Solver {
   Solved (*solve)(const ShootingProblem& problem, const SolverOptions& options);
 };
 
-// In the order of SolverNames().
+// In the order of KnownWords("solver").
 const std::vector<Solver>& Solvers();
 // By one of those names.
 const Solver& FindSolver(const std::string& name);

@@ -74,9 +74,9 @@ TEST(FitSpecificationTest, ReadsTheOtherSettings) {
   EXPECT_EQ(spec.segment->value, 0.5);
   EXPECT_EQ(spec.residual->value, "rotation");
   EXPECT_EQ(spec.solver->value, "adam");
-  EXPECT_EQ(spec.loss->value.name, "huber");
-  EXPECT_EQ(spec.loss->value.scale, 1.5);
-  EXPECT_EQ(Parse("loss: cauchy").loss->value.name, "cauchy");
+  EXPECT_EQ(spec.loss->value, "huber");
+  EXPECT_EQ(spec.loss_scale, 1.5);
+  EXPECT_EQ(Parse("loss: cauchy").loss->value, "cauchy");
   EXPECT_EQ(Parse("model: /a/../b.urdf").model->value, "/b.urdf");
 }
 

@@ -15,7 +15,7 @@ TEST(Solvers, AreThoseThatASpecificationMayName) {
     names.push_back(solver.name);
     EXPECT_EQ(&FindSolver(solver.name), &solver);
   }
-  EXPECT_EQ(names, SolverNames());
+  EXPECT_EQ(names, KnownWords("solver"));
 }
 
 TEST(Solvers, SolveTheProblemThatTheyAreGiven) {
