@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <random>
 
 #include "models/error.h"
@@ -38,12 +37,11 @@ class MixtureDescent {
                  options.from_rest),
         random_(options.seed),
         result_(*descent_.fit()),
-        n_(problem.map().size()) {
+        n_(problem.map().size()),
+        adam_(options.kernels * (1 + 2 * n_), options.adam) {
     mixture_ = StartingMixture(options.kernels, n_, options.spread, &random_);
     good_ = mixture_;
     options_.adam.epochs = options.epochs();
-    adam_ = std::make_unique<Adam>(static_cast<int>(mixture_.Pack().size()),
-                                   options_.adam);
   }
 
   MixtureFit Run();
@@ -73,7 +71,7 @@ class MixtureDescent {
   MixtureFit result_;
   int n_;
   GaussianMixture mixture_, good_;
-  std::unique_ptr<Adam> adam_;
+  Adam adam_;
   // Of an epoch; kept for their memory.
   MixtureNoise noise_;
   SoftDraws draws_;
@@ -160,8 +158,7 @@ bool MixtureDescent::Epoch(int epoch, int arrived) {
     slower_ = std::min(1.0, kRecovery * slower_);
     good_ = mixture_;
     Clip(&gradient);
-    adam_->Step(gradient, slower_ * LearningRate(options_.adam, epoch),
-                &packed);
+    adam_.Step(gradient, slower_ * LearningRate(options_.adam, epoch), &packed);
   }
   mixture_.Unpack(packed);
   Record(epoch, arrived, loss);

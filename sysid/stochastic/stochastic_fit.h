@@ -8,7 +8,6 @@
 #include "sysid/estimation/fit.h"
 #include "sysid/stochastic/adam.h"
 #include "sysid/stochastic/gaussian_mixture.h"
-#include "sysid/stochastic/parameter_mixture.h"
 
 namespace sysid {
 
