@@ -7,6 +7,7 @@
 #include "models/error.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/memory.h"
+#include "sysid/stochastic/transformation.h"
 #include "tools/program.h"
 
 DEFINE_double(learning_rate, 0.1, "Adam's, in parts of a parameter's size");
@@ -22,12 +23,6 @@ DECLARE_uint64(seed);
 
 namespace sysid {
 namespace {
-
-void CheckPositive(const std::string& flag, double value, double most) {
-  if (value > 0 && value <= most) return;
-  throw InputError("--" + flag, "cannot be " + ShortestText(value),
-                   "it lies above 0 and not above " + ShortestText(most));
-}
 
 // What both solvers have.
 void ReadDescent(AdamFitOptions* options) {
@@ -74,20 +69,15 @@ MixtureOptions MixtureOptionsFromFlags() {
   return options;
 }
 
-std::vector<std::string> MovedStarts(const Session& session) {
-  const ShootingProblem problem(session.model, session.free, session.runs,
-                                session.options);
+void NoteMovedStarts(Session* session) {
+  const ShootingProblem problem(session->model, session->free, session->runs,
+                                session->options);
   const Transformation transformation(problem);
-  const Eigen::VectorXd& start = transformation.start();
-  std::vector<std::string> notices;
-  for (const std::string& name : transformation.moved()) {
-    for (int i = 0; i < start.size(); ++i) {
-      if (session.free[i].parameter.name != name) continue;
-      notices.push_back(name + " starts at its bound, where Adam has no " +
-                        "slope: moved to " + ShortestText(start[i]));
-    }
+  for (const int i : transformation.moved()) {
+    session->notices.push_back(
+        session->free[i].parameter.name + " starts at its bound, where Adam " +
+        "has no slope: moved to " + ShortestText(transformation.start()[i]));
   }
-  return notices;
 }
 
 void CheckMixtureSize(const Session& session, const MixtureOptions& options) {
