@@ -2,9 +2,11 @@
 
 #include <cctype>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 
 #include "gflags/gflags.h"
+#include "models/error.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/write_file.h"
 #include "sysid/session/named_values.h"
@@ -34,6 +36,25 @@ DEFINE_string(json, "", "result as JSON; - is standard output");
 DEFINE_string(out, "", "folder for every result");
 
 namespace sysid {
+
+const char kDiagnosisFlagsHelp[] =
+    R"(  --candidates a,b@joint1    effects to consider, by kind or with a target
+                             (default: every effect on every joint and link)
+  --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
+  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
+                             what is fixed by name is taken for right
+  --add effect@target,...    effects that are in the model already
+  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
+                             (of one run: b.csv/joint2.q=-b; below alike)
+  --shift joint1.q=0.01      a column that was recorded late, by seconds
+  --ignore joint1.q@12:14.5  measurements that are taken as missing
+  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
+  --segment S                length of a shooting segment (default: chosen)
+  --noise S                  of a measurement, rad or m (default: estimated)
+  --residual heading|rotation    --loss none|huber|cauchy
+  --threads N (default: all cores)    --seed N
+)";
+
 namespace {
 
 // A word as a shell reads it back.
@@ -65,13 +86,12 @@ FitRequest RequestFromFlags() {
   request.residual = FLAGS_residual;
   request.loss = FLAGS_loss;
   request.threads = FLAGS_threads;
+  request.check = FLAGS_check;
   if (FlagGiven("step")) request.step = FLAGS_step;
   if (FlagGiven("segment")) request.segment = FLAGS_segment;
   if (FlagGiven("noise")) request.noise = FLAGS_noise;
   return request;
 }
-
-CheckLevel CheckLevelFromFlags() { return ParseCheckLevel(FLAGS_check); }
 
 std::string CommandFromFlags(const std::string& program) {
   std::string command = program;
@@ -107,12 +127,15 @@ PageSource PageFromFlags(const std::string& program, const Session& session) {
   return source;
 }
 
-std::vector<std::string> WriteModelFiles(const PageFit& fit) {
+void WriteIntoFolder(const std::string& name, const std::string& text) {
   const std::filesystem::path out = FLAGS_out;
+  WriteFileAtomically((out / name).string(), text);
+}
+
+std::vector<std::string> WriteModelFiles(const PageFit& fit) {
   std::vector<std::string> names;
   for (const ModelFile& file : ModelFiles()) {
-    WriteFileAtomically((out / file.name).string(),
-                        ModelFileText(fit, file.name));
+    WriteIntoFolder(file.name, ModelFileText(fit, file.name));
     names.push_back(file.name);
   }
   return names;
@@ -124,13 +147,10 @@ bool WriteReport(const std::function<Json()>& page) {
     std::fprintf(stderr, "note: no report.html: %s\n", missing.c_str());
     return false;
   }
-  const std::filesystem::path out = FLAGS_out;
-  WriteFileAtomically((out / "report.html").string(), ReportHtml(page()));
+  WriteIntoFolder("report.html", ReportHtml(page()));
   return true;
 }
 
-// That the results can be written, before the long work; after all that may be
-// wrong with the input, so that this leaves no empty folder.
 void CheckOutputs(const FitRequest& request, const Session& session) {
   if (!FLAGS_json.empty() && !IsStdout(FLAGS_json)) {
     std::vector<std::string> inputs = request.traj;
@@ -145,6 +165,23 @@ void CheckOutputs(const FitRequest& request, const Session& session) {
 
 bool WritesFiles() {
   return !FLAGS_out.empty() || (!FLAGS_json.empty() && !IsStdout(FLAGS_json));
+}
+
+void GiveResult(const std::function<void()>& write_files,
+                const std::string& json,
+                const std::function<std::string()>& text) {
+  const bool to_stdout = IsStdout(FLAGS_json);
+  std::exception_ptr failed;
+  try {
+    write_files();
+    if (!FLAGS_json.empty() && !to_stdout) {
+      WriteFileAtomically(FLAGS_json, json);
+    }
+  } catch (const InputError&) {
+    failed = std::current_exception();
+  }
+  WriteStdout(to_stdout ? json : text());
+  if (failed) std::rethrow_exception(failed);
 }
 
 }  // namespace sysid

@@ -6,7 +6,6 @@
 
 #include "gflags/gflags_declare.h"
 #include "sysid/report/page_data.h"
-#include "sysid/session/check_session.h"
 #include "sysid/session/session.h"
 
 // The flags of programs that fit a model to runs (docs/interface.md section 1).
@@ -17,7 +16,6 @@ DECLARE_string(out);
 namespace sysid {
 
 FitRequest RequestFromFlags();
-CheckLevel CheckLevelFromFlags();
 
 // The command line of `program` with the flags that were given and say what is
 // fitted to what and how, without --add and --fix, for a shell.
@@ -31,6 +29,9 @@ std::string FlagWith(const std::string& flag, const std::string& more);
 // are yet to be set.
 PageSource PageFromFlags(const std::string& program, const Session& session);
 
+// Writes a file into --out.
+void WriteIntoFolder(const std::string& name, const std::string& text);
+
 // Writes the files of a model into --out; their names.
 std::vector<std::string> WriteModelFiles(const PageFit& fit);
 
@@ -43,5 +44,15 @@ bool WriteReport(const std::function<Json()>& page);
 void CheckOutputs(const FitRequest& request, const Session& session);
 // Whether --out or --json names one: all else goes to standard output.
 bool WritesFiles();
+
+// Gives a program's result: calls `write_files`, writes `json` to --json, and
+// prints that, or else `text()`. Files that cannot be written (the disk may be
+// full by now) are said at last: the result is printed all the same.
+void GiveResult(const std::function<void()>& write_files,
+                const std::string& json,
+                const std::function<std::string()>& text);
+
+// Help on flags that sysid_diagnose and sysid_studio have alike.
+extern const char kDiagnosisFlagsHelp[];
 
 }  // namespace sysid

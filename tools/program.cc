@@ -1,10 +1,10 @@
 #include "tools/program.h"
 
+#include <pthread.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -12,6 +12,7 @@
 #include <map>
 #include <new>
 #include <system_error>
+#include <thread>
 
 #include "gflags/gflags.h"
 #include "glog/logging.h"
@@ -19,6 +20,7 @@
 #include "models/printable.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/shooting_stage.h"
+#include "sysid/io/csv.h"
 
 namespace sysid {
 namespace {
@@ -89,6 +91,19 @@ std::string What(const std::exception& error) {
          "allow more: ulimit -u (threads), ulimit -v (memory)";
 }
 
+bool IsIgnored(int signal) {
+  struct sigaction action {};
+  return sigaction(signal, nullptr, &action) == 0 &&
+         action.sa_handler == SIG_IGN;
+}
+
+int Await(const sigset_t& signals) {
+  int signal = 0;
+  while (sigwait(&signals, &signal) != 0) {
+  }
+  return signal;
+}
+
 }  // namespace
 
 bool FlagGiven(const std::string& name) { return GivenFlags().count(name) > 0; }
@@ -118,18 +133,16 @@ void PrintNotices(const std::vector<std::string>& notices, size_t from) {
   }
 }
 
-bool FileOutputs::Write(const std::function<void()>& write) {
-  if (failed_) return false;
-  try {
-    write();
-  } catch (const InputError&) {
-    failed_ = std::current_exception();
-  }
-  return !failed_;
+void CheckPositive(const std::string& flag, double value, double most) {
+  if (value > 0 && value <= most) return;
+  throw InputError("--" + flag, "cannot be " + ShortestText(value),
+                   "it lies above 0 and not above " + ShortestText(most));
 }
 
-void FileOutputs::Rethrow() const {
-  if (failed_) std::rethrow_exception(failed_);
+void CheckCount(const std::string& flag, int value, int most) {
+  if (value >= 1 && value <= most) return;
+  throw InputError("--" + flag, "cannot be " + std::to_string(value),
+                   "it lies between 1 and " + std::to_string(most));
 }
 
 void CheckIsNoInput(const std::string& flag, const std::string& file,
@@ -215,16 +228,47 @@ int RunProgram(int argc, char** argv, const std::string& help,
   }
 }
 
-ProgressLine::ProgressLine()
-    : terminal_(isatty(STDERR_FILENO) == 1), start_s_(Now()) {}
+sigset_t BlockInterrupts() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return signals;
+}
 
-ProgressLine::~ProgressLine() { Clear(); }
+Watch::Watch(EstimationOptions* options) : start_s_(Now()) {
+  options->stop = source_.get_token();
+  options->keep_best = true;
+  if (isatty(STDERR_FILENO) == 1) {
+    options->progress = [this](const Progress& progress) { Show(progress); };
+  }
+  const bool no_int = IsIgnored(SIGINT), no_term = IsIgnored(SIGTERM);
+  sigset_t signals = BlockInterrupts();
+  if (no_int && no_term) return;
+  if (no_int) sigdelset(&signals, SIGINT);
+  if (no_term) sigdelset(&signals, SIGTERM);
+  // Detached: it waits as long as the program lives, and a source may be
+  // copied.
+  std::thread([signals, source = source_]() mutable {
+    Await(signals);
+    std::fprintf(
+        stderr, "%s: stops with what there is; once more ends at once\n",
+        isatty(STDERR_FILENO) == 1 ? "\r\033[Kinterrupted" : "interrupted");
+    source.request_stop();
+    const int again = Await(signals);
+    // Ends by the signal itself: who waits for the program sees that.
+    signal(again, SIG_DFL);
+    pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+    raise(again);
+  }).detach();
+}
 
-void ProgressLine::Show(const Progress& progress) {
+void Watch::Show(const Progress& progress) {
   constexpr double kQuiet = 0.3;   // s: what is done by then needs no line
   constexpr double kPeriod = 0.1;  // s
   const double now = Now();
-  if (!terminal_ || now - start_s_ < kQuiet || now - last_s_ < kPeriod) return;
+  if (now - start_s_ < kQuiet || now - last_s_ < kPeriod) return;
   last_s_ = now;
   shown_ = true;
   std::fprintf(stderr, "\r\033[K%s: iteration %d, error %.4g times the noise",
@@ -237,9 +281,15 @@ void ProgressLine::Show(const Progress& progress) {
   std::fflush(stderr);
 }
 
-void ProgressLine::Clear() {
+void Watch::ClearLine() {
   if (shown_) std::fputs("\r\033[K", stderr);
   shown_ = false;
+}
+
+void Watch::SayKept(const std::string& what, bool into_files) const {
+  if (!source_.stop_requested()) return;
+  std::fprintf(stderr, "interrupted: %s is %s\n", what.c_str(),
+               into_files ? "written" : "printed");
 }
 
 }  // namespace sysid

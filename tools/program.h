@@ -1,7 +1,8 @@
 #pragma once
 
-#include <exception>
+#include <csignal>
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -39,17 +40,10 @@ void WriteStdout(const std::string& text);
 // What was assumed or ignored, a line each, on standard error.
 void PrintNotices(const std::vector<std::string>& notices, size_t from = 0);
 
-// Writes files, whose disk may be full by now, and notes why that failed: so
-// that the result can still be printed. Rethrow() once it is.
-class FileOutputs {
- public:
-  // False where this or an earlier one failed; that then was not called.
-  bool Write(const std::function<void()>& write);
-  void Rethrow() const;
-
- private:
-  std::exception_ptr failed_;
-};
+// Throw InputError for a flag's number that is not above 0 and at most `most`,
+// or no count from 1 to `most`.
+void CheckPositive(const std::string& flag, double value, double most);
+void CheckCount(const std::string& flag, int value, int most);
 
 // Throws InputError where the file that `flag` names is one of the inputs.
 void CheckIsNoInput(const std::string& flag, const std::string& file,
@@ -62,20 +56,44 @@ int RunProgram(int argc, char** argv, const std::string& help,
                const std::function<int()>& work,
                const std::vector<std::string>& unused = {});
 
-// A live progress line on standard error where that is a terminal, else
-// nothing. Clear() ends it before other output.
-class ProgressLine {
+// Long work that its user watches and may stop.
+//
+// A live progress line stands on standard error where that is a terminal.
+// Ctrl-C, or a polite kill (SIGINT, SIGTERM), asks the work to stop: the
+// programs that fit then write the best point so far, marked. What is asked a
+// second time ends the program at once, as if it had never been watched; files
+// are whole or absent all the same (sysid/io/write_file.h).
+//
+// One in a program, made before the threads that it is to cover: the signals
+// are blocked in the thread that makes it and in those that this starts, and
+// one thread waits for them. A signal that whoever started the program ignores
+// (nohup) stays ignored.
+class Watch {
  public:
-  ProgressLine();
-  ~ProgressLine();
-  void Show(const Progress& progress);
-  void Clear();
+  // Has what these options are for report its progress, stop, and keep the best
+  // point; the options must not be used longer than this lives. The first
+  // signal is only said to have come: whether there is anything to keep by then
+  // is known where the work ends.
+  explicit Watch(EstimationOptions* options);
+  ~Watch() { ClearLine(); }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+  // Before other output.
+  void ClearLine();
+  // If a signal came: says on standard error that `what` ("the best point so
+  // far") is written, or printed where it went into no file. After that.
+  void SayKept(const std::string& what, bool into_files) const;
 
  private:
-  bool terminal_;
+  void Show(const Progress& progress);
+
+  std::stop_source source_;
   bool shown_ = false;
   double start_s_;
   double last_s_ = 0.0;
 };
+
+// The signals, blocked in this thread and in those that it starts from here on.
+sigset_t BlockInterrupts();
 
 }  // namespace sysid

@@ -7,6 +7,7 @@
 #include "models/error.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/memory.h"
+#include "sysid/stochastic/transformation.h"
 #include "tools/program.h"
 
 DEFINE_double(learning_rate, 0.1, "Adam's, in parts of a parameter's size");
@@ -23,42 +24,32 @@ DECLARE_uint64(seed);
 namespace sysid {
 namespace {
 
-void CheckPositive(const std::string& flag, double value, double most) {
-  if (value > 0 && value <= most) return;
-  throw InputError("--" + flag, "cannot be " + ShortestText(value),
-                   "it lies above 0 and not above " + ShortestText(most));
-}
-
-AdamOptions ReadAdam() {
-  AdamOptions adam;
+// What both solvers have.
+void ReadDescent(AdamFitOptions* options) {
   CheckPositive("learning_rate", FLAGS_learning_rate, 10.0);
   CheckPositive("epochs", FLAGS_epochs, 1e6);
-  adam.learning_rate = FLAGS_learning_rate;
-  adam.schedule = ParseSchedule(FLAGS_schedule, "--schedule");
-  adam.epochs = FLAGS_epochs;
-  return adam;
-}
-
-void ReadHuber(double* huber) {
-  if (!FlagGiven("huber")) return;
-  CheckPositive("huber", FLAGS_huber, std::numeric_limits<double>::infinity());
-  *huber = FLAGS_huber;
+  options->adam.learning_rate = FLAGS_learning_rate;
+  options->adam.schedule = ParseSchedule(FLAGS_schedule, "--schedule");
+  options->adam.epochs = FLAGS_epochs;
+  if (FlagGiven("huber")) {
+    CheckPositive("huber", FLAGS_huber,
+                  std::numeric_limits<double>::infinity());
+    options->huber = FLAGS_huber;
+  }
+  options->from_rest = FLAGS_from_rest;
 }
 
 }  // namespace
 
 AdamFitOptions AdamOptionsFromFlags() {
   AdamFitOptions options;
-  options.adam = ReadAdam();
-  ReadHuber(&options.loss.huber);
-  options.from_rest = FLAGS_from_rest;
+  ReadDescent(&options);
   return options;
 }
 
 MixtureOptions MixtureOptionsFromFlags() {
   MixtureOptions options;
-  options.adam = ReadAdam();
-  ReadHuber(&options.loss.huber);
+  ReadDescent(&options);
   CheckPositive("kernels", FLAGS_kernels, 100);
   CheckPositive("draws", FLAGS_draws, 10000);
   CheckPositive("spread", FLAGS_spread, 3.0);
@@ -70,7 +61,6 @@ MixtureOptions MixtureOptionsFromFlags() {
   if (FLAGS_online && !FlagGiven("schedule")) {
     options.adam.schedule = Schedule::kConstant;
   }
-  options.from_rest = FLAGS_from_rest;
   options.seed = FLAGS_seed;
   if (FLAGS_online && FlagGiven("epochs")) {
     throw InputError("--epochs", "has no meaning with --online",
@@ -79,20 +69,15 @@ MixtureOptions MixtureOptionsFromFlags() {
   return options;
 }
 
-std::vector<std::string> MovedStarts(const Session& session) {
-  const ShootingProblem problem(session.model, session.free, session.runs,
-                                session.options);
+void NoteMovedStarts(Session* session) {
+  const ShootingProblem problem(session->model, session->free, session->runs,
+                                session->options);
   const Transformation transformation(problem);
-  const Eigen::VectorXd& start = transformation.start();
-  std::vector<std::string> notices;
-  for (const std::string& name : transformation.moved()) {
-    for (int i = 0; i < start.size(); ++i) {
-      if (session.free[i].parameter.name != name) continue;
-      notices.push_back(name + " starts at its bound, where Adam has no " +
-                        "slope: moved to " + ShortestText(start[i]));
-    }
+  for (const int i : transformation.moved()) {
+    session->notices.push_back(
+        session->free[i].parameter.name + " starts at its bound, where Adam " +
+        "has no slope: moved to " + ShortestText(transformation.start()[i]));
   }
-  return notices;
 }
 
 void CheckMixtureSize(const Session& session, const MixtureOptions& options) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "sysid/session/session.h"
 #include "sysid/stochastic/stochastic_fit.h"
@@ -15,8 +14,8 @@ namespace sysid {
 AdamFitOptions AdamOptionsFromFlags();
 MixtureOptions MixtureOptionsFromFlags();
 
-// Notices of starts that Adam and the mixture move away from their bounds.
-std::vector<std::string> MovedStarts(const Session& session);
+// Notes starts that Adam and the mixture move away from their bounds.
+void NoteMovedStarts(Session* session);
 
 // Throws InputError where this machine has no memory for such a mixture.
 void CheckMixtureSize(const Session& session, const MixtureOptions& options);

@@ -99,7 +99,6 @@ std::vector<Finding> FindingsOf(const std::vector<Refused>& refused,
 }
 
 int Main() {
-  const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.fits_nothing = true;
@@ -117,16 +116,14 @@ int Main() {
                          session.findings.end());
   const std::string json =
       CheckJson(session.model_name, runs, result, session.notices);
-  if (!FLAGS_out.empty()) {
-    const std::filesystem::path out = FLAGS_out;
-    WriteFileAtomically((out / "check.json").string(), json);
-  }
-  if (to_stdout) {
-    WriteStdout(json);
-  } else {
-    if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
-    WriteStdout(Printable(CheckText(session.model_name, runs.size(), result)));
-  }
+  GiveResult(
+      [&] {
+        if (!FLAGS_out.empty()) WriteIntoFolder("check.json", json);
+      },
+      json,
+      [&] {
+        return Printable(CheckText(session.model_name, runs.size(), result));
+      });
   return result.findings.empty() ? kExitDone : kExitFindings;
 }
 

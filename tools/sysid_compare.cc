@@ -3,7 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
+#include <utility>
 
 #include "gflags/gflags.h"
 #include "models/error.h"
@@ -13,8 +13,8 @@
 #include "sysid/session/check_session.h"
 #include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
+#include "sysid/stochastic/rollout_gradient.h"
 #include "tools/fit_flags.h"
-#include "tools/interrupt.h"
 #include "tools/program.h"
 #include "tools/stochastic_flags.h"
 
@@ -85,49 +85,36 @@ std::optional<Eigen::VectorXd> ReadTruth(const Session& session) {
 }
 
 ComparisonOptions OptionsFromFlags(const Session& session) {
-  constexpr int kMostStarts = 10000;
   ComparisonOptions options;
   options.adam = AdamOptionsFromFlags();
   options.mixture = MixtureOptionsFromFlags();
   options.truth = ReadTruth(session);
-  if (FLAGS_repeat < 1 || FLAGS_repeat > kMostStarts) {
-    throw InputError("--repeat", "cannot be " + std::to_string(FLAGS_repeat),
-                     "it lies between 1 and " + std::to_string(kMostStarts));
-  }
-  if (!(FLAGS_start_spread > 0 && FLAGS_start_spread <= 3)) {
-    throw InputError("--start_spread",
-                     "cannot be " + ShortestText(FLAGS_start_spread),
-                     "it lies above 0 and not above 3");
-  }
+  CheckCount("repeat", FLAGS_repeat, 10000);
+  CheckPositive("start_spread", FLAGS_start_spread, 3.0);
   options.repeat = FLAGS_repeat;
   options.start_spread = FLAGS_start_spread;
   return options;
 }
 
 int Main() {
-  if (FlagGiven("solver")) {
-    throw InputError("--solver", "has no meaning here",
-                     "all three solvers are compared");
-  }
-  if (FlagGiven("holdout")) {
-    throw InputError("--holdout", "has no meaning here",
-                     "sysid_fit predicts held-out runs");
-  }
-  if (FlagGiven("loss")) {
-    throw InputError("--loss", "has no meaning here",
-                     "all three minimise squares; --huber bends those of Adam "
-                     "and the mixture");
+  constexpr std::pair<const char*, const char*> kOfOthers[] = {
+      {"solver", "all three solvers are compared"},
+      {"holdout", "sysid_fit predicts held-out runs"},
+      {"loss",
+       "all three minimise squares; --huber bends those of Adam and the "
+       "mixture"}};
+  for (const auto& [flag, hint] : kOfOthers) {
+    if (!FlagGiven(flag)) continue;
+    throw InputError(std::string("--") + flag, "has no meaning here", hint);
   }
   if (!HaveStanMath()) {
     throw InputError("sysid_compare", "this build has no Adam and no mixture",
-                     StanMathHint());
+                     kStanMathHint);
   }
-  const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.solver = "lm";  // whatever a specification says
   Session session = OpenSession(request, catalogue);
-  const CheckLevel check = CheckLevelFromFlags();
   ComparisonOptions options = OptionsFromFlags(session);
   CheckMixtureSize(session, options.mixture);
   CheckOutputs(request, session);
@@ -139,42 +126,31 @@ int Main() {
     }
     CheckWritableFile(FLAGS_figure);
   }
-  const Interrupt interrupt;
-  session.options.stop = interrupt.token();
-  CheckSessionNumbers(&session, check);
-  const std::vector<std::string> moved = MovedStarts(session);
-  session.notices.insert(session.notices.end(), moved.begin(), moved.end());
+  Watch watch(&session.options);
+  CheckSessionNumbers(&session);
+  NoteMovedStarts(&session);
   PrintNotices(session.notices);
-  session.options.keep_best = true;
-  ProgressLine line;
-  options.progress = [&](const Progress& p) { line.Show(p); };
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
   const Comparison comparison = CompareSolvers(problem, options);
-  line.Clear();
+  watch.ClearLine();
   // The comparison begins with Levenberg-Marquardt.
-  PrintNotices(
-      session.notices,
-      CheckSessionData(&session, check,
-                       OutcomeOf(comparison.runs.front().fit, problem)));
+  PrintNotices(session.notices,
+               CheckSessionData(
+                   &session, OutcomeOf(comparison.runs.front().fit, problem)));
   const std::string json = ComparisonJson(session, comparison);
   const std::string figure = ComparisonFigure(session, comparison);
-  FileOutputs files;
-  files.Write([&] {
-    if (!FLAGS_out.empty()) {
-      const std::filesystem::path out = FLAGS_out;
-      WriteFileAtomically((out / "comparison.json").string(), json);
-      WriteFileAtomically((out / "comparison.svg").string(), figure);
-    }
-    if (!FLAGS_figure.empty()) WriteFileAtomically(FLAGS_figure, figure);
-    if (!FLAGS_json.empty() && !to_stdout) {
-      WriteFileAtomically(FLAGS_json, json);
-    }
-  });
-  WriteStdout(to_stdout ? json : ComparisonText(session, comparison));
-  files.Rethrow();
-  interrupt.SayKept("what there is of the comparison",
-                    WritesFiles() || !FLAGS_figure.empty());
+  GiveResult(
+      [&] {
+        if (!FLAGS_out.empty()) {
+          WriteIntoFolder("comparison.json", json);
+          WriteIntoFolder("comparison.svg", figure);
+        }
+        if (!FLAGS_figure.empty()) WriteFileAtomically(FLAGS_figure, figure);
+      },
+      json, [&] { return ComparisonText(session, comparison); });
+  watch.SayKept("what there is of the comparison",
+                WritesFiles() || !FLAGS_figure.empty());
   const int starts = static_cast<int>(comparison.trials.size());
   if (starts < comparison.asked) {
     std::fprintf(stderr, "error: interrupted after %d of %d starts\n", starts,

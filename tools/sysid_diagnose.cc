@@ -5,20 +5,17 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <optional>
 
 #include "gflags/gflags.h"
 #include "models/error.h"
 #include "sysid/estimation/cancelled.h"
-#include "sysid/io/write_file.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/named_values.h"
 #include "tools/fit_flags.h"
-#include "tools/interrupt.h"
 #include "tools/program.h"
 
 DEFINE_bool(auto, false, "add effects until nothing is missing");
@@ -40,22 +37,10 @@ constexpr char kHelp[] =
                              (default: the last quarter of every run)
   --auto                     add the best effect, refit, and look again, until
                              nothing is missing
-  --candidates a,b@joint1    effects to consider, by kind or with a target
-                             (default: every effect on every joint and link)
-  --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
-  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
-                             what is fixed by name is taken for right
-  --add effect@target,...    effects that are in the model already
-  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
-                             (of one run: b.csv/joint2.q=-b; below alike)
-  --shift joint1.q=0.01      a column that was recorded late, by seconds
-  --ignore joint1.q@12:14.5  measurements that are taken as missing
-  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
-  --segment S                length of a shooting segment (default: chosen)
-  --noise S                  of a measurement, rad or m (default: estimated)
-  --residual heading|rotation    --loss none|huber|cauchy
-  --threads N (default: all cores)    --seed N
-  --json FILE|-              machine-readable result
+)";
+
+constexpr char kHelpOnResults[] =
+    R"(  --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, diagnosis.json, fit.json,
                              prediction.csv, identified.urdf
 Ctrl-C gives what was judged so far, once more ends at once.
@@ -65,8 +50,7 @@ Exit code: 0 done, 1 no usable result, 2 bad input.
 void WriteOutputs(const PageSource& source, const DiagnosisProblem& problem,
                   const Diagnosis& diagnosis, const FinalFit* final,
                   const std::string& json) {
-  const std::filesystem::path out = FLAGS_out;
-  WriteFileAtomically((out / "diagnosis.json").string(), json);
+  WriteIntoFolder("diagnosis.json", json);
   if (final != nullptr) {
     WriteModelFiles(ShowFinal(*final, 0));
   } else {
@@ -108,25 +92,20 @@ FitOutcome OutcomeOf(const Diagnosis& diagnosis) {
 
 int Main() {
   const double start_s = Now();
-  const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.may_free_nothing = true;
   Session session = OpenSession(request, catalogue);
-  const CheckLevel check = CheckLevelFromFlags();
   const auto candidates = ChooseCandidates(
       catalogue, session.model.mechanism(),
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);
-  const Interrupt interrupt;
-  session.options.stop = problem.options.stop = interrupt.token();
-  CheckSessionNumbers(&session, check);
-  PrintNotices(session.notices);
-  session.options.keep_best = true;
-  ProgressLine line;
-  session.options.progress = [&](const Progress& p) { line.Show(p); };
+  Watch watch(&session.options);
+  problem.options.stop = session.options.stop;
   problem.options.progress = session.options.progress;
+  CheckSessionNumbers(&session);
+  PrintNotices(session.notices);
   DiagnosisOptions options;
   options.add = FLAGS_auto;
   options.keep_evaluated = true;
@@ -135,9 +114,9 @@ int Main() {
   if ((FLAGS_auto || !FLAGS_out.empty()) && diagnosis.interrupted.empty()) {
     final = FitFinalUnlessInterrupted(session, problem, &diagnosis);
   }
-  line.Clear();
+  watch.ClearLine();
   PrintNotices(session.notices,
-               CheckSessionData(&session, check, OutcomeOf(diagnosis)));
+               CheckSessionData(&session, OutcomeOf(diagnosis)));
   if (final) {
     final->session.findings = session.findings;
     // All that passed, the search and the checks too.
@@ -150,27 +129,22 @@ int Main() {
                            FlagWith("add", step.add) +
                            FlagWith("fix", step.fix);
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
-  FileOutputs files;
-  if (!FLAGS_out.empty()) {
-    PageSource source = PageFromFlags("sysid_diagnose", session);
-    if (FLAGS_auto) source.command += " --auto";
-    source.train = problem.train.get();
-    source.holdout = problem.holdout.get();
-    files.Write(
-        [&] { WriteOutputs(source, problem, diagnosis, fitted, json); });
-  }
-  if (to_stdout) {
-    WriteStdout(json);
-  } else {
-    files.Write([&] {
-      if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
-    });
-    WriteStdout(DiagnosisText(session, diagnosis, fitted, next,
-                              isatty(STDOUT_FILENO) == 1));
-  }
-  files.Rethrow();
+  PageSource source = PageFromFlags("sysid_diagnose", session);
+  if (FLAGS_auto) source.command += " --auto";
+  source.train = problem.train.get();
+  source.holdout = problem.holdout.get();
+  GiveResult(
+      [&] {
+        if (FLAGS_out.empty()) return;
+        WriteOutputs(source, problem, diagnosis, fitted, json);
+      },
+      json,
+      [&] {
+        return DiagnosisText(session, diagnosis, fitted, next,
+                             isatty(STDOUT_FILENO) == 1);
+      });
   if (!diagnosis.interrupted.empty()) {
-    interrupt.SayKept("what was judged so far", WritesFiles());
+    watch.SayKept("what was judged so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: interrupted while %s\n",
                  diagnosis.interrupted.c_str());
     return kExitNoResult;
@@ -188,5 +162,9 @@ int Main() {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+  return sysid::RunProgram(argc, argv,
+                           std::string(sysid::kHelp) +
+                               sysid::kDiagnosisFlagsHelp +
+                               sysid::kHelpOnResults,
+                           sysid::Main);
 }

@@ -4,21 +4,18 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <optional>
 
 #include "gflags/gflags.h"
 #include "models/error.h"
 #include "models/urdf/write_urdf.h"
 #include "sysid/io/memory.h"
-#include "sysid/io/write_file.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
-#include "sysid/session/solvers.h"
+#include "sysid/stochastic/solvers.h"
 #include "tools/fit_flags.h"
-#include "tools/interrupt.h"
 #include "tools/program.h"
 #include "tools/stochastic_flags.h"
 
@@ -98,14 +95,13 @@ std::string WriteOutputs(const PageFit& fit) {
 // A draw from the mixture a file: sample_1.urdf, ..., and all in samples.csv.
 void WriteSamples(const Session& session, const ShootingProblem& problem,
                   const MixtureFit& mixture) {
-  const std::filesystem::path out = FLAGS_out;
   const SampledModels samples =
       SampleModels(session, problem, mixture, FLAGS_sample, FLAGS_seed);
   for (int i = 0; i < FLAGS_sample; ++i) {
-    const std::string name = "sample_" + std::to_string(i + 1) + ".urdf";
-    WriteFileAtomically((out / name).string(), samples.urdfs[i]);
+    WriteIntoFolder("sample_" + std::to_string(i + 1) + ".urdf",
+                    samples.urdfs[i]);
   }
-  WriteFileAtomically((out / "samples.csv").string(), samples.csv);
+  WriteIntoFolder("samples.csv", samples.csv);
 }
 
 std::string SampleFiles() {
@@ -116,12 +112,8 @@ std::string SampleFiles() {
 }
 
 void CheckSampling(const std::string& solver) {
-  constexpr int kMost = 100000;
   if (!FlagGiven("sample")) return;
-  if (FLAGS_sample < 1 || FLAGS_sample > kMost) {
-    throw InputError("--sample", "cannot be " + std::to_string(FLAGS_sample),
-                     "it lies between 1 and " + std::to_string(kMost));
-  }
+  CheckCount("sample", FLAGS_sample, 100000);
   if (solver != "gmm") {
     throw InputError("--sample", "has no meaning for --solver " + solver,
                      "only gmm has a mixture to draw from");
@@ -142,12 +134,10 @@ void CheckSampleSize(const Session& session) {
 
 int Main() {
   const double start_s = Now();
-  const bool to_stdout = IsStdout(FLAGS_json);
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.any_solver = true;
   Session session = OpenSession(request, catalogue);
-  const CheckLevel check = CheckLevelFromFlags();
   CheckSolverFlags(session.solver);
   CheckSampling(session.solver);
   const Solver& solver = FindSolver(session.solver);
@@ -155,17 +145,10 @@ int Main() {
   if (session.solver == "gmm") CheckMixtureSize(session, how.mixture);
   CheckSampleSize(session);
   CheckOutputs(request, session);
-  const Interrupt interrupt;
-  session.options.stop = interrupt.token();
-  CheckSessionNumbers(&session, check);
-  if (solver.stochastic) {
-    const std::vector<std::string> moved = MovedStarts(session);
-    session.notices.insert(session.notices.end(), moved.begin(), moved.end());
-  }
+  Watch watch(&session.options);
+  CheckSessionNumbers(&session);
+  if (solver.stochastic) NoteMovedStarts(&session);
   PrintNotices(session.notices);
-  session.options.keep_best = true;
-  ProgressLine line;
-  session.options.progress = [&](const Progress& p) { line.Show(p); };
   // The trial is by Levenberg-Marquardt; the others start where they are told.
   const std::optional<AddedEffects> added =
       solver.stochastic ? std::nullopt : TryAddedEffects(catalogue, session);
@@ -183,9 +166,9 @@ int Main() {
     holdout = PredictHoldout(OpenHoldout(fit.model, held_out, session.options,
                                          fit.point.rollout, fit.segment_s));
   }
-  line.Clear();
+  watch.ClearLine();
   PrintNotices(session.notices,
-               CheckSessionData(&session, check, OutcomeOf(fit, problem)));
+               CheckSessionData(&session, OutcomeOf(fit, problem)));
   // All that passed, reading and checking too.
   solved.fit.wall_time_s = Now() - start_s;
   solved.fit.cpu_time_s = CpuSeconds();
@@ -194,33 +177,29 @@ int Main() {
   const PageFit shown =
       Show(session, problem, fit, held, tried, mixture ? &*mixture : nullptr);
   const std::string json = ModelFileText(shown, "fit.json");
-  std::string written;
-  FileOutputs files;
-  const bool in_folder = files.Write([&] {
-    if (!FLAGS_out.empty()) written = WriteOutputs(shown);
-    if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
-  });
-  if (to_stdout) {
-    WriteStdout(json);
-  } else {
-    files.Write([&] {
-      if (!FLAGS_json.empty()) WriteFileAtomically(FLAGS_json, json);
-    });
-    const bool colour = isatty(STDOUT_FILENO) == 1;
-    std::string text = FitText(session, problem, fit, held, tried, colour);
-    if (mixture) text += MixtureText(*mixture);
-    if (!FLAGS_out.empty() && in_folder) {
-      text +=
-          "  written to " + FLAGS_out + ": " + written + SampleFiles() + "\n";
-    }
-    if (FLAGS_sample > 0 && !fit.converged) {
-      text += "  the samples are drawn from a mixture that has not converged\n";
-    }
-    WriteStdout(text);
-  }
-  files.Rethrow();
+  std::string written;  // once all of it is
+  GiveResult(
+      [&] {
+        if (FLAGS_out.empty()) return;
+        const std::string names = WriteOutputs(shown);
+        if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
+        written =
+            "  written to " + FLAGS_out + ": " + names + SampleFiles() + "\n";
+      },
+      json,
+      [&] {
+        const bool colour = isatty(STDOUT_FILENO) == 1;
+        std::string text = FitText(session, problem, fit, held, tried, colour);
+        if (mixture) text += MixtureText(*mixture);
+        text += written;
+        if (FLAGS_sample > 0 && !fit.converged) {
+          text +=
+              "  the samples are drawn from a mixture that has not converged\n";
+        }
+        return text;
+      });
   if (!fit.converged) {
-    interrupt.SayKept("the best point so far", WritesFiles());
+    watch.SayKept("the best point so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: %s\n",
                  fit.termination.c_str());
     return kExitNoResult;

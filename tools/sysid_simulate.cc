@@ -128,30 +128,13 @@ void ChangeModel(const Catalogue& catalogue, const std::string& file,
     }
     values.push_back(set);
   }
-  std::vector<std::string> names;
-  std::vector<double> numbers;
-  for (const NamedValue& value : values) {
-    const Parameter parameter =
-        FindParameters(*model, {value.name}, value.place).front();
-    CheckValue(*model, parameter, *value.value, value.place);
-    names.push_back(value.name);
-    numbers.push_back(*value.value);
-  }
-  SetParameters(FindParameters(*model, names, "--set"), numbers, model);
-  Mechanism changed = model->mechanism();
-  changed.nominal = model->nominal();
-  const std::vector<std::string> faults = PhysicalFaults(changed);
+  const std::string faults = SetValues(values, model);
   if (!faults.empty()) {
-    throw InputError("--set", "makes no possible body: " + Join(faults, "; "),
+    throw InputError("--set", "makes no possible body: " + faults,
                      "masses and moments are positive, and no moment exceeds "
                      "the sum of the other two");
   }
-  const std::vector<std::string> singular = SingularJoints(*model);
-  if (!singular.empty()) {
-    throw InputError(was_singular ? file : "--set", Join(singular, "\n  "),
-                     "give what moves there some mass and inertia, however "
-                     "small");
-  }
+  CheckJoints(*model, was_singular ? file : "--set");
 }
 
 // The state to start from, by --initial. A notice for each joint that the run's

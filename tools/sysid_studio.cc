@@ -16,7 +16,6 @@
 #include "sysid/studio/server.h"
 #include "sysid/studio/studio.h"
 #include "tools/fit_flags.h"
-#include "tools/interrupt.h"
 #include "tools/program.h"
 
 DEFINE_int32(port, 8080, "port on 127.0.0.1; 0: any free one");
@@ -43,23 +42,9 @@ served; Ctrl-C ends it.
   --port N                   on 127.0.0.1 (default: 8080; 0: any free one)
   --out DIR                  saves every model as it is fitted; the same
                              command continues there
-  --candidates a,b@joint1    effects to consider, by kind or with a target
-                             (default: every effect on every joint and link)
-  --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
-  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
-                             what is fixed by name is taken for right
-  --add effect@target,...    effects that are in the model already
-  --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
-                             (of one run: b.csv/joint2.q=-b; below alike)
-  --shift joint1.q=0.01      a column that was recorded late, by seconds
-  --ignore joint1.q@12:14.5  measurements that are taken as missing
-  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
-  --segment S                length of a shooting segment (default: chosen)
-  --noise S                  of a measurement, rad or m (default: estimated)
-  --residual heading|rotation    --loss none|huber|cauchy
-  --threads N (default: all cores)    --seed N
-Exit code: 0 ended by Ctrl-C, 2 bad input.
 )";
+
+constexpr char kHelpOnExit[] = "Exit code: 0 ended by Ctrl-C, 2 bad input.\n";
 
 StudioSetup OpenSetup() {
   const Catalogue catalogue;
@@ -71,7 +56,7 @@ StudioSetup OpenSetup() {
       SplitList(FLAGS_candidates, "--candidates"), "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   // Hypotheses about the data take a fit: sysid_check asks them.
-  CheckSessionNumbers(&session, CheckLevelFromFlags());
+  CheckSessionNumbers(&session);
   StudioSetup setup(session);
   setup.problem = problem;
   setup.candidates = candidates;
@@ -118,6 +103,8 @@ int Main() {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main,
-                           {"json", "solver"});
+  return sysid::RunProgram(argc, argv,
+                           std::string(sysid::kHelp) +
+                               sysid::kDiagnosisFlagsHelp + sysid::kHelpOnExit,
+                           sysid::Main, {"json", "solver"});
 }

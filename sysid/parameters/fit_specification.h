@@ -1,20 +1,27 @@
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sysid/io/channel_edits.h"
 #include "sysid/io/column_map.h"
-#include "sysid/parameters/located.h"
+#include "sysid/parameters/free_parameter.h"
 
 namespace sysid {
 
-// A Gaussian belief about a parameter, in its unit.
-struct GaussianPrior {
-  double mean = 0.0;
-  double std = 0.0;  // > 0
+// A value and where it was read ("fit.yaml:3:5"), for errors that come later.
+template <typename T>
+struct Located {
+  T value{};
+  std::string place;
+};
+
+// A parameter that is to have a value; empty: that of the model.
+struct NamedValue {
+  std::string name;
+  std::optional<double> value;
+  std::string place;
 };
 
 // What a fit is asked to do, as written (docs/interface.md section 4). Names
@@ -24,42 +31,29 @@ struct FitSpecification {
   struct Free {
     std::string name;  // "link1.length"
     std::optional<double> initial, lower, upper;
-    std::optional<GaussianPrior> prior;
+    std::optional<FreeParameter::Prior> prior;
     std::string place;  // of the name
-  };
-  struct Fix {
-    std::string name;
-    std::optional<double> value;  // empty: as the model has it
-    std::string place;
-  };
-  struct Loss {
-    std::string name;             // one of LossNames()
-    std::optional<double> scale;  // > 0; residuals are in units of the noise
   };
 
   std::string path;  // the file; empty where there is none
   // A shipped model's name as it is; a path resolved against the file's folder.
   std::optional<Located<std::string>> model;
   std::vector<Free> free;  // in the order of the file, as all that follow
-  std::vector<Fix> fix;
+  std::vector<NamedValue> fix;
   std::vector<Located<std::string>> effects;  // "coulomb_friction@joint1"
   ColumnMap columns;
-  ChannelEdits edits;                              // `shift` and `ignore`
-  std::optional<Located<double>> noise;            // > 0
-  std::optional<Located<std::string>> integrator;  // one of IntegratorNames()
-  std::optional<Located<double>> step;             // s, > 0
-  std::optional<Located<double>> segment;          // s, > 0
-  std::optional<Located<std::string>> residual;    // one of ResidualNames()
-  std::optional<Located<std::string>> solver;      // one of SolverNames()
-  std::optional<Located<Loss>> loss;
-  std::optional<Located<std::uint64_t>> seed;
+  ChannelEdits edits;                      // `shift` and `ignore`
+  std::optional<Located<double>> noise;    // > 0
+  std::optional<Located<double>> step;     // s, > 0
+  std::optional<Located<double>> segment;  // s, > 0
+  // Each one of its KnownWords().
+  std::optional<Located<std::string>> integrator, residual, solver, loss;
+  std::optional<double> loss_scale;  // > 0; residuals are in units of the noise
 };
 
-// The words that flags and files may use.
-const std::vector<std::string>& IntegratorNames();
-const std::vector<std::string>& ResidualNames();
-const std::vector<std::string>& SolverNames();
-const std::vector<std::string>& LossNames();
+// The words that a flag and key may have: of integrator, residual, solver and
+// loss.
+const std::vector<std::string>& KnownWords(const std::string& key);
 
 // Reads a specification. An empty file is an empty specification. `free` is a
 // map of names to {initial, lower, upper, prior: {mean, std}} (all optional),

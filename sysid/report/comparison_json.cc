@@ -24,7 +24,7 @@ Json OfSolver(const SolverRun& run) {
                {"settled_at", run.settled},
                {"segment_s", Finite(run.fit.segment_s)},
                {"evaluations", run.fit.evaluations},
-               {"time_s", run.path.back().time_s},
+               {"time_s", run.fit.wall_time_s},
                {"loss_start", Finite(run.path.front().loss)},
                {"loss", Finite(run.path.back().loss)},
                {"normalized_rms", Finite(run.fit.train.total.normalized_rms)},

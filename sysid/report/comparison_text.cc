@@ -48,7 +48,7 @@ std::string SolverTable(const Comparison& comparison) {
        }},
       {"time, s",
        [](const SolverRun& run) {
-         return Format("%.2g", run.path.back().time_s);
+         return Format("%.2g", run.fit.wall_time_s);
        }},
       {"segments of",
        [](const SolverRun& run) { return SegmentLengths(run.fit); }},

@@ -25,18 +25,6 @@ Json MechanismJson(const Model& model) {
 // An error of no runs at all is none.
 Json ErrorOr(double error) { return error > 0 ? Finite(error) : Json(nullptr); }
 
-// What the effects of --add did to the model without them.
-Json AddedStep(const AddedEffects& added, int model) {
-  DiagnosisStep step;
-  step.effects = added.effects;
-  step.predicted = added.predicted;
-  step.train_before = added.train_before;
-  step.train_after = added.train_after;
-  step.holdout_before = added.holdout_before;
-  step.holdout_after = added.holdout_after;
-  return PageStep(step, model, -1);
-}
-
 PageFit ShowFit(int id, const std::string& title, const Session& session,
                 const ShootingProblem& problem, const Fit& found,
                 const std::optional<Holdout>& holdout) {
@@ -118,7 +106,7 @@ Json FitPage(const PageSource& source, const PageFit& fit) {
   Json page = PageHeader(source);
   page["models"].push_back(PageModel(source, fit, nullptr));
   if (fit.added != nullptr) {
-    page["steps"].push_back(AddedStep(*fit.added, fit.id));
+    page["steps"].push_back(PageStep(*fit.added, fit.id, -1));
   }
   return page;
 }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "models/error.h"
+#include "sysid/checks/excerpt.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/unreadable_run.h"
 
@@ -13,16 +13,6 @@ namespace sysid {
 namespace {
 
 std::string Seconds(double value) { return RoundedText(value) + " s"; }
-
-double MedianPeriod(const Run& run) {
-  std::vector<double> periods;
-  for (int k = 1; k < run.size(); ++k) {
-    periods.push_back(run.t[k] - run.t[k - 1]);
-  }
-  const auto middle = periods.begin() + periods.size() / 2;
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
-}
 
 void CheckUnit(const Run& run, double period, const ColumnMap& columns) {
   constexpr double kLongest = 1.0;  // s: of mechanisms that move
@@ -59,26 +49,23 @@ void CheckPauses(const Run& run, double period) {
   }
 }
 
-bool Moves(const Run& run) {
-  for (const Channel& channel : run.channels) {
-    for (int c = 0; c < channel.values.cols(); ++c) {
-      double first = std::numeric_limits<double>::quiet_NaN();
-      for (int k = 0; k < run.size(); ++k) {
-        const double value = channel.values(k, c);
-        if (std::isnan(value)) continue;
-        if (std::isnan(first)) first = value;
-        if (value != first) return true;
-      }
-    }
-  }
-  return false;
-}
-
 }  // namespace
+
+double Range(const Channel& channel) {
+  constexpr int kNumbers = Eigen::PropagateNumbers;  // not those missing
+  double most = 0.0;
+  for (const auto& component : channel.values.colwise()) {
+    most = std::max(
+        most, component.maxCoeff<kNumbers>() - component.minCoeff<kNumbers>());
+  }
+  return most;
+}
 
 void CheckMotion(const std::vector<Run>& runs) {
   for (const Run& run : runs) {
-    if (Moves(run)) return;
+    for (const Channel& channel : run.channels) {
+      if (Range(channel) > 0) return;
+    }
   }
   if (runs.empty()) return;
   throw UnreadableRun("still", runs.front().name,
@@ -146,7 +133,7 @@ void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
               " samples: too few to fit anything",
           "at least " + std::to_string(kFewest) + " are needed");
     }
-    const double period = MedianPeriod(run);
+    const double period = MedianPeriod(run.t);
     CheckUnit(run, period, ColumnsOf(columns, run.name, mechanism));
     CheckPauses(run, period);
   }

@@ -26,6 +26,10 @@ void CheckRunNames(const ColumnMap& columns, const ChannelEdits& edits,
 void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
                 const Mechanism& mechanism);
 
+// The largest range of a component of a channel, SI; 0 where nothing of it was
+// measured.
+double Range(const Channel& channel);
+
 // Throws InputError where no channel of any run ever changes.
 void CheckMotion(const std::vector<Run>& runs);
 

@@ -46,16 +46,8 @@ std::string Names(const std::vector<std::string>& faults) {
 
 }  // namespace
 
-CheckLevel ParseCheckLevel(const std::string& text) {
-  if (text == "none") return CheckLevel::kNone;
-  if (text == "numbers") return CheckLevel::kNumbers;
-  if (text == "all") return CheckLevel::kAll;
-  throw InputError("--check", "cannot be '" + text + "'",
-                   NameHint(text, {"none", "numbers", "all"}));
-}
-
-void CheckSessionNumbers(Session* session, CheckLevel level) {
-  if (level == CheckLevel::kNone) return;
+void CheckSessionNumbers(Session* session) {
+  if (session->check == CheckLevel::kNone) return;
   session->findings = CheckNumbers(InputOf(*session));
   session->checked = true;
   Note(session->findings, session);
@@ -69,11 +61,11 @@ FitOutcome OutcomeOf(const Fit& fit, const ShootingProblem& problem) {
   return outcome;
 }
 
-size_t CheckSessionData(Session* session, CheckLevel level,
-                        const FitOutcome& outcome) {
+size_t CheckSessionData(Session* session, const FitOutcome& outcome) {
   const size_t before = session->notices.size();
   // Nor where the fit was interrupted: it is to end.
-  if (level != CheckLevel::kAll || session->options.stop.stop_requested() ||
+  if (session->check != CheckLevel::kAll ||
+      session->options.stop.stop_requested() ||
       (outcome.converged && outcome.error <= kExplained)) {
     return before;
   }

@@ -8,21 +8,13 @@
 
 namespace sysid {
 
-// How much of a recording is checked: --check.
-enum class CheckLevel {
-  kNone,
-  kNumbers,  // what the numbers alone show: milliseconds
-  kAll,      // and hypotheses about the data, where a fit misses them
-};
-// Throws InputError for another word than none, numbers, all.
-CheckLevel ParseCheckLevel(const std::string& text);
-
 // The session as the checks see it; points into it.
 CheckInput InputOf(const Session& session);
 
 // Runs the checks of the numbers on a session's model, runs and held-out runs,
-// and keeps what they find; each is a notice too.
-void CheckSessionNumbers(Session* session, CheckLevel level);
+// unless Session::check says none, and keeps what they find; each is a notice
+// too.
+void CheckSessionNumbers(Session* session);
 
 // What a fit of the session left and took: whether hypotheses about the data
 // are asked, and for how much work.
@@ -33,12 +25,12 @@ struct FitOutcome {
 };
 FitOutcome OutcomeOf(const Fit& fit, const ShootingProblem& problem);
 
-// Where that fit misses the data (kExplained) or did not converge, tests
+// With CheckLevel::kAll, where that fit misses the data (kExplained) or did not
+// converge, tests
 // hypotheses about the data within a part of its work, and adds what they
 // explain to what the numbers showed; each is a notice too, and what was not
 // asked another. The number of notices from before.
-size_t CheckSessionData(Session* session, CheckLevel level,
-                        const FitOutcome& outcome);
+size_t CheckSessionData(Session* session, const FitOutcome& outcome);
 
 // Both, without a fit and without a limit of work.
 CheckResult CheckSession(Session* session);

@@ -10,6 +10,7 @@
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/io/csv.h"
+#include "sysid/session/check_runs.h"
 
 namespace sysid {
 namespace {
@@ -24,19 +25,10 @@ constexpr double kSearchRate = 100.0;
 constexpr double kLeastMotion = 10.0;
 
 // The largest range of a channel of a run over its noise.
-double MotionOverNoise(const Run& run, const std::vector<double>& sigma) {
+double MotionOverNoise(const RunData& data) {
   double most = 0.0;
-  for (size_t c = 0; c < run.channels.size() && c < sigma.size(); ++c) {
-    const RowMatrixXd& values = run.channels[c].values;
-    for (int k = 0; k < values.cols(); ++k) {
-      double low = std::numeric_limits<double>::infinity(), high = -low;
-      for (int i = 0; i < values.rows(); ++i) {
-        if (std::isnan(values(i, k))) continue;
-        low = std::min(low, values(i, k));
-        high = std::max(high, values(i, k));
-      }
-      if (high > low) most = std::max(most, (high - low) / sigma[c]);
-    }
+  for (size_t c = 0; c < data.sigma.size(); ++c) {
+    most = std::max(most, Range(data.run.channels[c]) / data.sigma[c]);
   }
   return most;
 }
@@ -57,7 +49,7 @@ void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
   }
   double motion = 0.0;
   for (const auto& data : problem.train->runs()) {
-    const double moved = MotionOverNoise(data->run, data->sigma);
+    const double moved = MotionOverNoise(*data);
     motion = std::max(motion, moved);
     if (moved > kLeastMotion) continue;
     notices->push_back(data->run.name + " hardly moves: it decides nothing");
@@ -81,7 +73,7 @@ void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
                        "hold out some seconds of motion, or nothing: then the "
                        "last quarter of every run is");
     }
-    if (!(MotionOverNoise(run, data->sigma) > kLeastMotion)) {
+    if (!(MotionOverNoise(*data) > kLeastMotion)) {
       throw InputError("--holdout",
                        run.name +
                            " is too still to judge by: its widest "

@@ -26,12 +26,9 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const std::vector<std::string>& names, const std::string& place);
 
 // What effects do to a fit that a user adds to a model by name: the errors
-// before and after, of segments each from its own state.
-struct AddedEffects {
-  std::vector<std::string> effects;
-  double predicted = 0.0;  // of the training runs; one effect only
-  double train_before = 0.0, train_after = 0.0;
-  double holdout_before = 0.0, holdout_after = 0.0;  // 0: no held-out runs
+// before and after, of segments each from its own state (0: no held-out runs);
+// predicted of one effect only.
+struct AddedEffects : DiagnosisStep {
   // Where the effects' parameters ended, by name; whole numbers too.
   std::map<std::string, double> found;
 };

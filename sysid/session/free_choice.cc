@@ -19,27 +19,17 @@ bool IsWhole(const Model& model, const Parameter& parameter) {
          model.effects().parameters()[parameter.index].whole;
 }
 
-// Collects what is to be free, by name, in order, once each.
-class FreeList {
- public:
-  void Add(const FitSpecification::Free& free) {
-    for (FitSpecification::Free& known : list_) {
-      if (known.name == free.name) return;
-    }
-    list_.push_back(free);
-  }
-  bool Has(const std::string& name) const {
-    return std::any_of(list_.begin(), list_.end(),
-                       [&](const auto& free) { return free.name == name; });
-  }
-  void Remove(const std::string& name) {
-    std::erase_if(list_, [&](const auto& free) { return free.name == name; });
-  }
-  const std::vector<FitSpecification::Free>& list() const { return list_; }
+// What is to be free, by name, in order, once each.
+using FreeList = std::vector<FitSpecification::Free>;
 
- private:
-  std::vector<FitSpecification::Free> list_;
-};
+bool Has(const FreeList& list, const std::string& name) {
+  return std::any_of(list.begin(), list.end(),
+                     [&](const auto& free) { return free.name == name; });
+}
+
+void Add(const FitSpecification::Free& free, FreeList* list) {
+  if (!Has(*list, free.name)) list->push_back(free);
+}
 
 // What the specification says of a parameter (bounds, start, prior), or just
 // its name.
@@ -88,9 +78,9 @@ void FreeAdjusted(const Effect& effect, const std::string& place,
                   FreeList* free, std::vector<std::string>* notices) {
   std::vector<std::string> without_influence;
   for (const std::string& name : effect.adjusts_nominal()) {
-    if (free->Has(name) ||
+    if (Has(*free, name) ||
         Moves(model, FindParameters(model, {name}, place).front())) {
-      free->Add(Described(spec, name, place));
+      Add(Described(spec, name, place), free);
     } else {
       without_influence.push_back(name);
     }
@@ -136,36 +126,9 @@ void AddEffects(const std::vector<Located<std::string>>& named,
     }
     for (const EffectParameter& parameter : effect->parameters()) {
       if (parameter.whole) continue;
-      free->Add(Described(spec, parameter.name, one.place));
+      Add(Described(spec, parameter.name, one.place), free);
     }
     FreeAdjusted(*effect, one.place, spec, *model, free, notices);
-  }
-}
-
-void FixParameters(const std::vector<NamedValue>& fixes, Model* model,
-                   FreeList* free) {
-  std::vector<std::string> names;
-  std::vector<double> values;
-  for (const NamedValue& fix : fixes) {
-    const std::vector<Parameter> found =
-        FindParameters(*model, {fix.name}, fix.place);
-    free->Remove(fix.name);
-    if (!fix.value) continue;
-    CheckValue(*model, found[0], *fix.value, fix.place);
-    names.push_back(fix.name);
-    values.push_back(*fix.value);
-  }
-  if (names.empty()) return;
-  SetParameters(FindParameters(*model, names, fixes.front().place), values,
-                model);
-  const std::vector<std::string> faults = [&] {
-    Mechanism changed = model->mechanism();
-    changed.nominal = model->nominal();
-    return PhysicalFaults(changed);
-  }();
-  if (!faults.empty()) {
-    throw InputError(fixes.front().place,
-                     "the values make no possible body: " + Join(faults, "; "));
   }
 }
 
@@ -200,9 +163,7 @@ FreeParameter MakeFree(const Model& model,
                          " outside its bounds " + range,
                      "widen the bounds, or give an initial value between them");
   }
-  if (wanted.prior) {
-    free.prior = FreeParameter::Prior{wanted.prior->mean, wanted.prior->std};
-  }
+  free.prior = wanted.prior;
   return free;
 }
 
@@ -249,7 +210,7 @@ void CheckTransformed(const Model& model, std::vector<FreeParameter>* free,
 FreeList NamedFree(const FitRequest& request, const FitSpecification& spec) {
   FreeList free;
   if (request.free.empty()) {
-    for (const FitSpecification::Free& f : spec.free) free.Add(f);
+    for (const FitSpecification::Free& f : spec.free) Add(f, &free);
   }
   for (const NamedValue& name : SplitAssignments(request.free, "--free")) {
     FitSpecification::Free described = Described(spec, name.name, "--free");
@@ -257,15 +218,14 @@ FreeList NamedFree(const FitRequest& request, const FitSpecification& spec) {
       described.initial = name.value;
       described.place = "--free";
     }
-    free.Add(described);
+    Add(described, &free);
   }
   return free;
 }
 
 // The effects of --add, and what they free.
 void AddAsked(const FitRequest& request, const FitSpecification& spec,
-              const Catalogue& catalogue, FreeChoice* choice, FreeList* free,
-              std::vector<std::string>* notices) {
+              const Catalogue& catalogue, Session* session, FreeList* free) {
   std::vector<Located<std::string>> asked;
   for (const NamedValue& effect : SplitAssignments(request.add, "--add")) {
     if (effect.value) {
@@ -275,15 +235,15 @@ void AddAsked(const FitRequest& request, const FitSpecification& spec,
     }
     asked.push_back({effect.name, "--add"});
   }
-  const std::vector<std::string> before = choice->model.effects().names();
-  const size_t free_before = free->list().size();
-  AddEffects(asked, catalogue, spec, &choice->model, free, notices);
-  for (size_t i = free_before; i < free->list().size(); ++i) {
-    choice->freed_by_added.insert(free->list()[i].name);
+  const std::vector<std::string> before = session->model.effects().names();
+  const size_t free_before = free->size();
+  AddEffects(asked, catalogue, spec, &session->model, free, &session->notices);
+  for (size_t i = free_before; i < free->size(); ++i) {
+    session->freed_by_added.insert((*free)[i].name);
   }
-  for (const std::string& effect : choice->model.effects().names()) {
+  for (const std::string& effect : session->model.effects().names()) {
     if (std::find(before.begin(), before.end(), effect) == before.end()) {
-      choice->added.push_back(effect);
+      session->added.push_back(effect);
     }
   }
 }
@@ -291,10 +251,7 @@ void AddAsked(const FitRequest& request, const FitSpecification& spec,
 // What the specification fixes, and --fix, which wins.
 std::vector<NamedValue> NamedFixes(const FitRequest& request,
                                    const FitSpecification& spec) {
-  std::vector<NamedValue> fixes;
-  for (const FitSpecification::Fix& fix : spec.fix) {
-    fixes.push_back({fix.name, fix.value, fix.place});
-  }
+  std::vector<NamedValue> fixes = spec.fix;
   const std::vector<NamedValue> freed =
       SplitAssignments(request.free, "--free");
   for (const NamedValue& fix : SplitAssignments(request.fix, "--fix")) {
@@ -313,7 +270,7 @@ void CheckSomethingIsFree(const FitRequest& request,
                           const FitSpecification& spec, const Model& model,
                           const FreeList& free) {
   const bool deliberate = request.may_free_nothing && !spec.path.empty();
-  if (!free.list().empty() || deliberate || request.fits_nothing) return;
+  if (!free.empty() || deliberate || request.fits_nothing) return;
   std::vector<std::string> names;
   for (const Parameter& parameter : AllParameters(model)) {
     names.push_back(parameter.name);
@@ -345,31 +302,59 @@ void CheckValue(const Model& model, const Parameter& parameter, double value,
   }
 }
 
-FreeChoice ChooseFree(const FitRequest& request, const FitSpecification& spec,
-                      const Catalogue& catalogue, const Model& nominal,
-                      const std::string& file,
-                      std::vector<std::string>* notices) {
-  FreeChoice choice(nominal);
+std::string SetValues(const std::vector<NamedValue>& values, Model* model) {
+  std::vector<std::string> names;
+  std::vector<Parameter> parameters;
+  std::vector<double> numbers;
+  for (const NamedValue& named : values) {
+    names.push_back(named.name);  // each once
+    const Parameter parameter =
+        FindParameters(*model, names, named.place).back();
+    if (!named.value) continue;
+    CheckValue(*model, parameter, *named.value, named.place);
+    parameters.push_back(parameter);
+    numbers.push_back(*named.value);
+  }
+  if (numbers.empty()) return "";
+  SetParameters(parameters, numbers, model);
+  Mechanism changed = model->mechanism();
+  changed.nominal = model->nominal();
+  return Join(PhysicalFaults(changed), "; ");
+}
+
+void CheckJoints(const Model& model, const std::string& place) {
+  const std::vector<std::string> singular = SingularJoints(model);
+  if (singular.empty()) return;
+  throw InputError(place, Join(singular, "\n  "),
+                   "give what moves there some mass and inertia, however "
+                   "small");
+}
+
+void ChooseFree(const FitRequest& request, const FitSpecification& spec,
+                const Catalogue& catalogue, Session* session) {
+  Model* const model = &session->model;
+  const bool was_singular = !SingularJoints(*model).empty();
   FreeList free = NamedFree(request, spec);
-  AddEffects(spec.effects, catalogue, spec, &choice.model, &free, notices);
-  AddAsked(request, spec, catalogue, &choice, &free, notices);
+  AddEffects(spec.effects, catalogue, spec, model, &free, &session->notices);
+  AddAsked(request, spec, catalogue, session, &free);
+  session->effects = model->effects().names();
   const std::vector<NamedValue> fixes = NamedFixes(request, spec);
-  FixParameters(fixes, &choice.model, &free);
-  for (const NamedValue& fix : fixes) choice.fixed.push_back(fix.name);
-  CheckSomethingIsFree(request, spec, choice.model, free);
-  for (const FitSpecification::Free& f : free.list()) {
-    choice.free.push_back(MakeFree(choice.model, f));
+  const std::string faults = SetValues(fixes, model);
+  if (!faults.empty()) {
+    throw InputError(fixes.front().place,
+                     "the values make no possible body: " + faults);
   }
-  CheckTransformed(choice.model, &choice.free, free.list());
-  const std::vector<std::string> singular = SingularJoints(choice.model);
-  if (!singular.empty()) {
-    const bool by_the_file = fixes.empty() || !SingularJoints(nominal).empty();
-    throw InputError(by_the_file ? file : fixes.front().place,
-                     Join(singular, "\n  "),
-                     "give what moves there some mass and inertia, however "
-                     "small");
+  for (const NamedValue& fix : fixes) {
+    session->fixed.push_back(fix.name);
+    std::erase_if(free, [&](const auto& f) { return f.name == fix.name; });
   }
-  return choice;
+  CheckSomethingIsFree(request, spec, *model, free);
+  for (const FitSpecification::Free& f : free) {
+    session->free.push_back(MakeFree(*model, f));
+  }
+  CheckTransformed(*model, &session->free, free);
+  CheckJoints(*model, fixes.empty() || was_singular ? session->model_file
+                                                    : fixes.front().place);
 }
 
 }  // namespace sysid

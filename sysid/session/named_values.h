@@ -1,8 +1,9 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
+
+#include "sysid/parameters/fit_specification.h"
 
 namespace sysid {
 
@@ -15,11 +16,6 @@ std::vector<std::string> SplitList(const std::string& text,
 
 // "name=1.5" -> {"name", 1.5}; "name" alone has no value. Throws InputError,
 // also where a name comes twice.
-struct NamedValue {
-  std::string name;
-  std::optional<double> value;
-  std::string place;
-};
 std::vector<NamedValue> SplitAssignments(const std::string& text,
                                          const std::string& place);
 

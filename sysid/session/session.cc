@@ -157,22 +157,13 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
   if (request.model.empty()) CheckShipped(*spec.model);
   std::string file;
   std::vector<std::string> notices;
-  const Model nominal = OpenModel(wanted, catalogue, &file, &notices);
-  const FreeChoice choice =
-      ChooseFree(request, spec, catalogue, nominal, file, &notices);
-
-  Session session(choice.model);
+  Session session(OpenModel(wanted, catalogue, &file, &notices));
   session.spec_file = spec.path;
   session.model_file = file;
   session.model_name = std::filesystem::path(file).stem().string();
   session.notices = notices;
-  session.effects = choice.model.effects().names();
-  session.free = choice.free;
-  session.fixed = choice.fixed;
-  session.added = choice.added;
-  session.freed_by_added = choice.freed_by_added;
-  session.solver = ChooseSolver(request, spec);
-  FillOptions(request, spec, &session.options);
+  ChooseFree(request, spec, catalogue, &session);
+  FillOptions(request, spec, &session);
   FillReading(request, spec, &session);
   return session;
 }
@@ -196,7 +187,7 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   CheckTimes(session.holdout, session.columns, session.model.mechanism());
   NoteUndriven(session.runs, session.holdout, session.model.mechanism(),
                &session.notices);
-  FillLengths(request, spec, session.runs, &session.options, &session.notices);
+  FillLengths(request, spec, &session);
   return session;
 }
 

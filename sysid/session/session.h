@@ -26,6 +26,7 @@ struct FitRequest {
   std::string solver, integrator, residual, loss;
   std::optional<double> step, segment, noise;
   int threads = 0;  // 0: all cores
+  std::string check = "all";
   // Whether a specification may leave nothing to fit: a diagnosis of a model
   // whose values are all known.
   bool may_free_nothing = false;
@@ -33,6 +34,13 @@ struct FitRequest {
   bool fits_nothing = false;
   // Whether the program has other solvers than lm.
   bool any_solver = false;
+};
+
+// How much of a recording is checked: --check.
+enum class CheckLevel {
+  kNone,
+  kNumbers,  // what the numbers alone show: milliseconds
+  kAll,      // and hypotheses about the data, where a fit misses them
 };
 
 // Everything that a fit starts from. What was assumed on the way, and what of
@@ -44,7 +52,7 @@ struct Session {
   std::vector<FreeParameter> free;
   std::vector<Run> runs, holdout;
   EstimationOptions options;
-  std::string solver;     // one of SolverNames()
+  std::string solver;     // one of Solvers()
   std::string spec_file;  // empty where there is none
   ColumnMap columns;      // of flags and specification
   ChannelEdits edits;     // so too: --shift and --ignore
@@ -57,6 +65,7 @@ struct Session {
   std::set<std::string> freed_by_added;
   std::vector<std::string> effects;  // names of those that are in the model
   std::vector<std::string> notices;
+  CheckLevel check = CheckLevel::kAll;
   // What CheckSession found, worst first; `checked` where it was asked.
   std::vector<Finding> findings;
   bool checked = false;

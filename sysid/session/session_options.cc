@@ -40,15 +40,26 @@ Located<double> ChooseNumber(const std::optional<double>& flag,
   return chosen;
 }
 
+// The flag's word, or else the file's; "" at "" where neither is given.
+Located<std::string> ChooseWord(const std::string& flag,
+                                const std::optional<Located<std::string>>& file,
+                                const std::string& name) {
+  if (flag.empty()) return file.value_or(Located<std::string>());
+  const std::vector<std::string>& known = KnownWords(name);
+  if (std::find(known.begin(), known.end(), flag) == known.end()) {
+    throw InputError("--" + name, "unknown " + name + " '" + flag + "'",
+                     NameHint(flag, known));
+  }
+  return {flag, "--" + name};
+}
+
 // A step that is longer than the samples are apart ends at each of them.
-void FitStepToRuns(const Located<double>& step, const std::vector<Run>& runs,
-                   EstimationOptions* options,
-                   std::vector<std::string>* notices) {
+void FitStepToRuns(const Located<double>& step, Session* session) {
   constexpr double kMostSteps = 1000;  // between two samples, on average
-  options->rollout.step = step.value;
+  session->options.rollout.step = step.value;
   if (step.place.empty()) return;
   double gap = 0.0;
-  for (const Run& run : runs) {
+  for (const Run& run : session->runs) {
     const double period =
         (run.t.back() - run.t.front()) / std::max(1, run.size() - 1);
     if (period / step.value > kMostSteps) {
@@ -65,131 +76,114 @@ void FitStepToRuns(const Located<double>& step, const std::vector<Run>& runs,
     }
   }
   if (step.value <= gap * (1 + 1e-9)) return;
-  options->rollout.step = gap;
-  notices->push_back(step.place + ": " + Number(step.value) +
-                     " s is longer than the samples are apart: a step "
-                     "ends at every sample");
+  session->options.rollout.step = gap;
+  session->notices.push_back(step.place + ": " + Number(step.value) +
+                             " s is longer than the samples are apart: a step "
+                             "ends at every sample");
 }
 
 // A run that is shorter than a segment is one segment: a notice names those,
 // unless the segment is the whole run as a person rounds its duration.
-void FitSegmentToRuns(const Located<double>& segment,
-                      const std::vector<Run>& runs, EstimationOptions* options,
-                      std::vector<std::string>* notices) {
-  options->segment = segment.value;
+void FitSegmentToRuns(const Located<double>& segment, Session* session) {
+  session->options.segment = segment.value;
   if (segment.place.empty()) return;
   double longest = 0.0;
   std::vector<std::string> shorter;
-  for (const Run& run : runs) {
+  for (const Run& run : session->runs) {
     const double duration = run.t.back() - run.t.front();
     const double period = duration / std::max(1, run.size() - 1);
     longest = std::max(longest, duration);
     if (segment.value <= duration + period) continue;
     shorter.push_back(run.name + " (" + RoundedText(duration) + " s)");
   }
-  options->segment = std::min(segment.value, longest);
+  session->options.segment = std::min(segment.value, longest);
   if (shorter.empty()) return;
-  notices->push_back(
+  session->notices.push_back(
       segment.place + ": " + Number(segment.value) + " s is longer than " +
       Join(shorter) + ", which " + (shorter.size() == 1 ? "is" : "are") +
       " fitted in one segment" + (shorter.size() == 1 ? "" : " each"));
 }
 
-}  // namespace
-
 std::string ChooseSolver(const FitRequest& request,
                          const FitSpecification& spec) {
-  const std::string place = !request.solver.empty() ? "--solver"
-                            : spec.solver           ? spec.solver->place
-                                                    : "";
-  const std::string solver = !request.solver.empty() ? request.solver
-                             : spec.solver           ? spec.solver->value
-                                                     : "lm";
-  const std::vector<std::string>& known = SolverNames();
-  if (std::find(known.begin(), known.end(), solver) == known.end()) {
-    throw InputError(place, "unknown solver '" + solver + "'",
-                     NameHint(solver, known));
-  }
-  if (solver != "lm" && !request.any_solver) {
+  const auto [solver, place] =
+      ChooseWord(request.solver, spec.solver, "solver");
+  if (solver.empty() || solver == "lm") return "lm";
+  if (!request.any_solver) {
     throw InputError(place, "this program has no solver '" + solver + "'",
                      "it fits by lm; sysid_fit has all solvers");
   }
-  if (solver != "lm" && !HaveStanMath()) {
+  if (!HaveStanMath()) {
     throw InputError(place, "this build has no solver '" + solver + "'",
-                     StanMathHint());
+                     kStanMathHint);
   }
   return solver;
 }
 
+int ChooseThreads(int threads) {
+  // Each has a stack and buffers of its own.
+  constexpr int kMostThreads = 1024;
+  if (threads < 0) {
+    throw InputError("--threads", "must not be negative", "0 means all cores");
+  }
+  if (threads > kMostThreads) {
+    throw InputError(
+        "--threads",
+        "cannot be " + std::to_string(threads) + ": 1024 are the most",
+        "more threads than cores make nothing faster; 0 means all "
+        "cores");
+  }
+  if (threads > 0) return threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+CheckLevel ParseCheckLevel(const std::string& text) {
+  if (text == "none") return CheckLevel::kNone;
+  if (text == "numbers") return CheckLevel::kNumbers;
+  if (text == "all") return CheckLevel::kAll;
+  throw InputError("--check", "cannot be '" + text + "'",
+                   NameHint(text, {"none", "numbers", "all"}));
+}
+
+}  // namespace
+
 void FillOptions(const FitRequest& request, const FitSpecification& spec,
-                 EstimationOptions* options) {
-  const auto word = [](const std::string& flag,
-                       const std::optional<Located<std::string>>& file,
-                       const std::string& name,
-                       const std::vector<std::string>& known) {
-    const std::string value = !flag.empty() ? flag : file ? file->value : "";
-    if (!value.empty() &&
-        std::find(known.begin(), known.end(), value) == known.end()) {
-      throw InputError("--" + name, "unknown " + name + " '" + value + "'",
-                       NameHint(value, known));
-    }
-    return value;
-  };
+                 Session* session) {
   // Outside of this the squares of whitened errors overflow.
   constexpr double kLeastNoise = 1e-12, kMostNoise = 1e6;
+  EstimationOptions* const options = &session->options;
+  session->solver = ChooseSolver(request, spec);
   options->noise =
       ChooseNumber(request.noise, spec.noise, "noise", kLeastNoise, kMostNoise,
                    "give the standard deviation of a measurement, in rad or m; "
                    "left out, it is estimated from the data")
           .value;
-  const std::string integrator = word(request.integrator, spec.integrator,
-                                      "integrator", IntegratorNames());
+  const auto [integrator, place] =
+      ChooseWord(request.integrator, spec.integrator, "integrator");
   if (!integrator.empty()) {
-    options->rollout.integrator = ParseIntegrator(integrator, "--integrator");
+    options->rollout.integrator = ParseIntegrator(integrator, place);
   }
-  if (word(request.residual, spec.residual, "residual", ResidualNames()) ==
+  if (ChooseWord(request.residual, spec.residual, "residual").value ==
       "rotation") {
     options->orientation = OrientationResidual::kRotation;
   }
-  const std::string loss =
-      word(request.loss,
-           spec.loss ? std::optional<Located<std::string>>(
-                           {spec.loss->value.name, spec.loss->place})
-                     : std::nullopt,
-           "loss", LossNames());
+  const std::string loss = ChooseWord(request.loss, spec.loss, "loss").value;
   if (loss == "huber") options->loss = RobustLoss::kHuber;
   if (loss == "cauchy") options->loss = RobustLoss::kCauchy;
-  if (spec.loss && spec.loss->value.scale) {
-    options->loss_scale = *spec.loss->value.scale;
-  }
-  if (request.threads < 0) {
-    throw InputError("--threads", "must not be negative", "0 means all cores");
-  }
-  // Each has a stack and buffers of its own.
-  constexpr int kMostThreads = 1024;
-  if (request.threads > kMostThreads) {
-    throw InputError(
-        "--threads",
-        "cannot be " + std::to_string(request.threads) + ": 1024 are the most",
-        "more threads than cores make nothing faster; 0 means all "
-        "cores");
-  }
-  options->threads =
-      request.threads > 0
-          ? request.threads
-          : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  options->loss_scale = spec.loss_scale.value_or(options->loss_scale);
+  options->threads = ChooseThreads(request.threads);
+  session->check = ParseCheckLevel(request.check);
 }
 
 void FillLengths(const FitRequest& request, const FitSpecification& spec,
-                 const std::vector<Run>& runs, EstimationOptions* options,
-                 std::vector<std::string>* notices) {
+                 Session* session) {
   const std::string hint = "give seconds, or leave it out: it is then chosen";
-  const Located<double> segment = ChooseNumber(request.segment, spec.segment,
-                                               "segment", 0.0, kInfinity, hint);
-  FitSegmentToRuns(segment, runs, options, notices);
+  FitSegmentToRuns(ChooseNumber(request.segment, spec.segment, "segment", 0.0,
+                                kInfinity, hint),
+                   session);
   FitStepToRuns(
-      ChooseNumber(request.step, spec.step, "step", 0.0, kInfinity, hint), runs,
-      options, notices);
+      ChooseNumber(request.step, spec.step, "step", 0.0, kInfinity, hint),
+      session);
 }
 
 }  // namespace sysid

@@ -1,28 +1,21 @@
 #include "sysid/stochastic/adam.h"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "models/error.h"
 
 namespace sysid {
 
-const std::vector<std::string>& ScheduleNames() {
-  static const std::vector<std::string> names{"constant", "exponential",
-                                              "cosine"};
-  return names;
-}
-
-std::string ToString(Schedule schedule) {
-  return ScheduleNames()[static_cast<int>(schedule)];
-}
-
 Schedule ParseSchedule(const std::string& name, const std::string& place) {
-  for (const Schedule schedule :
-       {Schedule::kConstant, Schedule::kExponential, Schedule::kCosine}) {
-    if (name == ToString(schedule)) return schedule;
+  const std::vector<std::string> names{"constant", "exponential", "cosine"};
+  const auto at = std::find(names.begin(), names.end(), name);
+  if (at == names.end()) {
+    throw InputError(place, "unknown schedule '" + name + "'",
+                     NameHint(name, names));
   }
-  throw InputError(place, "unknown schedule '" + name + "'",
-                   NameHint(name, ScheduleNames()));
+  return static_cast<Schedule>(at - names.begin());
 }
 
 double LearningRate(const AdamOptions& options, int epoch) {

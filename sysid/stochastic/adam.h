@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "models/math/types.h"
 
@@ -13,10 +12,8 @@ enum class Schedule {
   kExponential,  // a 0.01^((t-1)/E)
   kCosine,       // a (1 + cos(pi (t-1)/E)) / 2
 };
-const std::vector<std::string>& ScheduleNames();
-// Throws InputError at `place` for a name that is none.
+// By its name ("cosine"). Throws InputError at `place` for one that is none.
 Schedule ParseSchedule(const std::string& name, const std::string& place);
-std::string ToString(Schedule schedule);
 
 struct AdamOptions {
   double learning_rate = 0.1;  // in units of v: parts of a parameter's size

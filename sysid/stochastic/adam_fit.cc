@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "sysid/stochastic/descent.h"
+#include "sysid/stochastic/rollout_gradient.h"
 #include "sysid/stochastic/stochastic_fit.h"
 #include "sysid/stochastic/words.h"
 
@@ -33,22 +34,23 @@ Fit FitAdam(const ShootingProblem& problem, const AdamFitOptions& options) {
   if (!fit->termination.empty()) return descent.Finish(v);
 
   const Rollouts& rollouts = descent.rollouts();
-  const std::vector<int> all = FirstOnes(rollouts.size());
-  const int samples = rollouts.Samples(all), epochs = options.adam.epochs;
-  LossOptions how = options.loss;
-  how.threads = problem.options().threads;
+  const int all = rollouts.size(), epochs = options.adam.epochs;
+  const int samples = rollouts.Samples(all);
   Adam adam(static_cast<int>(v.size()), options.adam);
   RolloutSums sums;
-  Eigen::VectorXd gradient, good = v, best = v;
+  Eigen::ArrayXXd gradient;  // one row
+  Eigen::VectorXd good = v, best = v;
   double best_loss = std::numeric_limits<double>::infinity();
   double slower = 1.0;  // after failures
   int failures = 0;     // in a row
   for (int epoch = 1; epoch <= epochs + 1; ++epoch) {
     double loss = 0.0;
+    int failed = 0;
     ++fit->evaluations;
     const auto evaluate = [&] {
-      return LossGradient(rollouts, all, descent.transformation(), how, v,
-                          &loss, &gradient, &sums);
+      return MeanLossGradient(rollouts, all, descent.transformation(),
+                              options.huber, v.transpose(), &sums, &loss,
+                              &failed, &gradient);
     };
     bool shortened = epoch % kStepEvery == 0 && descent.ShortenStep(v);
     bool ok = evaluate();
@@ -78,7 +80,8 @@ Fit FitAdam(const ShootingProblem& problem, const AdamFitOptions& options) {
     descent.Note(epoch - 1, epochs, loss, samples, v);
     if (epoch > epochs || descent.Interrupted(epoch - 1)) break;
     fit->iterations = epoch;
-    adam.Step(gradient, slower * LearningRate(options.adam, epoch), &v);
+    adam.Step(gradient.row(0).matrix(),
+              slower * LearningRate(options.adam, epoch), &v);
   }
   v = best;
   if (!std::isfinite(best_loss)) {

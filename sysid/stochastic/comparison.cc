@@ -9,6 +9,8 @@
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
+#include "sysid/stochastic/rollouts.h"
+#include "sysid/stochastic/transformation.h"
 #include "sysid/stochastic/words.h"
 
 namespace sysid {
@@ -46,33 +48,26 @@ class Judge {
     point.rollout.step = step;
     if (from_rest) StartAtRest(problem_.model(), &point);
     rollouts_ = std::make_unique<Rollouts>(&problem_, point);
-    all_ = FirstOnes(rollouts_->size());
   }
 
   double Loss(const Eigen::VectorXd& theta) const {
-    return rollouts_->Loss(all_, theta, kInfinity);
+    return rollouts_->Loss(rollouts_->size(), theta, kInfinity);
   }
-  // Half the second derivative of the loss by theta, of Gauss and Newton.
-  Eigen::MatrixXd Curvature(const Eigen::VectorXd& theta) const {
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(theta.size(), theta.size());
-    for (const int i : all_) {
-      Eigen::VectorXd r(rollouts_->num_errors(i));
-      RowMatrixXd J;
-      if (!rollouts_->Linearize(i, theta.data(), r.data(), &J)) continue;
-      for (const Rollouts::Group& group : rollouts_->groups(i)) {
-        const auto rows = J.middleRows(group.first, group.size);
-        H += group.weight * group.weight * rows.transpose() * rows;
-      }
-    }
-    return H;
+  // The direction in which the loss is flattest.
+  Eigen::VectorXd Flattest(const Eigen::VectorXd& theta) const {
+    Eigen::MatrixXd H;
+    Eigen::VectorXd g;
+    double sum;
+    rollouts_->NormalEquations(theta, &H, &g, &sum);
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(H).eigenvectors().col(
+        0);
   }
-  int samples() const { return rollouts_->Samples(all_); }
+  int samples() const { return rollouts_->Samples(rollouts_->size()); }
   const ShootingProblem& problem() const { return problem_; }
 
  private:
   const ShootingProblem problem_;
   std::unique_ptr<Rollouts> rollouts_;
-  std::vector<int> all_;
 };
 
 int SettledAt(const std::vector<PathPoint>& path) {
@@ -111,31 +106,16 @@ void Measure(const Judge& judge, const Eigen::VectorXd& reference,
   }
 }
 
-struct Solved {
+std::vector<SolverRun> SolveAll(const ShootingProblem& problem,
+                                const Eigen::VectorXd& start,
+                                SolverOptions options, std::uint64_t seed) {
+  const ShootingProblem own = StartedAt(problem, start);
+  options.mixture.seed = seed;
   std::vector<SolverRun> runs;
-  double step = kInfinity;
-};
-
-Solved SolveAll(const ShootingProblem& problem, const Eigen::VectorXd& start,
-                const ComparisonOptions& options, std::uint64_t seed) {
-  Solved solved;
-  const auto add = [&](SolverRun run, const std::string& name) {
-    run.solver = name;
-    solved.step = std::min(solved.step, run.fit.step_s);
-    solved.runs.push_back(std::move(run));
-  };
-  EstimationOptions watched = problem.options();
-  watched.progress = options.progress;
-  const ShootingProblem own = StartedAt(problem, start).With(watched);
-  add(SolverRun(FitLevenbergMarquardt(own)), "lm");
-  add(SolverRun(FitAdam(own, options.adam)), "adam");
-  MixtureOptions mixture = options.mixture;
-  mixture.seed = seed;
-  MixtureFit fit = FitGaussianMixture(own, mixture);
-  SolverRun run(fit.fit);
-  run.mixture = std::move(fit);
-  add(std::move(run), "gmm");
-  return solved;
+  for (const Solver& solver : Solvers()) {
+    runs.emplace_back(solver.name, solver.solve(own, options));
+  }
+  return runs;
 }
 
 Eigen::VectorXd Found(const SolverRun& run) {
@@ -162,7 +142,7 @@ ComparedStart Summary(const std::vector<SolverRun>& runs, std::uint64_t seed,
   ComparedStart trial{seed, start, {}};
   for (const SolverRun& run : runs) {
     trial.solvers.push_back({run.fit.converged, run.fit.iterations, run.settled,
-                             run.fit.evaluations, run.path.back().time_s,
+                             run.fit.evaluations, run.fit.wall_time_s,
                              run.path.back().loss,
                              run.fit.train.total.normalized_rms, run.distance});
   }
@@ -271,9 +251,7 @@ Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
   const double chi2 = std::max(1.0, best * judge.samples() / noise2 / dof);
   landscape.deviance =
       (landscape.deviance.array() - best) * (judge.samples() / noise2 / chi2);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
-      Eigen::Matrix2d(judge.Curvature(Found(comparison.runs[0]))));
-  landscape.valley = eigen.eigenvectors().col(0);
+  landscape.valley = judge.Flattest(Found(comparison.runs[0]));
   return landscape;
 }
 
@@ -303,25 +281,26 @@ Comparison CompareSolvers(const ShootingProblem& problem,
       for (double& component : v) component = normal(random);
       start = Values(problem, transformation.Theta(v));
     }
-    std::optional<Solved> all;
+    std::vector<SolverRun> runs;
     try {
-      all = SolveAll(problem, start, options, seed + r);
+      runs = SolveAll(problem, start, options, seed + r);
     } catch (const Cancelled&) {
       if (r == 0 || !problem.options().keep_best) throw;
     }
     // A further start that was interrupted says nothing of the solvers.
     if (r > 0 && stop.stop_requested()) break;
-    Solved& solved = *all;
-    const Judge judge(problem, start, solved.step, from_rest);
+    double step = kInfinity;
+    for (const SolverRun& run : runs) step = std::min(step, run.fit.step_s);
+    const Judge judge(problem, start, step, from_rest);
     const Eigen::VectorXd reference =
-        options.truth ? *options.truth : Determined(solved.runs[0]);
-    for (SolverRun& run : solved.runs) Measure(judge, reference, &run);
-    out.trials.push_back(Summary(solved.runs, seed + r, start));
+        options.truth ? *options.truth : Determined(runs[0]);
+    for (SolverRun& run : runs) Measure(judge, reference, &run);
+    out.trials.push_back(Summary(runs, seed + r, start));
     out.asked = options.repeat;
     if (r > 0) continue;
     out.reference = reference;
     out.reference_is_truth = options.truth.has_value();
-    out.runs = std::move(solved.runs);
+    out.runs = std::move(runs);
     CompareUncertainty(problem, &out);
     if (n == 2 && values) out.landscape = MakeLandscape(judge, out);
     if (stop.stop_requested()) break;

@@ -1,20 +1,17 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sysid/stochastic/stochastic_fit.h"
+#include "sysid/stochastic/solvers.h"
 
 namespace sysid {
 
 // Levenberg-Marquardt, Adam and the mixture on the same problem from the same
 // start.
 
-struct ComparisonOptions {
-  AdamFitOptions adam;
-  MixtureOptions mixture;
+struct ComparisonOptions : SolverOptions {
   // Values of the free parameters that are known to be right, if so: distances
   // are to these, else to what Levenberg-Marquardt determines.
   std::optional<Eigen::VectorXd> truth;
@@ -22,7 +19,6 @@ struct ComparisonOptions {
   // parameter's size), each with a seed of its own for the mixture.
   int repeat = 1;
   double start_spread = 0.2;
-  std::function<void(const Progress&)> progress;  // may be empty
 };
 
 // Where a solver was after an iteration (an epoch).
@@ -39,10 +35,8 @@ struct PathPoint {
 // From which iteration on the loss stays within this part of its last value.
 inline constexpr double kSettled = 0.1;
 
-struct SolverRun {
-  std::string solver;  // "lm", "adam", "gmm"
-  Fit fit;
-  std::optional<MixtureFit> mixture;
+struct SolverRun : Solved {
+  std::string solver;  // one of Solvers()
   std::vector<PathPoint> path;
   int settled = 0;  // the iteration that kSettled means
   // The largest relative distance of a parameter from the reference, and that
@@ -50,7 +44,8 @@ struct SolverRun {
   double distance = 0.0;
   std::string farthest;
 
-  explicit SolverRun(const Fit& f) : fit(f) {}
+  SolverRun(const std::string& name, Solved solved)
+      : Solved(std::move(solved)), solver(name) {}
 };
 
 // What solvers say of how well a parameter is known, beside each other.

@@ -82,33 +82,12 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
   GaussNewtonStep step;
   step.gain = step.squares = std::numeric_limits<double>::infinity();
   step.dv = Eigen::VectorXd::Zero(n);
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
-  double sum = 0.0;
-  for (int i = 0; i < rollouts_->size(); ++i) {
-    Eigen::VectorXd r(rollouts_->num_errors(i));
-    RowMatrixXd J;
-    if (!rollouts_->Linearize(i, theta.data(), r.data(), &J)) return step;
-    for (const Rollouts::Group& group : rollouts_->groups(i)) {
-      const Eigen::MatrixXd rows = group.weight *
-                                   J.middleRows(group.first, group.size) *
-                                   slope.asDiagonal();
-      const Eigen::VectorXd errors =
-          group.weight * r.segment(group.first, group.size);
-      H += rows.transpose() * rows;
-      g += rows.transpose() * errors;
-      sum += errors.squaredNorm();
-    }
-  }
-  for (int i = 0; i < n; ++i) {
-    const auto& prior = problem_.free()[i].prior;
-    if (!prior) continue;
-    const double weight = fit_.noise / prior->std;
-    const double off = weight * (theta[i] - prior->mean);
-    H(i, i) += weight * weight * slope[i] * slope[i];
-    g[i] += weight * slope[i] * off;
-    sum += off * off;
-  }
+  Eigen::MatrixXd H;
+  Eigen::VectorXd g;
+  double sum;
+  if (!rollouts_->NormalEquations(theta, &H, &g, &sum)) return step;
+  H = slope.asDiagonal() * H * slope.asDiagonal();
+  g = slope.cwiseProduct(g);
   std::vector<int> loose;
   for (int i = 0; i < n; ++i) {
     if (std::abs(slope[i]) > kHeld * std::abs(first[i])) loose.push_back(i);

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <random>
 
 #include "models/error.h"
 #include "sysid/estimation/identifiability.h"
 #include "sysid/stochastic/descent.h"
+#include "sysid/stochastic/rollout_gradient.h"
 #include "sysid/stochastic/stochastic_fit.h"
 #include "sysid/stochastic/words.h"
 
@@ -37,20 +37,18 @@ class MixtureDescent {
                  options.from_rest),
         random_(options.seed),
         result_(*descent_.fit()),
-        n_(problem.map().size()) {
+        n_(problem.map().size()),
+        adam_(options.kernels * (1 + 2 * n_), options.adam) {
     mixture_ = StartingMixture(options.kernels, n_, options.spread, &random_);
     good_ = mixture_;
-    options_.loss.threads = problem.options().threads;
     options_.adam.epochs = options.epochs();
-    adam_ = std::make_unique<Adam>(static_cast<int>(mixture_.Pack().size()),
-                                   options_.adam);
   }
 
   MixtureFit Run();
 
  private:
   // One step; false where all draws have failed too often.
-  bool Epoch(int epoch, const std::vector<int>& arrived);
+  bool Epoch(int epoch, int arrived);
   // v of ParameterMixture::Mean() as it was recorded last.
   Eigen::VectorXd Estimate() const;
   void Record(int epoch, int rollouts, double loss);
@@ -73,7 +71,7 @@ class MixtureDescent {
   MixtureFit result_;
   int n_;
   GaussianMixture mixture_, good_;
-  std::unique_ptr<Adam> adam_;
+  Adam adam_;
   // Of an epoch; kept for their memory.
   MixtureNoise noise_;
   SoftDraws draws_;
@@ -125,7 +123,7 @@ void MixtureDescent::Clip(Eigen::VectorXd* gradient) {
   usual_norm_ += kForget * (std::min(norm, most) - usual_norm_);
 }
 
-bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
+bool MixtureDescent::Epoch(int epoch, int arrived) {
   constexpr int kStepEvery = 10;
   constexpr int kMostFailures = 20;
   constexpr double kRecovery = 1.2;  // of the learning rate, an epoch
@@ -138,10 +136,13 @@ bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
   CountBeyondBounds();
   double loss = 0.0;
   int failed = 0;
+  Eigen::ArrayXXd by_v;
   Eigen::VectorXd gradient, packed = mixture_.Pack();
-  const bool ok = MixtureLossGradient(
-      descent_.rollouts(), arrived, descent_.transformation(), options_.loss,
-      draws_, &loss, &failed, &gradient, &sums_);
+  bool ok = MeanLossGradient(descent_.rollouts(), arrived,
+                             descent_.transformation(), options_.huber,
+                             draws_.v(), &sums_, &loss, &failed, &by_v);
+  if (ok) gradient = draws_.Gradient(by_v);
+  ok = ok && gradient.allFinite();
   result_.draws += options_.draws;
   result_.failed_draws += failed;
   fit->evaluations += options_.draws;
@@ -157,11 +158,10 @@ bool MixtureDescent::Epoch(int epoch, const std::vector<int>& arrived) {
     slower_ = std::min(1.0, kRecovery * slower_);
     good_ = mixture_;
     Clip(&gradient);
-    adam_->Step(gradient, slower_ * LearningRate(options_.adam, epoch),
-                &packed);
+    adam_.Step(gradient, slower_ * LearningRate(options_.adam, epoch), &packed);
   }
   mixture_.Unpack(packed);
-  Record(epoch, static_cast<int>(arrived.size()), loss);
+  Record(epoch, arrived, loss);
   descent_.Note(epoch, options_.epochs(), loss,
                 descent_.rollouts().Samples(arrived), Estimate());
   return true;
@@ -235,7 +235,7 @@ void MixtureDescent::RemarkOnKernels() {
   constexpr int kPolish = 3;          // Gauss-Newton steps
   const Eigen::VectorXd weights = mixture_.Weights();
   const Eigen::MatrixXd deviations = mixture_.Deviations();
-  const std::vector<int> all = FirstOnes(descent_.rollouts().size());
+  const int all = descent_.rollouts().size();
   const double samples = descent_.rollouts().Samples(all);
   const double noise = descent_.fit()->noise;
   std::vector<Eigen::VectorXd> polished;
@@ -312,13 +312,12 @@ MixtureFit MixtureDescent::Run() {
     RemarkOnCuts();
     const int total = descent_.rollouts().size();
     const int epochs = options_.epochs();
-    const std::vector<int> all = FirstOnes(total);
     const Eigen::VectorXd mean = Estimate();
     descent_.Note(
         0, epochs,
-        descent_.rollouts().Loss(all, descent_.transformation().Theta(mean),
-                                 options_.loss.huber),
-        descent_.rollouts().Samples(all), mean);
+        descent_.rollouts().Loss(total, descent_.transformation().Theta(mean),
+                                 options_.huber),
+        descent_.rollouts().Samples(total), mean);
     for (int epoch = 1; epoch <= epochs; ++epoch) {
       int arrived = total;
       if (options_.online) {
@@ -326,7 +325,7 @@ MixtureFit MixtureDescent::Run() {
         arrived = (total * portion + options_.online_samples - 1) /
                   options_.online_samples;
       }
-      if (!Epoch(epoch, FirstOnes(arrived))) break;
+      if (!Epoch(epoch, arrived)) break;
       if (descent_.Interrupted(epoch)) break;
     }
     if (fit->termination.empty()) Judge();  // else interrupted

@@ -3,9 +3,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
+
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+bool AllFinite(const double* errors, int count) {
+  return std::all_of(errors, errors + count,
+                     [](double e) { return std::isfinite(e); });
+}
+
+}  // namespace
 
 Rollouts::Rollouts(const ShootingProblem* problem, const Solution& point)
     : problem_(problem), rollout_(point.rollout) {
@@ -46,31 +57,24 @@ SegmentRollout Rollouts::functor(int i) const {
                         one.first, one.last, rollout_);
 }
 
-bool Rollouts::Errors(int i, const double* theta, double* errors) const {
-  std::vector<double> end(problem_->model().state_size());
-  if (!functor(i)(first_state(i), theta, errors, end.data())) return false;
-  return std::all_of(errors, errors + num_errors(i),
-                     [](double e) { return std::isfinite(e); });
-}
-
 bool Rollouts::Linearize(int i, const double* theta, double* errors,
                          RowMatrixXd* J) const {
   RowMatrixXd J_end;
   std::vector<double> end(problem_->model().state_size());
   return functor(i).LinearizeByTheta(first_state(i), theta, errors, end.data(),
                                      J, &J_end) &&
-         std::all_of(errors, errors + num_errors(i),
-                     [](double e) { return std::isfinite(e); });
+         AllFinite(errors, num_errors(i));
 }
 
-double Rollouts::Loss(const std::vector<int>& which,
-                      const Eigen::VectorXd& theta, double huber) const {
+double Rollouts::Loss(int count, const Eigen::VectorXd& theta,
+                      double huber) const {
   double sum = Prior(theta.data());
-  std::vector<double> errors;
-  for (const int i : which) {
+  std::vector<double> errors, end(problem_->model().state_size());
+  for (int i = 0; i < count; ++i) {
     errors.resize(num_errors(i));
-    if (!Errors(i, theta.data(), errors.data())) {
-      return std::numeric_limits<double>::infinity();
+    if (!functor(i)(first_state(i), theta.data(), errors.data(), end.data()) ||
+        !AllFinite(errors.data(), num_errors(i))) {
+      return kInfinity;
     }
     for (const Group& group : groups(i)) {
       double s = 0.0;
@@ -81,13 +85,45 @@ double Rollouts::Loss(const std::vector<int>& which,
       sum += HuberLoss(s, huber);
     }
   }
-  return sum / Samples(which);
+  return sum / Samples(count);
 }
 
-int Rollouts::Samples(const std::vector<int>& which) const {
-  int count = 0;
-  for (const int i : which) count += samples(i);
-  return count;
+int Rollouts::Samples(int count) const {
+  int samples = 0;
+  for (int i = 0; i < count; ++i) samples += all_[i].samples;
+  return samples;
+}
+
+bool Rollouts::NormalEquations(const Eigen::VectorXd& theta, Eigen::MatrixXd* H,
+                               Eigen::VectorXd* g, double* sum) const {
+  H->setZero(theta.size(), theta.size());
+  g->setZero(theta.size());
+  *sum = 0.0;
+  for (int i = 0; i < size(); ++i) {
+    Eigen::VectorXd r(num_errors(i));
+    RowMatrixXd J;
+    if (!Linearize(i, theta.data(), r.data(), &J)) return false;
+    for (const Group& group : groups(i)) {
+      const Eigen::MatrixXd rows =
+          group.weight * J.middleRows(group.first, group.size);
+      const Eigen::VectorXd errors =
+          group.weight * r.segment(group.first, group.size);
+      *H += rows.transpose() * rows;
+      *g += rows.transpose() * errors;
+      *sum += errors.squaredNorm();
+    }
+  }
+  const double noise = problem_->data().PooledNoise();
+  for (int i = 0; i < theta.size(); ++i) {
+    const auto& prior = problem_->free()[i].prior;
+    if (!prior) continue;
+    const double weight = noise / prior->std;
+    const double off = weight * (theta[i] - prior->mean);
+    (*H)(i, i) += weight * weight;
+    (*g)[i] += weight * off;
+    *sum += off * off;
+  }
+  return true;
 }
 
 void StartAtRest(const Model& model, Solution* point) {
@@ -96,10 +132,66 @@ void StartAtRest(const Model& model, Solution* point) {
   }
 }
 
-std::vector<int> FirstOnes(int count) {
-  std::vector<int> all(count);
-  std::iota(all.begin(), all.end(), 0);
-  return all;
+bool RolloutSums::Sum(const Rollouts& rollouts, int i,
+                      const SegmentRollout& rollout, double huber,
+                      const double* theta, Scratch* scratch, double* sum) {
+  scratch->errors.resize(rollout.num_residuals());
+  scratch->end.resize(rollout.model().state_size());
+  if (!rollout.LinearizeByTheta(rollouts.first_state(i), theta,
+                                scratch->errors.data(), scratch->end.data(),
+                                &scratch->J, &scratch->J_end,
+                                &scratch->segment)) {
+    return false;
+  }
+  // dS/dr; none of the state that is given.
+  scratch->pull.setZero(rollout.num_residuals());
+  *sum = 0.0;
+  for (const Rollouts::Group& group : rollouts.groups(i)) {
+    const double weight = group.weight * group.weight;
+    const auto r = scratch->errors.segment(group.first, group.size);
+    const double s = weight * r.squaredNorm();
+    *sum += HuberLoss(s, huber);
+    scratch->pull.segment(group.first, group.size) =
+        (2.0 * weight * HuberSlope(s, huber)) * r;
+  }
+  Eigen::Map<Eigen::VectorXd> slope(sum + 1, scratch->J.cols());
+  slope.noalias() = scratch->J.transpose() * scratch->pull;
+  return std::isfinite(*sum) && slope.allFinite();
+}
+
+void RolloutSums::Evaluate(const Rollouts& rollouts, int count, double huber,
+                           const RowMatrixXd& thetas) {
+  // Waking a thread takes as long as some hundred steps do.
+  constexpr double kWorthThreads = 200.0;
+  const int points = static_cast<int>(thetas.rows());
+  const int n = static_cast<int>(thetas.cols());
+  int threads = rollouts.problem().options().threads;
+  rollouts_.clear();
+  double steps = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const SegmentRollout& rollout = rollouts_.emplace_back(rollouts.functor(i));
+    steps += (rollout.last() - rollout.first()) *
+             rollout.StepsAfter(rollout.first());
+  }
+  if (steps * points < kWorthThreads) threads = 1;
+  if (static_cast<int>(scratch_.size()) < threads) scratch_.resize(threads);
+  parts_.resize(points * count, n + 1);
+  ParallelFor(points * count, threads, [&](int at, int thread) {
+    double* part = parts_.row(at).data();
+    const int i = at % count;
+    if (!Sum(rollouts, i, rollouts_[i], huber, thetas.row(at / count).data(),
+             &scratch_[thread], part)) {
+      *part = kInfinity;
+    }
+    return true;
+  });
+  values_.resize(points);
+  gradients_.resize(points, n);
+  for (int p = 0; p < points; ++p) {
+    const auto parts = parts_.middleRows(p * count, count);
+    values_[p] = parts.col(0).sum();
+    gradients_.row(p) = parts.rightCols(n).colwise().sum();
+  }
 }
 
 }  // namespace sysid

@@ -31,7 +31,6 @@ class Rollouts {
 
   int size() const { return static_cast<int>(all_.size()); }
   int num_parameters() const { return problem_->map().size(); }
-  int samples(int i) const { return all_[i].samples; }
   int num_errors(int i) const { return all_[i].num_errors; }
   // Errors that belong together: |r|^2 of (9.1) is over one of these.
   struct Group {
@@ -45,17 +44,19 @@ class Rollouts {
   SegmentRollout functor(int i) const;
   const double* first_state(int i) const { return all_[i].x0.data(); }
 
-  // Unweighted errors (num_errors numbers); false where the dynamics fail or a
-  // number is not finite.
-  bool Errors(int i, const double* theta, double* errors) const;
-  // The same and their derivatives by theta.
+  // Unweighted errors (num_errors numbers) and their derivatives by theta;
+  // false where the dynamics fail or a number is not finite.
   bool Linearize(int i, const double* theta, double* errors,
                  RowMatrixXd* J) const;
 
-  // (9.1) over some of the rollouts; infinity where one fails.
-  double Loss(const std::vector<int>& which, const Eigen::VectorXd& theta,
-              double huber) const;
-  int Samples(const std::vector<int>& which) const;
+  // (9.1) over the first `count` rollouts; infinity where one fails.
+  double Loss(int count, const Eigen::VectorXd& theta, double huber) const;
+  int Samples(int count) const;
+  // Of N L with squares, over all rollouts and the priors, about theta: half
+  // its gradient g, half its second derivative H (of Gauss and Newton), and its
+  // value. False where a rollout fails.
+  bool NormalEquations(const Eigen::VectorXd& theta, Eigen::MatrixXd* H,
+                       Eigen::VectorXd* g, double* sum) const;
   // What the priors add to the sum.
   template <typename T>
   T Prior(const T* theta) const;
@@ -92,9 +93,6 @@ T Rollouts::Prior(const T* theta) const {
 // middle of a run keeps its own.
 void StartAtRest(const Model& model, Solution* point);
 
-// 0 .. count - 1.
-std::vector<int> FirstOnes(int count);
-
 // rho of (9.1), s >= 0.
 template <typename T>
 T HuberLoss(const T& s, double huber) {
@@ -107,5 +105,50 @@ T HuberLoss(const T& s, double huber) {
 inline double HuberSlope(double s, double huber) {
   return s <= huber * huber ? 1.0 : huber / std::sqrt(s);
 }
+
+// The sums in (9.1) over rollouts, at several theta at once, and what they
+// depend on them by:
+//
+//   S(theta) = sum_k sum_channels rho(|r_k|^2)
+//   dS/dtheta = 2 sum_k sum_channels rho'(|r_k|^2) J_k^T r_k             (9.7)
+//
+// r weighted, J = dr/dtheta by SegmentRollout::LinearizeByTheta: structured
+// where the model's effects allow. Rollouts of all theta are spread over
+// threads; each has a place of its own, and the places are added in order: the
+// numbers do not depend on how many threads there are.
+//
+// Keeps its memory from one evaluation to the next, for one caller at a time.
+// The rollouts' problem must outlive it.
+class RolloutSums {
+ public:
+  // Of the first `count` rollouts, at each row of `thetas`.
+  void Evaluate(const Rollouts& rollouts, int count, double huber,
+                const RowMatrixXd& thetas);
+
+  // Of the last evaluation, row by row. A value is infinite where the dynamics
+  // of a rollout fail; its gradient then says nothing.
+  const Eigen::VectorXd& values() const { return values_; }
+  const RowMatrixXd& gradients() const { return gradients_; }
+
+ private:
+  // Of one thread.
+  struct Scratch {
+    SegmentScratch segment;
+    Eigen::VectorXd errors, pull;
+    std::vector<double> end;
+    RowMatrixXd J, J_end;
+  };
+
+  // One rollout at one theta: S, then dS/dtheta. False where it fails.
+  static bool Sum(const Rollouts& rollouts, int i,
+                  const SegmentRollout& rollout, double huber,
+                  const double* theta, Scratch* scratch, double* sum);
+
+  std::vector<SegmentRollout> rollouts_;
+  std::vector<Scratch> scratch_;
+  RowMatrixXd parts_;  // a row for each theta and rollout
+  Eigen::VectorXd values_;
+  RowMatrixXd gradients_;
+};
 
 }  // namespace sysid

@@ -1,14 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
 #include "sysid/estimation/fit.h"
 #include "sysid/stochastic/adam.h"
 #include "sysid/stochastic/gaussian_mixture.h"
-#include "sysid/stochastic/parameter_mixture.h"
-#include "sysid/stochastic/rollout_gradient.h"
 
 namespace sysid {
 
@@ -26,7 +25,8 @@ namespace sysid {
 
 struct AdamFitOptions {
   AdamOptions adam;
-  LossOptions loss;
+  // d of (9.1): rad (m); infinity: squares.
+  double huber = std::numeric_limits<double>::infinity();
   // Rollouts start at rest: a velocity that the data only tells roughly is
   // known to be zero.
   bool from_rest = false;
@@ -42,10 +42,7 @@ struct MixtureEpoch {
   ParameterMixture kernels;
 };
 
-struct MixtureOptions {
-  AdamOptions adam;
-  LossOptions loss;
-  bool from_rest = false;  // as of AdamFitOptions
+struct MixtureOptions : AdamFitOptions {
   int kernels = 3;
   int draws = 16;                  // an epoch
   double temperature = 2.0 / 3.0;  // of the Gumbel-Softmax
@@ -59,7 +56,7 @@ struct MixtureOptions {
   int online_epochs = 15;
   std::uint64_t seed = 1;
 
-  MixtureOptions() { loss.huber = 0.1; }
+  MixtureOptions() { huber = 0.1; }
   int epochs() const {
     return online ? online_samples * online_epochs : adam.epochs;
   }

@@ -28,10 +28,10 @@ Transformation::Transformation(const ShootingProblem& problem) {
             : typical;
     if (b.has_lower && b.start - b.lower < kAtBound * inside) {
       b.start = b.lower + inside;
-      moved_.push_back(free.parameter.name);
+      moved_.push_back(i);
     } else if (b.has_upper && b.upper - b.start < kAtBound * inside) {
       b.start = b.upper - inside;
-      moved_.push_back(free.parameter.name);
+      moved_.push_back(i);
     }
     start_[i] = b.start;
     b.scale = std::max(std::abs(b.start), typical);

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "sysid/estimation/shooting_problem.h"
@@ -22,11 +21,11 @@ namespace sysid {
 class Transformation {
  public:
   // A start at (or within a thousandth of a typical size of) a bound has no
-  // derivative there: it is moved inside by that size. moved() names those.
+  // derivative there: it is moved inside by that size. moved(): those.
   explicit Transformation(const ShootingProblem& problem);
 
   int size() const { return static_cast<int>(bounds_.size()); }
-  const std::vector<std::string>& moved() const { return moved_; }
+  const std::vector<int>& moved() const { return moved_; }
   // The parameters' values at v = 0.
   const Eigen::VectorXd& start() const { return start_; }
 
@@ -52,7 +51,7 @@ class Transformation {
 
   std::vector<Bound> bounds_;
   Eigen::VectorXd start_;
-  std::vector<std::string> moved_;
+  std::vector<int> moved_;
 };
 
 template <typename T>

@@ -1,4 +1,4 @@
-// Takes the place of the files that see Stan where its headers are missing.
+// Takes the place of the file that sees Stan where its headers are missing.
 
 #include "glog/logging.h"
 #include "sysid/stochastic/rollout_gradient.h"
@@ -7,17 +7,9 @@ namespace sysid {
 
 bool HaveStanMath() { return false; }
 
-bool LossGradient(const Rollouts&, const std::vector<int>&,
-                  const Transformation&, const LossOptions&,
-                  const Eigen::VectorXd&, double*, Eigen::VectorXd*,
-                  RolloutSums*) {
-  LOG(FATAL) << "built without Stan Math";
-}
-
-bool MixtureLossGradient(const Rollouts&, const std::vector<int>&,
-                         const Transformation&, const LossOptions&,
-                         const SoftDraws&, double*, int*, Eigen::VectorXd*,
-                         RolloutSums*) {
+bool MeanLossGradient(const Rollouts&, int, const Transformation&, double,
+                      const RowMatrixXd&, RolloutSums*, double*, int*,
+                      Eigen::ArrayXXd*) {
   LOG(FATAL) << "built without Stan Math";
 }
 

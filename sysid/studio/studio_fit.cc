@@ -3,6 +3,7 @@
 #include "models/error.h"
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/clock.h"
 #include "sysid/io/csv.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/session/diagnosis_session.h"
@@ -138,6 +139,7 @@ StudioModel FitStudioModel(
     const StudioSetup& setup, const StudioChange& change, int id,
     const std::stop_token& stop,
     const std::function<void(const Progress&)>& progress) {
+  const double start_s = Now(), start_cpu_s = CpuSeconds();
   const Changed changed = Apply(setup, change);
   DiagnosisProblem problem =
       WithEffects(setup.problem, changed.effects,
@@ -151,7 +153,7 @@ StudioModel FitStudioModel(
   session.options.stop = stop;
   session.options.progress = progress;
   const Diagnosis diagnosis = Diagnose(problem, setup.candidates, {});
-  const FinalFit final = FitFinal(session, problem, diagnosis);
+  FinalFit final = FitFinal(session, problem, diagnosis);
 
   StudioModel model;
   model.id = id;
@@ -183,6 +185,9 @@ StudioModel FitStudioModel(
   model.page = PageModel(source, fit, &diagnosis);
   model.page["wholeRuns"] = PageWholeRuns(final);
   model.step = StepOf(change, diagnosis, id);
+  // All that passed, the search too.
+  final.fit.wall_time_s = Now() - start_s;
+  final.fit.cpu_time_s = CpuSeconds() - start_cpu_s;
   const PageFit whole = ShowFinal(final, id);
   for (const ModelFile& file : ModelFiles()) {
     model.files[file.name] = ModelFileText(whole, file.name);

@@ -10,8 +10,10 @@
 
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
+#include "sysid/stochastic/rollout_gradient.h"
 #include "sysid/stochastic/stochastic_fit.h"
 #include "tests/support/fit_setup.h"
+#include "tests/support/tape_gradient.h"
 
 // What the gradients of the stochastic solvers cost, in plain rollouts measured
 // beside them (seconds differ between machines, this ratio hardly does), and
@@ -50,7 +52,6 @@ struct Pendulum {
   std::unique_ptr<ShootingProblem> problem;
   std::unique_ptr<Rollouts> rollouts;
   std::unique_ptr<Transformation> transformation;
-  std::vector<int> all;
 
   explicit Pendulum(int steps) {
     const Model model = Shipped("pendulum3");
@@ -73,11 +74,10 @@ struct Pendulum {
         problem.get(), CutPoint(*problem, problem->InitialTheta(),
                                 {StatesFromData(*problem, 0)}, 1e9));
     transformation = std::make_unique<Transformation>(*problem);
-    all = FirstOnes(rollouts->size());
   }
 
   double Plain() const {
-    return rollouts->Loss(all, problem->InitialTheta(), INFINITY);
+    return rollouts->Loss(rollouts->size(), problem->InitialTheta(), INFINITY);
   }
 
   // Seconds, the median of several.
@@ -99,20 +99,17 @@ void BM_PlainRollout(benchmark::State& state) {
 }
 BENCHMARK(BM_PlainRollout)->Arg(10)->Arg(250);
 
-void Gradient(benchmark::State& state, GradientWay way) {
+// `gradient`: evaluates one, false where it fails.
+template <class Function>
+void Gradient(benchmark::State& state, const Function& gradient) {
   const Pendulum pendulum(static_cast<int>(state.range(0)));
-  LossOptions options;
-  options.way = way;
   const Eigen::VectorXd v = Eigen::VectorXd::Zero(3);
-  RolloutSums sums;
-  Eigen::VectorXd gradient;
-  double loss = 0.0, plain = pendulum.PlainTime();
+  double plain = pendulum.PlainTime();
+  std::size_t bytes = 0;
   std::vector<double> times;
   for (auto _ : state) {
     const double start = CpuTime();
-    if (!LossGradient(*pendulum.rollouts, pendulum.all,
-                      *pendulum.transformation, options, v, &loss, &gradient,
-                      &sums)) {
+    if (!gradient(pendulum, v, &bytes)) {
       state.SkipWithError("the rollout failed");
     }
     times.push_back(CpuTime() - start);
@@ -120,14 +117,30 @@ void Gradient(benchmark::State& state, GradientWay way) {
   plain = 0.5 * (plain + pendulum.PlainTime());
   state.counters["rollout_us"] = 1e6 * plain;
   state.counters["ratio"] = Median(times) / plain;
-  state.counters["tape_kB"] =
-      1e-3 * static_cast<double>(LastTapeUse().last_call);
+  state.counters["tape_kB"] = 1e-3 * static_cast<double>(bytes);
 }
 void BM_PrecomputedGradient(benchmark::State& state) {
-  Gradient(state, GradientWay::kPrecomputed);
+  RolloutSums sums;
+  Eigen::ArrayXXd gradient;
+  Gradient(state, [&](const Pendulum& pendulum, const Eigen::VectorXd& v,
+                      std::size_t* bytes) {
+    double loss = 0.0;
+    int failed = 0;
+    const bool ok = MeanLossGradient(
+        *pendulum.rollouts, pendulum.rollouts->size(), *pendulum.transformation,
+        INFINITY, v.transpose(), &sums, &loss, &failed, &gradient);
+    *bytes = LastTapeUse().last_call;
+    return ok;
+  });
 }
 void BM_TapeGradient(benchmark::State& state) {
-  Gradient(state, GradientWay::kTape);
+  Eigen::VectorXd gradient;
+  Gradient(state, [&](const Pendulum& pendulum, const Eigen::VectorXd& v,
+                      std::size_t* bytes) {
+    double loss = 0.0;
+    return LossGradientByTape(*pendulum.rollouts, *pendulum.transformation,
+                              INFINITY, v, &loss, &gradient, bytes);
+  });
 }
 BENCHMARK(BM_PrecomputedGradient)->Arg(10)->Arg(50)->Arg(250)->Arg(1000);
 BENCHMARK(BM_TapeGradient)->Arg(10)->Arg(50)->Arg(250)->Arg(1000);
@@ -149,15 +162,19 @@ class MixtureEpochs {
   void Epoch(int threads) {
     DrawNoise(options_.draws, options_.kernels, kParameters, &random_, &noise_);
     draws_.Draw(mixture_, noise_, options_.temperature);
-    options_.loss.threads = threads;
+    EstimationOptions options = pendulum_.problem->options();
+    if (options.threads != threads) {
+      options.threads = threads;
+      *pendulum_.problem = pendulum_.problem->With(options);
+    }
     double loss = 0.0;
     int failed = 0;
-    ok_ = MixtureLossGradient(*pendulum_.rollouts, pendulum_.all,
-                              *pendulum_.transformation, options_.loss, draws_,
-                              &loss, &failed, &gradient_, &sums_) &&
+    ok_ = MeanLossGradient(*pendulum_.rollouts, pendulum_.rollouts->size(),
+                           *pendulum_.transformation, options_.huber,
+                           draws_.v(), &sums_, &loss, &failed, &by_v_) &&
           failed == 0;
     Eigen::VectorXd packed = mixture_.Pack();
-    adam_.Step(gradient_, options_.adam.learning_rate, &packed);
+    adam_.Step(draws_.Gradient(by_v_), options_.adam.learning_rate, &packed);
     benchmark::DoNotOptimize(packed.data());
   }
 
@@ -189,7 +206,7 @@ class MixtureEpochs {
   MixtureNoise noise_;
   SoftDraws draws_;
   RolloutSums sums_;
-  Eigen::VectorXd gradient_;
+  Eigen::ArrayXXd by_v_;
   // Of the plain rollouts.
   SegmentRollout rollout_;
   const double* x0_;

@@ -9,10 +9,6 @@
 namespace sysid {
 namespace {
 
-bool IsOneOf(const std::string& word, const std::vector<std::string>& known) {
-  return std::find(known.begin(), known.end(), word) != known.end();
-}
-
 bool IsFinite(const std::optional<double>& value) {
   return !value || std::isfinite(*value);
 }
@@ -33,9 +29,11 @@ void ExpectPositive(const std::optional<Located<double>>& value, int lines) {
 }
 
 void ExpectWord(const std::optional<Located<std::string>>& word,
-                const std::vector<std::string>& known, int lines) {
+                const std::string& key, int lines) {
   if (!word) return;
-  FUZZ_EXPECT(IsOneOf(word->value, known));
+  const std::vector<std::string>& known = KnownWords(key);
+  FUZZ_EXPECT(std::find(known.begin(), known.end(), word->value) !=
+              known.end());
   ExpectPlace(word->place, lines);
 }
 
@@ -52,7 +50,7 @@ void ExpectValid(const FitSpecification& spec, int lines) {
                  std::isfinite(free.prior->std) && free.prior->std > 0));
     ExpectPlace(free.place, lines);
   }
-  for (const FitSpecification::Fix& fix : spec.fix) {
+  for (const NamedValue& fix : spec.fix) {
     FUZZ_EXPECT(!fix.name.empty() && IsFinite(fix.value));
     ExpectPlace(fix.place, lines);
   }
@@ -63,13 +61,11 @@ void ExpectValid(const FitSpecification& spec, int lines) {
   ExpectPositive(spec.noise, lines);
   ExpectPositive(spec.step, lines);
   ExpectPositive(spec.segment, lines);
-  ExpectWord(spec.integrator, IntegratorNames(), lines);
-  ExpectWord(spec.residual, ResidualNames(), lines);
-  ExpectWord(spec.solver, SolverNames(), lines);
-  if (spec.loss) {
-    FUZZ_EXPECT(IsOneOf(spec.loss->value.name, LossNames()));
-    FUZZ_EXPECT(!spec.loss->value.scale || *spec.loss->value.scale > 0);
-  }
+  ExpectWord(spec.integrator, "integrator", lines);
+  ExpectWord(spec.residual, "residual", lines);
+  ExpectWord(spec.solver, "solver", lines);
+  ExpectWord(spec.loss, "loss", lines);
+  FUZZ_EXPECT(!spec.loss_scale || *spec.loss_scale > 0);
 }
 
 }  // namespace

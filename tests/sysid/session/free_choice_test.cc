@@ -22,11 +22,13 @@ struct Asked {
   FitSpecification spec;
   std::vector<std::string> notices;
 
-  FreeChoice Choose(const std::string& robot = "pendulum2_planar") {
+  Session Choose(const std::string& robot = "pendulum2_planar") {
     const Catalogue catalogue;
-    return ChooseFree(request, spec, catalogue,
-                      MakeModel(LoadUrdf(FindModel(robot)), catalogue),
-                      "model.urdf", &notices);
+    Session session(MakeModel(LoadUrdf(FindModel(robot)), catalogue));
+    session.model_file = "model.urdf";
+    ChooseFree(request, spec, catalogue, &session);
+    notices = session.notices;
+    return session;
   }
   std::string Error(const std::string& robot = "pendulum2_planar") {
     return ErrorText([&] { Choose(robot); });
@@ -41,7 +43,7 @@ FitSpecification::Free Free(const std::string& name) {
   return free;
 }
 
-std::vector<std::string> NamesOf(const FreeChoice& choice) {
+std::vector<std::string> NamesOf(const Session& choice) {
   std::vector<std::string> names;
   for (const FreeParameter& free : choice.free) {
     names.push_back(free.parameter.name);
@@ -54,7 +56,7 @@ TEST(ChooseFree, TakesTheFlagsNamesWithWhatTheSpecificationSaysOfThem) {
   asked.spec.free = {Free("link1.length"), Free("link2.length")};
   asked.spec.free[1].initial = 0.7;
   asked.spec.free[1].lower = 0.6;
-  asked.spec.free[1].prior = GaussianPrior{0.8, 0.1};
+  asked.spec.free[1].prior = FreeParameter::Prior{0.8, 0.1};
   EXPECT_THAT(NamesOf(asked.Choose()),
               ElementsAre("link1.length", "link2.length"));
   asked.request.free = "link2.length";
@@ -74,7 +76,7 @@ TEST(ChooseFree, FreesWhatAnAddedEffectBrings) {
   asked.request.free = "link1.length";
   asked.spec.effects = {{"viscous_damping@joint2", "fit.yaml:5:5"}};
   asked.request.add = "coulomb_friction@joint1";
-  const FreeChoice choice = asked.Choose();
+  const Session choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice),
               ElementsAre("link1.length", "joint2.damping", "joint1.friction"));
   EXPECT_THAT(choice.added, ElementsAre("coulomb_friction@joint1"));
@@ -89,7 +91,7 @@ TEST(ChooseFree, SaysWhichEffectTakesThePlaceOfAnother) {
   Asked asked;
   asked.spec.effects = {{"coulomb_friction@joint1", "fit.yaml:5:5"}};
   asked.request.add = "stribeck_friction@joint1";
-  const FreeChoice choice = asked.Choose();
+  const Session choice = asked.Choose();
   EXPECT_THAT(choice.model.effects().names(),
               ElementsAre("stribeck_friction@joint1"));
   EXPECT_THAT(asked.notices,
@@ -101,7 +103,7 @@ TEST(ChooseFree, SaysWhichEffectTakesThePlaceOfAnother) {
 TEST(ChooseFree, HoldsWhatTheMotionDoesNotDependOn) {
   Asked asked;
   asked.request.add = "com@link2";
-  const FreeChoice choice = asked.Choose();
+  const Session choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice), testing::Contains("link2.com_z"));
   EXPECT_THAT(NamesOf(choice), testing::Not(testing::Contains("link2.com_y")));
   ASSERT_EQ(asked.notices.size(), 1u);
@@ -117,7 +119,7 @@ TEST(ChooseFree, HoldsWhatIsFixedAndLetsTheFlagWin) {
   asked.spec.free = {Free("link1.length"), Free("link2.length")};
   asked.spec.fix = {{"link2.mass", 3.0, "fit.yaml:6:3"}};
   asked.request.fix = "link2.mass=2,link1.length";
-  const FreeChoice choice = asked.Choose();
+  const Session choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice), ElementsAre("link2.length"));
   EXPECT_THAT(choice.fixed, ElementsAre("link2.mass", "link1.length"));
   EXPECT_EQ(FindParameters(choice.model, {"link2.mass"}, "test")[0].nominal,
@@ -155,7 +157,7 @@ TEST(ChooseFree, RefusesBoundsOfAWholeInertia) {
   for (const char* entry : {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"}) {
     asked.spec.free.push_back(Free(std::string("link2.") + entry));
   }
-  const FreeChoice choice = asked.Choose();
+  const Session choice = asked.Choose();
   EXPECT_EQ(choice.free[0].upper, std::numeric_limits<double>::infinity());
   asked.spec.free[1].upper = 1.0;
   EXPECT_EQ(asked.Error(),

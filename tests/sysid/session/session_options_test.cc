@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "models/find_model.h"
+#include "models/urdf/load_urdf.h"
 #include "tests/support/error_text.h"
 
 namespace sysid {
@@ -18,11 +20,19 @@ sysid::Run RunOf(const std::string& name, int samples, double period) {
   return run;
 }
 
+Session EmptySession() {
+  return Session(MakeModel(LoadUrdf(FindModel("pendulum1")), Catalogue()));
+}
+
 // What FillLengths makes of flags, with its notices.
 struct Lengths {
   Lengths(const FitRequest& request, const std::vector<sysid::Run>& runs,
           const FitSpecification& spec = {}) {
-    FillLengths(request, spec, runs, &options, &notices);
+    Session session = EmptySession();
+    session.runs = runs;
+    FillLengths(request, spec, &session);
+    options = session.options;
+    notices = session.notices;
   }
   EstimationOptions options;
   std::vector<std::string> notices;
@@ -110,8 +120,8 @@ TEST(FillLengths, RefusesAStepThatTakesForever) {
 
 std::string OptionsError(const FitRequest& request,
                          const FitSpecification& spec = {}) {
-  EstimationOptions options;
-  return ErrorText([&] { FillOptions(request, spec, &options); });
+  Session session = EmptySession();
+  return ErrorText([&] { FillOptions(request, spec, &session); });
 }
 
 TEST(FillOptions, RefusesNoiseWhoseSquaresOverflow) {
@@ -155,10 +165,12 @@ TEST(FillOptions, RefusesCountsOfThreadsThatNoMachineHas) {
 TEST(FillOptions, LetsFlagsWinOverTheSpecification) {
   FitSpecification spec;
   spec.noise = Located<double>{0.1, "fit.yaml:1:1"};
-  spec.loss = Located<FitSpecification::Loss>{{"cauchy", 2.5}, "fit.yaml:2:1"};
+  spec.loss = Located<std::string>{"cauchy", "fit.yaml:2:1"};
+  spec.loss_scale = 2.5;
   spec.residual = Located<std::string>{"rotation", "fit.yaml:3:1"};
-  EstimationOptions options;
-  FillOptions({}, spec, &options);
+  Session session = EmptySession();
+  const EstimationOptions& options = session.options;
+  FillOptions({}, spec, &session);
   EXPECT_EQ(options.noise, 0.1);
   EXPECT_EQ(options.loss, RobustLoss::kCauchy);
   EXPECT_EQ(options.loss_scale, 2.5);
@@ -168,24 +180,37 @@ TEST(FillOptions, LetsFlagsWinOverTheSpecification) {
   request.noise = 0.2;
   request.loss = "huber";
   request.threads = 3;
-  FillOptions(request, spec, &options);
+  FillOptions(request, spec, &session);
   EXPECT_EQ(options.noise, 0.2);
   EXPECT_EQ(options.loss, RobustLoss::kHuber);
   EXPECT_EQ(options.threads, 3);
 }
 
-TEST(ChooseSolver, RefusesWhatThereIsNot) {
+TEST(FillOptions, RefusesSolversThatThereAreNot) {
+  Session session = EmptySession();
+  FillOptions({}, {}, &session);
+  EXPECT_EQ(session.solver, "lm");
   FitRequest request;
-  EXPECT_EQ(ChooseSolver(request, {}), "lm");
+  request.solver = "adm";
+  EXPECT_EQ(OptionsError(request),
+            "--solver: unknown solver 'adm'\n  hint: did you mean 'adam'?");
   FitSpecification spec;
-  spec.solver = Located<std::string>{"adm", "fit.yaml:2:9"};
-  EXPECT_EQ(ErrorText([&] { ChooseSolver(request, spec); }),
-            "fit.yaml:2:9: unknown solver 'adm'\n"
-            "  hint: did you mean 'adam'?");
-  request.solver = "adam";
-  EXPECT_EQ(ErrorText([&] { ChooseSolver(request, spec); }),
-            "--solver: this program has no solver 'adam'\n"
+  spec.solver = Located<std::string>{"adam", "fit.yaml:2:9"};
+  EXPECT_EQ(OptionsError({}, spec),
+            "fit.yaml:2:9: this program has no solver 'adam'\n"
             "  hint: it fits by lm; sysid_fit has all solvers");
+  // The flag wins.
+  request.solver = "gmm";
+  EXPECT_EQ(OptionsError(request, spec),
+            "--solver: this program has no solver 'gmm'\n"
+            "  hint: it fits by lm; sysid_fit has all solvers");
+}
+
+TEST(FillOptions, RefusesChecksThatThereAreNot) {
+  FitRequest request;
+  request.check = "number";
+  EXPECT_EQ(OptionsError(request),
+            "--check: cannot be 'number'\n  hint: did you mean 'numbers'?");
 }
 
 }  // namespace

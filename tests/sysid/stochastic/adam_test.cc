@@ -61,9 +61,9 @@ TEST(LearningRate, FallsAsTheScheduleSays) {
 }
 
 TEST(ParseSchedule, KnowsItsNamesAndSaysSo) {
-  for (const std::string& name : ScheduleNames()) {
-    EXPECT_EQ(ToString(ParseSchedule(name, "--schedule")), name);
-  }
+  EXPECT_EQ(ParseSchedule("constant", "--schedule"), Schedule::kConstant);
+  EXPECT_EQ(ParseSchedule("exponential", "--schedule"), Schedule::kExponential);
+  EXPECT_EQ(ParseSchedule("cosine", "--schedule"), Schedule::kCosine);
   EXPECT_THAT(
       ErrorText([] { ParseSchedule("cosin", "--schedule"); }),
       testing::AllOf(testing::HasSubstr("--schedule: unknown schedule 'cosin'"),

@@ -39,6 +39,10 @@ TEST(CompareSolvers, MeasuresAllFromTheSameStartByTheSameLoss) {
     for (size_t i = 1; i < run.path.size(); ++i) {
       EXPECT_GE(run.path[i].time_s, run.path[i - 1].time_s);
     }
+    // The estimates take time too.
+    const double seconds = comparison.trials[0].solvers[s].time_s;
+    EXPECT_EQ(seconds, run.fit.wall_time_s);
+    EXPECT_GT(seconds, run.path.back().time_s);
     for (int i = 0; i < 2; ++i) {
       EXPECT_NEAR(run.path.back().values[i], run.fit.parameters[i].value,
                   1e-3 * run.fit.parameters[i].value);
@@ -86,17 +90,16 @@ TEST(CompareSolvers, KeepsTheStartsThatWereDoneWhereItIsInterrupted) {
   // In the second start: the first solver's second beginning.
   const auto problem = TwoLengths();
   std::stop_source source;
-  *problem = Changed(
-      *problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
-  *problem =
-      Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
-  ComparisonOptions options = Options(3);
   bool mixture = false;
-  options.progress = [&](const Progress& progress) {
-    mixture = mixture || progress.doing == "gmm";
-    if (mixture && progress.doing != "gmm") source.request_stop();
-  };
-  const Comparison comparison = CompareSolvers(*problem, options);
+  *problem = Changed(*problem, [&](EstimationOptions* o) {
+    o->stop = source.get_token();
+    o->keep_best = true;
+    o->progress = [&](const Progress& progress) {
+      mixture = mixture || progress.doing == "gmm";
+      if (mixture && progress.doing != "gmm") source.request_stop();
+    };
+  });
+  const Comparison comparison = CompareSolvers(*problem, Options(3));
   EXPECT_EQ(comparison.asked, 3);
   ASSERT_EQ(comparison.trials.size(), 1u);
   for (const SolverTrial& solver : comparison.trials[0].solvers) {
@@ -107,15 +110,14 @@ TEST(CompareSolvers, KeepsTheStartsThatWereDoneWhereItIsInterrupted) {
 TEST(CompareSolvers, HasAPointOfEachSolverWhereTheFirstIsInterrupted) {
   const auto problem = TwoLengths();
   std::stop_source source;
-  *problem = Changed(
-      *problem, [&](EstimationOptions* o) { o->stop = source.get_token(); });
-  *problem =
-      Changed(*problem, [&](EstimationOptions* o) { o->keep_best = true; });
-  ComparisonOptions options = Options(1);
-  options.progress = [&](const Progress& progress) {
-    if (progress.iteration == 2) source.request_stop();
-  };
-  const Comparison comparison = CompareSolvers(*problem, options);
+  *problem = Changed(*problem, [&](EstimationOptions* o) {
+    o->stop = source.get_token();
+    o->keep_best = true;
+    o->progress = [&](const Progress& progress) {
+      if (progress.iteration == 2) source.request_stop();
+    };
+  });
+  const Comparison comparison = CompareSolvers(*problem, Options(1));
   ASSERT_EQ(comparison.runs.size(), 3u);
   for (const SolverRun& run : comparison.runs) {
     EXPECT_FALSE(run.fit.converged);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "ceres/jet.h"
-#include "sysid/stochastic/parameter_mixture.h"
 #include "tests/sysid/stochastic/stochastic_setup.h"
 
 namespace sysid {

@@ -9,10 +9,12 @@
 #include <thread>
 
 #include "sysid/estimation/segmentation.h"
+#include "sysid/stochastic/gaussian_mixture.h"
 #include "tests/support/all_joints.h"
 #include "tests/support/fit_setup.h"
 #include "tests/support/measured_run.h"
 #include "tests/support/random_mechanism.h"
+#include "tests/support/tape_gradient.h"
 
 namespace sysid {
 namespace {
@@ -48,7 +50,6 @@ struct Motion {
   std::unique_ptr<ShootingProblem> problem;
   std::unique_ptr<Rollouts> rollouts;
   std::unique_ptr<Transformation> transformation;
-  std::vector<int> all;
 
   Motion(const Model& model, std::vector<FreeParameter> free, int seed,
          Integrator integrator = Integrator::kRungeKutta4) {
@@ -74,19 +75,42 @@ struct Motion {
     point.runs.push_back(nodes);
     rollouts = std::make_unique<Rollouts>(problem.get(), point);
     transformation = std::make_unique<Transformation>(*problem);
-    all = FirstOnes(rollouts->size());
   }
 
-  VectorXd Gradient(GradientWay way, double huber, const VectorXd& v,
-                    double* loss) const {
-    LossOptions options;
-    options.way = way;
-    options.huber = huber;
+  bool Gradient(double huber, const VectorXd& v, double* loss,
+                VectorXd* gradient) const {
+    RolloutSums sums;
+    Eigen::ArrayXXd row;
+    int failed = 0;
+    const bool ok =
+        MeanLossGradient(*rollouts, rollouts->size(), *transformation, huber,
+                         v.transpose(), &sums, loss, &failed, &row);
+    if (ok) *gradient = row.row(0).matrix();
+    return ok;
+  }
+  VectorXd Gradient(double huber, const VectorXd& v, double* loss) const {
     VectorXd gradient;
-    EXPECT_TRUE(LossGradient(*rollouts, all, *transformation, options, v, loss,
-                             &gradient));
+    EXPECT_TRUE(Gradient(huber, v, loss, &gradient));
     return gradient;
   }
+  VectorXd TapeGradient(double huber, const VectorXd& v, double* loss) const {
+    VectorXd gradient;
+    EXPECT_TRUE(LossGradientByTape(*rollouts, *transformation, huber, v, loss,
+                                   &gradient));
+    return gradient;
+  }
+  // Of the mean loss of a mixture's draws, by GaussianMixture::Pack().
+  VectorXd MixtureGradient(double huber, const SoftDraws& draws, double* loss,
+                           int* failed, RolloutSums* sums) const {
+    Eigen::ArrayXXd by_v;
+    EXPECT_TRUE(MeanLossGradient(*rollouts, rollouts->size(), *transformation,
+                                 huber, draws.v(), sums, loss, failed, &by_v));
+    return draws.Gradient(by_v);
+  }
+  double Loss(const VectorXd& v, double huber) const {
+    return rollouts->Loss(rollouts->size(), transformation->Theta(v), huber);
+  }
+  int Samples() const { return rollouts->Samples(rollouts->size()); }
 
   // (9.1) with squares differentiated by Jets alone.
   VectorXd GradientByJets(const VectorXd& v) const {
@@ -102,8 +126,7 @@ struct Motion {
                     r.segment(group.first, group.size);
       }
     }
-    return gradient.cwiseProduct(transformation->Slope(v)) /
-           rollouts->Samples(all);
+    return gradient.cwiseProduct(transformation->Slope(v)) / Samples();
   }
 };
 
@@ -120,10 +143,8 @@ void ExpectStanAgreesWithJets(const Model& model, int seed) {
     double loss = 0.0, loss_tape = 0.0;
     const VectorXd jets = motion.GradientByJets(v);
     const double infinity = std::numeric_limits<double>::infinity();
-    const VectorXd node =
-        motion.Gradient(GradientWay::kPrecomputed, infinity, v, &loss);
-    const VectorXd tape =
-        motion.Gradient(GradientWay::kTape, infinity, v, &loss_tape);
+    const VectorXd node = motion.Gradient(infinity, v, &loss);
+    const VectorXd tape = motion.TapeGradient(infinity, v, &loss_tape);
     ASSERT_GT(jets.norm(), 0.0);
     EXPECT_LT((node - jets).norm(), 1e-9 * jets.norm()) << "seed " << seed;
     EXPECT_LT((tape - jets).norm(), 1e-9 * jets.norm()) << "seed " << seed;
@@ -133,10 +154,7 @@ void ExpectStanAgreesWithJets(const Model& model, int seed) {
           << motion.problem->free()[i].parameter.name;
     }
     EXPECT_NEAR(loss, loss_tape, 1e-12 * loss);
-    EXPECT_NEAR(loss,
-                motion.rollouts->Loss(
-                    motion.all, motion.transformation->Theta(v), infinity),
-                1e-12 * loss);
+    EXPECT_NEAR(loss, motion.Loss(v, infinity), 1e-12 * loss);
   }
 }
 
@@ -188,17 +206,13 @@ TEST(RolloutGradient, OfTheHuberLossIsTheSameBothWays) {
   // About half of the measurements are beyond the threshold.
   constexpr double kHuber = 0.06;
   double loss = 0.0, other = 0.0;
-  const VectorXd node =
-      motion.Gradient(GradientWay::kPrecomputed, kHuber, v, &loss);
-  const VectorXd tape = motion.Gradient(GradientWay::kTape, kHuber, v, &other);
+  const VectorXd node = motion.Gradient(kHuber, v, &loss);
+  const VectorXd tape = motion.TapeGradient(kHuber, v, &other);
   EXPECT_LT((node - tape).norm(), 1e-9 * tape.norm());
   EXPECT_NEAR(loss, other, 1e-12 * loss);
-  const VectorXd theta = motion.transformation->Theta(v);
-  EXPECT_NEAR(loss, motion.rollouts->Loss(motion.all, theta, kHuber),
-              1e-12 * loss);
-  EXPECT_LT(loss, 0.95 * motion.rollouts->Loss(
-                             motion.all, theta,
-                             std::numeric_limits<double>::infinity()));
+  EXPECT_NEAR(loss, motion.Loss(v, kHuber), 1e-12 * loss);
+  EXPECT_LT(loss,
+            0.95 * motion.Loss(v, std::numeric_limits<double>::infinity()));
 }
 
 // Two lengths, of which one has a prior.
@@ -216,16 +230,15 @@ TEST(RolloutGradient, IsTheSlopeOfTheLossWithAPrior) {
   const Pendulum pendulum;
   const VectorXd v = SmallStep(2, 1);
   double loss = 0.0;
-  const VectorXd gradient =
-      pendulum.Gradient(GradientWay::kPrecomputed, 0.02, v, &loss);
+  const VectorXd gradient = pendulum.Gradient(0.02, v, &loss);
   for (int i = 0; i < 2; ++i) {
     constexpr double kStep = 1e-6;
     VectorXd more = v, less = v;
     more[i] += kStep;
     less[i] -= kStep;
     double up = 0.0, down = 0.0;
-    pendulum.Gradient(GradientWay::kPrecomputed, 0.02, more, &up);
-    pendulum.Gradient(GradientWay::kPrecomputed, 0.02, less, &down);
+    pendulum.Gradient(0.02, more, &up);
+    pendulum.Gradient(0.02, less, &down);
     EXPECT_NEAR(gradient[i], (up - down) / (2 * kStep), 1e-6 * gradient.norm());
   }
   // By the definition: noise^2 (theta - mean)^2 / std^2, over N samples.
@@ -235,10 +248,9 @@ TEST(RolloutGradient, IsTheSlopeOfTheLossWithAPrior) {
                  FreeFrom(Shipped("pendulum2"),
                           {{"link1.length", 0.6}, {"link2.length", 0.4}}),
                  1);
-  without.Gradient(GradientWay::kPrecomputed, 0.02, v, &errors_only);
+  without.Gradient(0.02, v, &errors_only);
   EXPECT_NEAR(loss - errors_only,
-              std::pow(0.05 * (theta[1] - 0.45) / 0.1, 2) /
-                  pendulum.rollouts->Samples(pendulum.all),
+              std::pow(0.05 * (theta[1] - 0.45) / 0.1, 2) / pendulum.Samples(),
               1e-12);
 }
 
@@ -250,36 +262,37 @@ TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
   MixtureNoise noise;
   DrawNoise(4, 3, 2, &random, &noise);
   const VectorXd at = mixture.Pack();
-  const auto evaluate = [&](const VectorXd& packed, GradientWay way,
-                            VectorXd* gradient) {
+  constexpr double kHuber = 0.05;
+  SoftDraws draws;
+  const auto evaluate = [&](const VectorXd& packed, VectorXd* gradient) {
     GaussianMixture moved = mixture;
     moved.Unpack(packed);
-    LossOptions options;
-    options.way = way;
-    options.huber = 0.05;
+    draws.Draw(moved, noise, 2.0 / 3.0);
+    RolloutSums sums;
     double loss = 0.0;
     int failed = -1;
-    SoftDraws draws;
-    draws.Draw(moved, noise, 2.0 / 3.0);
-    EXPECT_TRUE(MixtureLossGradient(*pendulum.rollouts, pendulum.all,
-                                    *pendulum.transformation, options, draws,
-                                    &loss, &failed, gradient));
+    *gradient = pendulum.MixtureGradient(kHuber, draws, &loss, &failed, &sums);
     EXPECT_EQ(failed, 0);
     return loss;
   };
-  VectorXd gradient, tape, unused;
-  evaluate(at, GradientWay::kPrecomputed, &gradient);
-  evaluate(at, GradientWay::kTape, &tape);
+  VectorXd gradient, unused;
+  evaluate(at, &gradient);
   ASSERT_EQ(gradient.size(), 3 + 6 + 6);
+  Eigen::ArrayXXd by_v(draws.count(), 2);
+  for (int d = 0; d < draws.count(); ++d) {
+    double loss = 0.0;
+    const VectorXd v = draws.v().row(d).matrix();
+    by_v.row(d) = pendulum.TapeGradient(kHuber, v, &loss).transpose().array();
+  }
+  const VectorXd tape = draws.Gradient(by_v / draws.count());
   EXPECT_LT((gradient - tape).norm(), 1e-9 * tape.norm());
   for (int i = 0; i < at.size(); ++i) {
     constexpr double kStep = 1e-5;
     VectorXd more = at, less = at;
     more[i] += kStep;
     less[i] -= kStep;
-    const double slope = (evaluate(more, GradientWay::kPrecomputed, &unused) -
-                          evaluate(less, GradientWay::kPrecomputed, &unused)) /
-                         (2 * kStep);
+    const double slope =
+        (evaluate(more, &unused) - evaluate(less, &unused)) / (2 * kStep);
     EXPECT_NEAR(gradient[i], slope, 1e-6 * gradient.norm()) << i;
   }
 }
@@ -287,8 +300,6 @@ TEST(RolloutGradient, OfTheMixtureIsTheSlopeOfItsMeanLoss) {
 // As many steps as are worth a thread, so that there are two.
 TEST(RolloutGradient, ByThreadsIsTheSameToTheLastBit) {
   const Pendulum pendulum;
-  *pendulum.problem = Changed(
-      *pendulum.problem, [&](EstimationOptions* o) { o->rollout.step = 1e-5; });
   std::mt19937_64 random(6);
   const GaussianMixture mixture = StartingMixture(3, 2, 0.1, &random);
   RolloutSums kept;
@@ -300,22 +311,19 @@ TEST(RolloutGradient, ByThreadsIsTheSameToTheLastBit) {
     std::vector<double> losses;
     std::vector<VectorXd> gradients;
     for (const int threads : {1, 2, 3}) {
-      LossOptions options;
-      options.threads = threads;
-      options.huber = 0.05;
+      *pendulum.problem = Changed(*pendulum.problem, [&](EstimationOptions* o) {
+        o->rollout.step = 1e-5;
+        o->threads = threads;
+      });
       double loss = 0.0;
       int failed = 0;
-      VectorXd gradient;
-      ASSERT_TRUE(MixtureLossGradient(
-          *pendulum.rollouts, pendulum.all, *pendulum.transformation, options,
-          draws, &loss, &failed, &gradient, threads == 2 ? &kept : nullptr));
+      RolloutSums own;
+      gradients.push_back(pendulum.MixtureGradient(
+          0.05, draws, &loss, &failed, threads == 2 ? &kept : &own));
       losses.push_back(loss);
-      gradients.push_back(gradient);
-      ASSERT_TRUE(LossGradient(*pendulum.rollouts, pendulum.all,
-                               *pendulum.transformation, options,
-                               draws.v().row(0).matrix(), &loss, &gradient));
+      gradients.push_back(
+          pendulum.Gradient(0.05, draws.v().row(0).matrix(), &loss));
       losses.push_back(loss);
-      gradients.push_back(gradient);
     }
     for (size_t i = 2; i < losses.size(); ++i) {
       EXPECT_EQ(losses[i], losses[i - 2]);
@@ -328,15 +336,12 @@ TEST(RolloutGradient, ByThreadsIsTheSameToTheLastBit) {
 TEST(RolloutGradient, IsTheSameOnAnotherThread) {
   const Pendulum pendulum;
   const VectorXd v = SmallStep(2, 3);
-  for (const GradientWay way :
-       {GradientWay::kPrecomputed, GradientWay::kTape}) {
-    double here = 0.0, there = 0.0;
-    const VectorXd own = pendulum.Gradient(way, 0.1, v, &here);
-    VectorXd other;
-    std::thread([&] { other = pendulum.Gradient(way, 0.1, v, &there); }).join();
-    EXPECT_EQ(own, other);
-    EXPECT_EQ(here, there);
-  }
+  double here = 0.0, there = 0.0;
+  const VectorXd own = pendulum.Gradient(0.1, v, &here);
+  VectorXd other;
+  std::thread([&] { other = pendulum.Gradient(0.1, v, &there); }).join();
+  EXPECT_EQ(own, other);
+  EXPECT_EQ(here, there);
 }
 
 TEST(RolloutGradient, SaysWhereTheDynamicsFail) {
@@ -346,14 +351,7 @@ TEST(RolloutGradient, SaysWhereTheDynamicsFail) {
   const VectorXd v = VectorXd::Constant(1, 60.0);
   VectorXd gradient;
   double loss = 0.0;
-  for (const GradientWay way :
-       {GradientWay::kPrecomputed, GradientWay::kTape}) {
-    LossOptions options;
-    options.way = way;
-    EXPECT_FALSE(LossGradient(*motion.rollouts, motion.all,
-                              *motion.transformation, options, v, &loss,
-                              &gradient));
-  }
+  EXPECT_FALSE(motion.Gradient(0.1, v, &loss, &gradient));
 }
 
 // A draw that fails takes no part, and leaves no trace in the others'.
@@ -364,32 +362,25 @@ TEST(RolloutGradient, LeavesOutDrawsThatFail) {
   mixture.logits = Eigen::VectorXd::Zero(1);
   mixture.means = Eigen::MatrixXd::Zero(1, 1);
   mixture.log_deviations = Eigen::MatrixXd::Zero(1, 1);
-  const auto evaluate = [&](const std::vector<double>& v, GradientWay way,
-                            double* loss, int* failed) {
+  const auto evaluate = [&](const std::vector<double>& v, double* loss,
+                            int* failed) {
     MixtureNoise noise;
     noise.gumbel = Eigen::ArrayXXd::Zero(v.size(), 1);
     noise.normal = Eigen::Map<const Eigen::ArrayXd>(v.data(), v.size());
     SoftDraws draws;
     draws.Draw(mixture, noise, 1.0);
-    LossOptions options;
-    options.way = way;
-    VectorXd gradient;
-    EXPECT_TRUE(MixtureLossGradient(*motion.rollouts, motion.all,
-                                    *motion.transformation, options, draws,
-                                    loss, failed, &gradient));
-    return gradient;
+    RolloutSums sums;
+    return motion.MixtureGradient(std::numeric_limits<double>::infinity(),
+                                  draws, loss, failed, &sums);
   };
-  for (const GradientWay way :
-       {GradientWay::kPrecomputed, GradientWay::kTape}) {
-    double loss = 0.0, without = 0.0;
-    int failed = 0, none = 0;
-    const VectorXd some = evaluate({0.1, 60.0, 0.3}, way, &loss, &failed);
-    const VectorXd good = evaluate({0.1, 0.3}, way, &without, &none);
-    EXPECT_EQ(failed, 1);
-    EXPECT_EQ(none, 0);
-    EXPECT_NEAR(loss, without, 1e-14 * without);
-    EXPECT_LT((some - good).norm(), 1e-14 * good.norm());
-  }
+  double loss = 0.0, without = 0.0;
+  int failed = 0, none = 0;
+  const VectorXd some = evaluate({0.1, 60.0, 0.3}, &loss, &failed);
+  const VectorXd good = evaluate({0.1, 0.3}, &without, &none);
+  EXPECT_EQ(failed, 1);
+  EXPECT_EQ(none, 0);
+  EXPECT_NEAR(loss, without, 1e-14 * without);
+  EXPECT_LT((some - good).norm(), 1e-14 * good.norm());
 }
 
 // However many epochs follow, each has what the first had, and leaves nothing.
@@ -400,22 +391,17 @@ TEST(RolloutGradient, LeavesNothingOnTheTape) {
   const VectorXd v = VectorXd::Zero(2);
   MixtureNoise noise;
   SoftDraws draws;
+  RolloutSums sums;
   const auto epoch = [&] {
     std::vector<std::size_t> used;
     double loss = 0.0;
-    for (const GradientWay way :
-         {GradientWay::kTape, GradientWay::kPrecomputed}) {
-      pendulum.Gradient(way, 0.1, v, &loss);
-      EXPECT_EQ(LastTapeUse().nodes_left, 0u);
-      used.push_back(LastTapeUse().last_call);
-    }
-    VectorXd gradient;
+    pendulum.Gradient(0.1, v, &loss);
+    EXPECT_EQ(LastTapeUse().nodes_left, 0u);
+    used.push_back(LastTapeUse().last_call);
     int failed = 0;
     DrawNoise(8, 3, 2, &random, &noise);
     draws.Draw(mixture, noise, 2.0 / 3.0);
-    MixtureLossGradient(*pendulum.rollouts, pendulum.all,
-                        *pendulum.transformation, {}, draws, &loss, &failed,
-                        &gradient);
+    pendulum.MixtureGradient(0.1, draws, &loss, &failed, &sums);
     EXPECT_EQ(LastTapeUse().nodes_left, 0u);
     used.push_back(LastTapeUse().last_call);
     return used;

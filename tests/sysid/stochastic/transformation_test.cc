@@ -98,11 +98,11 @@ TEST(Transformation, InverseUndoesIt) {
 
 TEST(Transformation, MovesAStartAtItsBoundInsideAndSaysSo) {
   const Transformation low = Of({0.05, 0.05, 10.0});
-  EXPECT_THAT(low.moved(), testing::ElementsAre("link1.length"));
+  EXPECT_THAT(low.moved(), testing::ElementsAre(0));
   EXPECT_NEAR(ThetaAt(low, 0.0), 0.55, 1e-12);
   EXPECT_EQ(low.start()[0], 0.55);
   const Transformation high = Of({10.0, 0.05, 10.0});
-  EXPECT_THAT(high.moved(), testing::ElementsAre("link1.length"));
+  EXPECT_THAT(high.moved(), testing::ElementsAre(0));
   EXPECT_NEAR(ThetaAt(high, 0.0), 9.5, 1e-12);
   EXPECT_THAT(Of({1.0, 0.05, 10.0}).moved(), testing::IsEmpty());
 }

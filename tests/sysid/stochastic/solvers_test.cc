@@ -1,4 +1,4 @@
-#include "sysid/session/solvers.h"
+#include "sysid/stochastic/solvers.h"
 
 #include <gmock/gmock.h>
 
@@ -15,7 +15,7 @@ TEST(Solvers, AreThoseThatASpecificationMayName) {
     names.push_back(solver.name);
     EXPECT_EQ(&FindSolver(solver.name), &solver);
   }
-  EXPECT_EQ(names, SolverNames());
+  EXPECT_EQ(names, KnownWords("solver"));
 }
 
 TEST(Solvers, SolveTheProblemThatTheyAreGiven) {

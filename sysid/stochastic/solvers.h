@@ -9,7 +9,7 @@
 namespace sysid {
 
 // The minimisers behind --solver. A new one is a function from a problem to a
-// fit, and a line in solvers.cc.
+// fit, and an entry in solvers.cc.
 
 struct SolverOptions {
   AdamFitOptions adam;
@@ -29,7 +29,7 @@ struct Solver {
   Solved (*solve)(const ShootingProblem& problem, const SolverOptions& options);
 };
 
-// In the order of SolverNames().
+// In the order of KnownWords("solver").
 const std::vector<Solver>& Solvers();
 // By one of those names.
 const Solver& FindSolver(const std::string& name);

@@ -1,0 +1,38 @@
+#include "sysid/stochastic/solvers.h"
+
+#include <algorithm>
+
+#include "glog/logging.h"
+
+namespace sysid {
+
+const std::vector<Solver>& Solvers() {
+  static const std::vector<Solver>& all = *new std::vector<Solver>{
+      {"lm", false,
+       [](const ShootingProblem& problem, const SolverOptions&) {
+         return Solved{FitLevenbergMarquardt(problem), std::nullopt};
+       }},
+      {"adam", true,
+       [](const ShootingProblem& problem, const SolverOptions& options) {
+         return Solved{FitAdam(problem, options.adam), std::nullopt};
+       }},
+      {"gmm", true,
+       [](const ShootingProblem& problem, const SolverOptions& options) {
+         const MixtureFit mixture =
+             FitGaussianMixture(problem, options.mixture);
+         return Solved{mixture.fit, mixture};
+       }},
+  };
+  return all;
+}
+
+const Solver& FindSolver(const std::string& name) {
+  const std::vector<Solver>& all = Solvers();
+  const auto at =
+      std::find_if(all.begin(), all.end(),
+                   [&](const Solver& solver) { return solver.name == name; });
+  CHECK(at != all.end()) << name;
+  return *at;
+}
+
+}  // namespace sysid
