@@ -45,21 +45,15 @@ void BlockTridiagonal::Add(int row, const MatrixXd& part) {
 }
 
 MatrixXd BlockTridiagonal::Times(const MatrixXd& x) const {
-  MatrixXd out(x.rows(), x.cols());
+  MatrixXd out = MatrixXd::Zero(x.rows(), x.cols());
+  const auto rows = [&](auto& all, int i) {
+    return all.middleRows(first[i], first[i + 1] - first[i]);
+  };
   for (int i = 0; i < blocks(); ++i) {
-    const int size = first[i + 1] - first[i];
-    const auto here = x.middleRows(first[i], size);
-    auto result = out.middleRows(first[i], size);
-    result.noalias() = diagonal[i] * here;
-    if (i > 0) {
-      result.noalias() +=
-          below[i - 1] * x.middleRows(first[i - 1], first[i] - first[i - 1]);
-    }
-    if (i + 1 < blocks()) {
-      result.noalias() +=
-          below[i].transpose() *
-          x.middleRows(first[i + 1], first[i + 2] - first[i + 1]);
-    }
+    rows(out, i).noalias() += diagonal[i] * rows(x, i);
+    if (i + 1 == blocks()) break;
+    rows(out, i + 1).noalias() += below[i] * rows(x, i);
+    rows(out, i).noalias() += below[i].transpose() * rows(x, i + 1);
   }
   return out;
 }

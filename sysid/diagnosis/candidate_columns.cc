@@ -19,40 +19,6 @@ namespace {
 constexpr int kSecantSteps = 8;
 constexpr int kMostSecants = 6;
 
-void AddCandidate(const std::shared_ptr<const Effect>& effect,
-                  const Model& fitted, const std::set<std::string>& taken,
-                  int* total, std::vector<Candidate>* candidates) {
-  if (fitted.effects().Contains(effect->name())) return;
-  Candidate candidate(fitted);
-  candidate.effect = effect;
-  std::vector<std::string> adjusted;
-  for (const std::string& name : effect->adjusts_nominal()) {
-    if (taken.count(name) == 0) adjusted.push_back(name);
-  }
-  candidate.adjusted = FindParameters(fitted, adjusted, effect->name());
-  try {
-    candidate.model.AddEffect(effect);
-  } catch (const InputError&) {
-    return;  // part of an effect that is in the model
-  }
-  const EffectSet& effects = candidate.model.effects();
-  for (int i = 0; i < effects.size(); ++i) {
-    if (effects.effect(i).name() != effect->name()) continue;
-    for (size_t p = 0; p < effect->parameters().size(); ++p) {
-      candidate.off.push_back(
-          candidate.model.nominal().effects[effects.offset(i) + p]);
-    }
-  }
-  candidate.sets = effect->ProbeSets();
-  if (candidate.sets.empty() && candidate.adjusted.empty()) return;
-  if (candidate.sets.empty()) candidate.sets.push_back({});
-  for (size_t s = 0; s < candidate.sets.size(); ++s) {
-    candidate.first.push_back(*total);
-    *total += candidate.columns(static_cast<int>(s));
-  }
-  candidates->push_back(std::move(candidate));
-}
-
 // Columns that are taken together: by parameters of one model that has their
 // effects in it, each off. Off, an effect does nothing, so the derivative by
 // another's parameter is what it is without it.
@@ -60,42 +26,24 @@ class Batch {
  public:
   explicit Batch(const Model& fitted) : model_(fitted) {}
 
-  // False where the probe of a set cannot be had beside those that are there:
-  // by another value of what is searched, by the same parameter, or where one
-  // of them is a secant, which changes the model, so that it is alone.
-  bool TakeIn(const Candidate& candidate, const Probe& probe, int column) {
-    if (!names_.empty() && (probe.secant != 0.0 || secant_ != 0.0)) {
+  // False where a column of a set cannot be had beside those that are there: by
+  // another value of what is searched, by the same parameter, or where one of
+  // them is a secant, which changes the model, so that it is alone.
+  bool TakeIn(const Candidate& candidate, int set, int column) {
+    const std::string& name =
+        candidate.parameters[candidate.ParameterOf(set, column)].name;
+    const ProbeSet& probes = candidate.sets[set];
+    const Probe* probe =
+        column < static_cast<int>(probes.size()) ? &probes[column] : nullptr;
+    const double secant = probe != nullptr ? probe->secant : 0.0;
+    if (secant_ != 0.0 || (secant != 0.0 && !names_.empty()) ||
+        std::find(names_.begin(), names_.end(), name) != names_.end() ||
+        (probe != nullptr && !Admit(candidate, candidate.At(*probe)))) {
       return false;
     }
-    const auto& parameters = candidate.effect->parameters();
-    const std::string& name = parameters[probe.along].name;
-    const std::vector<double> at = candidate.At(probe);
-    if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
-      return false;
-    }
-    const auto same = values_.find(candidate.effect->name());
-    if (same != values_.end()) {
-      if (same->second != at) return false;
-    } else {
-      if (!Admit(candidate)) return false;
-      values_[candidate.effect->name()] = at;
-      for (size_t p = 0; p < at.size(); ++p) {
-        model_.SetEffectParameter(parameters[p].name, at[p]);
-      }
-    }
-    secant_ = probe.secant;
+    secant_ = secant;
     names_.push_back(name);
-    columns_.push_back(column);
-    return true;
-  }
-  // The same of a nominal value that a candidate adjusts.
-  bool TakeIn(const Parameter& adjusted, int column) {
-    if (secant_ != 0.0 || std::find(names_.begin(), names_.end(),
-                                    adjusted.name) != names_.end()) {
-      return false;
-    }
-    names_.push_back(adjusted.name);
-    columns_.push_back(column);
+    columns_.push_back(candidate.first[set] + column);
     return true;
   }
 
@@ -140,19 +88,26 @@ class Batch {
   }
 
  private:
-  // Puts the effect into the model, off; false where another of the batch
-  // shares a parameter with it.
-  bool Admit(const Candidate& candidate) {
-    const std::vector<std::string> own = candidate.effect->ParameterNames();
-    for (const std::string& name : own) {
-      if (taken_.count(name) > 0) return false;
+  // Puts the effect into the model, off, its own parameters `at` these values;
+  // false where it is there with others, or another of the batch shares a
+  // parameter with it.
+  bool Admit(const Candidate& candidate, const std::vector<double>& at) {
+    const auto same = values_.find(candidate.effect->name());
+    if (same != values_.end()) return same->second == at;
+    const std::vector<std::string> names = candidate.effect->ParameterNames();
+    for (const std::string& name : names) {
+      if (taken_.contains(name)) return false;
     }
     try {
       model_.AddEffect(candidate.effect);
     } catch (const InputError&) {
       return false;
     }
-    taken_.insert(own.begin(), own.end());
+    taken_.insert(names.begin(), names.end());
+    values_[candidate.effect->name()] = at;
+    for (size_t p = 0; p < at.size(); ++p) {
+      model_.SetEffectParameter(candidate.parameters[p].name, at[p]);
+    }
     return true;
   }
 
@@ -172,21 +127,15 @@ class Batch {
 std::vector<std::unique_ptr<Batch>> MakeBatches(
     const Model& fitted, const std::vector<Candidate>& candidates) {
   std::vector<std::unique_ptr<Batch>> batches;
-  const auto take_in = [&](const auto&... what) {
-    for (const auto& batch : batches) {
-      if (batch->TakeIn(what...)) return;
-    }
-    batches.push_back(std::make_unique<Batch>(fitted));
-    CHECK(batches.back()->TakeIn(what...));
-  };
   for (const Candidate& candidate : candidates) {
-    for (size_t s = 0; s < candidate.sets.size(); ++s) {
-      int column = candidate.first[s];
-      for (const Probe& probe : candidate.sets[s]) {
-        take_in(candidate, probe, column++);
-      }
-      for (const Parameter& adjusted : candidate.adjusted) {
-        take_in(adjusted, column++);
+    for (int s = 0; s < static_cast<int>(candidate.sets.size()); ++s) {
+      for (int i = 0; i < candidate.columns(s); ++i) {
+        const auto takes_in = [&](const auto& batch) {
+          return batch->TakeIn(candidate, s, i);
+        };
+        if (std::any_of(batches.begin(), batches.end(), takes_in)) continue;
+        batches.push_back(std::make_unique<Batch>(fitted));
+        CHECK(takes_in(batches.back()));
       }
     }
   }
@@ -280,15 +229,10 @@ void UseSecant(const LinearizedFit& fit, const Candidate& candidate,
 void UseSecants(const LinearizedFit& fit, const Model& fitted,
                 const std::vector<Candidate>& candidates,
                 std::vector<Eigen::MatrixXd>* responses) {
-  if (std::none_of(
-          candidates.begin(), candidates.end(),
-          [&](const Candidate& c) { return NeedsSecant(fitted, c); })) {
-    return;
-  }
   std::vector<Eigen::VectorXd> off;
-  if (!RollOut(fit, fitted, &off)) return;
   for (const Candidate& candidate : candidates) {
     if (!NeedsSecant(fitted, candidate)) continue;
+    if (off.empty() && !RollOut(fit, fitted, &off)) return;
     for (size_t s = 0; s < candidate.sets.size(); ++s) {
       for (size_t i = 0; i < candidate.sets[s].size(); ++i) {
         UseSecant(fit, candidate, candidate.sets[s][i],
@@ -307,7 +251,31 @@ std::vector<Candidate> MakeCandidates(
   std::vector<Candidate> candidates;
   int total = 0;
   for (const auto& effect : effects) {
-    AddCandidate(effect, fitted, taken, &total, &candidates);
+    if (fitted.effects().Contains(effect->name())) continue;
+    Candidate candidate(fitted);
+    candidate.effect = effect;
+    try {
+      candidate.model.AddEffect(effect);
+    } catch (const InputError&) {
+      continue;  // part of an effect that is in the model
+    }
+    std::vector<std::string> names;
+    for (const EffectParameter& own : effect->parameters()) {
+      names.push_back(own.name);
+    }
+    for (const std::string& name : effect->adjusts_nominal()) {
+      if (taken.count(name) == 0) names.push_back(name);
+    }
+    candidate.parameters =
+        FindParameters(candidate.model, names, effect->name());
+    candidate.sets = effect->ProbeSets();
+    if (candidate.sets.empty()) candidate.sets.push_back({});
+    if (candidate.columns(0) == 0) continue;
+    for (size_t s = 0; s < candidate.sets.size(); ++s) {
+      candidate.first.push_back(total);
+      total += candidate.columns(static_cast<int>(s));
+    }
+    candidates.push_back(std::move(candidate));
   }
   return candidates;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <set>
 #include <string>
@@ -16,21 +17,35 @@ namespace sysid {
 // A candidate effect, off, in the fitted model.
 struct Candidate {
   std::shared_ptr<const Effect> effect;
-  std::vector<Parameter> adjusted;  // of the mechanism, that are not free
-  std::vector<ProbeSet> sets;       // of own parameters; one empty set if none
-  std::vector<int> first;           // column of each set's first probe
-  Model model;                      // fitted, with the effect in it
-  std::vector<double> off;          // own parameters in `model`
-  // Whether no probe is along own parameter p: it is found by other means.
+  // Its own, as they are in `model`, then those of the mechanism that it
+  // adjusts and that are not free.
+  std::vector<Parameter> parameters;
+  std::vector<ProbeSet> sets;  // of own parameters; one empty set if none
+  std::vector<int> first;      // column of each set's first probe
+  Model model;                 // fitted, with the effect in it
+
+  size_t own() const { return effect->parameters().size(); }
+  // Of a set: its probes, then the adjusted parameters.
+  int columns(int set) const {
+    return static_cast<int>(sets[set].size() + parameters.size() - own());
+  }
+  // The parameter by which a column of a set is a derivative.
+  size_t ParameterOf(int set, int column) const {
+    const size_t probes = sets[set].size(), i = column;
+    return i < probes ? sets[set][i].along : own() + i - probes;
+  }
+  // Whether p is an own parameter along which no probe is: it is found by other
+  // means.
   bool IsSearched(size_t p) const {
-    for (const Probe& probe : sets.front()) {
-      if (probe.along == static_cast<int>(p)) return false;
-    }
-    return true;
+    return p < own() &&
+           std::none_of(sets.front().begin(), sets.front().end(),
+                        [&](const Probe& probe) {
+                          return probe.along == static_cast<int>(p);
+                        });
   }
   // Whether some parameter comes out of several probes together.
   bool ComesOfAllProbes() const {
-    for (size_t p = 0; p < off.size(); ++p) {
+    for (size_t p = 0; p < own(); ++p) {
       if (IsSearched(p) && effect->parameters()[p].grid.empty()) return true;
     }
     return false;
@@ -39,15 +54,11 @@ struct Candidate {
   // the others as the model has them (null, or the values of an effect that
   // this one replaces).
   std::vector<double> At(const Probe& probe) const {
-    std::vector<double> values = off;
-    for (size_t p = 0; p < values.size(); ++p) {
-      if (IsSearched(p)) values[p] = probe.at[p];
+    std::vector<double> values;
+    for (size_t p = 0; p < own(); ++p) {
+      values.push_back(IsSearched(p) ? probe.at[p] : parameters[p].nominal);
     }
     return values;
-  }
-  // Of a set: its probes, then the adjusted parameters.
-  int columns(int set) const {
-    return static_cast<int>(sets[set].size() + adjusted.size());
   }
 
   explicit Candidate(const Model& m) : model(m) {}

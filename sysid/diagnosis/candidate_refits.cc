@@ -23,14 +23,21 @@ constexpr int kMostPairs = 5;
 // three standard deviations above 1.1.
 double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }
 
-// Whether all of an effect's parameters are also another's, which has more.
-bool IsPartOf(const Effect& effect, const Effect& other) {
-  const std::vector<std::string> part = effect.ParameterNames();
-  const std::vector<std::string> all = other.ParameterNames();
+// The names of all parameters of effects.
+std::set<std::string> NamesOf(const std::vector<const Effect*>& effects) {
+  std::set<std::string> names;
+  for (const Effect* effect : effects) {
+    for (const std::string& name : effect->ParameterNames()) names.insert(name);
+  }
+  return names;
+}
+
+// Whether all parameters of some effects are also others', which have more.
+bool ArePartOf(const std::vector<const Effect*>& effects,
+               const std::vector<const Effect*>& others) {
+  const std::set<std::string> part = NamesOf(effects), all = NamesOf(others);
   return part.size() < all.size() &&
-         std::all_of(part.begin(), part.end(), [&](const std::string& name) {
-           return std::find(all.begin(), all.end(), name) != all.end();
-         });
+         std::includes(all.begin(), all.end(), part.begin(), part.end());
 }
 
 // Whether a part of the effect is as good: that one first, and what the effect
@@ -38,7 +45,8 @@ bool IsPartOf(const Effect& effect, const Effect& other) {
 bool IsExtravagant(const Screening& screening, const ScreenedEffect& effect) {
   return std::any_of(screening.effects.begin(), screening.effects.end(),
                      [&](const ScreenedEffect& other) {
-                       return IsPartOf(*other.effect, *effect.effect) &&
+                       return ArePartOf({other.effect.get()},
+                                        {effect.effect.get()}) &&
                               other.criterion < effect.criterion + kClearly;
                      });
 }
@@ -51,21 +59,6 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
   return (criterion < -kClearly &&
           predicted < (1 - kMaterial) * screening.error) ||
          predicted < kMuch * screening.error;
-}
-
-// The values of an effect's own parameters in a judged model.
-std::vector<double> OwnValues(const EvaluatedModel& evaluated,
-                              const Effect& effect) {
-  const Model& model = evaluated.fit.model;
-  std::vector<double> values;
-  for (const EffectParameter& own : effect.parameters()) {
-    for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
-      if (model.effects().parameters()[i].name == own.name) {
-        values.push_back(model.nominal().effects[i]);
-      }
-    }
-  }
-  return values;
 }
 
 // Whether a refit tells of an effect: some parameter is clearly off its null,
@@ -94,7 +87,7 @@ bool IsIdentified(const EvaluatedModel& before, const EvaluatedModel& evaluated,
 const Effect* FindPart(const Model& model, const Effect& whole) {
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
-    if (IsPartOf(effect, whole)) return &effect;
+    if (ArePartOf({&effect}, {&whole})) return &effect;
   }
   return nullptr;
 }
@@ -138,26 +131,26 @@ std::string WhyRefused(const EvaluatedModel& before,
   return "";
 }
 
-// Whether a model's effects are part of another's, which has more.
-bool IsWithin(const EvaluatedModel& evaluated, const EvaluatedModel& other) {
-  const auto names = [](const EvaluatedModel& j) {
-    std::set<std::string> all;
-    for (const auto& effect : j.added) {
-      const std::vector<std::string> own = effect->ParameterNames();
-      all.insert(own.begin(), own.end());
-    }
-    return all;
-  };
-  const std::set<std::string> part = names(evaluated), whole = names(other);
-  return part.size() < whole.size() &&
-         std::includes(whole.begin(), whole.end(), part.begin(), part.end());
+std::vector<const Effect*> AddedTo(const EvaluatedModel& evaluated) {
+  std::vector<const Effect*> effects;
+  for (const auto& effect : evaluated.added) effects.push_back(effect.get());
+  return effects;
 }
 
 }  // namespace
 
 std::string WhyImplausible(const EvaluatedModel& evaluated) {
   for (const auto& effect : evaluated.added) {
-    const std::string why = effect->Implausible(OwnValues(evaluated, *effect));
+    std::vector<std::string> names;
+    for (const EffectParameter& own : effect->parameters()) {
+      names.push_back(own.name);
+    }
+    std::vector<double> values;
+    for (const Parameter& own :
+         FindParameters(evaluated.fit.model, names, effect->name())) {
+      values.push_back(own.nominal);
+    }
+    const std::string why = effect->Implausible(values);
     if (!why.empty()) return effect->name() + ": " + why;
   }
   return "";
@@ -192,11 +185,8 @@ std::vector<CandidateRefit> ProposeEffects(const Screening& screening) {
                screening.confusability(refit.effects[0], i) > 0.999;
     }
     if (alike > 1) continue;
-    CandidateRefit refit;
-    refit.effects = {static_cast<int>(i)};
-    refit.expected = {effect};
-    refit.predicted = effect.predicted_error;
-    refits.push_back(std::move(refit));
+    refits.push_back(
+        {{static_cast<int>(i)}, {effect}, effect.predicted_error, {}, ""});
   }
   return refits;
 }
@@ -212,11 +202,8 @@ std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
         !(pair.predicted_error < (1 - kMaterial) * screening.error)) {
       continue;
     }
-    CandidateRefit refit;
-    refit.effects = {pair.first, pair.second};
-    refit.expected = {a, b};
-    refit.predicted = pair.predicted_error;
-    refits.push_back(std::move(refit));
+    refits.push_back(
+        {{pair.first, pair.second}, {a, b}, pair.predicted_error, {}, ""});
   }
   return refits;
 }
@@ -229,7 +216,8 @@ void Refitter::Confirm(const EvaluatedModel& before,
     return std::any_of(
         refits->begin(), refits->end(), [&](const CandidateRefit& part) {
           return refit.effects.size() == 1 && part.effects.size() == 1 &&
-                 IsPartOf(*part.expected[0].effect, *refit.expected[0].effect);
+                 ArePartOf({part.expected[0].effect.get()},
+                           {refit.expected[0].effect.get()});
         });
   };
   std::vector<bool> late;
@@ -302,7 +290,7 @@ void Refitter::AddRivals(const Screening& screening,
   for (const ScreenedEffect& effect : seen.effects) {
     if (rivals.size() == kMostRivals) break;
     if (!(effect.predicted_error < kNear * after.train_error()) ||
-        IsPartOf(*found.expected[0].effect, *effect.effect)) {
+        ArePartOf({found.expected[0].effect.get()}, {effect.effect.get()})) {
       continue;
     }
     const int e = screening.IndexOf(effect.name());
@@ -313,11 +301,8 @@ void Refitter::AddRivals(const Screening& screening,
                  (refit.refused.empty() && AreAsGood(*refit.after, after));
         });
     if (tried) continue;
-    CandidateRefit refit;
-    refit.effects = {e};
-    refit.expected = {effect};
-    refit.predicted = screening.effects[e].predicted_error;
-    rivals.push_back(std::move(refit));
+    rivals.push_back(
+        {{e}, {effect}, screening.effects[e].predicted_error, {}, ""});
   }
   Refit(before, &rivals);
   for (CandidateRefit& rival : rivals) {
@@ -336,12 +321,8 @@ void Refitter::AddRivals(const Screening& screening,
 int Refitter::Choose(const std::vector<CandidateRefit>& refits) const {
   int best = -1;
   for (size_t i = 0; i < refits.size(); ++i) {
-    if (!refits[i].refused.empty()) continue;
-    if (best < 0) {
-      best = static_cast<int>(i);
-      continue;
-    }
-    if (IsBetter(*refits[i].after, *refits[best].after)) {
+    if (refits[i].refused.empty() &&
+        (best < 0 || IsBetter(*refits[i].after, *refits[best].after))) {
       best = static_cast<int>(i);
     }
   }
@@ -354,8 +335,8 @@ int Refitter::Choose(const std::vector<CandidateRefit>& refits) const {
 bool Refitter::IsBetter(const EvaluatedModel& a,
                         const EvaluatedModel& b) const {
   if (IsAtNoiseFloor(a) && IsAtNoiseFloor(b)) {
-    if (IsWithin(a, b)) return true;
-    if (IsWithin(b, a)) return false;
+    if (ArePartOf(AddedTo(a), AddedTo(b))) return true;
+    if (ArePartOf(AddedTo(b), AddedTo(a))) return false;
   }
   if (!AreAsGood(a, b)) return a.squares() < b.squares();
   const size_t parameters_a = a.fit.parameters.size();

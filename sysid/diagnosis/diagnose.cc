@@ -41,7 +41,7 @@ class Search {
   Diagnosis Run();
 
  private:
-  void Report(const std::string& doing, int step, int of, double error);
+  void Report(const std::string& doing, double error);
   void SearchOn(Diagnosis* diagnosis);
   void KeepEvaluated(Diagnosis* diagnosis) const;
   Screening Screen(const EvaluatedModel& evaluated);
@@ -68,28 +68,39 @@ class Search {
   std::string doing_;  // as Report() heard last
 };
 
-void Search::Report(const std::string& doing, int step, int of, double error) {
+void Search::Report(const std::string& doing, double error) {
   ThrowIfCancelled(problem_.options.stop);
   doing_ = doing;
   if (problem_.options.progress) {
-    problem_.options.progress({doing, step, of, error});
+    problem_.options.progress({doing, 0, 0, error});
   }
 }
 
 Screening Search::Screen(const EvaluatedModel& evaluated) {
-  Report("screening effects", 0, 0, evaluated.train_error());
-  if (!IsDoubtful(evaluated.fit)) {
-    const LinearizedFit linearized(*evaluated.problem, evaluated.fit.point);
-    if (!linearized.Valid()) return {};
-    return ScreenEffects(linearized, evaluated.fit.model, candidates_,
-                         problem_.known);
-  }
+  Report("screening effects", evaluated.train_error());
   // Parameters that ran away for want of an effect are no place to look from:
   // from where they started.
-  const Fit start = StatesAtStart(*evaluated.problem, evaluated.fit.point);
-  const LinearizedFit linearized(*evaluated.problem, start.point);
+  const Fit from = IsDoubtful(evaluated.fit)
+                       ? StatesAtStart(*evaluated.problem, evaluated.fit.point)
+                       : evaluated.fit;
+  const LinearizedFit linearized(*evaluated.problem, from.point);
   if (!linearized.Valid()) return {};
-  return ScreenEffects(linearized, start.model, candidates_, problem_.known);
+  return ScreenEffects(linearized, from.model, candidates_, problem_.known);
+}
+
+// A step from a model, and its end at another.
+DiagnosisStep StepFrom(const EvaluatedModel& before) {
+  DiagnosisStep step;
+  step.segment_s = before.fit.segment_s;
+  step.train_before = before.train_error();
+  step.holdout_before = before.holdout_error();
+  return step;
+}
+
+void EndAt(std::shared_ptr<const EvaluatedModel> after, DiagnosisStep* step) {
+  step->train_after = after->train_error();
+  step->holdout_after = after->holdout_error();
+  step->after = std::move(after);
 }
 
 // Of an effect that was added, what else could stand in its place.
@@ -125,17 +136,14 @@ bool Search::LookBack(const std::vector<std::string>& newest,
   }
   for (const std::string& name : older) {
     const EvaluatedModel* now = model->get();
-    Report("looking back at " + name, 0, 0, now->train_error());
+    Report("looking back at " + name, now->train_error());
     EstimationOptions options = Coarse(problem_.options, now->train_error());
     options.progress = nullptr;
     options.max_iterations = kRefitIterations;
     EvaluatedModel without = EvaluateWithout(problem_, *now, name, options);
     if (!std::isfinite(without.train_error())) continue;
-    DiagnosisStep step;
+    DiagnosisStep step = StepFrom(*now);
     step.removed = name;
-    step.segment_s = now->fit.segment_s;
-    step.train_before = now->train_error();
-    step.holdout_before = now->holdout_error();
     const bool needed =
         WasHere(without) || !WhyImplausible(without).empty() ||
         without.squares() > (1 + 2 * kMaterial) * now->squares();
@@ -178,9 +186,7 @@ bool Search::LookBack(const std::vector<std::string>& newest,
     if (!(*model)->fit.converged) {
       **model = EvaluateAgain(problem_, std::move(**model));
     }
-    step.train_after = (*model)->train_error();
-    step.holdout_after = (*model)->holdout_error();
-    step.after = *model;
+    EndAt(*model, &step);
     steps->push_back(step);
     any = true;
   }
@@ -258,7 +264,7 @@ void Search::Shorten(Diagnosis* diagnosis) const {
 std::optional<EvaluatedModel> Search::FromWholeRuns(const EvaluatedModel& now) {
   constexpr double kMuch = 0.8;  // of the error
   if (IsAtNoiseFloor(now) || !HasBlindStates(now)) return std::nullopt;
-  Report("joined segments", 0, 0, now.train_error());
+  Report("joined segments", now.train_error());
   EvaluatedModel joined = EvaluateJoined(problem_, now);
   if (!joined.fit.converged ||
       !(joined.train_error() < kMuch * now.train_error()) ||
@@ -280,7 +286,7 @@ std::optional<EvaluatedModel> Search::Lengthen(const EvaluatedModel& now) {
       length < kRegular * kLongestLength || length > 0.9 * longest) {
     return std::nullopt;
   }
-  Report("longer segments", 0, 0, now.train_error());
+  Report("longer segments", now.train_error());
   EvaluatedModel longer =
       EvaluateLonger(problem_, now, std::min(kGrowth * length, longest));
   // A wrong minimum, or chaos: the errors of longer predictions grow, but not
@@ -381,11 +387,7 @@ void Search::SearchOn(Diagnosis* result) {
         joined = true;  // once for each model
         if (std::optional<EvaluatedModel> next = FromWholeRuns(*now)) {
           *now = std::move(*next);
-          if (!diagnosis.steps.empty()) {
-            diagnosis.steps.back().train_after = now->train_error();
-            diagnosis.steps.back().holdout_after = now->holdout_error();
-            diagnosis.steps.back().after = model;
-          }
+          if (!diagnosis.steps.empty()) EndAt(model, &diagnosis.steps.back());
           diagnosis.final_verdict = Decide(*now, nullptr);
           continue;
         }
@@ -400,26 +402,21 @@ void Search::SearchOn(Diagnosis* result) {
     if (!options_.add) break;
     joined = false;
     CandidateRefit& chosen = refits[best];
-    DiagnosisStep added;
+    DiagnosisStep added = StepFrom(*now);
     std::vector<const Effect*> effects;
     for (size_t k = 0; k < chosen.effects.size(); ++k) {
-      added.effects.push_back(chosen.expected[k].name());
       effects.push_back(chosen.expected[k].effect.get());
+      added.effects.push_back(chosen.expected[k].name());
       // The chosen are the first of the list.
       added.indistinguishable_from.push_back(
           candidates[k].indistinguishable_from);
     }
-    added.segment_s = now->fit.segment_s;
     added.predicted = chosen.predicted;
-    added.train_before = now->train_error();
-    added.holdout_before = now->holdout_error();
     model = std::make_shared<EvaluatedModel>(std::move(*chosen.after));
     if (!model->fit.converged)
       *model = EvaluateAgain(problem_, std::move(*model));
-    added.train_after = model->train_error();
-    added.holdout_after = model->holdout_error();
     added.parameters = EstimatesOf(*model, effects);
-    added.after = model;
+    EndAt(model, &added);
     diagnosis.steps.push_back(added);
     // What was exchanged changes what the newest is good for.
     if (LookBack(added.effects, &model, &diagnosis.steps)) {
@@ -434,7 +431,7 @@ void Search::SearchOn(Diagnosis* result) {
       diagnosis.final_verdict == Verdict::kAdequate) {
     diagnosis.verdict = Verdict::kMissingEffect;
   }
-  Report("where it fails", 0, 0, diagnosis.base.train_error());
+  Report("where it fails", diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);
   AddForcesToCompare(diagnosis.base, kMostCompared, &diagnosis.where.force,
                      &diagnosis.candidates);

@@ -13,75 +13,39 @@
 namespace sysid {
 namespace {
 
-// A model with effects and what is free in it.
-struct Extended {
-  Model model;
-  std::vector<FreeParameter> free;
-
-  explicit Extended(const Model& m) : model(m) {}
-};
-
-// The problem's model with effects; parameters start at `values`, by name, or
-// where they were. Those that are `without_influence` or whole numbers are not
-// free.
-Extended Extend(const DiagnosisProblem& problem,
-                const std::vector<std::shared_ptr<const Effect>>& effects,
-                const std::set<std::string>& without_influence,
-                const std::map<std::string, double>& values) {
-  Extended out(problem.model);
-  std::vector<std::string> names;
-  for (const FreeParameter& free : problem.free) {
-    names.push_back(free.parameter.name);
-  }
-  for (const auto& effect : effects) {
-    out.model.AddEffect(effect);
-    std::set<std::string> held = without_influence;
-    for (const EffectParameter& parameter : effect->parameters()) {
-      if (parameter.whole) held.insert(parameter.name);
-      const auto at = values.find(parameter.name);
-      if (held.count(parameter.name) > 0 && at != values.end()) {
-        out.model.SetEffectParameter(parameter.name, at->second);
-      }
-    }
-    for (const std::string& name : effect->ParameterNames()) {
-      if (held.count(name) == 0 &&
-          std::find(names.begin(), names.end(), name) == names.end()) {
-        names.push_back(name);
-      }
-    }
-  }
-  const std::vector<Parameter> parameters =
-      FindParameters(out.model, names, "effects");
-  for (size_t i = 0; i < names.size(); ++i) {
-    FreeParameter free;
-    if (i < problem.free.size()) {
-      free = problem.free[i];
-    } else {
-      free.lower = parameters[i].lower;
-      free.upper = parameters[i].upper;
-      free.initial = parameters[i].nominal;
-    }
-    free.parameter = parameters[i];
-    const auto at = values.find(names[i]);
-    if (at != values.end()) {
-      free.initial = std::clamp(at->second, free.lower, free.upper);
-    }
-    out.free.push_back(free);
-  }
-  return out;
-}
-
-// The values of a fit by name, those that it held among the effects' too.
-std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated) {
+// The values of parameters of effects that the fit did not move, by name.
+std::map<std::string, double> HeldValues(const EvaluatedModel& evaluated) {
   std::map<std::string, double> values;
   const Model& model = evaluated.fit.model;
   for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
     values[model.effects().parameters()[i].name] = model.nominal().effects[i];
   }
   for (const ParameterEstimate& p : evaluated.fit.parameters) {
+    values.erase(p.name);
+  }
+  return values;
+}
+
+// Those and the values of the fit.
+std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated) {
+  std::map<std::string, double> values = HeldValues(evaluated);
+  for (const ParameterEstimate& p : evaluated.fit.parameters) {
     values[p.name] = p.value;
   }
   return values;
+}
+
+// Takes effects out, by name: what they adjusted goes back to what it was.
+void TakeOut(const std::set<std::string>& names,
+             std::vector<std::shared_ptr<const Effect>>* effects,
+             std::map<std::string, double>* values) {
+  std::erase_if(*effects, [&](const auto& effect) {
+    if (!names.contains(effect->name())) return false;
+    for (const std::string& name : effect->adjusts_nominal()) {
+      values->erase(name);
+    }
+    return true;
+  });
 }
 
 // The theta of the problem with `values` instead of its starting ones; false
@@ -101,18 +65,16 @@ bool ThetaAt(const ShootingProblem& problem,
          problem.map().FirstImpossibleLink(theta->data()).empty();
 }
 
-std::shared_ptr<const ShootingProblem> MakeProblem(
-    const DiagnosisProblem& problem, const Extended& extended,
-    const EstimationOptions& options) {
-  return std::make_shared<const ShootingProblem>(extended.model, extended.free,
-                                                 problem.train, options);
-}
-
 Holdout OpenHoldoutOf(const DiagnosisProblem& problem,
                       const EvaluatedModel& evaluated) {
   return OpenHoldout(evaluated.fit.model, problem.holdout,
                      evaluated.problem->options(), evaluated.fit.point.rollout,
                      evaluated.fit.segment_s);
+}
+
+void Keep(Holdout holdout, EvaluatedModel* evaluated) {
+  evaluated->holdout = std::move(holdout.errors);
+  evaluated->holdout_point = std::move(holdout.point);
 }
 
 void SetIndependent(EvaluatedModel* evaluated) {
@@ -128,10 +90,7 @@ void Evaluate(const DiagnosisProblem& problem, const EvaluatedModel* before,
   // the noise, where little decides, a little is much.
   constexpr double kFar = 2.0, kFarDoubt = 1.5, kNearDoubt = 1.1;
   const auto judge = [&](const Solution* start) {
-    Holdout holdout =
-        EvaluateHoldout(OpenHoldoutOf(problem, *evaluated), start);
-    evaluated->holdout = std::move(holdout.errors);
-    evaluated->holdout_point = std::move(holdout.point);
+    Keep(EvaluateHoldout(OpenHoldoutOf(problem, *evaluated), start), evaluated);
   };
   if (problem.holdout != nullptr) {
     const double train = evaluated->train_error();
@@ -145,15 +104,6 @@ void Evaluate(const DiagnosisProblem& problem, const EvaluatedModel* before,
     }
   }
   SetIndependent(evaluated);
-}
-
-// The values of parameters of effects that the fit did not move.
-std::map<std::string, double> HeldValues(const EvaluatedModel& evaluated) {
-  std::map<std::string, double> values = ValuesOf(evaluated);
-  for (const ParameterEstimate& p : evaluated.fit.parameters) {
-    values.erase(p.name);
-  }
-  return values;
 }
 
 bool HasBound(const Fit& fit) {
@@ -177,17 +127,37 @@ double StartOf(const Effect& effect, const ExpectedParameter& expected,
   return expected.null_value + part * change;
 }
 
-// The same model, from where it ended, yet to be fitted.
-EvaluatedModel SameModel(const DiagnosisProblem& problem,
+std::shared_ptr<const ShootingProblem> Pose(const DiagnosisProblem& problem,
+                                            const EstimationOptions& options) {
+  return std::make_shared<const ShootingProblem>(problem.model, problem.free,
+                                                 problem.train, options);
+}
+
+// The problem's model with effects, yet to be fitted.
+EvaluatedModel Open(const DiagnosisProblem& problem,
+                    std::vector<std::shared_ptr<const Effect>> effects,
+                    std::set<std::string> without_influence,
+                    const std::map<std::string, double>& values,
+                    const EstimationOptions& options) {
+  const DiagnosisProblem with =
+      WithEffects(problem, effects, without_influence, values);
+  EvaluatedModel opened(with.model);
+  opened.added = std::move(effects);
+  opened.without_influence = std::move(without_influence);
+  opened.problem = Pose(with, options);
+  return opened;
+}
+
+// The same model from where it ended.
+EvaluatedModel OpenAgain(const DiagnosisProblem& problem,
                          const EvaluatedModel& before) {
-  const Extended extended =
-      Extend(problem, before.added, before.without_influence, ValuesOf(before));
-  EvaluatedModel after(extended.model);
-  after.added = before.added;
-  after.without_influence = before.without_influence;
-  after.problem = MakeProblem(problem, extended,
-                              Coarse(problem.options, before.train_error()));
-  return after;
+  return Open(problem, before.added, before.without_influence, ValuesOf(before),
+              Coarse(problem.options, before.train_error()));
+}
+
+void FitFrom(Solution start, EvaluatedModel* evaluated) {
+  start.rollout = evaluated->problem->options().rollout;
+  evaluated->fit = RefitIndependentSegments(*evaluated->problem, start);
 }
 
 // Refits from the best of several starts, in the segments of `before`.
@@ -197,12 +167,9 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
                      std::set<std::string> without_influence,
                      const std::vector<std::map<std::string, double>>& starts,
                      const EstimationOptions& options) {
-  const Extended extended =
-      Extend(problem, effects, without_influence, starts.front());
-  EvaluatedModel after(extended.model);
-  after.added = std::move(effects);
-  after.without_influence = std::move(without_influence);
-  after.problem = MakeProblem(problem, extended, options);
+  EvaluatedModel after =
+      Open(problem, std::move(effects), std::move(without_influence),
+           starts.front(), options);
   Solution best;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& values : starts) {
@@ -226,16 +193,16 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
     best = before.fit.point;
     best.theta = after.problem->InitialTheta();
   }
-  best.rollout = options.rollout;
-  after.fit = RefitIndependentSegments(*after.problem, best);
+  FitFrom(std::move(best), &after);
   if (IsDoubtful(before.fit) &&
       (HasBound(after.fit) || after.train_error() > before.train_error())) {
     // By segments that grow, then.
-    const Extended afresh = Extend(problem, after.added,
-                                   after.without_influence, HeldValues(after));
     EstimationOptions alike = options;
     alike.segment = before.fit.segment_s;
-    const auto staged = MakeProblem(problem, afresh, alike);
+    const auto staged =
+        Pose(WithEffects(problem, after.added, after.without_influence,
+                         HeldValues(after)),
+             alike);
     Fit fit = FitIndependentSegments(*staged);
     if (fit.train.squares < after.fit.train.squares) {
       after.problem = staged;
@@ -267,18 +234,14 @@ void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
 }
 
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
-  EvaluatedModel base(problem.model);
-  base.problem = std::make_shared<const ShootingProblem>(
-      problem.model, problem.free, problem.train, problem.options);
+  EvaluatedModel base = Open(problem, {}, {}, {}, problem.options);
   base.fit = FitIndependentSegments(*base.problem);
   if (base.fit.converged) {
     // Once more, as every other model will be: a refit holds the spins that no
     // sensor sees to where the last fit left them.
-    const std::vector<HistoryEntry> history = base.fit.history;
-    Solution start = base.fit.point;
-    start.rollout = problem.options.rollout;
-    base.fit = RefitIndependentSegments(*base.problem, start);
-    base.fit.history = history;
+    std::vector<HistoryEntry> history = std::move(base.fit.history);
+    FitFrom(base.fit.point, &base);
+    base.fit.history = std::move(history);
   }
   Evaluate(problem, nullptr, &base);
   return base;
@@ -323,24 +286,17 @@ EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
                                const std::string& effect,
                                const EstimationOptions& options) {
   std::vector<std::shared_ptr<const Effect>> left = before.added;
-  std::erase_if(left, [&](const auto& e) { return e->name() == effect; });
   std::map<std::string, double> values = ValuesOf(before);
-  // What the effect adjusted goes back to what it was.
-  for (const auto& e : before.added) {
-    if (e->name() != effect) continue;
-    for (const std::string& name : e->adjusts_nominal()) values.erase(name);
-  }
+  TakeOut({effect}, &left, &values);
   return Refit(problem, before, std::move(left), before.without_influence,
                {values}, options);
 }
 
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
                               const EvaluatedModel& before, double segment_s) {
-  EvaluatedModel after = SameModel(problem, before);
+  EvaluatedModel after = OpenAgain(problem, before);
   // Rolled out to the new cuts with the step that served before.
-  Solution start = Recut(*after.problem, before.fit.point, segment_s);
-  start.rollout = after.problem->options().rollout;
-  after.fit = RefitIndependentSegments(*after.problem, start);
+  FitFrom(Recut(*after.problem, before.fit.point, segment_s), &after);
   Evaluate(problem, nullptr, &after);
   return after;
 }
@@ -352,16 +308,14 @@ bool HasBlindStates(const EvaluatedModel& evaluated) {
 
 EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,
                               const EvaluatedModel& before) {
-  EvaluatedModel after = SameModel(problem, before);
+  EvaluatedModel after = OpenAgain(problem, before);
   EstimationOptions quiet = after.problem->options();
   quiet.progress = nullptr;
   const Fit joined = FitLevenbergMarquardt(after.problem->With(quiet));
   Solution start = Recut(*after.problem, joined.point, before.fit.segment_s);
   after.fit = RefitIndependentSegments(*after.problem, start);
   if (problem.holdout != nullptr) {
-    Holdout holdout = EvaluateJoinedHoldout(OpenHoldoutOf(problem, after));
-    after.holdout = std::move(holdout.errors);
-    after.holdout_point = std::move(holdout.point);
+    Keep(EvaluateJoinedHoldout(OpenHoldoutOf(problem, after)), &after);
   }
   SetIndependent(&after);
   return after;
@@ -372,9 +326,7 @@ EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
   evaluated.problem =
       std::make_shared<const ShootingProblem>(evaluated.problem->With(
           Coarse(problem.options, evaluated.train_error())));
-  Solution start = evaluated.fit.point;
-  start.rollout = evaluated.problem->options().rollout;
-  evaluated.fit = RefitIndependentSegments(*evaluated.problem, start);
+  FitFrom(evaluated.fit.point, &evaluated);
   Evaluate(problem, &evaluated, &evaluated);
   return evaluated;
 }
@@ -385,16 +337,11 @@ void ExtendProblem(const DiagnosisProblem& problem,
                    std::vector<FreeParameter>* free) {
   std::vector<std::shared_ptr<const Effect>> effects = evaluated.added;
   std::map<std::string, double> values = ValuesOf(evaluated);
-  std::erase_if(effects, [&](const auto& effect) {
-    if (without.count(effect->name()) == 0) return false;
-    for (const std::string& name : effect->adjusts_nominal())
-      values.erase(name);
-    return true;
-  });
-  Extended extended =
-      Extend(problem, effects, evaluated.without_influence, values);
-  *model = extended.model;
-  *free = std::move(extended.free);
+  TakeOut(without, &effects, &values);
+  DiagnosisProblem with =
+      WithEffects(problem, effects, evaluated.without_influence, values);
+  *model = with.model;
+  *free = std::move(with.free);
 }
 
 DiagnosisProblem WithEffects(
@@ -402,11 +349,48 @@ DiagnosisProblem WithEffects(
     const std::vector<std::shared_ptr<const Effect>>& effects,
     const std::set<std::string>& without_influence,
     const std::map<std::string, double>& values) {
-  Extended extended = Extend(problem, effects, without_influence, values);
-  DiagnosisProblem with = problem;
-  with.model = extended.model;
-  with.free = std::move(extended.free);
-  return with;
+  DiagnosisProblem out = problem;
+  out.free.clear();
+  std::vector<std::string> names;
+  for (const FreeParameter& free : problem.free) {
+    names.push_back(free.parameter.name);
+  }
+  for (const auto& effect : effects) {
+    out.model.AddEffect(effect);
+    std::set<std::string> held = without_influence;
+    for (const EffectParameter& parameter : effect->parameters()) {
+      if (parameter.whole) held.insert(parameter.name);
+      const auto at = values.find(parameter.name);
+      if (held.count(parameter.name) > 0 && at != values.end()) {
+        out.model.SetEffectParameter(parameter.name, at->second);
+      }
+    }
+    for (const std::string& name : effect->ParameterNames()) {
+      if (held.count(name) == 0 &&
+          std::find(names.begin(), names.end(), name) == names.end()) {
+        names.push_back(name);
+      }
+    }
+  }
+  const std::vector<Parameter> parameters =
+      FindParameters(out.model, names, "effects");
+  for (size_t i = 0; i < names.size(); ++i) {
+    FreeParameter free;
+    if (i < problem.free.size()) {
+      free = problem.free[i];
+    } else {
+      free.lower = parameters[i].lower;
+      free.upper = parameters[i].upper;
+      free.initial = parameters[i].nominal;
+    }
+    free.parameter = parameters[i];
+    const auto at = values.find(names[i]);
+    if (at != values.end()) {
+      free.initial = std::clamp(at->second, free.lower, free.upper);
+    }
+    out.free.push_back(free);
+  }
+  return out;
 }
 
 }  // namespace sysid

@@ -3,8 +3,12 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "models/math/rotation.h"
+#include "models/state.h"
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -13,6 +17,74 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+
+// The motion of a segment with forces beside the model's, to first order: what
+// the machine did, where the model alone goes elsewhere.
+struct ForcedMotion {
+  RowMatrixXd middle;        // intervals x state_size, as SegmentTangent's
+  RowMatrixXd acceleration;  // intervals x nv
+};
+
+// The force over each interval of a segment, and what the parameters change.
+ParameterForces ForcesOf(const ForceResponse& response, int s,
+                         const RowMatrixXd& values, const VectorXd& dtheta) {
+  const LinearizedFit& fit = response.fit();
+  const SegmentRollout& rollout = *fit.segments()[s]->rollout;
+  const ParameterForces by_theta =
+      ForcesOfParameters(fit.problem().model(), fit.problem().map(),
+                         fit.point().theta, rollout, response.tangent(s));
+  ParameterForces forces = ParameterForces::Zero(rollout, 1);
+  forces.direct = by_theta.direct * dtheta;
+  for (size_t i = 0; i < forces.f.size(); ++i) {
+    forces.f[i] = by_theta.f[i] * dtheta;
+    response.KnotsOf(s).Around(
+        response.Middle(s, static_cast<int>(i)), [&](int k, double weight) {
+          forces.f[i].col(0) += weight * values.row(k).transpose();
+        });
+  }
+  return forces;
+}
+
+ForcedMotion MoveSegment(const ForceResponse& response, int s,
+                         const ParameterForces& forces) {
+  const LinearizedFit& fit = response.fit();
+  const LinearizedFit::Segment& segment = *fit.segments()[s];
+  const Model& model = fit.problem().model();
+  const SegmentTangent& tangent = response.tangent(s);
+  const Run& run = response.RunOf(s);
+  const int nv = model.nv();
+  VectorXd dx = fit.StateAgainst(
+      segment, segment.whitened + response.Respond(s, forces).col(0));
+  ForcedMotion motion{tangent.middle, tangent.acceleration};
+  for (int i = 0; i < tangent.middle.rows(); ++i) {
+    const int k = segment.rollout->first() + i;
+    const VectorXd next = tangent.A[i] * dx + tangent.B[i] * forces.f[i];
+    const VectorXd middle = 0.5 * (dx + next);
+    BoxPlus<double>(model, tangent.middle.row(i).data(), middle.data(),
+                    motion.middle.row(i).data());
+    motion.acceleration.row(i) +=
+        (next - dx).tail(nv).transpose() / (run.t[k + 1] - run.t[k]);
+    dx = next;
+  }
+  return motion;
+}
+
+// Of every segment: (7.1) with the forces, the parameters that go with them,
+// and the states that suit both.
+std::vector<ForcedMotion> MoveWith(const ForceResponse& response,
+                                   const SmoothForce& force) {
+  const LinearizedFit& fit = response.fit();
+  std::vector<ForcedMotion> motions(fit.segments().size());
+  ParallelFor(static_cast<int>(motions.size()), fit.problem().options().threads,
+              [&](int s) {
+                motions[s] = MoveSegment(
+                    response, s,
+                    ForcesOf(response, s, force.Values(fit.segments()[s]->run),
+                             force.ParameterChange()));
+                return true;
+              });
+  return motions;
+}
 
 // The joint at one instant. Components that its force does not have do not
 // move.
@@ -26,145 +98,117 @@ struct Instant {
 struct Regressor {
   std::string name;
   int columns;
-  void (*evaluate)(const Body& body, const Vector3d& axis, const Instant& at,
-                   MatrixXd* out);
+  std::function<MatrixXd(const Instant& at)> evaluate;
 };
 
-// Below this speed the sign of a velocity is smooth, as in CoulombFriction.
-double SlowSpeed(const Body& body) {
-  return body.type == JointType::kPrismatic ? 1e-3 : 1e-2;
-}
-
-void Constant(const Body&, const Vector3d&, const Instant&, MatrixXd* out) {
-  out->setIdentity();
-}
-
-// With a constant: a spring may rest anywhere.
-void Position(const Body& body, const Vector3d&, const Instant& at,
-              MatrixXd* out) {
-  if (body.type == JointType::kSpherical) {
-    out->col(0) = Log(Eigen::Quaterniond(at.q[3], at.q[0], at.q[1], at.q[2]));
-  } else {
-    (*out)(0, 0) = at.q[0];
-  }
-  out->rightCols(out->rows()).setIdentity();
-}
-
-// A hinge's sine and cosine; of a spherical joint the moments of forces along
-// the parent's axes, which act on the link's.
-void Sines(const Body& body, const Vector3d& axis, const Instant& at,
-           MatrixXd* out) {
-  if (body.type == JointType::kSpherical) {
-    const Matrix3d R =
-        ToMatrix(Eigen::Quaterniond(at.q[3], at.q[0], at.q[1], at.q[2]));
-    for (int i = 0; i < 3; ++i) out->col(i) = axis.cross(R.row(i).transpose());
-  } else {
-    *out << std::sin(at.q[0]), std::cos(at.q[0]);
-  }
-}
-
-void Velocity(const Body&, const Vector3d&, const Instant& at, MatrixXd* out) {
-  out->col(0) = at.qd;
-}
-
-void Sign(const Body& body, const Vector3d&, const Instant& at, MatrixXd* out) {
-  out->col(0) = at.qd / std::hypot(at.qd.norm(), SlowSpeed(body));
-}
-
-void Square(const Body&, const Vector3d&, const Instant& at, MatrixXd* out) {
-  out->col(0) = at.qd.norm() * at.qd;
-}
-
-void Acceleration(const Body&, const Vector3d&, const Instant& at,
-                  MatrixXd* out) {
-  out->col(0) = at.qdd;
-}
-
-void Effort(const Body&, const Vector3d&, const Instant& at, MatrixXd* out) {
-  out->col(0) = at.effort;
-}
-
-void Time(const Body&, const Vector3d&, const Instant& at, MatrixXd* out) {
-  const int nv = static_cast<int>(out->rows());
-  out->leftCols(nv) = at.time * MatrixXd::Identity(nv, nv);
-  out->rightCols(nv).setIdentity();
-}
-
-std::vector<Regressor> Regressors(const Body& body, bool driven) {
+// Of a body's joint; `axis`: its link's.
+std::vector<Regressor> Regressors(const Body& body, const Vector3d& axis,
+                                  bool driven) {
   const int nv = VelocitySize(body.type);
   const bool ball = body.type == JointType::kSpherical;
+  const bool slides = body.type == JointType::kPrismatic;
+  // Below this speed the sign of a velocity is smooth, as in CoulombFriction.
+  const double slow = slides ? 1e-3 : 1e-2;
+  const MatrixXd one = MatrixXd::Identity(nv, nv);
+  const auto rotation = [](const Instant& at) {
+    return Eigen::Quaterniond(at.q[3], at.q[0], at.q[1], at.q[2]);
+  };
+  const auto beside_constant = [=](const MatrixXd& value) {
+    MatrixXd out(nv, value.cols() + nv);
+    out << value, one;
+    return out;
+  };
   std::vector<Regressor> all = {
-      {"constant", nv, Constant},     {"velocity", 1, Velocity},
-      {"sign(velocity)", 1, Sign},    {"|velocity| velocity", 1, Square},
-      {"position", 1 + nv, Position}, {"acceleration", 1, Acceleration},
-      {"time", 2 * nv, Time}};
-  if (body.type != JointType::kPrismatic) {
-    all.push_back({"sin, cos(position)", ball ? 3 : 2, Sines});
+      {"constant", nv, [=](const Instant&) { return one; }},
+      {"velocity", 1, [](const Instant& at) { return at.qd; }},
+      {"sign(velocity)", 1,
+       [=](const Instant& at) {
+         return at.qd / std::hypot(at.qd.norm(), slow);
+       }},
+      {"|velocity| velocity", 1,
+       [](const Instant& at) { return at.qd.norm() * at.qd; }},
+      // With a constant: a spring may rest anywhere.
+      {"position", 1 + nv,
+       [=](const Instant& at) {
+         return beside_constant(ball ? MatrixXd(Log(rotation(at)))
+                                     : MatrixXd::Constant(1, 1, at.q[0]));
+       }},
+      {"acceleration", 1, [](const Instant& at) { return at.qdd; }},
+      {"time", 2 * nv,
+       [=](const Instant& at) { return beside_constant(at.time * one); }}};
+  // Of a spherical joint the moments of forces along the parent's axes, which
+  // act on the link's.
+  if (ball) {
+    all.push_back({"sin, cos(position)", 3, [=](const Instant& at) {
+                     const Matrix3d R = ToMatrix(rotation(at));
+                     Matrix3d out;
+                     for (int i = 0; i < 3; ++i) {
+                       out.col(i) = axis.cross(R.row(i).transpose());
+                     }
+                     return out;
+                   }});
+  } else if (!slides) {
+    all.push_back({"sin, cos(position)", 2, [](const Instant& at) {
+                     return Eigen::RowVector2d(std::sin(at.q[0]),
+                                               std::cos(at.q[0]));
+                   }});
   }
-  if (driven) all.push_back({"effort", 1, Effort});
+  if (driven) {
+    all.push_back({"effort", 1, [](const Instant& at) { return at.effort; }});
+  }
   return all;
 }
 
-// The components of a body's force that are more than a hundredth of the
-// largest. The spin of a thin rod is not: a friction there is saturated at
+// Which components of a body's force are more than a hundredth of the largest:
+// 1 or 0 each. The spin of a thin rod is not: a friction there is saturated at
 // once, and nothing linear tells of it.
-std::vector<int> ComponentsOf(const SmoothForce& force, const Body& body) {
+VectorXd ComponentsOf(const SmoothForce& force, const Body& body) {
   constexpr double kNothing = 0.01;
-  double most = 0.0;
-  for (int c = 0; c < VelocitySize(body.type); ++c) {
-    most = std::max(most, force.width(body.v_index + c));
+  VectorXd widths(VelocitySize(body.type));
+  for (int c = 0; c < widths.size(); ++c) {
+    widths[c] = force.width(body.v_index + c);
   }
-  std::vector<int> components;
-  for (int c = 0; c < VelocitySize(body.type); ++c) {
-    if (force.width(body.v_index + c) > kNothing * most) {
-      components.push_back(c);
-    }
-  }
-  return components;
+  return (widths.array() > kNothing * widths.maxCoeff()).cast<double>();
 }
 
 // The regressor at the knots of a run: its mean over the intervals beside each,
-// knots * nv rows of the body's.
-MatrixXd AtKnots(const LinearizedFit& fit, const ForceKnots& knots,
+// knots * nv rows, of which those of other components are zero.
+MatrixXd AtKnots(const ForceResponse& response,
                  const std::vector<ForcedMotion>& motions, int run,
-                 const Body& body, const std::vector<int>& components,
+                 const Body& body, const VectorXd& components,
                  const Regressor& regressor) {
+  const LinearizedFit& fit = response.fit();
+  const ForceKnots& knots = response.knots()[run];
   const Model& model = fit.problem().model();
-  const Run& recording = fit.problem().runs()[run]->run;
-  const int nv = VelocitySize(body.type);
-  const Vector3d axis = LinkAxis(
-      model.mechanism(), model.mechanism().joints[body.joint].child_link);
-  VectorXd moves = VectorXd::Zero(nv);
-  for (const int c : components) moves[c] = 1.0;
+  const int own = VelocitySize(body.type), nv = model.nv();
   MatrixXd sum = MatrixXd::Zero(knots.count * nv, regressor.columns);
-  VectorXd weight = VectorXd::Zero(knots.count);
-  MatrixXd value(nv, regressor.columns);
-  for (size_t s = 0; s < motions.size(); ++s) {
+  VectorXd weights = VectorXd::Zero(knots.count);
+  for (int s = 0; s < static_cast<int>(motions.size()); ++s) {
     const LinearizedFit::Segment& segment = *fit.segments()[s];
     if (segment.run != run) continue;
+    const Run& recording = response.RunOf(s);
     for (int i = 0; i < motions[s].middle.rows(); ++i) {
       const int k = segment.rollout->first() + i;
-      const double t = Middle(recording, k);
+      const double t = response.Middle(s, i);
       const auto x = motions[s].middle.row(i);
       const auto qdd = motions[s].acceleration.row(i);
       const Instant at = {
           x.data() + body.q_index,
-          x.segment(model.nq() + body.v_index, nv)
+          x.segment(model.nq() + body.v_index, own)
               .transpose()
-              .cwiseProduct(moves),
-          qdd.segment(body.v_index, nv).transpose().cwiseProduct(moves),
-          recording.effort.row(k).segment(body.v_index, nv).transpose(),
+              .cwiseProduct(components),
+          qdd.segment(body.v_index, own).transpose().cwiseProduct(components),
+          recording.effort.row(k).segment(body.v_index, own).transpose(),
           t - recording.t.front()};
-      regressor.evaluate(body, axis, at, &value);
-      const int below = static_cast<int>(knots.Place(t));
-      for (int n = below; n <= std::min(below + 1, knots.count - 1); ++n) {
-        sum.middleRows(n * nv, nv) += knots.Weight(n, t) * value;
-        weight[n] += knots.Weight(n, t);
-      }
+      const MatrixXd value = components.asDiagonal() * regressor.evaluate(at);
+      knots.Around(t, [&](int n, double weight) {
+        sum.middleRows(n * nv + body.v_index, own) += weight * value;
+        weights[n] += weight;
+      });
     }
   }
   for (int n = 0; n < knots.count; ++n) {
-    if (weight[n] > 0) sum.middleRows(n * nv, nv) /= weight[n];
+    if (weights[n] > 0) sum.middleRows(n * nv, nv) /= weights[n];
   }
   return sum;
 }
@@ -180,107 +224,118 @@ bool IsDriven(const LinearizedFit& fit, const Body& body) {
   return false;
 }
 
-std::string Label(const ForceRegression& law, int columns) {
+std::string Label(const ForceRegression& law) {
   if (law.regressor == "constant") return "a constant";
   if (law.regressor == "sin, cos(position)") return law.regressor;
   // Of what has a constant beside it the first weight tells; a spherical
   // joint's drift has a direction.
-  if (law.regressor == "time" && columns > 2) return law.regressor;
+  if (law.regressor == "time" && law.coefficients.size() > 2) {
+    return law.regressor;
+  }
   return (law.coefficients[0] < 0 ? "-" : "") + law.regressor;
 }
 
-struct Ranked {
-  ForceRegression law;
-  double criterion;
-};
+// The law and its criterion: twice a log-likelihood, less is better.
+using Ranked = std::pair<double, ForceRegression>;
 
 // The earliest of those that are as good as the best comes first: what is
 // simple and common before what is not.
 void Sort(std::vector<Ranked>* ranked) {
-  constexpr double kAsGood = 2.0;  // twice a log-likelihood
+  constexpr double kAsGood = 2.0;
   const auto better = [](const Ranked& a, const Ranked& b) {
-    return a.criterion < b.criterion;
+    return a.first < b.first;
   };
   const double best =
-      std::min_element(ranked->begin(), ranked->end(), better)->criterion;
-  const auto first = std::find_if(
-      ranked->begin(), ranked->end(),
-      [&](const Ranked& r) { return r.criterion < best + kAsGood; });
+      std::min_element(ranked->begin(), ranked->end(), better)->first;
+  const auto first =
+      std::find_if(ranked->begin(), ranked->end(),
+                   [&](const Ranked& r) { return r.first < best + kAsGood; });
   std::rotate(ranked->begin(), first, first + 1);
   std::stable_sort(ranked->begin() + 1, ranked->end(), better);
 }
 
-}  // namespace
+// These rows of all runs, one below the other.
+template <typename Matrix>
+MatrixXd Stack(const std::vector<Matrix>& runs,
+               const std::vector<std::vector<int>>& rows) {
+  MatrixXd all(0, runs.front().cols());
+  for (size_t r = 0; r < runs.size(); ++r) {
+    all.conservativeResize(all.rows() + rows[r].size(), Eigen::NoChange);
+    all.bottomRows(rows[r].size()) = runs[r](rows[r], Eigen::all);
+  }
+  return all;
+}
 
-std::vector<ForceRegression> RegressForce(
-    const LinearizedFit& fit, const std::vector<ForceKnots>& knots,
-    const SmoothForce& force, const std::vector<ForcedMotion>& motions,
-    const Body& body) {
+// Of one body, best first.
+std::vector<ForceRegression> Regress(const ForceResponse& response,
+                                     const SmoothForce& force,
+                                     const std::vector<ForcedMotion>& motions,
+                                     const Body& body) {
+  const LinearizedFit& fit = response.fit();
   const Model& model = fit.problem().model();
-  const int nv = model.nv();
-  const std::vector<int> components = ComponentsOf(force, body);
-  const int runs = static_cast<int>(knots.size());
-  // Rows of these components among those of the body, and of all.
-  std::vector<std::vector<int>> own(runs), rows(runs);
-  int total = 0;
+  const Joint& joint = model.mechanism().joints[body.joint];
+  const VectorXd components = ComponentsOf(force, body);
+  const int runs = static_cast<int>(response.knots().size());
+  std::vector<std::vector<int>> rows(runs);  // of these components
   for (int r = 0; r < runs; ++r) {
-    for (int k = 0; k < knots[r].count; ++k) {
-      for (const int c : components) {
-        own[r].push_back(k * VelocitySize(body.type) + c);
-        rows[r].push_back(k * nv + body.v_index + c);
+    for (int k = 0; k < response.knots()[r].count; ++k) {
+      for (int c = 0; c < components.size(); ++c) {
+        if (components[c] == 0.0) continue;
+        rows[r].push_back(k * model.nv() + body.v_index + c);
       }
     }
-    total += static_cast<int>(rows[r].size());
   }
-  VectorXd y(total);
-  for (int r = 0, at = 0; r < runs; ++r) {
-    const int size = static_cast<int>(rows[r].size());
-    const RowMatrixXd values = force.Values(r);
-    y.segment(at, size) =
-        Eigen::Map<const VectorXd>(values.data(), values.size())(rows[r]);
-    at += size;
-  }
+  const VectorXd y = Stack(force.Forces(), rows);
   // What is not noise.
   const double squares = std::max(y.squaredNorm() - force.NoiseSquares(rows),
                                   1e-3 * y.squaredNorm());
   std::vector<Ranked> ranked;
-  for (const Regressor& regressor : Regressors(body, IsDriven(fit, body))) {
-    // As it would come out of the same data, which smooths it.
+  for (const Regressor& regressor :
+       Regressors(body, LinkAxis(model.mechanism(), joint.child_link),
+                  IsDriven(fit, body))) {
     std::vector<MatrixXd> laws;
     for (int r = 0; r < runs; ++r) {
-      laws.push_back(MatrixXd::Zero(knots[r].count * nv, regressor.columns));
-      laws.back()(rows[r], Eigen::all) =
-          AtKnots(fit, knots[r], motions, r, body, components, regressor)(
-              own[r], Eigen::all);
+      laws.push_back(
+          AtKnots(response, motions, r, body, components, regressor));
     }
-    laws = force.Smooth(laws);
-    MatrixXd X(total, regressor.columns);
-    for (int r = 0, at = 0; r < runs; ++r) {
-      const int size = static_cast<int>(rows[r].size());
-      X.middleRows(at, size) = laws[r](rows[r], Eigen::all);
-      at += size;
-    }
+    // As it would come out of the same data, which smooths it.
+    const MatrixXd X = Stack(force.Smooth(laws), rows);
     const Eigen::ColPivHouseholderQR<MatrixXd> qr(X);
     const VectorXd b = qr.solve(y);
     const double left = (y - X * b).squaredNorm() / y.squaredNorm();
-    Ranked next;
-    next.law.joint = model.mechanism().joints[body.joint].name;
-    next.law.regressor = regressor.name;
-    next.law.r2 =
-        std::clamp((1.0 - left) * y.squaredNorm() / squares, 0.0, 1.0);
-    next.law.coefficients.assign(b.begin(), b.end());
-    next.law.label = Label(next.law, regressor.columns);
+    ForceRegression law;
+    law.joint = joint.name;
+    law.regressor = regressor.name;
+    law.r2 = std::clamp((1.0 - left) * y.squaredNorm() / squares, 0.0, 1.0);
+    law.coefficients.assign(b.begin(), b.end());
+    law.label = Label(law);
     // The more weights, the more it must explain (BIC).
     const double determined =
         std::max(3.0, force.Determined(body.v_index, VelocitySize(body.type)));
-    next.criterion = determined * std::log(std::max(left, 1e-12)) +
-                     qr.rank() * std::log(determined);
-    ranked.push_back(std::move(next));
+    ranked.push_back({determined * std::log(std::max(left, 1e-12)) +
+                          qr.rank() * std::log(determined),
+                      std::move(law)});
   }
   Sort(&ranked);
   std::vector<ForceRegression> laws;
-  for (Ranked& next : ranked) laws.push_back(std::move(next.law));
+  for (Ranked& next : ranked) laws.push_back(std::move(next.second));
   return laws;
+}
+
+}  // namespace
+
+std::vector<ForceRegression> RegressForces(
+    const ForceResponse& response, const SmoothForce& force,
+    const std::vector<const Body*>& bodies) {
+  std::vector<ForceRegression> all;
+  if (bodies.empty()) return all;
+  const std::vector<ForcedMotion> motions = MoveWith(response, force);
+  for (const Body* body : bodies) {
+    for (ForceRegression& law : Regress(response, force, motions, *body)) {
+      all.push_back(std::move(law));
+    }
+  }
+  return all;
 }
 
 }  // namespace sysid

@@ -3,9 +3,43 @@
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
+namespace {
+
+constexpr double kSamplesPerKnot = 4.0;
+constexpr double kMostKnots = 400.0;  // of a run
+// Of a segment, over all degrees of freedom: what their products cost grows
+// with the square.
+constexpr double kMostColumns = 160.0;
+
+std::vector<ForceKnots> PlaceKnots(const LinearizedFit& fit) {
+  const ShootingProblem& problem = fit.problem();
+  double longest = 0.0;
+  for (const auto& segment : fit.segments()) {
+    const std::vector<double>& t = problem.runs()[segment->run]->run.t;
+    longest = std::max(
+        longest, t[segment->rollout->last()] - t[segment->rollout->first()]);
+  }
+  const double spacing =
+      std::max({kSamplesPerKnot * problem.data().MedianSamplePeriod(),
+                problem.data().LongestDuration() / kMostKnots,
+                longest * problem.model().nv() / kMostColumns});
+  std::vector<ForceKnots> all;
+  for (const auto& data : problem.runs()) {
+    const double duration = data->run.t.back() - data->run.t.front();
+    ForceKnots knots;
+    knots.start = data->run.t.front();
+    knots.count =
+        std::max(3, static_cast<int>(std::ceil(duration / spacing)) + 1);
+    knots.spacing = duration / (knots.count - 1);
+    all.push_back(knots);
+  }
+  return all;
+}
+
+}  // namespace
 
 ForceResponse::ForceResponse(const LinearizedFit& fit)
-    : fit_(fit), tangents_(fit.segments().size()) {
+    : fit_(fit), tangents_(fit.segments().size()), knots_(PlaceKnots(fit)) {
   valid_ = ParallelFor(
       static_cast<int>(tangents_.size()), fit.problem().options().threads,
       fit.problem().options().stop, [&](int s) {
@@ -13,6 +47,11 @@ ForceResponse::ForceResponse(const LinearizedFit& fit)
         return LinearizeAlong(*segment.rollout, fit.StateOf(segment),
                               fit.point().theta.data(), &tangents_[s]);
       });
+}
+
+double ForceResponse::Middle(int s, int i) const {
+  const double* t = &RunOf(s).t[fit_.segments()[s]->rollout->first() + i];
+  return 0.5 * (t[0] + t[1]);
 }
 
 Eigen::MatrixXd ForceResponse::Respond(int s,

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "models/math/rotation.h"
 #include "sysid/diagnosis/statistics.h"
@@ -19,7 +20,6 @@ constexpr double kSignificant = 0.01;
 // Of an effort before an error, s, and how many lags are looked at.
 constexpr double kEarliest = -0.1, kLatest = 0.4;
 constexpr int kMostInputLags = 26;
-constexpr int kFewestBlocks = 20;  // as the screening's
 
 // One independent number that a channel measures, over one segment.
 struct Series {
@@ -224,15 +224,10 @@ double IndependentLags(const Input& input, int lags, int stride) {
   return std::max(1.0, lags / time);
 }
 
-struct Correlation {
-  double correlation = 0.0;
-  double p_value = 1.0;
-};
-
-// Of the errors with the effort `lag` samples before them: the Wald test (7.5)
-// of one weight.
-Correlation Correlate(const std::vector<Series>& all, const Input& input,
-                      int lag) {
+// The correlation of the errors with the effort `lag` samples before them, and
+// its p-value: the Wald test (7.5) of one weight.
+std::pair<double, double> Correlate(const std::vector<Series>& all,
+                                    const Input& input, int lag) {
   double product = 0.0, C = 0.0, squares = 0.0, efforts = 0.0, dof = -1.0;
   std::vector<VectorXd> shifted;
   for (const Series& series : all) {
@@ -253,30 +248,17 @@ Correlation Correlate(const std::vector<Series>& all, const Input& input,
     dof += series.e.size() - series.Q.squaredNorm();
     shifted.push_back(std::move(part));
   }
-  Correlation out;
   // What the states take up says nothing.
-  if (!(C > 1e-9 * efforts) || !(squares > 0) || !(dof > 1)) return out;
+  if (!(C > 1e-9 * efforts) || !(squares > 0) || !(dof > 1)) return {0.0, 1.0};
   const double alpha = -product / C;
-  const int segments = static_cast<int>(all.size());
-  const int blocks = (kFewestBlocks + segments - 1) / segments;
-  MatrixXd scores(blocks * segments, 1);
-  double left = 0.0;
-  for (int s = 0; s < segments; ++s) {
-    const VectorXd e = all[s].e + alpha * shifted[s];
-    left += e.squaredNorm();
-    const int rows = static_cast<int>(e.size());
-    for (int g = 0; g < blocks; ++g) {
-      const int begin = rows * g / blocks,
-                size = rows * (g + 1) / blocks - begin;
-      scores(s * blocks + g, 0) =
-          shifted[s].segment(begin, size).dot(e.segment(begin, size));
-    }
+  BlockScores left(all.size(), 1);
+  for (size_t s = 0; s < all.size(); ++s) {
+    left.Add(shifted[s], all[s].e + alpha * shifted[s]);
   }
-  out.correlation = product / std::sqrt(C * squares);
-  out.p_value = TestWeights(MatrixXd::Constant(1, 1, C),
-                            VectorXd::Constant(1, alpha), scores, left, dof)
-                    .p_value;
-  return out;
+  const WaldTest test =
+      TestWeights(MatrixXd::Constant(1, 1, C), VectorXd::Constant(1, alpha),
+                  left.scores(), left.squares(), dof);
+  return {product / std::sqrt(C * squares), test.p_value};
 }
 
 }  // namespace
@@ -312,13 +294,13 @@ std::vector<InputCorrelation> CorrelateInputs(const LinearizedFit& fit) {
       double least = 1.0;
       // Whole strides from none.
       for (int lag = first - first % stride; lag <= last; lag += stride) {
-        const Correlation at = Correlate(all, input, lag);
+        const auto [correlation, p_value] = Correlate(all, input, lag);
         ++lags;
-        if (std::abs(at.correlation) > std::abs(best.correlation)) {
-          best.correlation = at.correlation;
+        if (std::abs(correlation) > std::abs(best.correlation)) {
+          best.correlation = correlation;
           best.lag_s = lag * period;
         }
-        least = std::min(least, at.p_value);
+        least = std::min(least, p_value);
       }
       best.p_value = std::min(1.0, least * names.size() * inputs.size() *
                                        IndependentLags(input, lags, stride));

@@ -16,8 +16,7 @@ namespace {
 
 constexpr double kSignificance = 0.01;  // of `detectable`
 constexpr double kPower = 0.8;
-constexpr int kFewestBlocks = 20;  // of time, for clusters
-constexpr int kMostPairs = 10;     // that are kept
+constexpr int kMostPairs = 10;  // that are kept
 
 // The weights of some columns of a candidate that its bounds allow.
 struct Weights {
@@ -27,6 +26,52 @@ struct Weights {
   Eigen::VectorXd alpha;          // of those
   double score = 0.0;
 };
+
+// Values of the candidate's parameters.
+std::vector<double> Values(const Candidate& candidate, const Weights& weights) {
+  const ProbeSet& probes = candidate.sets[weights.set];
+  std::vector<double> alpha(candidate.columns(weights.set), 0.0);
+  for (size_t i = 0; i < weights.active.size(); ++i) {
+    alpha[weights.active[i]] = weights.alpha[i];
+  }
+  std::vector<double> values;
+  if (!probes.empty()) {
+    const std::vector<double> none(probes.size(), 0.0);
+    const std::vector<double> from = candidate.effect->FromProbes(probes, none);
+    values = candidate.effect->FromProbes(
+        probes, {alpha.begin(), alpha.begin() + probes.size()});
+    for (size_t p = 0; p < values.size(); ++p) {
+      if (candidate.IsSearched(p)) continue;
+      values[p] += candidate.parameters[p].nominal - from[p];
+    }
+  }
+  for (size_t i = probes.size(); i < alpha.size(); ++i) {
+    values.push_back(candidate.parameters[values.size()].nominal + alpha[i]);
+  }
+  return values;
+}
+
+bool Feasible(const Candidate& candidate, const Weights& weights) {
+  const std::vector<double> values = Values(candidate, weights);
+  for (size_t i = 0; i < values.size(); ++i) {
+    const Parameter& parameter = candidate.parameters[i];
+    if (values[i] < parameter.lower || values[i] > parameter.upper) {
+      return false;
+    }
+  }
+  return candidate.effect
+      ->Implausible({values.begin(), values.begin() + candidate.own()})
+      .empty();
+}
+
+// The active columns among those of all candidates.
+std::vector<int> Global(const Candidate& candidate, const Weights& weights) {
+  std::vector<int> columns;
+  for (const int i : weights.active) {
+    columns.push_back(candidate.first[weights.set] + i);
+  }
+  return columns;
+}
 
 class Screener {
  public:
@@ -38,12 +83,7 @@ class Screener {
  private:
   void ComputeColumns();
   Weights Best(const Candidate& candidate) const;
-  bool Feasible(const Candidate& candidate, const Weights& weights) const;
-  std::vector<double> Values(const Candidate& candidate,
-                             const Weights& weights) const;
   Eigen::MatrixXd Gram(const std::vector<int>& columns) const;
-  std::vector<int> Global(const Candidate& candidate,
-                          const Weights& weights) const;
   ScreenedEffect Describe(const Candidate& candidate, const Weights& weights,
                           int tests) const;
   void Compare(const std::vector<Weights>& weights, Screening* screening) const;
@@ -111,58 +151,6 @@ Eigen::MatrixXd Screener::Gram(const std::vector<int>& columns) const {
   return C.selfadjointView<Eigen::Lower>();
 }
 
-std::vector<int> Screener::Global(const Candidate& candidate,
-                                  const Weights& weights) const {
-  std::vector<int> columns;
-  for (const int i : weights.active) {
-    columns.push_back(candidate.first[weights.set] + i);
-  }
-  return columns;
-}
-
-// Values of the effect's own parameters, then of those that it corrects.
-std::vector<double> Screener::Values(const Candidate& candidate,
-                                     const Weights& weights) const {
-  const ProbeSet& probes = candidate.sets[weights.set];
-  std::vector<double> alpha(probes.size() + candidate.adjusted.size(), 0.0);
-  for (size_t i = 0; i < weights.active.size(); ++i) {
-    alpha[weights.active[i]] = weights.alpha[i];
-  }
-  std::vector<double> values;
-  if (!probes.empty()) {
-    const std::vector<double> none(probes.size(), 0.0);
-    const std::vector<double> from = candidate.effect->FromProbes(probes, none);
-    values = candidate.effect->FromProbes(
-        probes, {alpha.begin(), alpha.begin() + probes.size()});
-    for (size_t p = 0; p < values.size(); ++p) {
-      if (!candidate.IsSearched(p)) values[p] += candidate.off[p] - from[p];
-    }
-  }
-  for (size_t i = 0; i < candidate.adjusted.size(); ++i) {
-    values.push_back(candidate.adjusted[i].nominal + alpha[probes.size() + i]);
-  }
-  return values;
-}
-
-bool Screener::Feasible(const Candidate& candidate,
-                        const Weights& weights) const {
-  const std::vector<double> values = Values(candidate, weights);
-  const std::vector<EffectParameter>& own = candidate.effect->parameters();
-  for (size_t i = 0; i < own.size(); ++i) {
-    if (values[i] < own[i].lower || values[i] > own[i].upper) return false;
-  }
-  for (size_t i = 0; i < candidate.adjusted.size(); ++i) {
-    const double value = values[own.size() + i];
-    if (value < candidate.adjusted[i].lower ||
-        value > candidate.adjusted[i].upper) {
-      return false;
-    }
-  }
-  return candidate.effect
-      ->Implausible({values.begin(), values.begin() + own.size()})
-      .empty();
-}
-
 // The weights of the set that gains most within the bounds: of all columns that
 // the data tells of, or of fewer where those leave the bounds.
 Weights Screener::Best(const Candidate& candidate) const {
@@ -173,36 +161,28 @@ Weights Screener::Best(const Candidate& candidate) const {
   constexpr double kMostSize = 1e4;  // times the typical one
   Weights best;
   best.score = -1.0;
-  for (size_t s = 0; s < candidate.sets.size(); ++s) {
-    const int count = candidate.columns(static_cast<int>(s));
+  for (int s = 0; s < static_cast<int>(candidate.sets.size()); ++s) {
+    const int count = candidate.columns(s);
     std::vector<int> all(count);
     std::iota(all.begin(), all.end(), candidate.first[s]);
     const Eigen::MatrixXd C = Gram(all);
     // Pivoted: the column that is clearest goes first.
     std::vector<int> kept;
     Eigen::VectorXd left(count);
+    const int probes = static_cast<int>(candidate.sets[s].size());
     for (int i = 0; i < count; ++i) {
       const double own = unprojected_[candidate.first[s] + i];
       left[i] = own > 0 ? C(i, i) / own : 0.0;
-      const int probes = static_cast<int>(candidate.sets[s].size());
-      if (i < probes) {
-        // What would not show at any size.
-        const double most =
-            kMostSize *
-            candidate.effect->parameters()[candidate.sets[s][i].along]
-                .typical_scale;
-        if (!(C(i, i) * most * most > 1.0)) left[i] = 0.0;
-      } else {
-        // A nominal value that the data knows worse than by its own size,
-        // unless it asks for many times that (the inertia of what was taken
-        // for a point).
-        const double scale = candidate.adjusted[i - probes].typical_scale;
-        const double gain = std::pow(b_[candidate.first[s] + i], 2) / C(i, i);
-        if (!(C(i, i) * scale * scale > 1.0) &&
-            !(gain > kClear * squares_ / dof_)) {
-          left[i] = 0.0;
-        }
-      }
+      // A probe's parameter would not show at any size; a nominal value the
+      // data knows worse than by its own size, unless it asks for many times
+      // that (the inertia of what was taken for a point).
+      const bool probe = i < probes;
+      const double most =
+          candidate.parameters[candidate.ParameterOf(s, i)].typical_scale *
+          (probe ? kMostSize : 1.0);
+      const double gain = std::pow(b_[candidate.first[s] + i], 2) / C(i, i);
+      const bool asked = !probe && gain > kClear * squares_ / dof_;
+      if (!(C(i, i) * most * most > 1.0) && !asked) left[i] = 0.0;
     }
     std::vector<int> order(count);
     std::iota(order.begin(), order.end(), 0);
@@ -223,7 +203,6 @@ Weights Screener::Best(const Candidate& candidate) const {
     }
     // A parameter that comes out of several probes (a reference) needs them
     // all: with one of them it would be some other effect in disguise.
-    const int probes = static_cast<int>(candidate.sets[s].size());
     const int identifiable_probes = static_cast<int>(std::count_if(
         kept.begin(), kept.end(), [&](int i) { return i < probes; }));
     if (candidate.ComesOfAllProbes() && identifiable_probes < probes) continue;
@@ -231,7 +210,7 @@ Weights Screener::Best(const Candidate& candidate) const {
     const int n = static_cast<int>(kept.size());
     for (int mask = (1 << n) - 1; mask > 0; --mask) {
       Weights weights;
-      weights.set = static_cast<int>(s);
+      weights.set = s;
       weights.identifiable = kept;
       for (int i = 0; i < n; ++i) {
         if (mask & (1 << i)) weights.active.push_back(kept[i]);
@@ -245,7 +224,7 @@ Weights Screener::Best(const Candidate& candidate) const {
       if (mask == (1 << n) - 1) break;  // nothing gains more than all
     }
     if (best.score < 0 && n > 0) {  // the bounds leave nothing but null
-      best.set = static_cast<int>(s);
+      best.set = s;
       best.identifiable = best.active = kept;
       best.alpha = Eigen::VectorXd::Zero(n);
       best.score = 0.0;
@@ -272,29 +251,15 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
   out.predicted_error = PredictedError(weights.score, out.dof);
   out.criterion = Criterion(weights.score, out.dof);
   const std::vector<int> columns = Global(candidate, weights);
-  // What remains, block by block.
   const auto& segments = fit_.segments();
-  const int blocks =
-      std::max<int>(1, (kFewestBlocks + static_cast<int>(segments.size()) - 1) /
-                           static_cast<int>(segments.size()));
-  Eigen::MatrixXd scores =
-      Eigen::MatrixXd::Zero(blocks * segments.size(), out.dof);
-  double squares = 0.0;
+  BlockScores left(segments.size(), out.dof);
   for (size_t s = 0; s < segments.size(); ++s) {
     const Eigen::MatrixXd part = A_[s](Eigen::all, columns);
-    const Eigen::VectorXd e = segments[s]->r + part * weights.alpha;
-    squares += e.squaredNorm();
-    const int rows = static_cast<int>(e.size());
-    for (int g = 0; g < blocks; ++g) {
-      const int begin = rows * g / blocks, end = rows * (g + 1) / blocks;
-      scores.row(s * blocks + g) =
-          (part.middleRows(begin, end - begin).transpose() *
-           e.segment(begin, end - begin))
-              .transpose();
-    }
+    left.Add(part, segments[s]->r + part * weights.alpha);
   }
-  const WaldTest test = TestWeights(Gram(columns), weights.alpha, scores,
-                                    squares, std::max(1.0, dof_ - out.dof));
+  const WaldTest test =
+      TestWeights(Gram(columns), weights.alpha, left.scores(), left.squares(),
+                  std::max(1.0, dof_ - out.dof));
   out.p_value = std::min(1.0, test.p_value * tests);
   // To the parameters: covariance through the derivative of the values.
   const std::vector<double> values = Values(candidate, weights);
@@ -312,45 +277,35 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
   const Eigen::MatrixXd covariance = D * test.covariance * D.transpose();
   const double reach =
       NormalQuantile(0.5 * kSignificance / tests) + NormalQuantile(1 - kPower);
-  const std::vector<EffectParameter>& own = candidate.effect->parameters();
-  const ProbeSet& probes = candidate.sets[weights.set];
-  const auto is_identifiable = [&](int column) {
-    return std::find(weights.identifiable.begin(), weights.identifiable.end(),
-                     column) != weights.identifiable.end();
+  // One that has no column that changes the residuals has none, unless it is
+  // found by other means.
+  const auto has_influence = [&](size_t p) {
+    return candidate.IsSearched(p) ||
+           (p < candidate.own() &&
+            !candidate.effect->parameters()[p].grid.empty()) ||
+           std::any_of(weights.identifiable.begin(), weights.identifiable.end(),
+                       [&](int column) {
+                         return candidate.ParameterOf(weights.set, column) == p;
+                       });
   };
-  // An own parameter has no influence where no probe along it changes the
-  // residuals.
-  const auto has_no_influence = [&](size_t parameter) {
-    if (!own[parameter].grid.empty()) return false;
-    for (size_t i = 0; i < probes.size(); ++i) {
-      if (probes[i].along == static_cast<int>(parameter) &&
-          is_identifiable(static_cast<int>(i))) {
-        return false;
-      }
-    }
-    return !candidate.IsSearched(parameter);
-  };
-  for (size_t v = 0; v < values.size(); ++v) {
-    const bool adjusted = v >= own.size();
-    const Parameter* wrong =
-        adjusted ? &candidate.adjusted[v - own.size()] : nullptr;
-    ExpectedParameter expected;
-    expected.name = adjusted ? wrong->name : own[v].name;
-    if (free_.count(expected.name) > 0)
+  for (size_t p = 0; p < values.size(); ++p) {
+    const Parameter& parameter = candidate.parameters[p];
+    if (free_.contains(parameter.name)) {
       continue;  // of an effect that this one replaces
-    expected.unit = adjusted ? wrong->unit : own[v].unit;
-    if (adjusted
-            ? !is_identifiable(static_cast<int>(probes.size() + v - own.size()))
-            : has_no_influence(v)) {
-      out.without_influence.push_back(expected.name);
+    }
+    if (!has_influence(p)) {
+      out.without_influence.push_back(parameter.name);
       continue;
     }
-    expected.value = values[v];
-    expected.null_value = adjusted ? wrong->nominal : candidate.off[v];
-    expected.searched = !adjusted && candidate.IsSearched(v);
+    ExpectedParameter expected;
+    expected.name = parameter.name;
+    expected.unit = parameter.unit;
+    expected.value = values[p];
+    expected.null_value = parameter.nominal;
+    expected.searched = candidate.IsSearched(p);
     // A value that a bound holds has none.
-    expected.std_error = covariance(v, v) > 0
-                             ? std::sqrt(covariance(v, v))
+    expected.std_error = covariance(p, p) > 0
+                             ? std::sqrt(covariance(p, p))
                              : std::numeric_limits<double>::quiet_NaN();
     expected.detectable = reach * expected.std_error;
     out.parameters.push_back(expected);
@@ -362,41 +317,34 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
 void Screener::Compare(const std::vector<Weights>& weights,
                        Screening* screening) const {
   const int n = static_cast<int>(candidates_.size());
-  std::vector<int> columns, first(n);
+  std::vector<int> columns;
+  std::vector<std::vector<int>> own(n);  // of a candidate, among `columns`
   for (int i = 0; i < n; ++i) {
-    first[i] = static_cast<int>(columns.size());
-    const std::vector<int> own = Global(candidates_[i], weights[i]);
-    columns.insert(columns.end(), own.begin(), own.end());
+    for (const int column : Global(candidates_[i], weights[i])) {
+      own[i].push_back(static_cast<int>(columns.size()));
+      columns.push_back(column);
+    }
   }
   const Eigen::MatrixXd C = Gram(columns);
   const Eigen::VectorXd b = b_(columns);
-  const auto size = [&](int i) {
-    return static_cast<int>(weights[i].active.size());
-  };
   std::vector<Eigen::LDLT<Eigen::MatrixXd>> inverse(n);
-  for (int i = 0; i < n; ++i) {
-    inverse[i].compute(C.block(first[i], first[i], size(i), size(i)));
-  }
+  for (int i = 0; i < n; ++i) inverse[i].compute(C(own[i], own[i]));
   screening->confusability.setIdentity(n, n);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
       if (i == j || !(weights[i].score > 0)) continue;
-      const Eigen::VectorXd seen =
-          C.block(first[j], first[i], size(j), size(i)) * weights[i].alpha;
+      const Eigen::VectorXd seen = C(own[j], own[i]) * weights[i].alpha;
       screening->confusability(i, j) = std::clamp(
           seen.dot(inverse[j].solve(seen)) / weights[i].score, 0.0, 1.0);
     }
   }
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < i; ++j) {
-      const int k = size(i) + size(j);
-      Eigen::MatrixXd joint(k, k);
-      joint << C.block(first[i], first[i], size(i), size(i)),
-          C.block(first[i], first[j], size(i), size(j)),
-          C.block(first[j], first[i], size(j), size(i)),
-          C.block(first[j], first[j], size(j), size(j));
-      Eigen::VectorXd rhs(k);
-      rhs << b.segment(first[i], size(i)), b.segment(first[j], size(j));
+      std::vector<int> both = own[i];
+      both.insert(both.end(), own[j].begin(), own[j].end());
+      const int k = static_cast<int>(both.size());
+      const Eigen::MatrixXd joint = C(both, both);
+      const Eigen::VectorXd rhs = b(both);
       const Eigen::VectorXd scale = joint.diagonal().cwiseSqrt().cwiseInverse();
       const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * joint *
                                             scale.asDiagonal());
@@ -407,8 +355,8 @@ void Screener::Compare(const std::vector<Weights>& weights,
       const Eigen::VectorXd alpha =
           -(scale.asDiagonal() * llt.solve((scale.asDiagonal() * rhs).eval()));
       Weights wi = weights[i], wj = weights[j];
-      wi.alpha = alpha.head(size(i));
-      wj.alpha = alpha.tail(size(j));
+      wi.alpha = alpha.head(own[i].size());
+      wj.alpha = alpha.tail(own[j].size());
       if (!Feasible(candidates_[i], wi) || !Feasible(candidates_[j], wj)) {
         continue;
       }
@@ -433,10 +381,18 @@ Screening Screener::Run() {
     best[i] = Best(candidates_[i]);
     return true;
   });
+  // Best first.
+  const auto criterion = [&](int i) {
+    return Criterion(best[i].score, static_cast<int>(best[i].active.size()));
+  };
+  std::vector<int> order(best.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::erase_if(order, [&](int i) { return best[i].active.empty(); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return criterion(a) < criterion(b); });
   std::vector<Weights> weights;
   std::vector<Candidate> identifiable;
-  for (size_t i = 0; i < best.size(); ++i) {
-    if (best[i].active.empty()) continue;
+  for (const int i : order) {
     weights.push_back(std::move(best[i]));
     identifiable.push_back(std::move(candidates_[i]));
   }
@@ -449,26 +405,6 @@ Screening Screener::Run() {
                 return true;
               });
   Compare(weights, &screening);
-  // Best first.
-  std::vector<int> order(screening.effects.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return screening.effects[a].criterion < screening.effects[b].criterion;
-  });
-  std::vector<ScreenedEffect> sorted;
-  std::vector<int> place(order.size());
-  for (size_t i = 0; i < order.size(); ++i) {
-    sorted.push_back(std::move(screening.effects[order[i]]));
-    place[order[i]] = static_cast<int>(i);
-  }
-  screening.effects = std::move(sorted);
-  screening.confusability =
-      Eigen::MatrixXd(screening.confusability(order, order));
-  for (Screening::Pair& pair : screening.pairs) {
-    pair.first = place[pair.first];
-    pair.second = place[pair.second];
-    if (pair.first > pair.second) std::swap(pair.first, pair.second);
-  }
   std::sort(
       screening.pairs.begin(), screening.pairs.end(),
       [](const auto& a, const auto& b) { return a.criterion < b.criterion; });

@@ -1,5 +1,6 @@
 #include "sysid/diagnosis/smooth_force.h"
 
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,39 +22,39 @@ constexpr double kNone = 1e-12;
 
 // P0 of (7.8) for one degree of freedom: nu ((ell/h)^4 L^2 + 1), L of the path
 // through the knots. nu makes the mean variance 1.
-class UnitPrior {
- public:
-  UnitPrior(int knots, double ell) : knots_(knots), rough_(std::pow(ell, 4)) {
-    double variance = 0.0;
-    for (int m = 0; m < knots; ++m) variance += 1.0 / Eigenvalue(m);
-    nu_ = variance / knots;
+struct UnitPrior {
+  Eigen::SparseMatrix<double> P0;
+  double log_determinant = 0.0;
+
+  UnitPrior(int knots, double ell) {
+    const double rough = std::pow(ell, 4);
+    VectorXd eigenvalues(knots);  // without nu
     for (int m = 0; m < knots; ++m) {
-      log_determinant_ += std::log(nu_ * Eigenvalue(m));
+      const double lambda = 2.0 - 2.0 * std::cos(M_PI * m / knots);
+      eigenvalues[m] = rough * lambda * lambda + 1.0;
+    }
+    const double nu = eigenvalues.cwiseInverse().mean();
+    for (const double value : eigenvalues) {
+      log_determinant += std::log(nu * value);
+    }
+    Eigen::SparseMatrix<double> L(knots, knots), one(knots, knots);
+    one.setIdentity();
+    for (int k = 0; k < knots; ++k) {
+      L.coeffRef(k, k) = k == 0 || k == knots - 1 ? 1.0 : 2.0;
+      if (k > 0) L.coeffRef(k, k - 1) = L.coeffRef(k - 1, k) = -1.0;
+    }
+    const Eigen::SparseMatrix<double> L2 = L * L;
+    P0 = nu * (rough * L2 + one);
+  }
+  // Calls visit(k, l, P0_kl) for all that are not zero.
+  template <typename Visit>
+  void ForEach(const Visit& visit) const {
+    for (int l = 0; l < P0.cols(); ++l) {
+      for (Eigen::SparseMatrix<double>::InnerIterator at(P0, l); at; ++at) {
+        visit(static_cast<int>(at.row()), l, at.value());
+      }
     }
   }
-  double operator()(int k, int l) const {
-    double L2 = 0.0;
-    for (int m = std::max(0, k - 1); m <= std::min(knots_ - 1, k + 1); ++m) {
-      L2 += Laplacian(k, m) * Laplacian(m, l);
-    }
-    return nu_ * (rough_ * L2 + (k == l));
-  }
-  double LogDeterminant() const { return log_determinant_; }
-
- private:
-  double Laplacian(int k, int l) const {
-    if (k == l) return k == 0 || k == knots_ - 1 ? 1.0 : 2.0;
-    return std::abs(k - l) == 1 ? -1.0 : 0.0;
-  }
-  double Eigenvalue(int m) const {  // without nu
-    const double lambda = 2.0 - 2.0 * std::cos(M_PI * m / knots_);
-    return rough_ * lambda * lambda + 1.0;
-  }
-
-  int knots_;
-  double rough_;
-  double nu_ = 1.0;
-  double log_determinant_ = 0.0;
 };
 
 // P0^-1 far from the ends of a run: the correlation of two forces that are so
@@ -63,27 +64,16 @@ double Correlation(double apart) {
   return std::exp(-x) * (std::cos(x) + std::sin(x));
 }
 
-// Calls visit(k, l, row, column) for the entries of P of a degree of freedom,
-// lower triangle.
-template <typename Visit>
-void ForBand(int knots, int nv, int d, const Visit& visit) {
-  for (int k = 0; k < knots; ++k) {
-    for (int l = std::max(0, k - 2); l <= k; ++l) {
-      visit(k, l, k * nv + d, l * nv + d);
-    }
-  }
-}
-
 }  // namespace
 
 SmoothForce::SmoothForce(const ForceEquations& equations)
-    : equations_(equations), determined_(VectorXd::Zero(equations.nv)) {
+    : equations_(equations) {
   // The largest widths that make sense, and no noise beyond what is known: from
   // below the force would be taken for noise.
   Point best;
   best.ell = kTimeScales[1];
-  SetReach(best.ell);
-  best.s2 = (equations.squares * reach_.cwiseInverse());
+  best.reach = Reach(best.ell);
+  best.s2 = (equations.squares * best.reach.cwiseInverse());
   for (double& s2 : best.s2) {
     if (!std::isfinite(s2) || !(s2 > 0)) s2 = 1.0;
   }
@@ -93,26 +83,22 @@ SmoothForce::SmoothForce(const ForceEquations& equations)
     for (int i = 1 + direction; i >= 0 && i < count; i += direction) {
       Point next = best;
       next.ell = kTimeScales[i];
-      SetReach(next.ell);
+      next.reach = Reach(next.ell);
       Converge(&next);
       if (!(next.likelihood > best.likelihood)) break;
       best = next;
     }
     if (best.ell != kTimeScales[1]) break;
   }
-  SetReach(best.ell);
   point_ = best;
   solution_ = Solve(point_);
-  Step(point_, solution_, &determined_);
-  response_ = Response();
-  covariance_ = CovarianceAt(solution_);
 }
 
 // tr(G P0^-1) of each degree of freedom: by how much forces of unit width
 // change the sum of squares.
-void SmoothForce::SetReach(double ell) {
+VectorXd SmoothForce::Reach(double ell) const {
   const int nv = equations_.nv;
-  reach_ = VectorXd::Zero(equations_.nv);
+  VectorXd reach = VectorXd::Zero(nv);
   for (const ForceEquations::Run& run : equations_.runs) {
     const std::vector<int>& first = run.G.first;
     const auto add = [&](const MatrixXd& part, int row, int column,
@@ -122,7 +108,7 @@ void SmoothForce::SetReach(double ell) {
         // Rows of the same degree of freedom.
         const int start = ((d - row) % nv + nv) % nv;
         for (int r = start; r < part.rows(); r += nv) {
-          reach_[d] +=
+          reach[d] +=
               times * part(r, c) * Correlation(((row + r) / nv - l) / ell);
         }
       }
@@ -134,6 +120,7 @@ void SmoothForce::SetReach(double ell) {
       }
     }
   }
+  return reach;
 }
 
 double SmoothForce::Solution::LogLikelihood(double dof, double variance) const {
@@ -141,9 +128,11 @@ double SmoothForce::Solution::LogLikelihood(double dof, double variance) const {
          determinants;
 }
 
-std::vector<MatrixXd> SmoothForce::Forces(const Solution& at, double variance,
-                                          std::vector<MatrixXd> Ay, MatrixXd Ty,
-                                          MatrixXd* dtheta) const {
+std::vector<MatrixXd> SmoothForce::ForcesFrom(const Solution& at,
+                                              double variance,
+                                              std::vector<MatrixXd> Ay,
+                                              MatrixXd Ty,
+                                              MatrixXd* dtheta) const {
   for (size_t r = 0; r < Ay.size(); ++r) {
     Ay[r] = at.factors[r].Solve(Ay[r] / variance);
     Ty.noalias() -= equations_.runs[r].C.transpose() * Ay[r];
@@ -160,17 +149,18 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
   Solution out;
   MatrixXd M = equations_.N;
   std::vector<MatrixXd> Ay;
+  std::vector<UnitPrior> priors;
   for (const ForceEquations::Run& run : equations_.runs) {
-    const UnitPrior P0(run.knots, point.ell);
+    const UnitPrior& prior = priors.emplace_back(run.knots, point.ell);
     BlockTridiagonal H = run.G;
     for (MatrixXd& block : H.diagonal) block /= variance;
     for (MatrixXd& block : H.below) block /= variance;
     for (int d = 0; d < nv; ++d) {
       const double s2 = point.s2[d];
-      ForBand(run.knots, nv, d, [&](int k, int l, int row, int column) {
-        H.At(row, column) += P0(k, l) / s2;
+      prior.ForEach([&](int k, int l, double p) {
+        if (k >= l) H.At(k * nv + d, l * nv + d) += p / s2;
       });
-      out.determinants += P0.LogDeterminant() - run.knots * std::log(s2);
+      out.determinants += prior.log_determinant - run.knots * std::log(s2);
     }
     out.factors.emplace_back(H);
     if (!out.factors.back().Valid()) {
@@ -194,10 +184,11 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
   }
   MatrixXd dtheta;
   const std::vector<MatrixXd> phi =
-      Forces(out, variance, std::move(Ay), -equations_.t, &dtheta);
+      ForcesFrom(out, variance, std::move(Ay), -equations_.t, &dtheta);
   out.dtheta = dtheta;
   out.squares = equations_.squares + 2.0 * equations_.t.dot(out.dtheta) +
                 out.dtheta.dot(equations_.N * out.dtheta);
+  out.rough = out.determined = VectorXd::Zero(nv);
   for (size_t r = 0; r < phi.size(); ++r) {
     const ForceEquations::Run& run = equations_.runs[r];
     out.phi.push_back(phi[r]);
@@ -206,65 +197,46 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
     out.squares += 2.0 * linear + quadratic;
     // H phi = -(g + C dtheta) / variance.
     out.roughness -= (linear + quadratic) / variance;
-  }
-  return out;
-}
-
-SmoothForce::Covariance SmoothForce::CovarianceAt(
-    const Solution& solution) const {
-  Covariance covariance;
-  for (size_t r = 0; r < solution.factors.size(); ++r) {
-    covariance.blocks.push_back(solution.factors[r].Inverse());
-    MatrixXd Z = solution.Y[r];
-    if (Z.cols() > 0) {
-      solution.parameters.matrixU().solveInPlace<Eigen::OnTheRight>(Z);
+    out.inverse.push_back(out.factors[r].Inverse());
+    out.Z.push_back(out.Y[r]);
+    if (M.size() > 0) {
+      out.parameters.matrixU().solveInPlace<Eigen::OnTheRight>(out.Z[r]);
     }
-    covariance.Z.push_back(std::move(Z));
+    for (int d = 0; d < nv; ++d) {
+      out.determined[d] += run.knots;
+      priors[r].ForEach([&](int k, int l, double p) {
+        const int row = k * nv + d, column = l * nv + d;
+        out.rough[d] += p * out.phi[r][row] * out.phi[r][column];
+        out.determined[d] -= p * out.Covariance(r, row, column) / point.s2[d];
+      });
+    }
   }
-  return covariance;
+  out.determined = out.determined.cwiseMax(0.0);
+  return out;
 }
 
 // One step of the fixed point (MacKay 1992): s^2 = phi' P0 phi / determined,
 // with determined = knots - tr(P0 H^-1) / s^2, and the variance of what
 // remains.    (7.9)
 SmoothForce::Point SmoothForce::Step(const Point& point,
-                                     const Solution& solution,
-                                     VectorXd* determined) const {
-  const int nv = equations_.nv;
-  const Covariance covariance = CovarianceAt(solution);
-  VectorXd rough = VectorXd::Zero(equations_.nv);
-  *determined = VectorXd::Zero(equations_.nv);
-  for (size_t r = 0; r < equations_.runs.size(); ++r) {
-    const int knots = equations_.runs[r].knots;
-    const UnitPrior P0(knots, point.ell);
-    const VectorXd& phi = solution.phi[r];
-    for (int d = 0; d < nv; ++d) {
-      (*determined)[d] += knots;
-      ForBand(knots, nv, d, [&](int k, int l, int row, int column) {
-        const double p = P0(k, l) * (k == l ? 1.0 : 2.0);
-        rough[d] += p * phi[row] * phi[column];
-        (*determined)[d] -=
-            p * covariance.At(static_cast<int>(r), row, column) / point.s2[d];
-      });
-    }
-  }
+                                     const Solution& solution) const {
   Point next = point;
-  *determined = determined->cwiseMax(0.0);
-  next.variance =
-      std::max(1.0, solution.squares /
-                        std::max(1.0, equations_.dof - determined->sum()));
+  next.variance = std::max(
+      1.0, solution.squares /
+               std::max(1.0, equations_.dof - solution.determined.sum()));
   for (int d = 0; d < equations_.nv; ++d) {
-    if (!Seen(d)) continue;
+    if (!(point.reach[d] > 0)) continue;
     // No less than what would change the sum of squares by one variance: the
     // data cannot say more.
-    const double least = next.variance / reach_[d];
-    next.s2[d] = std::clamp(rough[d] / std::max((*determined)[d], 1e-9), least,
-                            std::max(least, 1e4 * point.s2[d]));
+    const double least = next.variance / point.reach[d];
+    next.s2[d] =
+        std::clamp(solution.rough[d] / std::max(solution.determined[d], 1e-9),
+                   least, std::max(least, 1e4 * point.s2[d]));
   }
   return next;
 }
 
-void SmoothForce::Converge(Point* point) {
+void SmoothForce::Converge(Point* point) const {
   constexpr double kEnough = 0.2;  // of a logarithm
   for (int step = 0; step < kMostSteps; ++step) {
     const Solution solution = Solve(*point);
@@ -273,8 +245,7 @@ void SmoothForce::Converge(Point* point) {
       return;
     }
     point->likelihood = solution.LogLikelihood(equations_.dof, point->variance);
-    VectorXd determined;
-    Point next = Step(*point, solution, &determined);
+    Point next = Step(*point, solution);
     const double change =
         std::max((next.s2.array() / point->s2.array()).log().abs().maxCoeff(),
                  std::abs(std::log(next.variance / point->variance)));
@@ -296,15 +267,17 @@ SmoothForce::Weight SmoothForce::WeightOf(int first, int count) const {
   const Solution solution = Solve(without);
   // With what the force would have explained left to the noise.
   without.variance = std::max(
-      1.0, solution.squares / std::max(1.0, equations_.dof - determined_.sum() +
-                                                Determined(first, count)));
+      1.0, solution.squares /
+               std::max(1.0, equations_.dof - solution_.determined.sum() +
+                                 Determined(first, count)));
   const double drop = solution_.LogLikelihood(equations_.dof, point_.variance) -
                       solution.LogLikelihood(equations_.dof, without.variance);
   Weight weight;
   // One width each; that a width is at its end, none, is left aside, which errs
   // on the safe side.
   if (drop > 0) weight.p_value = FisherTail(drop / tested, tested, 1e6);
-  weight.share = response_.segment(first, count).sum() / response_.sum();
+  const VectorXd response = Response();
+  weight.share = response.segment(first, count).sum() / response.sum();
   return weight;
 }
 
@@ -333,7 +306,8 @@ RowMatrixXd SmoothForce::Deviations(int run) const {
   const int nv = equations_.nv;
   RowMatrixXd out(equations_.runs[run].knots, nv);
   for (int i = 0; i < out.size(); ++i) {
-    out(i / nv, i % nv) = std::sqrt(std::max(0.0, covariance_.At(run, i, i)));
+    out(i / nv, i % nv) =
+        std::sqrt(std::max(0.0, solution_.Covariance(run, i, i)));
   }
   return out;
 }
@@ -347,7 +321,7 @@ std::vector<MatrixXd> SmoothForce::Smooth(
     Ay.push_back(equations_.runs[r].G.Times(forces[r]));
     Ty.noalias() += equations_.runs[r].C.transpose() * forces[r];
   }
-  return Forces(solution_, point_.variance, std::move(Ay), Ty, &dtheta);
+  return ForcesFrom(solution_, point_.variance, std::move(Ay), Ty, &dtheta);
 }
 
 double SmoothForce::NoiseSquares(
@@ -367,8 +341,8 @@ double SmoothForce::NoiseSquares(
   }
   MatrixXd dtheta;
   const std::vector<MatrixXd> x =
-      Forces(solution_, point_.variance, signs,
-             MatrixXd::Zero(equations_.N.rows(), kSigns), &dtheta);
+      ForcesFrom(solution_, point_.variance, signs,
+                 MatrixXd::Zero(equations_.N.rows(), kSigns), &dtheta);
   double sum = dtheta.cwiseProduct(equations_.N * dtheta).sum();
   for (size_t r = 0; r < rows.size(); ++r) {
     const ForceEquations::Run& run = equations_.runs[r];

@@ -33,8 +33,9 @@ class SmoothForce {
   explicit SmoothForce(const ForceEquations& equations);
 
   // Whether the data shows forces on a degree of freedom at all.
-  bool Seen(int dof) const { return reach_[dof] > 0; }
-  // Of a run: knots x nv.
+  bool Seen(int dof) const { return point_.reach[dof] > 0; }
+  // Of each run, knots * nv rows; of a run, knots x nv.
+  const std::vector<Eigen::VectorXd>& Forces() const { return solution_.phi; }
   RowMatrixXd Values(int run) const;
   RowMatrixXd Deviations(int run) const;
   // The change of the parameters that goes with the forces.
@@ -48,7 +49,7 @@ class SmoothForce {
   // How many independent numbers the data tells of degrees of freedom
   // [first, first + count).
   double Determined(int first, int count) const {
-    return determined_.segment(first, count).sum();
+    return solution_.determined.segment(first, count).sum();
   }
   // The probability that those have no force, by the likelihood, and their part
   // of what all forces do to the errors (sums of squares, each alone).
@@ -64,7 +65,8 @@ class SmoothForce {
  private:
   struct Point {
     double ell = 0.0;
-    Eigen::VectorXd s2;  // widths, squared
+    Eigen::VectorXd reach;  // tr(G P0^-1) of each degree of freedom
+    Eigen::VectorXd s2;     // widths, squared
     double variance = 1.0;
     double likelihood = 0.0;  // twice its logarithm
   };
@@ -78,39 +80,33 @@ class SmoothForce {
     double squares = 0.0;    // that remain
     double roughness = 0.0;  // phi' P phi
     double determinants = 0.0;
-    double LogLikelihood(double dof, double variance) const;
-  };
-  // The entries of (A' A / variance + P)^-1 that have a block, with the
-  // parameters eliminated.
-  struct Covariance {
-    std::vector<BlockTridiagonal> blocks;
-    std::vector<Eigen::MatrixXd> Z;  // for the parameters: plus Z Z'
-    double At(int run, int row, int column) const {
-      return blocks[run].At(row, column) +
+    // Of each degree of freedom: phi' P0 phi, and how many numbers the data
+    // determines.
+    Eigen::VectorXd rough, determined;
+    // The entries of H^-1 that have a block, and what the parameters add: Z Z'.
+    std::vector<BlockTridiagonal> inverse;
+    std::vector<Eigen::MatrixXd> Z;
+    // An entry of (A' A / variance + P)^-1, with the parameters eliminated.
+    double Covariance(size_t run, int row, int column) const {
+      return inverse[run].At(row, column) +
              Z[run].row(row).dot(Z[run].row(column));
     }
+    double LogLikelihood(double dof, double variance) const;
   };
   Solution Solve(const Point& point) const;
   // From right-hand sides A' y of each run and Theta' y, over the variance.
-  std::vector<Eigen::MatrixXd> Forces(const Solution& at, double variance,
-                                      std::vector<Eigen::MatrixXd> Ay,
-                                      Eigen::MatrixXd Ty,
-                                      Eigen::MatrixXd* dtheta) const;
-  Covariance CovarianceAt(const Solution& solution) const;
-  // Where the fixed point leads, and what it tells of each degree of freedom.
-  Point Step(const Point& point, const Solution& solution,
-             Eigen::VectorXd* determined) const;
+  std::vector<Eigen::MatrixXd> ForcesFrom(const Solution& at, double variance,
+                                          std::vector<Eigen::MatrixXd> Ay,
+                                          Eigen::MatrixXd Ty,
+                                          Eigen::MatrixXd* dtheta) const;
+  Eigen::VectorXd Reach(double ell) const;
+  Point Step(const Point& point, const Solution& solution) const;
+  void Converge(Point* point) const;
   Eigen::VectorXd Response() const;
-  void SetReach(double ell);
-  void Converge(Point* point);
 
   const ForceEquations& equations_;
-  Eigen::VectorXd reach_;  // tr(G P0^-1) of each degree of freedom
   Point point_;
   Solution solution_;
-  Covariance covariance_;
-  Eigen::VectorXd response_;
-  Eigen::VectorXd determined_;
 };
 
 }  // namespace sysid

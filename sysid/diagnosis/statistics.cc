@@ -20,6 +20,25 @@ double NormalQuantile(double p) {
       boost::math::complement(boost::math::normal(), p));
 }
 
+BlockScores::BlockScores(size_t segments, int columns) {
+  constexpr int kFewestBlocks = 20;
+  const int count = static_cast<int>(segments);
+  blocks_ = (kFewestBlocks + count - 1) / count;
+  scores_.setZero(blocks_ * count, columns);
+}
+
+void BlockScores::Add(const Eigen::MatrixXd& A, const Eigen::VectorXd& e) {
+  squares_ += e.squaredNorm();
+  const int rows = static_cast<int>(e.size());
+  for (int g = 0; g < blocks_; ++g) {
+    const int begin = rows * g / blocks_;
+    const int size = rows * (g + 1) / blocks_ - begin;
+    scores_.row(next_++) =
+        (A.middleRows(begin, size).transpose() * e.segment(begin, size))
+            .transpose();
+  }
+}
+
 WaldTest TestWeights(const Eigen::MatrixXd& C, const Eigen::VectorXd& alpha,
                      const Eigen::MatrixXd& scores, double squares,
                      double dof) {

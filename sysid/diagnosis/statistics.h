@@ -13,6 +13,22 @@ double FisherTail(double f, double d1, double d2);
 // The x that a standard normal variable exceeds with probability p.
 double NormalQuantile(double p);
 
+// What weights leave, segment by segment: A' e of each of a few blocks of time,
+// and |e|^2. So many blocks a segment that there are 20 at least, for clusters.
+class BlockScores {
+ public:
+  BlockScores(size_t segments, int columns);
+  // The next segment's.
+  void Add(const Eigen::MatrixXd& A, const Eigen::VectorXd& e);
+  const Eigen::MatrixXd& scores() const { return scores_; }
+  double squares() const { return squares_; }
+
+ private:
+  int blocks_, next_ = 0;   // of a segment; of all
+  Eigen::MatrixXd scores_;  // blocks x columns
+  double squares_ = 0.0;
+};
+
 // The Wald test of weights alpha = -C^-1 A' r of columns A, C = A' A, against
 // none, when the errors e = r + A alpha that remain are serially correlated.
 // `scores` holds A' e of each block of time, blocks x columns, which sum to

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <iterator>
 
-#include "sysid/diagnosis/force_knots.h"
 #include "sysid/diagnosis/force_regression.h"
 #include "sysid/diagnosis/force_response.h"
 #include "sysid/diagnosis/smooth_force.h"
@@ -21,6 +20,11 @@ constexpr double kSignificant = 1e-3;
 // A force that does less than this part of what all do is what is left of
 // another's.
 constexpr double kMaterial = 0.05;
+
+struct KnotRange {
+  int first = 0, last = 0;
+  int size() const { return last - first + 1; }
+};
 
 // Blocks that hold whole knots, at least two each, so that every segment lies
 // in two neighbours.
@@ -39,57 +43,47 @@ std::vector<int> CutBlocks(const std::vector<KnotRange>& segments, int knots,
   return cuts;
 }
 
+// The knots that the intervals of a segment see, [first, last].
+KnotRange RangeOf(const ForceResponse& response, int s) {
+  const ForceKnots& knots = response.KnotsOf(s);
+  const int intervals = static_cast<int>(response.tangent(s).middle.rows());
+  return {knots.Before(response.Middle(s, 0)),
+          std::min(knots.count - 1,
+                   knots.Before(response.Middle(s, intervals - 1)) + 1)};
+}
+
 // The forces of a hat function at each knot, on each degree of freedom.
-ParameterForces Hats(const ForceKnots& knots, const KnotRange& range,
-                     const Run& run, const LinearizedFit::Segment& segment,
-                     int nv) {
-  ParameterForces forces =
-      ParameterForces::Zero(*segment.rollout, range.size() * nv);
+ParameterForces Hats(const ForceResponse& response, int s,
+                     const KnotRange& range) {
+  const int nv = response.fit().problem().model().nv();
+  ParameterForces forces = ParameterForces::Zero(
+      *response.fit().segments()[s]->rollout, range.size() * nv);
   for (size_t i = 0; i < forces.f.size(); ++i) {
-    const double t =
-        Middle(run, segment.rollout->first() + static_cast<int>(i));
-    for (int k = range.first; k <= range.last; ++k) {
-      const double weight = knots.Weight(k, t);
-      for (int d = 0; d < nv && weight > 0; ++d) {
-        forces.f[i](d, (k - range.first) * nv + d) = weight;
-      }
-    }
+    response.KnotsOf(s).Around(
+        response.Middle(s, static_cast<int>(i)), [&](int k, double weight) {
+          forces.f[i].middleCols((k - range.first) * nv, nv) =
+              weight * MatrixXd::Identity(nv, nv);
+        });
   }
   return forces;
 }
 
-// What a segment says of its knots and of the parameters.
-struct SegmentProducts {
-  KnotRange range;
-  MatrixXd G, C, N;
-  VectorXd g, t;
-  double squares = 0.0;
-};
-
-SegmentProducts ProductsOf(const ForceResponse& response, int s,
-                           const ForceKnots& knots) {
+// The products [A Theta r]' [A Theta r] of a segment, of the forces at its
+// knots.
+MatrixXd ProductsOf(const ForceResponse& response, int s,
+                    const KnotRange& range) {
   const LinearizedFit& fit = response.fit();
   const LinearizedFit::Segment& at = *fit.segments()[s];
-  const Run& run = fit.problem().runs()[at.run]->run;
-  SegmentProducts out;
-  out.range = RangeOf(knots, run, at);
-  const MatrixXd A = fit.WithoutStates(
-      at, response.Respond(
-              s, Hats(knots, out.range, run, at, fit.problem().model().nv())));
-  const VectorXd r = fit.WithoutStates(at, at.whitened);
-  out.G.setZero(A.cols(), A.cols());
-  out.G.selfadjointView<Eigen::Lower>().rankUpdate(A.transpose());
-  out.G = out.G.selfadjointView<Eigen::Lower>();
-  out.C.noalias() = A.transpose() * at.theta;
-  out.N.noalias() = at.theta.transpose() * at.theta;
-  out.g.noalias() = A.transpose() * r;
-  out.t.noalias() = at.theta.transpose() * r;
-  out.squares = r.squaredNorm();
-  return out;
+  const MatrixXd A =
+      fit.WithoutStates(at, response.Respond(s, Hats(response, s, range)));
+  MatrixXd all(A.rows(), A.cols() + at.theta.cols() + 1);
+  all << A, at.theta, fit.WithoutStates(at, at.whitened);
+  MatrixXd products = MatrixXd::Zero(all.cols(), all.cols());
+  products.selfadjointView<Eigen::Lower>().rankUpdate(all.transpose());
+  return products.selfadjointView<Eigen::Lower>();
 }
 
-ForceEquations Assemble(const ForceResponse& response,
-                        const std::vector<ForceKnots>& knots) {
+ForceEquations Assemble(const ForceResponse& response) {
   // Keeps parameters where they are that the data does not tell of.
   constexpr double kHold = 1e-10;
   const LinearizedFit& fit = response.fit();
@@ -97,10 +91,12 @@ ForceEquations Assemble(const ForceResponse& response,
   const int nv = problem.model().nv(), free = problem.map().size();
   const auto& segments = fit.segments();
   const int count = static_cast<int>(segments.size());
-  std::vector<SegmentProducts> products(count);
+  std::vector<KnotRange> ranges(count);
+  std::vector<MatrixXd> products(count);
   ParallelFor(count, problem.options().threads, problem.options().stop,
               [&](int s) {
-                products[s] = ProductsOf(response, s, knots[segments[s]->run]);
+                ranges[s] = RangeOf(response, s);
+                products[s] = ProductsOf(response, s, ranges[s]);
                 return true;
               });
   ForceEquations equations;
@@ -108,14 +104,12 @@ ForceEquations Assemble(const ForceResponse& response,
   equations.N = MatrixXd::Zero(free, free);
   equations.t = VectorXd::Zero(free);
   equations.nv = nv;
-  for (size_t r = 0; r < knots.size(); ++r) {
+  for (size_t r = 0; r < response.knots().size(); ++r) {
     ForceEquations::Run run;
-    run.knots = knots[r].count;
+    run.knots = response.knots()[r].count;
     std::vector<KnotRange> own;
     for (int s = 0; s < count; ++s) {
-      if (segments[s]->run == static_cast<int>(r)) {
-        own.push_back(products[s].range);
-      }
+      if (segments[s]->run == static_cast<int>(r)) own.push_back(ranges[s]);
     }
     run.G = BlockTridiagonal::Zero(CutBlocks(own, run.knots, nv));
     run.C = MatrixXd::Zero(run.G.size(), free);
@@ -123,15 +117,15 @@ ForceEquations Assemble(const ForceResponse& response,
     equations.runs.push_back(std::move(run));
   }
   for (int s = 0; s < count; ++s) {
-    const SegmentProducts& product = products[s];
+    const MatrixXd& K = products[s];
+    const int row = ranges[s].first * nv, size = ranges[s].size() * nv;
     ForceEquations::Run& run = equations.runs[segments[s]->run];
-    const int row = product.range.first * nv;
-    run.G.Add(row, product.G);
-    run.C.middleRows(row, product.C.rows()) += product.C;
-    run.g.segment(row, product.g.size()) += product.g;
-    equations.N += product.N;
-    equations.t += product.t;
-    equations.squares += product.squares;
+    run.G.Add(row, K.topLeftCorner(size, size));
+    run.C.middleRows(row, size) += K.block(0, size, size, free);
+    run.g.segment(row, size) += K.col(size + free).head(size);
+    equations.N += K.block(size, size, free, free);
+    equations.t += K.col(size + free).segment(size, free);
+    equations.squares += K(size + free, size + free);
   }
   for (int i = 0; i < free; ++i) {
     double& own = equations.N(i, i);
@@ -142,10 +136,10 @@ ForceEquations Assemble(const ForceResponse& response,
   return equations;
 }
 
-std::vector<ForceCurve> CurvesOf(const LinearizedFit& fit,
-                                 const std::vector<ForceKnots>& knots,
+std::vector<ForceCurve> CurvesOf(const ForceResponse& response,
                                  const SmoothForce& force, const Body& body) {
-  const ShootingProblem& problem = fit.problem();
+  const ShootingProblem& problem = response.fit().problem();
+  const std::vector<ForceKnots>& knots = response.knots();
   std::vector<ForceCurve> curves;
   for (int c = 0; c < VelocitySize(body.type); ++c) {
     if (!force.Seen(body.v_index + c)) continue;
@@ -193,13 +187,12 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
   const auto& bodies = fit.problem().model().bodies();
   const ForceResponse response(fit);
   if (!response.Valid()) return out;
-  const std::vector<ForceKnots> knots = PlaceKnots(fit);
-  const ForceEquations equations = Assemble(response, knots);
+  const ForceEquations equations = Assemble(response);
   const SmoothForce force(equations);
   out.variance = force.variance();
-  std::vector<ForcedMotion> motions;
+  std::vector<const Body*> moved;  // by forces that are significant
   for (const Body& body : bodies) {
-    std::vector<ForceCurve> curves = CurvesOf(fit, knots, force, body);
+    std::vector<ForceCurve> curves = CurvesOf(response, force, body);
     if (curves.empty()) continue;
     JointForce joint = Summarize(curves);
     const SmoothForce::Weight weight =
@@ -209,13 +202,9 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
     joint.significant = joint.p_value < kSignificant && joint.share > kMaterial;
     out.joints.push_back(joint);
     std::move(curves.begin(), curves.end(), std::back_inserter(out.curves));
-    if (!joint.significant) continue;
-    if (motions.empty()) motions = MoveWith(response, knots, force);
-    for (ForceRegression& law :
-         RegressForce(fit, knots, force, motions, body)) {
-      out.regression.push_back(std::move(law));
-    }
+    if (joint.significant) moved.push_back(&body);
   }
+  out.regression = RegressForces(response, force, moved);
   return out;
 }
 

@@ -103,15 +103,6 @@ void AddBinsOf(const LinearizedFit& fit, const Body& body,
   AddBins(like, by_velocity, bins);
 }
 
-// Segments of another length, their states from the data and then the best for
-// the parameters as they are.
-Solution CutAnew(const ShootingProblem& problem, const Solution& like,
-                 const Eigen::VectorXd& theta, double length) {
-  Solution cut = CutPoint(problem, theta, AllStatesFromData(problem), length);
-  cut.rollout = like.rollout;
-  return SolveStates(problem, cut, {.twist_hold = kHeldSpin});
-}
-
 // The furthest that a parameter ended from where it started, over its size.
 double FurthestMove(const EvaluatedModel& evaluated) {
   double most = 0.0;
@@ -140,7 +131,10 @@ UnexplainedForce ForceFrom(const EvaluatedModel& evaluated,
                            double enough, UnexplainedForce best) {
   const ShootingProblem& problem = *evaluated.problem;
   for (; best.variance > enough && length > kShortest; length /= kShorter) {
-    const Solution cut = CutAnew(problem, evaluated.fit.point, theta, length);
+    // States from the data, then the best for the parameters as they are.
+    Solution cut = CutPoint(problem, theta, AllStatesFromData(problem), length);
+    cut.rollout = evaluated.fit.point.rollout;
+    cut = SolveStates(problem, cut, {.twist_hold = kHeldSpin});
     UnexplainedForce next = EstimateForce(LinearizedFit(problem, cut));
     if (next.curves.empty()) continue;
     if (next.variance < best.variance) best = std::move(next);
