@@ -27,7 +27,7 @@ class Stepper {
  public:
   Stepper(Integrator integrator, Workspace<T>* workspace);
 
-  // x (nq + nv numbers) after h seconds under the efforts tau (nv numbers).
+  // x after h seconds under the efforts tau (nv numbers).
   // False where the dynamics fail (ForwardDynamics).
   [[nodiscard]] bool Step(double h, const T* tau, T* x);
 
@@ -37,7 +37,7 @@ class Stepper {
 
   Integrator integrator_;
   Workspace<T>* ws_;
-  std::vector<T> stage_x_, u_, rate_, sum_u_, sum_v_, qdd_;
+  std::vector<T> stage_x_, u_, v_, rate_, sum_u_, sum_v_, qdd_;
 };
 
 }  // namespace sysid

@@ -10,7 +10,9 @@
 namespace sysid {
 
 Model::Model(Mechanism mechanism)
-    : mechanism_(std::move(mechanism)), nominal_(mechanism_.nominal) {
+    : mechanism_(std::move(mechanism)),
+      layout_(mechanism_),
+      nominal_(mechanism_.nominal) {
   placements_.resize(mechanism_.links.size());
   for (size_t i = 0; i < mechanism_.joints.size(); ++i) {
     const Joint& joint = mechanism_.joints[i];

@@ -38,13 +38,11 @@ StepTangent::StepTangent(Integrator integrator, Workspace<double>* workspace)
       ws_(workspace),
       dynamics_(workspace->model()),
       moves_(workspace->model().bodies().size()) {
-  const Model& model = ws_->model();
-  stage_x_.resize(model.state_size());
-  qdd_.resize(model.nv());
-  u_.resize(model.tangent_size());
-  rate_.resize(model.nv());
-  sum_u_.resize(model.nv());
-  sum_v_.resize(model.nv());
+  stage_x_.resize(ws_->model().state_size());
+  for (std::vector<double>* part :
+       {&u_, &v_, &rate_, &sum_u_, &sum_v_, &qdd_}) {
+    part->resize(ws_->model().nv());
+  }
 }
 
 bool StepTangent::Step(double h, const double* tau, double* x,
@@ -55,9 +53,10 @@ bool StepTangent::Step(double h, const double* tau, double* x,
 }
 
 bool StepTangent::Accelerate(const double* tau, const double* x) {
-  const double* qd = x + ws_->model().nq();
-  if (!ForwardDynamics<double>(ws_, x, qd, tau, qdd_.data())) return false;
-  dynamics_.SetPoint(*ws_, x, qd, qdd_.data());
+  const double* q = x + ws_->model().layout().q();
+  const double* qd = x + ws_->model().layout().qd();
+  if (!ForwardDynamics<double>(ws_, q, qd, tau, qdd_.data())) return false;
+  dynamics_.SetPoint(*ws_, q, qd, qdd_.data());
   return true;
 }
 
@@ -120,11 +119,12 @@ void StepTangent::Advance(const std::vector<Lanes>& dq,
 bool StepTangent::StepEuler(double h, const double* tau, double* x,
                             const std::vector<StateColumns*>& columns) {
   const Model& model = ws_->model();
-  const int nq = model.nq(), nv = model.nv();
+  const double* qd = x + model.layout().qd();
+  const int nv = model.nv();
   if (!Accelerate(tau, x)) return false;
   for (int i = 0; i < nv; ++i) {
-    u_[i] = (x[nq + i] + qdd_[i] * h) * h;
-    u_[nv + i] = qdd_[i] * h;
+    u_[i] = (qd[i] + qdd_[i] * h) * h;
+    v_[i] = qdd_[i] * h;
   }
   SetMoves(u_.data());
   for (StateColumns* eight : columns) {
@@ -137,7 +137,7 @@ bool StepTangent::StepEuler(double h, const double* tau, double* x,
     }
     Advance(c.dq, c.du, &c.dq);
   }
-  internal::Advance<double>(model, x, u_.data(), x);
+  internal::Advance<double>(model, x, u_.data(), v_.data(), x);
   return true;
 }
 
@@ -145,11 +145,12 @@ bool StepTangent::StepEuler(double h, const double* tau, double* x,
 bool StepTangent::StepRungeKutta4(double h, const double* tau, double* x,
                                   const std::vector<StateColumns*>& columns) {
   const Model& model = ws_->model();
-  const int nq = model.nq(), nv = model.nv();
-  static constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
-  static constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-  std::copy(x, x + nq + nv, stage_x_.begin());
-  std::copy(x + nq, x + nq + nv, rate_.begin());  // J_r(0) = 1
+  using internal::kAhead, internal::kWeight;
+  const StateLayout& at = model.layout();
+  const int nv = at.nv();
+  std::copy_n(x, at.size(), stage_x_.begin());
+  std::copy_n(x + at.qd(), nv, rate_.begin());  // J_r(0) = 1
+  const double* stage_qd = stage_x_.data() + at.qd();
   std::fill(sum_u_.begin(), sum_u_.end(), 0.0);
   std::fill(sum_v_.begin(), sum_v_.end(), 0.0);
   for (int stage = 0; stage < 4; ++stage) {
@@ -162,18 +163,18 @@ bool StepTangent::StepRungeKutta4(double h, const double* tau, double* x,
     if (stage < 3) {
       for (int i = 0; i < nv; ++i) {
         u_[i] = rate_[i] * ahead;
-        u_[nv + i] = qdd_[i] * ahead;
+        v_[i] = qdd_[i] * ahead;
       }
-      internal::Advance<double>(model, x, u_.data(), stage_x_.data());
-      internal::TangentRate<double>(model, u_.data(), stage_x_.data() + nq,
-                                    rate_.data());
-      SetRates(u_.data(), stage_x_.data() + nq);
+      internal::Advance<double>(model, x, u_.data(), v_.data(),
+                                stage_x_.data());
+      internal::TangentRate<double>(model, u_.data(), stage_qd, rate_.data());
+      SetRates(u_.data(), stage_qd);
     } else {
       for (int i = 0; i < nv; ++i) {
         u_[i] = sum_u_[i] * h;
-        u_[nv + i] = sum_v_[i] * h;
+        v_[i] = sum_v_[i] * h;
       }
-      internal::Advance<double>(model, x, u_.data(), x);
+      internal::Advance<double>(model, x, u_.data(), v_.data(), x);
     }
     SetMoves(u_.data());
     for (StateColumns* eight : columns) {

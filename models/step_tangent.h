@@ -29,7 +29,7 @@ class StepTangent {
  public:
   StepTangent(Integrator integrator, Workspace<double>* workspace);
 
-  // x (nq + nv numbers) and its columns after h seconds under the efforts tau.
+  // x and its columns after h seconds under the efforts tau.
   // False where the dynamics fail.
   [[nodiscard]] bool Step(double h, const double* tau, double* x,
                           const std::vector<StateColumns*>& columns);
@@ -61,7 +61,7 @@ class StepTangent {
   Workspace<double>* ws_;
   DynamicsTangent dynamics_;
   std::vector<Move> moves_;  // by body
-  std::vector<double> stage_x_, qdd_, u_, rate_, sum_u_, sum_v_;
+  std::vector<double> stage_x_, u_, v_, rate_, sum_u_, sum_v_, qdd_;
 };
 
 }  // namespace sysid

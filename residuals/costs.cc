@@ -27,17 +27,17 @@ Matrix43 QuaternionJacobian(const double* q) {
 // velocity w changes by w x dq + dqd.
 void PlusJacobianAt(const Model& model, const double* x,
                     Eigen::Ref<RowMatrixXd> J) {
-  const int nq = model.nq(), nv = model.nv();
+  const StateLayout& at = model.layout();
   J.setZero();
-  J.bottomRightCorner(nv, nv).setIdentity();
+  J.block(at.qd(), at.dqd(), at.nv(), at.nv()).setIdentity();
   for (const Body& body : model.bodies()) {
-    const int q = body.q_index, v = body.v_index;
+    const int q = at.q(body), dq = at.dq(body);
     if (body.type == JointType::kSpherical) {
-      J.block<4, 3>(q, v) = QuaternionJacobian(x + q);
-      J.block<3, 3>(nq + v, v) = Skew<double>(
-          Eigen::Vector3d(x[nq + v], x[nq + v + 1], x[nq + v + 2]));
+      J.block<4, 3>(q, dq) = QuaternionJacobian(x + q);
+      J.block<3, 3>(at.qd(body), dq) =
+          Skew<double>(Eigen::Vector3d(x + at.qd(body)));
     } else {
-      J(q, v) = 1.0;
+      J(q, dq) = 1.0;
     }
   }
 }
@@ -59,43 +59,42 @@ Eigen::Matrix3d RightJacobianInverseMatrix(const Eigen::Vector3d& phi) {
 void LiftToAmbient(const Model& model, const double* x,
                    const Eigen::Ref<const RowMatrixXd>& J_tangent,
                    Eigen::Ref<RowMatrixXd> J) {
-  const int nq = model.nq(), nv = model.nv();
+  const StateLayout& at = model.layout();
   for (const Body& body : model.bodies()) {
-    const int q = body.q_index, v = body.v_index;
+    const int q = at.q(body), dq = at.dq(body);
     if (body.type == JointType::kSpherical) {
-      const Eigen::Vector3d w(x[nq + v], x[nq + v + 1], x[nq + v + 2]);
+      const Eigen::Vector3d w(x + at.qd(body));
       const RowMatrixXd by_rotation =
-          J_tangent.middleCols<3>(v) -
-          J_tangent.middleCols<3>(nv + v) * Skew<double>(w);
+          J_tangent.middleCols<3>(dq) -
+          J_tangent.middleCols<3>(at.dqd(body)) * Skew<double>(w);
       J.middleCols<4>(q) =
           by_rotation * (4.0 * QuaternionJacobian(x + q)).transpose();
     } else {
-      J.col(q) = J_tangent.col(v);
+      J.col(q) = J_tangent.col(dq);
     }
   }
-  J.middleCols(nq, nv) = J_tangent.middleCols(nv, nv);
+  J.middleCols(at.qd(), at.nv()) = J_tangent.middleCols(at.dqd(), at.nv());
 }
 
 void StateDefect(const Model& model, const double* x_end, const double* x_next,
                  double* defect, RowMatrixXd* J_end, RowMatrixXd* J_next) {
-  const int tangent = model.tangent_size(), nv = model.nv();
+  const StateLayout& at = model.layout();
   BoxMinus<double>(model, x_end, x_next, defect);
   if (J_end == nullptr) return;
-  J_end->setIdentity(tangent, tangent);
+  J_end->setIdentity(at.tangent_size(), at.tangent_size());
   *J_next = -*J_end;
   for (const Body& body : model.bodies()) {
     if (body.type != JointType::kSpherical) continue;
-    const int v = body.v_index;
+    const int dq = at.dq(body), dqd = at.dqd(body);
     // Log(q0* q1) by q1's tangent: J_r^-1(phi); by q0's: -J_r^-1(-phi).
-    const Eigen::Vector3d phi(defect[v], defect[v + 1], defect[v + 2]);
-    J_end->block<3, 3>(v, v) = RightJacobianInverseMatrix(phi);
-    J_next->block<3, 3>(v, v) = -RightJacobianInverseMatrix(-phi);
+    const Eigen::Vector3d phi(defect + dq);
+    J_end->block<3, 3>(dq, dq) = RightJacobianInverseMatrix(phi);
+    J_next->block<3, 3>(dq, dq) = -RightJacobianInverseMatrix(-phi);
     // e = Exp(phi) w1 - w0: by (3.1) q1's tangent leaves it, dw1 acts through
     // Exp(phi); q0's turns it by -dq0 x e, dw0 acts as it is.
-    const Eigen::Vector3d e(defect[nv + v], defect[nv + v + 1],
-                            defect[nv + v + 2]);
-    J_end->block<3, 3>(nv + v, nv + v) = ToMatrix(Exp<double>(phi));
-    J_next->block<3, 3>(nv + v, v) = Skew<double>(e);
+    const Eigen::Vector3d e(defect + dqd);
+    J_end->block<3, 3>(dqd, dqd) = ToMatrix(Exp<double>(phi));
+    J_next->block<3, 3>(dqd, dq) = Skew<double>(e);
   }
 }
 

@@ -27,13 +27,14 @@ class Sensors {
     if (row_ >= rows.size() || rows[row_].sample != k) return;
     const Model& model = ws_->model();
     const Run& run = *rollout_.measurements().run;
-    for (int i = 0; i < model.nq(); ++i) seen_[i] = x[i];
+    const T* q = x + model.layout().q();
+    std::copy_n(q, model.nq(), seen_.begin());
     for (const auto& effect : ws_->measurement_effects) {
       effect.hooks->ModifyMeasurement(
           effect.p, &seen_[model.bodies()[effect.body].q_index]);
     }
-    if (rollout_.needs_kinematics()) ForwardKinematics<T>(ws_, x);
-    const PredictedState<T> state{seen_.data(), x + model.nq(), ws_};
+    if (rollout_.needs_kinematics()) ForwardKinematics<T>(ws_, q);
+    const PredictedState<T> state{seen_.data(), x + model.layout().qd(), ws_};
     for (; row_ < rows.size() && rows[row_].sample == k; ++row_) {
       const Channel& channel = run.channels[rows[row_].channel];
       const double* measured =

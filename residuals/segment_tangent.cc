@@ -92,8 +92,8 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
                     const double* theta, SegmentTangent* tangent) {
   const Model& model = rollout.model();
   const int count = rollout.last() - rollout.first();
-  const int size = model.state_size(), n = model.tangent_size();
-  const int nv = model.nv();
+  const StateLayout& at = model.layout();
+  const int size = at.size(), n = at.tangent_size(), nv = at.nv();
   tangent->states.resize(count + 1, size);
   tangent->middle.resize(count, size);
   tangent->acceleration.resize(count, nv);
@@ -136,8 +136,8 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
     tangent->middle.row(i) = Eigen::Map<Eigen::RowVectorXd>(half.data(), size);
     const double start = run.t[k], span = run.t[k + 1] - start;
     ActingEffort<double>(run, *walk.workspace(), k, start, span, tau.data());
-    if (!ForwardDynamics<double>(walk.workspace(), half.data(),
-                                 half.data() + model.nq(), tau.data(),
+    if (!ForwardDynamics<double>(walk.workspace(), half.data() + at.q(),
+                                 half.data() + at.qd(), tau.data(),
                                  tangent->acceleration.row(i).data())) {
       return false;
     }

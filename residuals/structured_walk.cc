@@ -58,20 +58,20 @@ void ColumnBlock::Start(const SegmentRollout& rollout) {
 }
 
 void ColumnBlock::SeedState(const double* x) {
-  const int nq = model_.nq(), nv = model_.nv();
-  const int efforts = CountColumns(model_, map_, layout_) - nv;
-  for (int i = 0; i < nv; ++i) {
+  const StateLayout& at = model_.layout();
+  const int efforts = CountColumns(model_, map_, layout_) - at.nv();
+  for (int i = 0; i < at.nv(); ++i) {
     columns_.dq[i] = columns_.dqd[i] = columns_.dtau[i] = ZeroLanes();
     if (layout_.state) {
-      columns_.dq[i] = UnitLanes(i - first_);
-      columns_.dqd[i] = UnitLanes(nv + i - first_);
+      columns_.dq[i] = UnitLanes(at.dq() + i - first_);
+      columns_.dqd[i] = UnitLanes(at.dqd() + i - first_);
     }
     if (layout_.efforts) columns_.dtau[i] = UnitLanes(efforts + i - first_);
   }
   for (const Body& body : model_.bodies()) {
     if (body.type != JointType::kSpherical) continue;
     const int v = body.v_index;
-    const Vector3d w = Eigen::Map<const Vector3d>(x + nq + v);
+    const Vector3d w = Eigen::Map<const Vector3d>(x + at.qd(body));
     Store3(Load3(&columns_.dqd[v]) + Cross(w, Load3(&columns_.dq[v])),
            &columns_.dqd[v]);
   }
@@ -87,10 +87,10 @@ void ColumnBlock::SetEfforts(const Run& run, int sample, double t, double h) {
 }
 
 void ColumnBlock::Measure(int k, const double* x) {
-  const int nq = model_.nq(), nv = model_.nv();
+  const StateLayout& at = model_.layout();
   for (const Body& body : model_.bodies()) {
-    const double* q = x + body.q_index;
-    Jet8* out = x_.data() + body.q_index;
+    const double* q = x + at.q(body);
+    Jet8* out = x_.data() + at.q(body);
     const Lanes* dq = &columns_.dq[body.v_index];
     if (body.type == JointType::kSpherical) {
       // q (dq / 2, 0).
@@ -105,8 +105,8 @@ void ColumnBlock::Measure(int k, const double* x) {
       out[0] = JetOf(q[0], dq[0]);
     }
   }
-  for (int i = 0; i < nv; ++i) {
-    x_[nq + i] = JetOf(x[nq + i], columns_.dqd[i]);
+  for (int i = 0; i < at.nv(); ++i) {
+    x_[at.qd() + i] = JetOf(x[at.qd() + i], columns_.dqd[i]);
   }
   sensors_->Measure(k, x_.data(), errors_.data());
 }
@@ -116,13 +116,13 @@ void ColumnBlock::ReadError(int e, RowMatrixXd* J) const {
 }
 
 void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
-  const int nq = model_.nq(), nv = model_.nv();
+  const StateLayout& at = model_.layout();
   for (const Body& body : model_.bodies()) {
     Lanes dqd[3];
     const int v = body.v_index, size = VelocitySize(body.type);
     for (int i = 0; i < size; ++i) dqd[i] = columns_.dqd[v + i];
     if (body.type == JointType::kSpherical) {
-      const Vector3d w = Eigen::Map<const Vector3d>(x + nq + v);
+      const Vector3d w = Eigen::Map<const Vector3d>(x + at.qd(body));
       Store3(Load3(dqd) - Cross(w, Load3(&columns_.dq[v])), dqd);
     }
     for (int i = 0; i < size; ++i) {
@@ -130,8 +130,8 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
       StoreLanes(columns_.dq[v + i], by_q);
       StoreLanes(dqd[i], by_qd);
       for (int c = 0; c < count_; ++c) {
-        (*J)(v + i, first_ + c) = by_q[c];
-        (*J)(nv + v + i, first_ + c) = by_qd[c];
+        (*J)(at.dq(body) + i, first_ + c) = by_q[c];
+        (*J)(at.dqd(body) + i, first_ + c) = by_qd[c];
       }
     }
   }

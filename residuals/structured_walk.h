@@ -13,7 +13,7 @@ namespace sysid::internal {
 
 // Which columns a Jacobian has, in this order.
 struct ColumnLayout {
-  bool state = false;    // by the tangent of the first state: 2 nv
+  bool state = false;    // by the tangent of the first state
   bool theta = false;    // by the parameters of the map
   bool efforts = false;  // by generalised forces beside the drives': nv
   bool operator==(const ColumnLayout&) const = default;

@@ -148,8 +148,8 @@ MatrixXd AtKnots(const LinearizedFit& fit, const ForceKnots& knots,
       const auto x = motions[s].middle.row(i);
       const auto qdd = motions[s].acceleration.row(i);
       const Instant at = {
-          x.data() + body.q_index,
-          x.segment(model.nq() + body.v_index, nv)
+          x.data() + model.layout().q(body),
+          x.segment(model.layout().qd(body), nv)
               .transpose()
               .cwiseProduct(moves),
           qdd.segment(body.v_index, nv).transpose().cwiseProduct(moves),

@@ -42,7 +42,7 @@ ForcedMotion MoveSegment(const ForceResponse& response, int s,
   const Model& model = fit.problem().model();
   const SegmentTangent& tangent = response.tangent(s);
   const Run& run = fit.problem().runs()[segment.run]->run;
-  const int nv = model.nv();
+  const StateLayout& at = model.layout();
   VectorXd dx = fit.StateAgainst(
       segment, segment.whitened + response.Respond(s, forces).col(0));
   ForcedMotion motion{tangent.middle, tangent.acceleration};
@@ -53,7 +53,8 @@ ForcedMotion MoveSegment(const ForceResponse& response, int s,
     BoxPlus<double>(model, tangent.middle.row(i).data(), middle.data(),
                     motion.middle.row(i).data());
     motion.acceleration.row(i) +=
-        (next - dx).tail(nv).transpose() / (run.t[k + 1] - run.t[k]);
+        (next - dx).segment(at.dqd(), at.nv()).transpose() /
+        (run.t[k + 1] - run.t[k]);
     dx = next;
   }
   return motion;

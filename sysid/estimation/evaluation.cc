@@ -348,6 +348,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
                                          const Eigen::VectorXd& theta, int run,
                                          const RowMatrixXd& states) {
   const Model& model = problem.model();
+  const StateLayout& at = model.layout();
   const Run& recording = problem.runs()[run]->run;
   MechanismParameters<double> values;
   problem.map().Apply<double>(theta.data(), &values);
@@ -359,12 +360,13 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
   }
   for (int k = 0; k < recording.size(); ++k) {
     const double* x = states.row(k).data();
-    std::vector<double> seen(x, x + model.nq());
+    const double* q = x + at.q();
+    std::vector<double> seen(q, q + at.nq());
     for (const auto& effect : ws.measurement_effects) {
       effect.hooks->ModifyMeasurement(
           effect.p, &seen[model.bodies()[effect.body].q_index]);
     }
-    ForwardKinematics<double>(&ws, x);
+    ForwardKinematics<double>(&ws, q);
     for (size_t c = 0; c < recording.channels.size(); ++c) {
       const Channel& channel = recording.channels[c];
       const int columns = static_cast<int>(channel.values.cols());
@@ -376,7 +378,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
       const Joint& joint = model.mechanism().joints[channel.target];
       const double* from = IsPositionLike(channel.kind)
                                ? seen.data() + joint.q_index
-                               : x + model.nq() + joint.v_index;
+                               : x + at.qd(joint);
       predicted[c].row(k) = Eigen::Map<const Eigen::RowVectorXd>(from, columns);
     }
   }

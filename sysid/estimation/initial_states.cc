@@ -205,7 +205,8 @@ class FrameKinematics {
   // columns of dq that are not `movable` stay. Damped Gauss-Newton.
   void Solve(int k, const std::vector<bool>& movable,
              Eigen::VectorXd* q) const {
-    const int nv = model_.nv();
+    const StateLayout& at = model_.layout();
+    const int nv = at.nv();
     for (int iteration = 0; iteration < 20; ++iteration) {
       Eigen::MatrixXd J;
       Eigen::VectorXd r;
@@ -217,13 +218,14 @@ class FrameKinematics {
       Eigen::MatrixXd H = J.transpose() * J;
       H.diagonal().array() += 1e-6 * std::max(H.trace() / nv, 1e-9);
       const Eigen::VectorXd dq = -H.ldlt().solve(J.transpose() * r);
-      Eigen::VectorXd x(model_.state_size()), dx(model_.tangent_size());
-      x << *q, Eigen::VectorXd::Zero(nv);
+      Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());
+      Eigen::VectorXd dx = Eigen::VectorXd::Zero(at.tangent_size());
+      x.segment(at.q(), at.nq()) = *q;
       const double largest = dq.cwiseAbs().maxCoeff();
-      dx << dq * std::min(1.0, 0.5 / std::max(largest, 1e-12)),
-          Eigen::VectorXd::Zero(nv);
+      dx.segment(at.dq(), nv) =
+          dq * std::min(1.0, 0.5 / std::max(largest, 1e-12));
       BoxPlus<double>(model_, x.data(), dx.data(), x.data());
-      *q = x.head(model_.nq());
+      *q = x.segment(at.q(), at.nq());
       if (largest < 1e-10) return;
     }
   }
@@ -238,17 +240,20 @@ class FrameKinematics {
         frames.push_back(&channel);
       }
     }
-    const int nv = model_.nv();
+    const StateLayout& at = model_.layout();
+    const int nv = at.nv();
     r->resize(3 * frames.size());
     J->resize(3 * frames.size(), nv);
     Workspace<Jet24> ws(model_);
     ws.SetParameters(values_);
     for (int first = 0; first < nv; first += 24) {
-      std::vector<Jet24> x(model_.state_size()), dx(model_.tangent_size());
-      for (int i = 0; i < model_.nq(); ++i) x[i] = Jet24(q[i]);
-      for (int c = 0; c < 24 && first + c < nv; ++c) dx[first + c].v[c] = 1.0;
+      std::vector<Jet24> x(at.size()), dx(at.tangent_size());
+      for (int i = 0; i < at.nq(); ++i) x[at.q() + i] = Jet24(q[i]);
+      for (int c = 0; c < 24 && first + c < nv; ++c) {
+        dx[at.dq() + first + c].v[c] = 1.0;
+      }
       BoxPlus<Jet24>(model_, x.data(), dx.data(), x.data());
-      ForwardKinematics<Jet24>(&ws, x.data());
+      ForwardKinematics<Jet24>(&ws, x.data() + at.q());
       for (size_t f = 0; f < frames.size(); ++f) {
         const Vector3<Jet24> p = LinkPosition<Jet24>(ws, frames[f]->target);
         for (int i = 0; i < 3; ++i) {
@@ -270,16 +275,16 @@ class FrameKinematics {
 void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
                      const std::vector<bool>& movable, RowMatrixXd* states) {
   const Model& model = problem.model();
-  const int nq = model.nq();
+  const StateLayout& at = model.layout();
   const FrameKinematics kinematics(problem, run);
-  Eigen::VectorXd q = states->row(0).head(nq).transpose();
-  RowMatrixXd solved(run.size(), nq);
+  Eigen::VectorXd q = states->row(0).segment(at.q(), at.nq()).transpose();
+  RowMatrixXd solved(run.size(), at.nq());
   for (int k = 0; k < run.size(); ++k) {
     for (const Body& body : model.bodies()) {
       if (movable[body.v_index]) continue;
       const int size = ConfigurationSize(body.type);
       q.segment(body.q_index, size) =
-          states->row(k).segment(body.q_index, size).transpose();
+          states->row(k).segment(at.q(body), size).transpose();
     }
     kinematics.Solve(k, movable, &q);
     solved.row(k) = q.transpose();
@@ -289,12 +294,12 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
     const double sigma = problem.data().JointSigma(body.joint);
     if (body.type == JointType::kSpherical) {
       SmoothQuaternion(run.t, sigma, solved.middleCols(body.q_index, 4),
-                       states->middleCols(body.q_index, 4),
-                       states->middleCols(nq + body.v_index, 3));
+                       states->middleCols(at.q(body), 4),
+                       states->middleCols(at.qd(body), 3));
     } else {
       SmoothScalar(run.t, false, sigma, solved.col(body.q_index),
-                   states->middleCols(body.q_index, 1),
-                   states->middleCols(nq + body.v_index, 1));
+                   states->middleCols(at.q(body), 1),
+                   states->middleCols(at.qd(body), 1));
     }
   }
 }
@@ -304,18 +309,16 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
 RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
   const Model& model = problem.model();
   const Run& run = problem.runs()[run_index]->run;
-  const int nq = model.nq();
-  RowMatrixXd states = RowMatrixXd::Zero(run.size(), model.state_size());
-  states.leftCols(nq).rowwise() =
-      model.mechanism().NeutralConfiguration().transpose();
+  const StateLayout& at = model.layout();
+  RowMatrixXd states = NeutralState(model).transpose().replicate(run.size(), 1);
   std::vector<bool> unmeasured(model.nv(), false);
   bool any_unmeasured = false, any_frame = false;
   for (const Channel& channel : run.channels) {
     any_frame |= channel.kind == ChannelKind::kFramePosition;
   }
   for (const Body& body : model.bodies()) {
-    auto q = states.middleCols(body.q_index, ConfigurationSize(body.type));
-    auto qd = states.middleCols(nq + body.v_index, VelocitySize(body.type));
+    auto q = states.middleCols(at.q(body), ConfigurationSize(body.type));
+    auto qd = states.middleCols(at.qd(body), VelocitySize(body.type));
     const Channel* position = nullptr;
     const Channel* velocity = nullptr;
     for (const Channel& channel : run.channels) {

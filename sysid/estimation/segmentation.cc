@@ -90,7 +90,7 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
   constexpr double kGrowth = 4.0;
   constexpr int kStarts = 12;  // of a run, evenly spread
   const Model& model = problem.model();
-  const int nv = model.nv();
+  const StateLayout& at = model.layout();
   const double longest =
       std::min(problem.data().LongestDuration(), kLongestLength);
   // How far each of some segments has been followed, and how the state there
@@ -107,10 +107,11 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
     const int count = std::min(nodes.segments(), kStarts);
     for (int i = 0; i < count; ++i) {
       const int k = nodes.segments() * i / count;
-      walks.push_back({{static_cast<int>(r), k},
-                       nodes.samples[k],
-                       nodes.states.row(k).transpose(),
-                       RowMatrixXd::Identity(2 * nv, 2 * nv)});
+      walks.push_back(
+          {{static_cast<int>(r), k},
+           nodes.samples[k],
+           nodes.states.row(k).transpose(),
+           RowMatrixXd::Identity(at.tangent_size(), at.tangent_size())});
     }
   }
   double best = kFirstLength;
@@ -137,7 +138,8 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
       walk.sample = last;
       walk.x = x_end;
       walk.phi = J_end * walk.phi;
-      return walk.phi.topLeftCorner(nv, nv).operatorNorm() < kGrowth;
+      return walk.phi.block(at.dq(), at.dq(), at.nv(), at.nv()).operatorNorm() <
+             kGrowth;
     };
     if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
                      regular)) {

@@ -92,7 +92,7 @@ int Rollouts::Samples(const std::vector<int>& which) const {
 
 void StartAtRest(const Model& model, Solution* point) {
   for (Solution::Nodes& nodes : point->runs) {
-    nodes.states.row(0).tail(model.nv()).setZero();
+    nodes.states.row(0).segment(model.layout().qd(), model.nv()).setZero();
   }
 }
 
