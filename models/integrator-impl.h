@@ -55,6 +55,15 @@ void Advance(const Model& model, const T* x, const T* u, const T* v, T* out) {
   for (int i = 0; i < at.nv(); ++i) qd_out[i] = qd[i] + v[i];
 }
 
+struct NoCompanion {
+  template <typename T>
+  void Accelerated(const T*, const T*, const T*) {}
+  template <typename T>
+  void Moved(double, const T*) {}
+  template <typename T>
+  void MovedStage(int, double, const T*, const T*) {}
+};
+
 }  // namespace internal
 
 template <typename T>
@@ -68,21 +77,32 @@ Stepper<T>::Stepper(Integrator integrator, Workspace<T>* workspace)
 
 template <typename T>
 bool Stepper<T>::Step(double h, const T* tau, T* x) {
-  return integrator_ == Integrator::kRungeKutta4 ? StepRungeKutta4(h, tau, x)
-                                                 : StepEuler(h, tau, x);
+  internal::NoCompanion alone;
+  return StepWith(h, tau, x, &alone);
 }
 
 template <typename T>
-bool Stepper<T>::StepEuler(double h, const T* tau, T* x) {
+template <class Companion>
+bool Stepper<T>::StepWith(double h, const T* tau, T* x, Companion* companion) {
+  return integrator_ == Integrator::kRungeKutta4
+             ? StepRungeKutta4(h, tau, x, companion)
+             : StepEuler(h, tau, x, companion);
+}
+
+template <typename T>
+template <class Companion>
+bool Stepper<T>::StepEuler(double h, const T* tau, T* x, Companion* companion) {
   const Model& model = ws_->model();
   const StateLayout& at = model.layout();
   const T* qd = x + at.qd();
   if (!ForwardDynamics<T>(ws_, x + at.q(), qd, tau, qdd_.data())) return false;
+  companion->Accelerated(x + at.q(), qd, qdd_.data());
   for (int i = 0; i < at.nv(); ++i) {
     u_[i] = (qd[i] + qdd_[i] * h) * h;
     v_[i] = qdd_[i] * h;
   }
   internal::Advance<T>(model, x, u_.data(), v_.data(), x);
+  companion->Moved(h, u_.data());
   return true;
 }
 
@@ -90,7 +110,9 @@ bool Stepper<T>::StepEuler(double h, const T* tau, T* x) {
 // k_s = J_r(u_s)^-1 qd_s:  q+ = q Exp(h (k_1 + 2 k_2 + 2 k_3 + k_4) / 6), and
 // the same sum of accelerations for qd.                                (3.3)
 template <typename T>
-bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
+template <class Companion>
+bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x,
+                                 Companion* companion) {
   const Model& model = ws_->model();
   using internal::kAhead, internal::kWeight;
   const StateLayout& at = model.layout();
@@ -103,6 +125,7 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
     if (!ForwardDynamics<T>(ws_, stage_q, stage_qd, tau, qdd_.data())) {
       return false;
     }
+    companion->Accelerated(stage_q, stage_qd, qdd_.data());
     for (int i = 0; i < nv; ++i) {
       if (stage == 0) {
         sum_u_[i] = rate_[i] * kWeight[0];
@@ -119,12 +142,14 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
     }
     internal::Advance<T>(model, x, u_.data(), v_.data(), stage_x_.data());
     internal::TangentRate<T>(model, u_.data(), stage_qd, rate_.data());
+    companion->MovedStage(stage, h, u_.data(), stage_qd);
   }
   for (int i = 0; i < nv; ++i) {
     u_[i] = sum_u_[i] * h;
     v_[i] = sum_v_[i] * h;
   }
   internal::Advance<T>(model, x, u_.data(), v_.data(), x);
+  companion->MovedStage(3, h, u_.data(), stage_qd);
   return true;
 }
 

@@ -34,30 +34,20 @@ StateColumns::StateColumns(const Model& model,
 }
 
 StepTangent::StepTangent(Integrator integrator, Workspace<double>* workspace)
-    : integrator_(integrator),
-      ws_(workspace),
+    : ws_(workspace),
+      stepper_(integrator, workspace),
       dynamics_(workspace->model()),
-      moves_(workspace->model().bodies().size()) {
-  stage_x_.resize(ws_->model().state_size());
-  for (std::vector<double>* part :
-       {&u_, &v_, &rate_, &sum_u_, &sum_v_, &qdd_}) {
-    part->resize(ws_->model().nv());
-  }
-}
+      moves_(workspace->model().bodies().size()) {}
 
 bool StepTangent::Step(double h, const double* tau, double* x,
                        const std::vector<StateColumns*>& columns) {
-  return integrator_ == Integrator::kRungeKutta4
-             ? StepRungeKutta4(h, tau, x, columns)
-             : StepEuler(h, tau, x, columns);
+  columns_ = &columns;
+  return stepper_.StepWith(h, tau, x, this);
 }
 
-bool StepTangent::Accelerate(const double* tau, const double* x) {
-  const double* q = x + ws_->model().layout().q();
-  const double* qd = x + ws_->model().layout().qd();
-  if (!ForwardDynamics<double>(ws_, q, qd, tau, qdd_.data())) return false;
-  dynamics_.SetPoint(*ws_, q, qd, qdd_.data());
-  return true;
+void StepTangent::Accelerated(const double* q, const double* qd,
+                              const double* qdd) {
+  dynamics_.SetPoint(*ws_, q, qd, qdd);
 }
 
 // (3.4), with [u]^2 = u u^T - |u|^2 1; Exp(u) = 1 + sin|u|/|u| [u] + b [u]^2.
@@ -116,72 +106,29 @@ void StepTangent::Advance(const std::vector<Lanes>& dq,
   }
 }
 
-bool StepTangent::StepEuler(double h, const double* tau, double* x,
-                            const std::vector<StateColumns*>& columns) {
-  const Model& model = ws_->model();
-  const double* qd = x + model.layout().qd();
-  const int nv = model.nv();
-  if (!Accelerate(tau, x)) return false;
-  for (int i = 0; i < nv; ++i) {
-    u_[i] = (qd[i] + qdd_[i] * h) * h;
-    v_[i] = qdd_[i] * h;
-  }
-  SetMoves(u_.data());
-  for (StateColumns* eight : columns) {
+void StepTangent::Moved(double h, const double* u) {
+  SetMoves(u);
+  for (StateColumns* eight : *columns_) {
     StateColumns& c = *eight;
     dynamics_.Columns(c.theta, c.dq.data(), c.dqd.data(),
                       c.tau_moves ? c.dtau.data() : nullptr, c.qdd.data());
-    for (int i = 0; i < nv; ++i) {
+    for (size_t i = 0; i < c.dqd.size(); ++i) {
       c.dqd[i] += c.qdd[i] * h;
       c.du[i] = c.dqd[i] * h;
     }
     Advance(c.dq, c.du, &c.dq);
   }
-  internal::Advance<double>(model, x, u_.data(), v_.data(), x);
-  return true;
 }
 
 // (3.3), line by line, and of each line its columns.
-bool StepTangent::StepRungeKutta4(double h, const double* tau, double* x,
-                                  const std::vector<StateColumns*>& columns) {
-  const Model& model = ws_->model();
-  using internal::kAhead, internal::kWeight;
-  const StateLayout& at = model.layout();
-  const int nv = at.nv();
-  std::copy_n(x, at.size(), stage_x_.begin());
-  std::copy_n(x + at.qd(), nv, rate_.begin());  // J_r(0) = 1
-  const double* stage_qd = stage_x_.data() + at.qd();
-  std::fill(sum_u_.begin(), sum_u_.end(), 0.0);
-  std::fill(sum_v_.begin(), sum_v_.end(), 0.0);
-  for (int stage = 0; stage < 4; ++stage) {
-    if (!Accelerate(tau, stage_x_.data())) return false;
-    for (int i = 0; i < nv; ++i) {
-      sum_u_[i] += rate_[i] * kWeight[stage];
-      sum_v_[i] += qdd_[i] * kWeight[stage];
-    }
-    const double ahead = h * kAhead[stage];
-    if (stage < 3) {
-      for (int i = 0; i < nv; ++i) {
-        u_[i] = rate_[i] * ahead;
-        v_[i] = qdd_[i] * ahead;
-      }
-      internal::Advance<double>(model, x, u_.data(), v_.data(),
-                                stage_x_.data());
-      internal::TangentRate<double>(model, u_.data(), stage_qd, rate_.data());
-      SetRates(u_.data(), stage_qd);
-    } else {
-      for (int i = 0; i < nv; ++i) {
-        u_[i] = sum_u_[i] * h;
-        v_[i] = sum_v_[i] * h;
-      }
-      internal::Advance<double>(model, x, u_.data(), v_.data(), x);
-    }
-    SetMoves(u_.data());
-    for (StateColumns* eight : columns) {
-      StageColumns(stage, ahead, h * kWeight[stage], eight);
-    }
+void StepTangent::MovedStage(int stage, double h, const double* u,
+                             const double* qd) {
+  if (stage < 3) SetRates(u, qd);
+  SetMoves(u);
+  for (StateColumns* eight : *columns_) {
+    StageColumns(stage, h * internal::kAhead[stage],
+                 h * internal::kWeight[stage], eight);
   }
-  return true;
 }
 
 // A stage's columns, and those of the state of the next stage, which is `ahead`

@@ -125,45 +125,6 @@ bool StateManifold::MinusJacobian(const double* x, double* jacobian) const {
   return true;
 }
 
-PriorCost::PriorCost(int block_size, std::vector<int> places,
-                     std::vector<double> means)
-    : places_(std::move(places)), means_(std::move(means)) {
-  CHECK_EQ(places_.size(), means_.size());
-  mutable_parameter_block_sizes()->push_back(block_size);
-  set_num_residuals(static_cast<int>(places_.size()));
-}
-
-bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
-                         double** jacobians) const {
-  for (size_t i = 0; i < places_.size(); ++i) {
-    residuals[i] = parameters[0][places_[i]] - means_[i];
-  }
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    Map J(jacobians[0], num_residuals(), parameter_block_sizes()[0]);
-    J.setZero();
-    for (size_t i = 0; i < places_.size(); ++i) J(i, places_[i]) = 1.0;
-  }
-  return true;
-}
-
-StatePriorCost::StatePriorCost(const Model* model, std::vector<double> x_prior)
-    : model_(model), x_prior_(std::move(x_prior)) {
-  mutable_parameter_block_sizes()->push_back(model->state_size());
-  set_num_residuals(model->tangent_size());
-}
-
-bool StatePriorCost::Evaluate(double const* const* parameters,
-                              double* residuals, double** jacobians) const {
-  RowMatrixXd D_end, D_next;
-  StateDefect(*model_, parameters[0], x_prior_.data(), residuals, &D_end,
-              &D_next);
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    Map out(jacobians[0], num_residuals(), model_->state_size());
-    LiftToAmbient(*model_, parameters[0], D_end, out);
-  }
-  return true;
-}
-
 void EvaluateLoss(RobustLoss loss, double scale, double s, double* rho,
                   double* rho_prime) {
   const double c2 = scale * scale;
@@ -218,25 +179,52 @@ void Whitening::Apply(double* residuals, const std::vector<Map>& blocks) const {
   }
 }
 
-WhitenedCost::WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
-                           std::vector<double> sigmas, RobustLoss loss,
-                           double loss_scale, std::vector<Group> groups)
-    : cost_(std::move(cost)),
-      whitening_(std::move(sigmas), loss, loss_scale, std::move(groups)) {
-  CHECK_EQ(whitening_.rows(), cost_->num_residuals());
-  *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
-  set_num_residuals(cost_->num_residuals());
+PriorCost::PriorCost(int block_size, std::vector<int> places,
+                     std::vector<double> means, std::vector<double> sigmas)
+    : places_(std::move(places)),
+      means_(std::move(means)),
+      whitening_(std::move(sigmas)) {
+  CHECK_EQ(places_.size(), means_.size());
+  mutable_parameter_block_sizes()->push_back(block_size);
+  set_num_residuals(whitening_.rows());
 }
 
-bool WhitenedCost::Evaluate(double const* const* parameters, double* residuals,
-                            double** jacobians) const {
-  if (!cost_->Evaluate(parameters, residuals, jacobians)) return false;
-  std::vector<Map> J;
-  for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
-    if (jacobians == nullptr || jacobians[b] == nullptr) continue;
-    J.emplace_back(jacobians[b], num_residuals(), parameter_block_sizes()[b]);
+bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
+                         double** jacobians) const {
+  for (size_t i = 0; i < places_.size(); ++i) {
+    residuals[i] = parameters[0][places_[i]] - means_[i];
   }
-  whitening_.Apply(residuals, J);
+  std::vector<Map> blocks;
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    blocks.emplace_back(jacobians[0], num_residuals(),
+                        parameter_block_sizes()[0]);
+    blocks[0].setZero();
+    for (size_t i = 0; i < places_.size(); ++i) blocks[0](i, places_[i]) = 1.0;
+  }
+  whitening_.Apply(residuals, blocks);
+  return true;
+}
+
+StatePriorCost::StatePriorCost(const Model* model, std::vector<double> x_prior,
+                               std::vector<double> sigmas)
+    : model_(model),
+      x_prior_(std::move(x_prior)),
+      whitening_(std::move(sigmas)) {
+  mutable_parameter_block_sizes()->push_back(model->state_size());
+  set_num_residuals(whitening_.rows());
+}
+
+bool StatePriorCost::Evaluate(double const* const* parameters,
+                              double* residuals, double** jacobians) const {
+  RowMatrixXd D_end, D_next;
+  StateDefect(*model_, parameters[0], x_prior_.data(), residuals, &D_end,
+              &D_next);
+  std::vector<Map> blocks;
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    blocks.emplace_back(jacobians[0], num_residuals(), model_->state_size());
+    LiftToAmbient(*model_, parameters[0], D_end, blocks[0]);
+  }
+  whitening_.Apply(residuals, blocks);
   return true;
 }
 

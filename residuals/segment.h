@@ -93,11 +93,17 @@ class SegmentRollout {
   // J_end.
   bool Linearize(const double* x0, const double* theta, bool with_theta,
                  double* errors, double* x_end, RowMatrixXd* J,
-                 RowMatrixXd* J_end, SegmentScratch* scratch = nullptr) const;
+                 RowMatrixXd* J_end, SegmentScratch* scratch = nullptr) const {
+    return LinearizeBy(true, with_theta, x0, theta, errors, x_end, J, J_end,
+                       scratch);
+  }
   // The same by theta alone.
   bool LinearizeByTheta(const double* x0, const double* theta, double* errors,
                         double* x_end, RowMatrixXd* J, RowMatrixXd* J_end,
-                        SegmentScratch* scratch = nullptr) const;
+                        SegmentScratch* scratch = nullptr) const {
+    return LinearizeBy(false, true, x0, theta, errors, x_end, J, J_end,
+                       scratch);
+  }
 
   LinearizationPath linearization() const { return linearization_; }
 
@@ -122,16 +128,6 @@ class SegmentRollout {
                            bool by_theta, double* errors, double* x_end,
                            RowMatrixXd* J, RowMatrixXd* J_end,
                            SegmentScratch* scratch) const;
-  // In passes of 24, 16 or 8 columns, padded. Columns from `first_column` on,
-  // of those of the state and then theta, go to J from its first.
-  bool LinearizeByJets(const double* x0, const double* theta, int first_column,
-                       double* errors, double* x_end, RowMatrixXd* J,
-                       RowMatrixXd* J_end) const;
-  template <typename T>
-  bool LinearizePass(const double* x0, const double* theta, int first_column,
-                     int columns, int place, double* errors, double* x_end,
-                     RowMatrixXd* J, RowMatrixXd* J_end) const;
-
   const Model* model_;
   const ParameterMap* parameters_;
   const Measurements* measurements_;

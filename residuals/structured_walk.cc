@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-namespace sysid::internal {
+namespace sysid {
+namespace internal {
 namespace {
 
 using Eigen::Vector3d;
@@ -140,14 +141,11 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
 StructuredWalk::StructuredWalk(const Model& model, const ParameterMap& map,
                                Integrator integrator,
                                const ColumnLayout& layout)
-    : map_(map),
-      num_columns_(CountColumns(model, map, layout)),
-      ws_(model),
-      stepper_(integrator, &ws_),
-      tau_(model.nv()) {
+    : map_(map), ws_(model), stepper_(integrator, &ws_), tau_(model.nv()) {
   // At least one, which also says the errors. Sensors point into their block,
   // so it must stay where it is.
-  const int count = std::max(1, (num_columns_ + kLanes - 1) / kLanes);
+  const int columns = CountColumns(model, map, layout);
+  const int count = std::max(1, (columns + kLanes - 1) / kLanes);
   blocks_.reserve(count);
   for (int i = 0; i < count; ++i) {
     blocks_.emplace_back(model, map, layout, i * kLanes);
@@ -202,4 +200,56 @@ void StructuredWalk::ReadState(const double* x, RowMatrixXd* J) const {
   for (const ColumnBlock& block : blocks_) block.ReadState(x, J);
 }
 
-}  // namespace sysid::internal
+}  // namespace internal
+
+struct SegmentScratch::Kept {
+  internal::StructuredWalk walk;
+  const Model* model;
+  const ParameterMap* map;
+  Integrator integrator;
+  internal::ColumnLayout columns;
+  std::vector<double> theta;
+};
+
+SegmentScratch::SegmentScratch() = default;
+SegmentScratch::~SegmentScratch() = default;
+SegmentScratch::SegmentScratch(SegmentScratch&&) = default;
+SegmentScratch& SegmentScratch::operator=(SegmentScratch&&) = default;
+
+bool SegmentRollout::LinearizeStructured(const double* x0, const double* theta,
+                                         bool by_state, bool by_theta,
+                                         double* errors, double* x_end,
+                                         RowMatrixXd* J, RowMatrixXd* J_end,
+                                         SegmentScratch* scratch) const {
+  const internal::ColumnLayout columns{by_state, by_theta, false};
+  std::unique_ptr<SegmentScratch::Kept>& kept = scratch->kept_;
+  if (kept == nullptr || kept->model != model_ || kept->map != parameters_ ||
+      kept->integrator != options_.integrator || kept->columns != columns) {
+    kept.reset(new SegmentScratch::Kept{
+        {*model_, *parameters_, options_.integrator, columns},
+        model_,
+        parameters_,
+        options_.integrator,
+        columns,
+        {}});
+    kept->walk.SetTheta(theta);
+    kept->theta.assign(theta, theta + parameters_->size());
+  } else if (!std::equal(kept->theta.begin(), kept->theta.end(), theta)) {
+    kept->walk.SetTheta(theta);
+    kept->theta.assign(theta, theta + parameters_->size());
+  }
+  internal::StructuredWalk& walk = kept->walk;
+  walk.Start(*this);
+  walk.SeedState(x0);
+  std::copy(x0, x0 + model_->state_size(), x_end);
+  for (int k = first_;; ++k) {
+    walk.Measure(k, x_end);
+    if (k == last_) break;
+    if (!walk.Advance(k, x_end)) return false;
+  }
+  walk.ReadErrors(errors, J);
+  walk.ReadState(x_end, J_end);
+  return true;
+}
+
+}  // namespace sysid

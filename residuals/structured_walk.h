@@ -60,8 +60,6 @@ class StructuredWalk {
   StructuredWalk(const Model& model, const ParameterMap& map,
                  Integrator integrator, const ColumnLayout& layout);
 
-  int num_columns() const { return num_columns_; }
-
   void SetTheta(const double* theta);
   void Start(const SegmentRollout& rollout);
   // The columns become those of a start at x: (3.1) at dx = 0.
@@ -81,7 +79,6 @@ class StructuredWalk {
 
  private:
   const ParameterMap& map_;
-  int num_columns_;
   const SegmentRollout* rollout_ = nullptr;
   Workspace<double> ws_;
   StepTangent stepper_;
