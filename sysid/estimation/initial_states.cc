@@ -71,8 +71,7 @@ std::vector<int> Neighbours(const std::vector<double>& t,
 // Fills the rows that are not `known` between their neighbours: linear in the
 // tangent; the ends are held. Leaves all as it is where nothing is known.
 void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
-                bool quaternion, Eigen::Ref<RowMatrixXd> q,
-                Eigen::Ref<RowMatrixXd> qd) {
+                Eigen::Ref<RowMatrixXd> q, Eigen::Ref<RowMatrixXd> qd) {
   const int n = static_cast<int>(t.size());
   int before = -1;
   for (int k = 0; k <= n; ++k) {
@@ -86,7 +85,7 @@ void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
         continue;
       }
       const double s = (t[m] - t[before]) / (t[k] - t[before]);
-      if (quaternion) {
+      if (q.cols() == 4) {
         const Eigen::Quaterniond a(Eigen::Vector4d(q.row(before).transpose()));
         const Eigen::Quaterniond b(Eigen::Vector4d(q.row(k).transpose()));
         q.row(m) = a.slerp(s, b).coeffs().transpose();
@@ -122,6 +121,32 @@ std::vector<bool> Spikes(const std::vector<double>& y,
   return spikes;
 }
 
+// Smooths a joint's position at the valid samples, each by those around it:
+// local(k, m) says sample m in coordinates about sample k, and at(k, value) the
+// position that has these coordinates. Bridges the others.
+template <typename Local, typename At>
+void Smooth(const std::vector<double>& t, double sigma,
+            const std::vector<int>& valid, const Local& local, const At& at,
+            Eigen::Ref<RowMatrixXd> q, Eigen::Ref<RowMatrixXd> qd) {
+  std::vector<bool> known(t.size(), false);
+  for (size_t i = 0; i < valid.size(); ++i) {
+    const int k = valid[i];
+    const std::vector<int> around = Neighbours(t, valid, i);
+    std::vector<double> times;
+    RowMatrixXd y(around.size(), qd.cols());
+    for (size_t m = 0; m < around.size(); ++m) {
+      times.push_back(t[around[m]]);
+      y.row(m) = local(k, around[m]);
+    }
+    Eigen::RowVectorXd value, slope;
+    FitPolynomial(times, y, t[k], sigma, &value, &slope);
+    q.row(k) = at(k, value);
+    qd.row(k) = slope;  // a rotation's: body axes; J_r(value) = 1 to the noise
+    known[k] = true;
+  }
+  BridgeGaps(t, known, q, qd);
+}
+
 void SmoothScalar(const std::vector<double>& t, bool wraps, double sigma,
                   const Eigen::VectorXd& measured, Eigen::Ref<RowMatrixXd> q,
                   Eigen::Ref<RowMatrixXd> qd) {
@@ -140,22 +165,10 @@ void SmoothScalar(const std::vector<double>& t, bool wraps, double sigma,
   std::erase_if(valid, [&, spikes = Spikes(unwrapped, valid, sigma)](int k) {
     return spikes[k];
   });
-  std::vector<bool> known(t.size(), false);
-  for (size_t i = 0; i < valid.size(); ++i) {
-    const std::vector<int> around = Neighbours(t, valid, i);
-    std::vector<double> times;
-    RowMatrixXd y(around.size(), 1);
-    for (size_t m = 0; m < around.size(); ++m) {
-      times.push_back(t[around[m]]);
-      y(m, 0) = unwrapped[around[m]];
-    }
-    Eigen::RowVectorXd value, slope;
-    FitPolynomial(times, y, t[valid[i]], sigma, &value, &slope);
-    q(valid[i], 0) = value[0];
-    qd(valid[i], 0) = slope[0];
-    known[valid[i]] = true;
-  }
-  BridgeGaps(t, known, false, q, qd);
+  using Number = Eigen::Matrix<double, 1, 1>;
+  Smooth(
+      t, sigma, valid, [&](int, int m) { return Number(unwrapped[m]); },
+      [](int, const Eigen::RowVectorXd& value) { return value; }, q, qd);
 }
 
 void SmoothQuaternion(const std::vector<double>& t, double sigma,
@@ -165,29 +178,23 @@ void SmoothQuaternion(const std::vector<double>& t, double sigma,
   for (size_t k = 0; k < t.size(); ++k) {
     if (!std::isnan(measured(k, 0))) valid.push_back(static_cast<int>(k));
   }
-  const auto at = [&](int k) {
+  const auto rotation = [&](int k) {
     return Eigen::Quaterniond(Eigen::Vector4d(measured.row(k).transpose()));
   };
-  std::vector<bool> known(t.size(), false);
-  for (size_t i = 0; i < valid.size(); ++i) {
-    const std::vector<int> around = Neighbours(t, valid, i);
-    const Eigen::Quaterniond middle = at(valid[i]);
-    std::vector<double> times;
-    RowMatrixXd phi(around.size(), 3);
-    for (size_t m = 0; m < around.size(); ++m) {
-      times.push_back(t[around[m]]);
-      phi.row(m) =
-          Log<double>(Multiply(middle.conjugate(), at(around[m]))).transpose();
-    }
-    Eigen::RowVectorXd value, slope;
-    FitPolynomial(times, phi, t[valid[i]], sigma, &value, &slope);
-    const Eigen::Vector3d moved = value.transpose();
-    q.row(valid[i]) =
-        Multiply(middle, Exp<double>(moved)).normalized().coeffs().transpose();
-    qd.row(valid[i]) = slope;  // body axes; J_r(moved) = 1 to the noise
-    known[valid[i]] = true;
-  }
-  BridgeGaps(t, known, true, q, qd);
+  Smooth(
+      t, sigma, valid,
+      [&](int k, int m) -> Eigen::RowVector3d {
+        return Log<double>(Multiply(rotation(k).conjugate(), rotation(m)))
+            .transpose();
+      },
+      [&](int k, const Eigen::RowVectorXd& value) -> Eigen::RowVector4d {
+        const Eigen::Vector3d moved = value.transpose();
+        return Multiply(rotation(k), Exp<double>(moved))
+            .normalized()
+            .coeffs()
+            .transpose();
+      },
+      q, qd);
 }
 
 // The positions of the measured frames as functions of q, and their derivatives

@@ -164,10 +164,7 @@ Run Simulate(const Model& model, const Eigen::VectorXd& x0,
     for (int k = 0; k < samples; ++k) {
       Eigen::VectorXd q =
           states.row(k).segment(model.layout().q(), model.nq()).transpose();
-      for (const auto& effect : ws.measurement_effects) {
-        effect.hooks->ModifyMeasurement(
-            effect.p, &q[model.bodies()[effect.body].q_index]);
-      }
+      ws.ModifyMeasurement(q.data());
       if (body.type == JointType::kSpherical) {
         Eigen::Vector3d error;
         for (int i = 0; i < 3; ++i) error[i] = options.noise * normal(random);
