@@ -64,62 +64,47 @@ std::vector<std::string> SingularJoints(const Model& model) {
     const Joint& joint = model.mechanism().joints[body.joint];
     const std::string& link = model.mechanism().links[joint.child_link].name;
     const std::string where = "joint '" + joint.name + "': ";
-    bool singular = false;
-    if (body.type == JointType::kPrismatic) {
-      singular =
-          !(b.axis.dot(b.M * b.axis) + b.armature > kSingular * b.M.trace());
+    const bool ball = body.type == JointType::kSpherical;
+    const bool slide = body.type == JointType::kPrismatic;
+    Eigen::Matrix3d D3 = b.I;
+    D3.diagonal().array() += b.armature;
+    const Eigen::Vector3d S = ball ? Eigen::Vector3d(0, 0, 0) : b.axis;
+    const Eigen::Vector3d U_n = slide ? b.H * S : b.I * S;
+    const Eigen::Vector3d U_f =
+        (slide ? b.M : Eigen::Matrix3d(b.H.transpose())) * S;
+    const double D = S.dot(slide ? U_f : U_n) + b.armature;
+    const double least = kSingular * (slide ? b.M : D3).trace();
+    bool singular = !(D > least);
+    if (ball) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(D3);
+      singular = !(eigen.eigenvalues()[0] > least);
       if (singular) {
+        const Eigen::Vector3d axis =
+            b.R_WB.transpose() * eigen.eigenvectors().col(0);
+        char text[96];
+        std::snprintf(text, sizeof(text), "(%.3g, %.3g, %.3g)", axis[0],
+                      axis[1], axis[2]);
         faults.push_back(where + "link '" + link +
-                         "' and what it carries "
-                         "have no mass along its axis");
+                         "' has no inertia about its axis " + text +
+                         ", so its spin is undefined (a point mass on a "
+                         "massless rod?); give it a small inertia about that "
+                         "axis");
       }
-    } else {
-      Eigen::Matrix3d D = b.I;
-      D.diagonal().array() += b.armature;
-      const double scale = D.trace();
-      if (body.type == JointType::kSpherical) {
-        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(D);
-        singular = !(eigen.eigenvalues()[0] > kSingular * scale);
-        if (singular) {
-          const Eigen::Vector3d axis =
-              b.R_WB.transpose() * eigen.eigenvectors().col(0);
-          char text[96];
-          std::snprintf(text, sizeof(text), "(%.3g, %.3g, %.3g)", axis[0],
-                        axis[1], axis[2]);
-          faults.push_back(
-              where + "link '" + link + "' has no inertia about its axis " +
-              text +
-              ", so its spin is undefined (a point mass on a massless "
-              "rod?); give it a small inertia about that axis");
-        }
-      } else {
-        singular = !(b.axis.dot(D * b.axis) > kSingular * scale);
-        if (singular) {
-          faults.push_back(where + "link '" + link +
-                           "' and what it carries "
-                           "have no inertia about its axis");
-        }
-      }
+    } else if (singular) {
+      faults.push_back(where + "link '" + link +
+                       "' and what it carries have no " +
+                       (slide ? "mass along" : "inertia about") + " its axis");
     }
     if (body.parent < 0) continue;
     BodyData<double>& parent = ws.bodies[body.parent];
     if (singular) {
       internal::AddToParent<double>(b.r, b.I, b.H, b.M, b.n, b.f, &parent);
-      continue;
-    }
-    if (body.type == JointType::kSpherical) {
-      Eigen::Matrix3d D = b.I;
-      D.diagonal().array() += b.armature;
-      const Eigen::Matrix3d Di = D.inverse();
+    } else if (ball) {
+      const Eigen::Matrix3d Di = D3.inverse();
       internal::AddToParent<double>(
           b.r, b.I - b.I * Di * b.I, b.H - b.I * Di * b.H,
           b.M - b.H.transpose() * Di * b.H, b.n, b.f, &parent);
     } else {
-      const bool slide = body.type == JointType::kPrismatic;
-      const Eigen::Vector3d U_n = slide ? b.H * b.axis : b.I * b.axis;
-      const Eigen::Vector3d U_f =
-          (slide ? b.M : Eigen::Matrix3d(b.H.transpose())) * b.axis;
-      const double D = b.axis.dot(slide ? U_f : U_n) + b.armature;
       internal::AddToParent<double>(
           b.r, b.I - U_n * U_n.transpose() / D, b.H - U_n * U_f.transpose() / D,
           b.M - U_f * U_f.transpose() / D, b.n, b.f, &parent);

@@ -27,16 +27,11 @@ std::vector<fs::path> RobotFolders() {
   return folders;
 }
 
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() &&
-         text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 }  // namespace
 
 std::string FindModel(const std::string& name_or_file) {
   if (name_or_file.find('/') != std::string::npos ||
-      EndsWith(name_or_file, ".urdf")) {
+      name_or_file.ends_with(".urdf")) {
     return name_or_file;
   }
   if (name_or_file.empty()) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "models/integrator.h"
 #include "models/math/rotation.h"
 
@@ -8,6 +10,11 @@
 
 namespace sysid {
 namespace internal {
+
+// Of (3.3): how far ahead of the start each stage puts the next, in steps, and
+// the stage's weight in the sums.
+inline constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
+inline constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 
 // The tangent of q along the flow, given that q has moved by Exp(u) since the
 // start of the step: (SO3.3) for spherical joints, qd itself for the others.
@@ -26,57 +33,76 @@ void TangentRate(const Model& model, const T* u, const T* qd, T* rate) {
   }
 }
 
-// x moved along the flow: (q Exp(u), qd + du), u and du the halves of `move`.
+// x moved along the flow: (q Exp(u), qd + v), u and v of nv numbers.
 template <typename T>
-void Advance(const Model& model, const T* x, const T* move, T* out) {
+void Advance(const Model& model, const T* x, const T* u, const T* v, T* out) {
+  const StateLayout& at = model.layout();
   for (const Body& body : model.bodies()) {
-    const T* q = x + body.q_index;
-    const T* u = move + body.v_index;
-    T* q_out = out + body.q_index;
+    const T* q = x + at.q(body);
+    const T* u_i = u + body.v_index;
+    T* q_out = out + at.q(body);
     if (body.type == JointType::kSpherical) {
       const Quaternion<T> moved =
           Multiply(Quaternion<T>(q[3], q[0], q[1], q[2]),
-                   Exp<T>(Vector3<T>(u[0], u[1], u[2])));
+                   Exp<T>(Vector3<T>(u_i[0], u_i[1], u_i[2])));
       for (int k = 0; k < 4; ++k) q_out[k] = moved.coeffs()[k];
     } else {
-      q_out[0] = q[0] + u[0];
+      q_out[0] = q[0] + u_i[0];
     }
   }
-  for (int i = 0; i < model.nv(); ++i) {
-    out[model.nq() + i] = x[model.nq() + i] + move[model.nv() + i];
-  }
+  const T* qd = x + at.qd();
+  T* qd_out = out + at.qd();
+  for (int i = 0; i < at.nv(); ++i) qd_out[i] = qd[i] + v[i];
 }
+
+struct NoCompanion {
+  template <typename T>
+  void Accelerated(const T*, const T*, const T*) {}
+  template <typename T>
+  void Moved(double, const T*) {}
+  template <typename T>
+  void MovedStage(int, double, const T*, const T*) {}
+};
 
 }  // namespace internal
 
 template <typename T>
 Stepper<T>::Stepper(Integrator integrator, Workspace<T>* workspace)
     : integrator_(integrator), ws_(workspace) {
-  const Model& model = ws_->model();
-  stage_x_.resize(model.state_size());
-  qdd_.resize(model.nv());
-  u_.resize(model.tangent_size());
-  rate_.resize(model.nv());
-  sum_u_.resize(model.nv());
-  sum_v_.resize(model.nv());
+  stage_x_.resize(ws_->model().state_size());
+  for (std::vector<T>* part : {&u_, &v_, &rate_, &sum_u_, &sum_v_, &qdd_}) {
+    part->resize(ws_->model().nv());
+  }
 }
 
 template <typename T>
 bool Stepper<T>::Step(double h, const T* tau, T* x) {
-  return integrator_ == Integrator::kRungeKutta4 ? StepRungeKutta4(h, tau, x)
-                                                 : StepEuler(h, tau, x);
+  internal::NoCompanion alone;
+  return StepWith(h, tau, x, &alone);
 }
 
 template <typename T>
-bool Stepper<T>::StepEuler(double h, const T* tau, T* x) {
+template <class Companion>
+bool Stepper<T>::StepWith(double h, const T* tau, T* x, Companion* companion) {
+  return integrator_ == Integrator::kRungeKutta4
+             ? StepRungeKutta4(h, tau, x, companion)
+             : StepEuler(h, tau, x, companion);
+}
+
+template <typename T>
+template <class Companion>
+bool Stepper<T>::StepEuler(double h, const T* tau, T* x, Companion* companion) {
   const Model& model = ws_->model();
-  const int nq = model.nq(), nv = model.nv();
-  if (!ForwardDynamics<T>(ws_, x, x + nq, tau, qdd_.data())) return false;
-  for (int i = 0; i < nv; ++i) {
-    u_[i] = (x[nq + i] + qdd_[i] * h) * h;
-    u_[nv + i] = qdd_[i] * h;
+  const StateLayout& at = model.layout();
+  const T* qd = x + at.qd();
+  if (!ForwardDynamics<T>(ws_, x + at.q(), qd, tau, qdd_.data())) return false;
+  companion->Accelerated(x + at.q(), qd, qdd_.data());
+  for (int i = 0; i < at.nv(); ++i) {
+    u_[i] = (qd[i] + qdd_[i] * h) * h;
+    v_[i] = qdd_[i] * h;
   }
-  internal::Advance<T>(model, x, u_.data(), x);
+  internal::Advance<T>(model, x, u_.data(), v_.data(), x);
+  companion->Moved(h, u_.data());
   return true;
 }
 
@@ -84,18 +110,22 @@ bool Stepper<T>::StepEuler(double h, const T* tau, T* x) {
 // k_s = J_r(u_s)^-1 qd_s:  q+ = q Exp(h (k_1 + 2 k_2 + 2 k_3 + k_4) / 6), and
 // the same sum of accelerations for qd.                                (3.3)
 template <typename T>
-bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
+template <class Companion>
+bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x,
+                                 Companion* companion) {
   const Model& model = ws_->model();
-  const int nq = model.nq(), nv = model.nv();
-  static constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
-  static constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-  for (int i = 0; i < nq + nv; ++i) stage_x_[i] = x[i];
-  for (int i = 0; i < nv; ++i) rate_[i] = x[nq + i];  // J_r(0) = 1
+  using internal::kAhead, internal::kWeight;
+  const StateLayout& at = model.layout();
+  const int nv = at.nv();
+  std::copy_n(x, at.size(), stage_x_.begin());
+  std::copy_n(x + at.qd(), nv, rate_.begin());  // J_r(0) = 1
+  const T* stage_q = stage_x_.data() + at.q();
+  const T* stage_qd = stage_x_.data() + at.qd();
   for (int stage = 0; stage < 4; ++stage) {
-    if (!ForwardDynamics<T>(ws_, stage_x_.data(), stage_x_.data() + nq, tau,
-                            qdd_.data())) {
+    if (!ForwardDynamics<T>(ws_, stage_q, stage_qd, tau, qdd_.data())) {
       return false;
     }
+    companion->Accelerated(stage_q, stage_qd, qdd_.data());
     for (int i = 0; i < nv; ++i) {
       if (stage == 0) {
         sum_u_[i] = rate_[i] * kWeight[0];
@@ -108,17 +138,18 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x) {
     if (stage == 3) break;
     for (int i = 0; i < nv; ++i) {
       u_[i] = rate_[i] * (h * kAhead[stage]);
-      u_[nv + i] = qdd_[i] * (h * kAhead[stage]);
+      v_[i] = qdd_[i] * (h * kAhead[stage]);
     }
-    internal::Advance<T>(model, x, u_.data(), stage_x_.data());
-    internal::TangentRate<T>(model, u_.data(), stage_x_.data() + nq,
-                             rate_.data());
+    internal::Advance<T>(model, x, u_.data(), v_.data(), stage_x_.data());
+    internal::TangentRate<T>(model, u_.data(), stage_qd, rate_.data());
+    companion->MovedStage(stage, h, u_.data(), stage_qd);
   }
   for (int i = 0; i < nv; ++i) {
     u_[i] = sum_u_[i] * h;
-    u_[nv + i] = sum_v_[i] * h;
+    v_[i] = sum_v_[i] * h;
   }
-  internal::Advance<T>(model, x, u_.data(), x);
+  internal::Advance<T>(model, x, u_.data(), v_.data(), x);
+  companion->MovedStage(3, h, u_.data(), stage_qd);
   return true;
 }
 

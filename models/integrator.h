@@ -27,17 +27,28 @@ class Stepper {
  public:
   Stepper(Integrator integrator, Workspace<T>* workspace);
 
-  // x (nq + nv numbers) after h seconds under the efforts tau (nv numbers).
+  // x after h seconds under the efforts tau (nv numbers).
   // False where the dynamics fail (ForwardDynamics).
   [[nodiscard]] bool Step(double h, const T* tau, T* x);
 
+  // The same with a companion to each of its lines (StepTangent):
+  //   Accelerated(q, qd, qdd): the dynamics at the start or at a stage;
+  //   Moved(h, u): q moved by Exp(u), in a step of Euler's;
+  //   MovedStage(stage, h, u, qd): q moved from the start of the step to the
+  //   next stage, whose qd it is, or after the last stage to the end.
+  template <class Companion>
+  [[nodiscard]] bool StepWith(double h, const T* tau, T* x,
+                              Companion* companion);
+
  private:
-  bool StepEuler(double h, const T* tau, T* x);
-  bool StepRungeKutta4(double h, const T* tau, T* x);
+  template <class Companion>
+  bool StepEuler(double h, const T* tau, T* x, Companion* companion);
+  template <class Companion>
+  bool StepRungeKutta4(double h, const T* tau, T* x, Companion* companion);
 
   Integrator integrator_;
   Workspace<T>* ws_;
-  std::vector<T> stage_x_, u_, rate_, sum_u_, sum_v_, qdd_;
+  std::vector<T> stage_x_, u_, v_, rate_, sum_u_, sum_v_, qdd_;
 };
 
 }  // namespace sysid

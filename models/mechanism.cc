@@ -1,6 +1,7 @@
 #include "models/mechanism.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 #include "glog/logging.h"
@@ -13,6 +14,14 @@ std::string Number(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.6g", value);
   return text;
+}
+
+template <class Named>
+int Find(const std::vector<Named>& all, const std::string& name) {
+  const auto at = std::find_if(all.begin(), all.end(), [&](const Named& one) {
+    return one.name == name;
+  });
+  return at == all.end() ? -1 : static_cast<int>(at - all.begin());
 }
 
 }  // namespace
@@ -49,17 +58,11 @@ std::string ToString(JointType type) {
 }
 
 int Mechanism::FindLink(const std::string& link_name) const {
-  for (size_t i = 0; i < links.size(); ++i) {
-    if (links[i].name == link_name) return static_cast<int>(i);
-  }
-  return -1;
+  return Find(links, link_name);
 }
 
 int Mechanism::FindJoint(const std::string& joint_name) const {
-  for (size_t i = 0; i < joints.size(); ++i) {
-    if (joints[i].name == joint_name) return static_cast<int>(i);
-  }
-  return -1;
+  return Find(joints, joint_name);
 }
 
 int Mechanism::AddRoot(const std::string& link_name) {

@@ -63,6 +63,23 @@ struct MechanismParameters {
   std::vector<Vector3<T>> joint_p;  // per joint: p_PJ, m
   T gravity = T(9.81);              // m/s^2, along -z of the world
   std::vector<T> effects;
+
+  // The same values as constants of another scalar.
+  template <typename U>
+  void CastTo(MechanismParameters<U>* out) const {
+    out->links.resize(links.size());
+    for (size_t i = 0; i < links.size(); ++i) {
+      out->links[i] = {U(links[i].mass), links[i].com.template cast<U>(),
+                       links[i].inertia.template cast<U>()};
+    }
+    out->joint_p.resize(joint_p.size());
+    for (size_t i = 0; i < joint_p.size(); ++i) {
+      out->joint_p[i] = joint_p[i].template cast<U>();
+    }
+    out->gravity = U(gravity);
+    out->effects.resize(effects.size());
+    for (size_t i = 0; i < effects.size(); ++i) out->effects[i] = U(effects[i]);
+  }
 };
 
 // A tree of links on a root that is fixed in the world (the root link's frame

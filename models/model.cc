@@ -10,7 +10,9 @@
 namespace sysid {
 
 Model::Model(Mechanism mechanism)
-    : mechanism_(std::move(mechanism)), nominal_(mechanism_.nominal) {
+    : mechanism_(std::move(mechanism)),
+      layout_(mechanism_),
+      nominal_(mechanism_.nominal) {
   placements_.resize(mechanism_.links.size());
   for (size_t i = 0; i < mechanism_.joints.size(); ++i) {
     const Joint& joint = mechanism_.joints[i];
@@ -104,16 +106,15 @@ void Model::SetNominal(const MechanismParameters<double>& nominal) {
 Model MakeModel(const Mechanism& mechanism, const Catalogue& catalogue) {
   Model model(mechanism);
   for (const Joint& joint : mechanism.joints) {
-    if (joint.damping != 0.0) {
-      model.AddEffect(catalogue.Make("viscous_damping@" + joint.name, mechanism,
-                                     "<dynamics>"));
-      model.SetEffectParameter(joint.name + ".damping", joint.damping);
-    }
-    if (joint.friction != 0.0) {
-      model.AddEffect(catalogue.Make("coulomb_friction@" + joint.name,
-                                     mechanism, "<dynamics>"));
-      model.SetEffectParameter(joint.name + ".friction", joint.friction);
-    }
+    const auto add = [&](const std::string& effect,
+                         const std::string& parameter, double value) {
+      if (value == 0.0) return;
+      model.AddEffect(
+          catalogue.Make(effect + "@" + joint.name, mechanism, "<dynamics>"));
+      model.SetEffectParameter(joint.name + "." + parameter, value);
+    };
+    add("viscous_damping", "damping", joint.damping);
+    add("coulomb_friction", "friction", joint.friction);
   }
   return model;
 }

@@ -6,6 +6,7 @@
 
 #include "models/effects/catalogue.h"
 #include "models/mechanism.h"
+#include "models/state_layout.h"
 
 namespace sysid {
 
@@ -55,13 +56,15 @@ class Model {
 
   const std::vector<Body>& bodies() const { return bodies_; }
   const Placement& placement(int link) const { return placements_[link]; }
-  int nq() const { return mechanism_.nq; }
-  int nv() const { return mechanism_.nv; }
-  int state_size() const { return nq() + nv(); }  // x = (q, qd)
-  int tangent_size() const { return 2 * nv(); }   // dx = (dq, dqd)
+  const StateLayout& layout() const { return layout_; }
+  int nq() const { return layout_.nq(); }
+  int nv() const { return layout_.nv(); }
+  int state_size() const { return layout_.size(); }
+  int tangent_size() const { return layout_.tangent_size(); }
 
  private:
   Mechanism mechanism_;
+  StateLayout layout_;
   EffectSet effects_;
   MechanismParameters<double> nominal_;
   std::vector<Body> bodies_;

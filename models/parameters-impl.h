@@ -76,22 +76,7 @@ Matrix3<T> ParameterMap::InertiaOf(const Cholesky& block,
 
 template <typename T>
 void ParameterMap::Apply(const T* theta, MechanismParameters<T>* out) const {
-  const MechanismParameters<double>& nominal = model_->nominal();
-  out->links.resize(nominal.links.size());
-  for (size_t i = 0; i < nominal.links.size(); ++i) {
-    out->links[i].mass = T(nominal.links[i].mass);
-    out->links[i].com = nominal.links[i].com.cast<T>();
-    out->links[i].inertia = nominal.links[i].inertia.cast<T>();
-  }
-  out->joint_p.resize(nominal.joint_p.size());
-  for (size_t i = 0; i < nominal.joint_p.size(); ++i) {
-    out->joint_p[i] = nominal.joint_p[i].cast<T>();
-  }
-  out->gravity = T(nominal.gravity);
-  out->effects.resize(nominal.effects.size());
-  for (size_t i = 0; i < nominal.effects.size(); ++i) {
-    out->effects[i] = T(nominal.effects[i]);
-  }
+  model_->nominal().CastTo(out);
   for (int kind = 0; kind <= internal::ApplyOrder(ParameterKind::kEffect);
        ++kind) {
     if (kind == internal::ApplyOrder(ParameterKind::kInertia)) {

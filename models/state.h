@@ -5,8 +5,8 @@
 
 namespace sysid {
 
-// State x = (q, qd), nq + nv numbers; tangent dx = (dq, dqd), 2 nv numbers. A
-// spherical joint's dq is a rotation vector in the child's axes:
+// A state x = (q, qd) and its tangent dx = (dq, dqd), as StateLayout places
+// them. A spherical joint's dq is a rotation vector in the child's axes:
 //
 //   x [+] dx = (q Exp(dq), Exp(dq)^T (qd + dqd))                       (3.1)
 //   x1 [-] x0 = (Log(q0* q1), Exp(dq) qd1 - qd0)                       (3.2)
@@ -20,14 +20,14 @@ namespace sysid {
 // (3.1). `out` may be x.
 template <typename T>
 void BoxPlus(const Model& model, const T* x, const T* dx, T* out) {
-  const int nq = model.nq(), nv = model.nv();
+  const StateLayout& at = model.layout();
   for (const Body& body : model.bodies()) {
-    const T* q = x + body.q_index;
-    const T* qd = x + nq + body.v_index;
-    const T* dq = dx + body.v_index;
-    const T* dqd = dx + nv + body.v_index;
-    T* q_out = out + body.q_index;
-    T* qd_out = out + nq + body.v_index;
+    const T* q = x + at.q(body);
+    const T* qd = x + at.qd(body);
+    const T* dq = dx + at.dq(body);
+    const T* dqd = dx + at.dqd(body);
+    T* q_out = out + at.q(body);
+    T* qd_out = out + at.qd(body);
     if (body.type == JointType::kSpherical) {
       const Quaternion<T> turn = Exp<T>(Vector3<T>(dq[0], dq[1], dq[2]));
       const Quaternion<T> moved =
@@ -47,14 +47,14 @@ void BoxPlus(const Model& model, const T* x, const T* dx, T* out) {
 // (3.2).
 template <typename T>
 void BoxMinus(const Model& model, const T* x1, const T* x0, T* dx) {
-  const int nq = model.nq(), nv = model.nv();
+  const StateLayout& at = model.layout();
   for (const Body& body : model.bodies()) {
-    const T* q1 = x1 + body.q_index;
-    const T* q0 = x0 + body.q_index;
-    const T* qd1 = x1 + nq + body.v_index;
-    const T* qd0 = x0 + nq + body.v_index;
-    T* dq = dx + body.v_index;
-    T* dqd = dx + nv + body.v_index;
+    const T* q1 = x1 + at.q(body);
+    const T* q0 = x0 + at.q(body);
+    const T* qd1 = x1 + at.qd(body);
+    const T* qd0 = x0 + at.qd(body);
+    T* dq = dx + at.dq(body);
+    T* dqd = dx + at.dqd(body);
     if (body.type == JointType::kSpherical) {
       const Quaternion<T> turn =
           Multiply(Quaternion<T>(q0[3], -q0[0], -q0[1], -q0[2]),
@@ -69,6 +69,14 @@ void BoxMinus(const Model& model, const T* x1, const T* x0, T* dx) {
       dqd[0] = qd1[0] - qd0[0];
     }
   }
+}
+
+// The neutral configuration at rest.
+inline Eigen::VectorXd NeutralState(const Model& model) {
+  const StateLayout& at = model.layout();
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());
+  x.segment(at.q(), at.nq()) = model.mechanism().NeutralConfiguration();
+  return x;
 }
 
 }  // namespace sysid

@@ -34,31 +34,20 @@ StateColumns::StateColumns(const Model& model,
 }
 
 StepTangent::StepTangent(Integrator integrator, Workspace<double>* workspace)
-    : integrator_(integrator),
-      ws_(workspace),
+    : ws_(workspace),
+      stepper_(integrator, workspace),
       dynamics_(workspace->model()),
-      moves_(workspace->model().bodies().size()) {
-  const Model& model = ws_->model();
-  stage_x_.resize(model.state_size());
-  qdd_.resize(model.nv());
-  u_.resize(model.tangent_size());
-  rate_.resize(model.nv());
-  sum_u_.resize(model.nv());
-  sum_v_.resize(model.nv());
-}
+      moves_(workspace->model().bodies().size()) {}
 
 bool StepTangent::Step(double h, const double* tau, double* x,
                        const std::vector<StateColumns*>& columns) {
-  return integrator_ == Integrator::kRungeKutta4
-             ? StepRungeKutta4(h, tau, x, columns)
-             : StepEuler(h, tau, x, columns);
+  columns_ = &columns;
+  return stepper_.StepWith(h, tau, x, this);
 }
 
-bool StepTangent::Accelerate(const double* tau, const double* x) {
-  const double* qd = x + ws_->model().nq();
-  if (!ForwardDynamics<double>(ws_, x, qd, tau, qdd_.data())) return false;
-  dynamics_.SetPoint(*ws_, x, qd, qdd_.data());
-  return true;
+void StepTangent::Accelerated(const double* q, const double* qd,
+                              const double* qdd) {
+  dynamics_.SetPoint(*ws_, q, qd, qdd);
 }
 
 // (3.4), with [u]^2 = u u^T - |u|^2 1; Exp(u) = 1 + sin|u|/|u| [u] + b [u]^2.
@@ -117,70 +106,29 @@ void StepTangent::Advance(const std::vector<Lanes>& dq,
   }
 }
 
-bool StepTangent::StepEuler(double h, const double* tau, double* x,
-                            const std::vector<StateColumns*>& columns) {
-  const Model& model = ws_->model();
-  const int nq = model.nq(), nv = model.nv();
-  if (!Accelerate(tau, x)) return false;
-  for (int i = 0; i < nv; ++i) {
-    u_[i] = (x[nq + i] + qdd_[i] * h) * h;
-    u_[nv + i] = qdd_[i] * h;
-  }
-  SetMoves(u_.data());
-  for (StateColumns* eight : columns) {
+void StepTangent::Moved(double h, const double* u) {
+  SetMoves(u);
+  for (StateColumns* eight : *columns_) {
     StateColumns& c = *eight;
     dynamics_.Columns(c.theta, c.dq.data(), c.dqd.data(),
                       c.tau_moves ? c.dtau.data() : nullptr, c.qdd.data());
-    for (int i = 0; i < nv; ++i) {
+    for (size_t i = 0; i < c.dqd.size(); ++i) {
       c.dqd[i] += c.qdd[i] * h;
       c.du[i] = c.dqd[i] * h;
     }
     Advance(c.dq, c.du, &c.dq);
   }
-  internal::Advance<double>(model, x, u_.data(), x);
-  return true;
 }
 
 // (3.3), line by line, and of each line its columns.
-bool StepTangent::StepRungeKutta4(double h, const double* tau, double* x,
-                                  const std::vector<StateColumns*>& columns) {
-  const Model& model = ws_->model();
-  const int nq = model.nq(), nv = model.nv();
-  static constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
-  static constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-  std::copy(x, x + nq + nv, stage_x_.begin());
-  std::copy(x + nq, x + nq + nv, rate_.begin());  // J_r(0) = 1
-  std::fill(sum_u_.begin(), sum_u_.end(), 0.0);
-  std::fill(sum_v_.begin(), sum_v_.end(), 0.0);
-  for (int stage = 0; stage < 4; ++stage) {
-    if (!Accelerate(tau, stage_x_.data())) return false;
-    for (int i = 0; i < nv; ++i) {
-      sum_u_[i] += rate_[i] * kWeight[stage];
-      sum_v_[i] += qdd_[i] * kWeight[stage];
-    }
-    const double ahead = h * kAhead[stage];
-    if (stage < 3) {
-      for (int i = 0; i < nv; ++i) {
-        u_[i] = rate_[i] * ahead;
-        u_[nv + i] = qdd_[i] * ahead;
-      }
-      internal::Advance<double>(model, x, u_.data(), stage_x_.data());
-      internal::TangentRate<double>(model, u_.data(), stage_x_.data() + nq,
-                                    rate_.data());
-      SetRates(u_.data(), stage_x_.data() + nq);
-    } else {
-      for (int i = 0; i < nv; ++i) {
-        u_[i] = sum_u_[i] * h;
-        u_[nv + i] = sum_v_[i] * h;
-      }
-      internal::Advance<double>(model, x, u_.data(), x);
-    }
-    SetMoves(u_.data());
-    for (StateColumns* eight : columns) {
-      StageColumns(stage, ahead, h * kWeight[stage], eight);
-    }
+void StepTangent::MovedStage(int stage, double h, const double* u,
+                             const double* qd) {
+  if (stage < 3) SetRates(u, qd);
+  SetMoves(u);
+  for (StateColumns* eight : *columns_) {
+    StageColumns(stage, h * internal::kAhead[stage],
+                 h * internal::kWeight[stage], eight);
   }
-  return true;
 }
 
 // A stage's columns, and those of the state of the next stage, which is `ahead`

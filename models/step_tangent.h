@@ -29,7 +29,7 @@ class StepTangent {
  public:
   StepTangent(Integrator integrator, Workspace<double>* workspace);
 
-  // x (nq + nv numbers) and its columns after h seconds under the efforts tau.
+  // x and its columns after h seconds under the efforts tau.
   // False where the dynamics fail.
   [[nodiscard]] bool Step(double h, const double* tau, double* x,
                           const std::vector<StateColumns*>& columns);
@@ -44,24 +44,23 @@ class StepTangent {
     Eigen::Matrix3d k_u;   // dk/du
   };
 
-  bool StepEuler(double h, const double* tau, double* x,
-                 const std::vector<StateColumns*>& columns);
-  bool StepRungeKutta4(double h, const double* tau, double* x,
-                       const std::vector<StateColumns*>& columns);
-  void StageColumns(int stage, double ahead, double weight,
-                    StateColumns* columns);
-  // The dynamics at a stage; their tangent is then that of this point.
-  bool Accelerate(const double* tau, const double* x);
+  // Of the stepper (Stepper::StepWith).
+  friend class Stepper<double>;
+  void Accelerated(const double* q, const double* qd, const double* qdd);
+  void Moved(double h, const double* u);
+  void MovedStage(int stage, double h, const double* u, const double* qd);
+
+  void StageColumns(int stage, double ahead, double weight, StateColumns* c);
   void SetMoves(const double* u);
   void SetRates(const double* u, const double* qd);
   void Advance(const std::vector<Lanes>& dq, const std::vector<Lanes>& du,
                std::vector<Lanes>* out) const;
 
-  Integrator integrator_;
   Workspace<double>* ws_;
+  Stepper<double> stepper_;
   DynamicsTangent dynamics_;
-  std::vector<Move> moves_;  // by body
-  std::vector<double> stage_x_, qdd_, u_, rate_, sum_u_, sum_v_;
+  std::vector<Move> moves_;                              // by body
+  const std::vector<StateColumns*>* columns_ = nullptr;  // of the step
 };
 
 }  // namespace sysid

@@ -14,19 +14,8 @@ Workspace<T>::Workspace(const Model& model)
       p_BL(model.mechanism().links.size(), Vector3<T>::Zero()),
       tau(model.nv(), T(0.0)),
       model_(&model) {
-  const MechanismParameters<double>& nominal = model.nominal();
   MechanismParameters<T> parameters;
-  for (const Inertial<double>& link : nominal.links) {
-    parameters.links.push_back(
-        {T(link.mass), link.com.cast<T>(), link.inertia.cast<T>()});
-  }
-  for (const Eigen::Vector3d& p : nominal.joint_p) {
-    parameters.joint_p.push_back(p.cast<T>());
-  }
-  parameters.gravity = T(nominal.gravity);
-  for (const double value : nominal.effects) {
-    parameters.effects.push_back(T(value));
-  }
+  model.nominal().CastTo(&parameters);
   SetParameters(parameters);
 }
 

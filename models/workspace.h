@@ -58,6 +58,14 @@ class Workspace {
   // Folds the parameters into the constants of each body: once a rollout.
   void SetParameters(const MechanismParameters<T>& parameters);
 
+  // Turns true positions into measured ones (nq numbers), by the effects.
+  void ModifyMeasurement(T* q) const {
+    for (const Bound& effect : measurement_effects) {
+      effect.hooks->ModifyMeasurement(
+          effect.p, q + model_->bodies()[effect.body].q_index);
+    }
+  }
+
   const Model& model() const { return *model_; }
   const MechanismParameters<T>& parameters() const { return parameters_; }
 

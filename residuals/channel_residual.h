@@ -94,31 +94,21 @@ struct PositionResidual {
   }
 };
 
-// qd - qd^: rad/s or m/s.
-struct VelocityResidual {
-  static constexpr int kSize = 1;
-  static constexpr int kDof = 1;
+// qd - qd^ of a joint with so many numbers.
+template <int kNumbers>
+struct VelocityResidualOf {
+  static constexpr int kSize = kNumbers;
+  static constexpr int kDof = kNumbers;
   int v_index;
 
   template <typename T>
   void operator()(const PredictedState<T>& state, const double* measured,
                   T* r) const {
-    r[0] = state.qd[v_index] - measured[0];
+    for (int k = 0; k < kSize; ++k) r[k] = state.qd[v_index + k] - measured[k];
   }
 };
-
-// The same for a spherical joint, child's axes.
-struct AngularVelocityResidual {
-  static constexpr int kSize = 3;
-  static constexpr int kDof = 3;
-  int v_index;
-
-  template <typename T>
-  void operator()(const PredictedState<T>& state, const double* measured,
-                  T* r) const {
-    for (int k = 0; k < 3; ++k) r[k] = state.qd[v_index + k] - measured[k];
-  }
-};
+using VelocityResidual = VelocityResidualOf<1>;         // rad/s or m/s
+using AngularVelocityResidual = VelocityResidualOf<3>;  // child's axes, rad/s
 
 // p_WL - p^, m, of a link's origin in the world.
 struct FramePositionResidual {

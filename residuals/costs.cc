@@ -27,17 +27,17 @@ Matrix43 QuaternionJacobian(const double* q) {
 // velocity w changes by w x dq + dqd.
 void PlusJacobianAt(const Model& model, const double* x,
                     Eigen::Ref<RowMatrixXd> J) {
-  const int nq = model.nq(), nv = model.nv();
+  const StateLayout& at = model.layout();
   J.setZero();
-  J.bottomRightCorner(nv, nv).setIdentity();
+  J.block(at.qd(), at.dqd(), at.nv(), at.nv()).setIdentity();
   for (const Body& body : model.bodies()) {
-    const int q = body.q_index, v = body.v_index;
+    const int q = at.q(body), dq = at.dq(body);
     if (body.type == JointType::kSpherical) {
-      J.block<4, 3>(q, v) = QuaternionJacobian(x + q);
-      J.block<3, 3>(nq + v, v) = Skew<double>(
-          Eigen::Vector3d(x[nq + v], x[nq + v + 1], x[nq + v + 2]));
+      J.block<4, 3>(q, dq) = QuaternionJacobian(x + q);
+      J.block<3, 3>(at.qd(body), dq) =
+          Skew<double>(Eigen::Vector3d(x + at.qd(body)));
     } else {
-      J(q, v) = 1.0;
+      J(q, dq) = 1.0;
     }
   }
 }
@@ -59,43 +59,42 @@ Eigen::Matrix3d RightJacobianInverseMatrix(const Eigen::Vector3d& phi) {
 void LiftToAmbient(const Model& model, const double* x,
                    const Eigen::Ref<const RowMatrixXd>& J_tangent,
                    Eigen::Ref<RowMatrixXd> J) {
-  const int nq = model.nq(), nv = model.nv();
+  const StateLayout& at = model.layout();
   for (const Body& body : model.bodies()) {
-    const int q = body.q_index, v = body.v_index;
+    const int q = at.q(body), dq = at.dq(body);
     if (body.type == JointType::kSpherical) {
-      const Eigen::Vector3d w(x[nq + v], x[nq + v + 1], x[nq + v + 2]);
+      const Eigen::Vector3d w(x + at.qd(body));
       const RowMatrixXd by_rotation =
-          J_tangent.middleCols<3>(v) -
-          J_tangent.middleCols<3>(nv + v) * Skew<double>(w);
+          J_tangent.middleCols<3>(dq) -
+          J_tangent.middleCols<3>(at.dqd(body)) * Skew<double>(w);
       J.middleCols<4>(q) =
           by_rotation * (4.0 * QuaternionJacobian(x + q)).transpose();
     } else {
-      J.col(q) = J_tangent.col(v);
+      J.col(q) = J_tangent.col(dq);
     }
   }
-  J.middleCols(nq, nv) = J_tangent.middleCols(nv, nv);
+  J.middleCols(at.qd(), at.nv()) = J_tangent.middleCols(at.dqd(), at.nv());
 }
 
 void StateDefect(const Model& model, const double* x_end, const double* x_next,
                  double* defect, RowMatrixXd* J_end, RowMatrixXd* J_next) {
-  const int tangent = model.tangent_size(), nv = model.nv();
+  const StateLayout& at = model.layout();
   BoxMinus<double>(model, x_end, x_next, defect);
   if (J_end == nullptr) return;
-  J_end->setIdentity(tangent, tangent);
+  J_end->setIdentity(at.tangent_size(), at.tangent_size());
   *J_next = -*J_end;
   for (const Body& body : model.bodies()) {
     if (body.type != JointType::kSpherical) continue;
-    const int v = body.v_index;
+    const int dq = at.dq(body), dqd = at.dqd(body);
     // Log(q0* q1) by q1's tangent: J_r^-1(phi); by q0's: -J_r^-1(-phi).
-    const Eigen::Vector3d phi(defect[v], defect[v + 1], defect[v + 2]);
-    J_end->block<3, 3>(v, v) = RightJacobianInverseMatrix(phi);
-    J_next->block<3, 3>(v, v) = -RightJacobianInverseMatrix(-phi);
+    const Eigen::Vector3d phi(defect + dq);
+    J_end->block<3, 3>(dq, dq) = RightJacobianInverseMatrix(phi);
+    J_next->block<3, 3>(dq, dq) = -RightJacobianInverseMatrix(-phi);
     // e = Exp(phi) w1 - w0: by (3.1) q1's tangent leaves it, dw1 acts through
     // Exp(phi); q0's turns it by -dq0 x e, dw0 acts as it is.
-    const Eigen::Vector3d e(defect[nv + v], defect[nv + v + 1],
-                            defect[nv + v + 2]);
-    J_end->block<3, 3>(nv + v, nv + v) = ToMatrix(Exp<double>(phi));
-    J_next->block<3, 3>(nv + v, v) = Skew<double>(e);
+    const Eigen::Vector3d e(defect + dqd);
+    J_end->block<3, 3>(dqd, dqd) = ToMatrix(Exp<double>(phi));
+    J_next->block<3, 3>(dqd, dq) = Skew<double>(e);
   }
 }
 
@@ -123,45 +122,6 @@ bool StateManifold::MinusJacobian(const double* x, double* jacobian) const {
       RowMatrixXd::Identity(TangentSize(), TangentSize());
   J.setZero();
   LiftToAmbient(*model_, x, identity, J);
-  return true;
-}
-
-PriorCost::PriorCost(int block_size, std::vector<int> places,
-                     std::vector<double> means)
-    : places_(std::move(places)), means_(std::move(means)) {
-  CHECK_EQ(places_.size(), means_.size());
-  mutable_parameter_block_sizes()->push_back(block_size);
-  set_num_residuals(static_cast<int>(places_.size()));
-}
-
-bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
-                         double** jacobians) const {
-  for (size_t i = 0; i < places_.size(); ++i) {
-    residuals[i] = parameters[0][places_[i]] - means_[i];
-  }
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    Map J(jacobians[0], num_residuals(), parameter_block_sizes()[0]);
-    J.setZero();
-    for (size_t i = 0; i < places_.size(); ++i) J(i, places_[i]) = 1.0;
-  }
-  return true;
-}
-
-StatePriorCost::StatePriorCost(const Model* model, std::vector<double> x_prior)
-    : model_(model), x_prior_(std::move(x_prior)) {
-  mutable_parameter_block_sizes()->push_back(model->state_size());
-  set_num_residuals(model->tangent_size());
-}
-
-bool StatePriorCost::Evaluate(double const* const* parameters,
-                              double* residuals, double** jacobians) const {
-  RowMatrixXd D_end, D_next;
-  StateDefect(*model_, parameters[0], x_prior_.data(), residuals, &D_end,
-              &D_next);
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    Map out(jacobians[0], num_residuals(), model_->state_size());
-    LiftToAmbient(*model_, parameters[0], D_end, out);
-  }
   return true;
 }
 
@@ -219,25 +179,52 @@ void Whitening::Apply(double* residuals, const std::vector<Map>& blocks) const {
   }
 }
 
-WhitenedCost::WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
-                           std::vector<double> sigmas, RobustLoss loss,
-                           double loss_scale, std::vector<Group> groups)
-    : cost_(std::move(cost)),
-      whitening_(std::move(sigmas), loss, loss_scale, std::move(groups)) {
-  CHECK_EQ(whitening_.rows(), cost_->num_residuals());
-  *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
-  set_num_residuals(cost_->num_residuals());
+PriorCost::PriorCost(int block_size, std::vector<int> places,
+                     std::vector<double> means, std::vector<double> sigmas)
+    : places_(std::move(places)),
+      means_(std::move(means)),
+      whitening_(std::move(sigmas)) {
+  CHECK_EQ(places_.size(), means_.size());
+  mutable_parameter_block_sizes()->push_back(block_size);
+  set_num_residuals(whitening_.rows());
 }
 
-bool WhitenedCost::Evaluate(double const* const* parameters, double* residuals,
-                            double** jacobians) const {
-  if (!cost_->Evaluate(parameters, residuals, jacobians)) return false;
-  std::vector<Map> J;
-  for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
-    if (jacobians == nullptr || jacobians[b] == nullptr) continue;
-    J.emplace_back(jacobians[b], num_residuals(), parameter_block_sizes()[b]);
+bool PriorCost::Evaluate(double const* const* parameters, double* residuals,
+                         double** jacobians) const {
+  for (size_t i = 0; i < places_.size(); ++i) {
+    residuals[i] = parameters[0][places_[i]] - means_[i];
   }
-  whitening_.Apply(residuals, J);
+  std::vector<Map> blocks;
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    blocks.emplace_back(jacobians[0], num_residuals(),
+                        parameter_block_sizes()[0]);
+    blocks[0].setZero();
+    for (size_t i = 0; i < places_.size(); ++i) blocks[0](i, places_[i]) = 1.0;
+  }
+  whitening_.Apply(residuals, blocks);
+  return true;
+}
+
+StatePriorCost::StatePriorCost(const Model* model, std::vector<double> x_prior,
+                               std::vector<double> sigmas)
+    : model_(model),
+      x_prior_(std::move(x_prior)),
+      whitening_(std::move(sigmas)) {
+  mutable_parameter_block_sizes()->push_back(model->state_size());
+  set_num_residuals(whitening_.rows());
+}
+
+bool StatePriorCost::Evaluate(double const* const* parameters,
+                              double* residuals, double** jacobians) const {
+  RowMatrixXd D_end, D_next;
+  StateDefect(*model_, parameters[0], x_prior_.data(), residuals, &D_end,
+              &D_next);
+  std::vector<Map> blocks;
+  if (jacobians != nullptr && jacobians[0] != nullptr) {
+    blocks.emplace_back(jacobians[0], num_residuals(), model_->state_size());
+    LiftToAmbient(*model_, parameters[0], D_end, blocks[0]);
+  }
+  whitening_.Apply(residuals, blocks);
   return true;
 }
 

@@ -38,31 +38,6 @@ void LiftToAmbient(const Model& model, const double* x,
                    const Eigen::Ref<const RowMatrixXd>& J_tangent,
                    Eigen::Ref<RowMatrixXd> J);
 
-// (theta - mean) / 1 for the components of one block that have a prior; SI.
-class PriorCost final : public ceres::CostFunction {
- public:
-  // Component `places[i]` of a block of the given size has the mean `means[i]`.
-  PriorCost(int block_size, std::vector<int> places, std::vector<double> means);
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  std::vector<int> places_;
-  std::vector<double> means_;
-};
-
-// x [-] x_prior of a state, SI.
-class StatePriorCost final : public ceres::CostFunction {
- public:
-  StatePriorCost(const Model* model, std::vector<double> x_prior);
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override;
-
- private:
-  const Model* model_;
-  std::vector<double> x_prior_;
-};
-
 // Losses on a whitened measurement s = |r|^2 / sigma^2; rho(s) ~ s near 0.
 enum class RobustLoss { kNone, kHuber, kCauchy };
 
@@ -96,19 +71,32 @@ class Whitening {
   std::vector<Group> groups_;
 };
 
-// A cost in SI units, whitened.
-class WhitenedCost final : public ceres::CostFunction {
+// (theta_i - mean_i) / sigma_i of components of one block.
+class PriorCost final : public ceres::CostFunction {
  public:
-  using Group = Whitening::Group;
-  WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
-               std::vector<double> sigmas, RobustLoss loss = RobustLoss::kNone,
-               double loss_scale = 1.0, std::vector<Group> groups = {});
-
+  // Component `places[i]` of a block of the given size.
+  PriorCost(int block_size, std::vector<int> places, std::vector<double> means,
+            std::vector<double> sigmas);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
-  std::unique_ptr<ceres::CostFunction> cost_;
+  std::vector<int> places_;
+  std::vector<double> means_;
+  Whitening whitening_;
+};
+
+// x [-] x_prior of a state, whitened.
+class StatePriorCost final : public ceres::CostFunction {
+ public:
+  StatePriorCost(const Model* model, std::vector<double> x_prior,
+                 std::vector<double> sigmas);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  const Model* model_;
+  std::vector<double> x_prior_;
   Whitening whitening_;
 };
 

@@ -29,17 +29,17 @@ class Balance {
   void Evaluate(const T* theta) {
     map_.Apply<T>(theta, &values_);
     ws_.SetParameters(values_);
-    const int nq = model_.nq(), nv = model_.nv();
+    const StateLayout& at = model_.layout();
     const Run& run = *rollout_.measurements().run;
     for (size_t i = 0; i < tangent_.A.size(); ++i) {
       const int k = rollout_.first() + static_cast<int>(i);
       Set(tangent_.middle.row(i), &x_);
       Set(tangent_.acceleration.row(i), &qdd_);
-      T* f = &force_[i * nv];
+      T* f = &force_[i * at.nv()];
       ActingEffort<T>(run, ws_, k, run.t[k], run.t[k + 1] - run.t[k], f);
-      InverseDynamics<T>(&ws_, x_.data(), x_.data() + nq, qdd_.data(),
-                         needed_.data());
-      for (int s = 0; s < nv; ++s) f[s] -= needed_[s];
+      InverseDynamics<T>(&ws_, x_.data() + at.q(), x_.data() + at.qd(),
+                         qdd_.data(), needed_.data());
+      for (int s = 0; s < at.nv(); ++s) f[s] -= needed_[s];
     }
     if (ws_.measurement_effects.empty() && !rollout_.needs_kinematics()) return;
     errors_.resize(rollout_.num_residuals());

@@ -14,6 +14,23 @@
 namespace sysid {
 namespace internal {
 
+// Calls pass(ScalarTag of a Jet, first, columns) for `total` columns, in passes
+// of Jets of 24, 16 or 8; once at least. False after the first that is.
+template <typename Pass>
+bool ForEachPass(int total, const Pass& pass) {
+  int first = 0;
+  do {
+    const int left = total - first;
+    const int columns = std::min(left, 24);
+    const bool ok = left > 16  ? pass(ScalarTag<Jet24>(), first, columns)
+                    : left > 8 ? pass(ScalarTag<Jet16>(), first, columns)
+                               : pass(ScalarTag<Jet8>(), first, columns);
+    if (!ok) return false;
+    first += columns;
+  } while (first < total);
+  return true;
+}
+
 // What the sensors of a segment would say of states, in the order of time.
 template <typename T>
 class Sensors {
@@ -27,13 +44,11 @@ class Sensors {
     if (row_ >= rows.size() || rows[row_].sample != k) return;
     const Model& model = ws_->model();
     const Run& run = *rollout_.measurements().run;
-    for (int i = 0; i < model.nq(); ++i) seen_[i] = x[i];
-    for (const auto& effect : ws_->measurement_effects) {
-      effect.hooks->ModifyMeasurement(
-          effect.p, &seen_[model.bodies()[effect.body].q_index]);
-    }
-    if (rollout_.needs_kinematics()) ForwardKinematics<T>(ws_, x);
-    const PredictedState<T> state{seen_.data(), x + model.nq(), ws_};
+    const T* q = x + model.layout().q();
+    std::copy_n(q, model.nq(), seen_.begin());
+    ws_->ModifyMeasurement(seen_.data());
+    if (rollout_.needs_kinematics()) ForwardKinematics<T>(ws_, q);
+    const PredictedState<T> state{seen_.data(), x + model.layout().qd(), ws_};
     for (; row_ < rows.size() && rows[row_].sample == k; ++row_) {
       const Channel& channel = run.channels[rows[row_].channel];
       const double* measured =

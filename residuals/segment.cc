@@ -54,59 +54,44 @@ int SegmentRollout::StepsAfter(int k) const {
                                                 options_.step * (1 - 1e-9))));
 }
 
+namespace {
+
+// Of the columns of the state and then theta those from `first_column` on, so
+// many, with a Jet's derivatives; they go to J and J_end from column `place`.
 template <typename T>
-bool SegmentRollout::LinearizePass(const double* x0, const double* theta,
-                                   int first_column, int columns, int place,
-                                   double* errors, double* x_end,
-                                   RowMatrixXd* J, RowMatrixXd* J_end) const {
-  const int tangent = model_->tangent_size();
-  const int size = model_->state_size();
-  std::vector<T> center(size), dx(tangent, T(0.0)), start(size);
-  std::vector<T> theta_jet(parameters_->size());
-  for (int i = 0; i < size; ++i) center[i] = T(x0[i]);
-  for (int i = 0; i < parameters_->size(); ++i) theta_jet[i] = T(theta[i]);
+bool LinearizePass(const SegmentRollout& rollout, const double* x0,
+                   const double* theta, int first_column, int columns,
+                   int place, double* errors, double* x_end, RowMatrixXd* J,
+                   RowMatrixXd* J_end) {
+  const Model& model = rollout.model();
+  const int tangent = model.tangent_size(), size = model.state_size();
+  const std::vector<T> center(x0, x0 + size);
+  std::vector<T> theta_jet(theta, theta + rollout.parameters().size());
+  std::vector<T> dx(tangent, T(0.0)), start(size);
   for (int c = 0; c < columns; ++c) {
     const int column = first_column + c;
     T& seed = column < tangent ? dx[column] : theta_jet[column - tangent];
     seed.v[c] = 1.0;
   }
-  BoxPlus<T>(*model_, center.data(), dx.data(), start.data());
-  std::vector<T> r(num_residuals_), end(size), end_center(size);
-  if (!(*this)(start.data(), theta_jet.data(), r.data(), end.data())) {
+  BoxPlus<T>(model, center.data(), dx.data(), start.data());
+  std::vector<T> r(rollout.num_residuals()), end(size);
+  if (!rollout(start.data(), theta_jet.data(), r.data(), end.data())) {
     return false;
   }
-  for (int i = 0; i < num_residuals_; ++i) {
+  for (size_t i = 0; i < r.size(); ++i) {
     errors[i] = r[i].a;
     for (int c = 0; c < columns; ++c) (*J)(i, place + c) = r[i].v[c];
   }
-  for (int i = 0; i < size; ++i) {
-    x_end[i] = end[i].a;
-    end_center[i] = T(end[i].a);
-  }
-  std::vector<T> end_tangent(tangent);
-  BoxMinus<T>(*model_, end.data(), end_center.data(), end_tangent.data());
+  for (int i = 0; i < size; ++i) x_end[i] = end[i].a;
+  const std::vector<T> end_center(x_end, x_end + size);
+  BoxMinus<T>(model, end.data(), end_center.data(), dx.data());
   for (int i = 0; i < tangent; ++i) {
-    for (int c = 0; c < columns; ++c) {
-      (*J_end)(i, place + c) = end_tangent[i].v[c];
-    }
+    for (int c = 0; c < columns; ++c) (*J_end)(i, place + c) = dx[i].v[c];
   }
   return true;
 }
 
-bool SegmentRollout::Linearize(const double* x0, const double* theta,
-                               bool with_theta, double* errors, double* x_end,
-                               RowMatrixXd* J, RowMatrixXd* J_end,
-                               SegmentScratch* scratch) const {
-  return LinearizeBy(true, with_theta, x0, theta, errors, x_end, J, J_end,
-                     scratch);
-}
-
-bool SegmentRollout::LinearizeByTheta(const double* x0, const double* theta,
-                                      double* errors, double* x_end,
-                                      RowMatrixXd* J, RowMatrixXd* J_end,
-                                      SegmentScratch* scratch) const {
-  return LinearizeBy(false, true, x0, theta, errors, x_end, J, J_end, scratch);
-}
+}  // namespace
 
 bool SegmentRollout::LinearizeBy(bool by_state, bool by_theta, const double* x0,
                                  const double* theta, double* errors,
@@ -124,35 +109,15 @@ bool SegmentRollout::LinearizeBy(bool by_state, bool by_theta, const double* x0,
     ok = LinearizeStructured(x0, theta, by_state, by_theta, errors, x_end, J,
                              J_end, scratch != nullptr ? scratch : &own);
   } else {
-    ok = LinearizeByJets(x0, theta, by_state ? 0 : tangent, errors, x_end, J,
-                         J_end);
+    const int first = by_state ? 0 : tangent;
+    ok = internal::ForEachPass(
+        total, [&]<typename T>(ScalarTag<T>, int place, int columns) {
+          return LinearizePass<T>(*this, x0, theta, first + place, columns,
+                                  place, errors, x_end, J, J_end);
+        });
   }
   // A step too long for the model may leave finite values and not derivatives.
   return ok && J->allFinite() && J_end->allFinite();
-}
-
-bool SegmentRollout::LinearizeByJets(const double* x0, const double* theta,
-                                     int first_column, double* errors,
-                                     double* x_end, RowMatrixXd* J,
-                                     RowMatrixXd* J_end) const {
-  const int total = static_cast<int>(J->cols());
-  int place = 0;
-  do {
-    const int left = total - place;
-    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
-    const int columns = std::min(left, width);
-    const int first = first_column + place;
-    const bool ok =
-        width == 24   ? LinearizePass<Jet24>(x0, theta, first, columns, place,
-                                           errors, x_end, J, J_end)
-        : width == 16 ? LinearizePass<Jet16>(x0, theta, first, columns, place,
-                                             errors, x_end, J, J_end)
-                      : LinearizePass<Jet8>(x0, theta, first, columns, place,
-                                            errors, x_end, J, J_end);
-    if (!ok) return false;
-    place += columns;
-  } while (place < total);
-  return true;
 }
 
 #define SYSID_INSTANTIATE(T)                                              \

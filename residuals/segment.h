@@ -80,7 +80,7 @@ class SegmentRollout {
                  const Measurements* measurements, int first, int last,
                  const RolloutOptions& options);
 
-  // x0: nq + nv numbers; theta: parameters.size(). Writes num_residuals()
+  // x0: state_size numbers; theta: parameters.size(). Writes num_residuals()
   // errors and the state at `last`; with `states` also the state at each sample
   // of [first, last]. False where the dynamics fail. Instantiated for the
   // scalars of models/scalars.h.
@@ -88,15 +88,22 @@ class SegmentRollout {
   bool operator()(const T* x0, const T* theta, T* errors, T* x_end,
                   std::vector<T>* states = nullptr) const;
 
-  // Values and derivatives by the tangent of x0 (2 nv columns), then by theta
-  // (where with_theta): rows of errors in J, rows of x_end's tangent in J_end.
+  // Values and derivatives by the tangent of x0 (tangent_size columns), then by
+  // theta (where with_theta): rows of errors in J, rows of x_end's tangent in
+  // J_end.
   bool Linearize(const double* x0, const double* theta, bool with_theta,
                  double* errors, double* x_end, RowMatrixXd* J,
-                 RowMatrixXd* J_end, SegmentScratch* scratch = nullptr) const;
+                 RowMatrixXd* J_end, SegmentScratch* scratch = nullptr) const {
+    return LinearizeBy(true, with_theta, x0, theta, errors, x_end, J, J_end,
+                       scratch);
+  }
   // The same by theta alone.
   bool LinearizeByTheta(const double* x0, const double* theta, double* errors,
                         double* x_end, RowMatrixXd* J, RowMatrixXd* J_end,
-                        SegmentScratch* scratch = nullptr) const;
+                        SegmentScratch* scratch = nullptr) const {
+    return LinearizeBy(false, true, x0, theta, errors, x_end, J, J_end,
+                       scratch);
+  }
 
   LinearizationPath linearization() const { return linearization_; }
 
@@ -121,16 +128,6 @@ class SegmentRollout {
                            bool by_theta, double* errors, double* x_end,
                            RowMatrixXd* J, RowMatrixXd* J_end,
                            SegmentScratch* scratch) const;
-  // In passes of 24, 16 or 8 columns, padded. Columns from `first_column` on,
-  // of those of the state and then theta, go to J from its first.
-  bool LinearizeByJets(const double* x0, const double* theta, int first_column,
-                       double* errors, double* x_end, RowMatrixXd* J,
-                       RowMatrixXd* J_end) const;
-  template <typename T>
-  bool LinearizePass(const double* x0, const double* theta, int first_column,
-                     int columns, int place, double* errors, double* x_end,
-                     RowMatrixXd* J, RowMatrixXd* J_end) const;
-
   const Model* model_;
   const ParameterMap* parameters_;
   const Measurements* measurements_;

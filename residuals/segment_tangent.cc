@@ -12,11 +12,6 @@ namespace {
 
 using internal::SegmentWalk;
 
-template <typename T>
-std::vector<T> Constants(const SegmentRollout& rollout, const double* theta) {
-  return std::vector<T>(theta, theta + rollout.parameters().size());
-}
-
 // Columns [first, first + columns) of [A_k B_k] and of C.
 template <typename T>
 bool LinearizeColumns(const SegmentRollout& rollout, const double* theta,
@@ -24,7 +19,8 @@ bool LinearizeColumns(const SegmentRollout& rollout, const double* theta,
   const Model& model = rollout.model();
   const int tangent = model.tangent_size(), nv = model.nv();
   const int size = model.state_size();
-  SegmentWalk<T> walk(rollout, Constants<T>(rollout, theta).data());
+  const std::vector<T> constants(theta, theta + rollout.parameters().size());
+  SegmentWalk<T> walk(rollout, constants.data());
   std::vector<T> errors(rollout.num_residuals());
   std::vector<T> center(size), x(size), dx(tangent), f(nv), moved(tangent);
   const std::vector<SegmentRow>& rows = rollout.rows();
@@ -68,22 +64,11 @@ bool LinearizeColumns(const SegmentRollout& rollout, const double* theta,
 
 bool LinearizeByJets(const SegmentRollout& rollout, const double* theta,
                      SegmentTangent* out) {
-  const Model& model = rollout.model();
-  const int total = model.tangent_size() + model.nv();
-  for (int column = 0; column < total;) {
-    const int left = total - column;
-    const int width = left > 16 ? 24 : left > 8 ? 16 : 8;
-    const int columns = std::min(left, width);
-    const bool ok =
-        width == 24
-            ? LinearizeColumns<Jet24>(rollout, theta, column, columns, out)
-        : width == 16
-            ? LinearizeColumns<Jet16>(rollout, theta, column, columns, out)
-            : LinearizeColumns<Jet8>(rollout, theta, column, columns, out);
-    if (!ok) return false;
-    column += columns;
-  }
-  return true;
+  return internal::ForEachPass(
+      rollout.model().tangent_size() + rollout.model().nv(),
+      [&]<typename T>(ScalarTag<T>, int first, int columns) {
+        return LinearizeColumns<T>(rollout, theta, first, columns, out);
+      });
 }
 
 }  // namespace
@@ -92,8 +77,8 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
                     const double* theta, SegmentTangent* tangent) {
   const Model& model = rollout.model();
   const int count = rollout.last() - rollout.first();
-  const int size = model.state_size(), n = model.tangent_size();
-  const int nv = model.nv();
+  const StateLayout& at = model.layout();
+  const int size = at.size(), n = at.tangent_size(), nv = at.nv();
   tangent->states.resize(count + 1, size);
   tangent->middle.resize(count, size);
   tangent->acceleration.resize(count, nv);
@@ -136,8 +121,8 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
     tangent->middle.row(i) = Eigen::Map<Eigen::RowVectorXd>(half.data(), size);
     const double start = run.t[k], span = run.t[k + 1] - start;
     ActingEffort<double>(run, *walk.workspace(), k, start, span, tau.data());
-    if (!ForwardDynamics<double>(walk.workspace(), half.data(),
-                                 half.data() + model.nq(), tau.data(),
+    if (!ForwardDynamics<double>(walk.workspace(), half.data() + at.q(),
+                                 half.data() + at.qd(), tau.data(),
                                  tangent->acceleration.row(i).data())) {
       return false;
     }

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-namespace sysid::internal {
+namespace sysid {
+namespace internal {
 namespace {
 
 using Eigen::Vector3d;
@@ -58,20 +59,20 @@ void ColumnBlock::Start(const SegmentRollout& rollout) {
 }
 
 void ColumnBlock::SeedState(const double* x) {
-  const int nq = model_.nq(), nv = model_.nv();
-  const int efforts = CountColumns(model_, map_, layout_) - nv;
-  for (int i = 0; i < nv; ++i) {
+  const StateLayout& at = model_.layout();
+  const int efforts = CountColumns(model_, map_, layout_) - at.nv();
+  for (int i = 0; i < at.nv(); ++i) {
     columns_.dq[i] = columns_.dqd[i] = columns_.dtau[i] = ZeroLanes();
     if (layout_.state) {
-      columns_.dq[i] = UnitLanes(i - first_);
-      columns_.dqd[i] = UnitLanes(nv + i - first_);
+      columns_.dq[i] = UnitLanes(at.dq() + i - first_);
+      columns_.dqd[i] = UnitLanes(at.dqd() + i - first_);
     }
     if (layout_.efforts) columns_.dtau[i] = UnitLanes(efforts + i - first_);
   }
   for (const Body& body : model_.bodies()) {
     if (body.type != JointType::kSpherical) continue;
     const int v = body.v_index;
-    const Vector3d w = Eigen::Map<const Vector3d>(x + nq + v);
+    const Vector3d w = Eigen::Map<const Vector3d>(x + at.qd(body));
     Store3(Load3(&columns_.dqd[v]) + Cross(w, Load3(&columns_.dq[v])),
            &columns_.dqd[v]);
   }
@@ -87,10 +88,10 @@ void ColumnBlock::SetEfforts(const Run& run, int sample, double t, double h) {
 }
 
 void ColumnBlock::Measure(int k, const double* x) {
-  const int nq = model_.nq(), nv = model_.nv();
+  const StateLayout& at = model_.layout();
   for (const Body& body : model_.bodies()) {
-    const double* q = x + body.q_index;
-    Jet8* out = x_.data() + body.q_index;
+    const double* q = x + at.q(body);
+    Jet8* out = x_.data() + at.q(body);
     const Lanes* dq = &columns_.dq[body.v_index];
     if (body.type == JointType::kSpherical) {
       // q (dq / 2, 0).
@@ -105,8 +106,8 @@ void ColumnBlock::Measure(int k, const double* x) {
       out[0] = JetOf(q[0], dq[0]);
     }
   }
-  for (int i = 0; i < nv; ++i) {
-    x_[nq + i] = JetOf(x[nq + i], columns_.dqd[i]);
+  for (int i = 0; i < at.nv(); ++i) {
+    x_[at.qd() + i] = JetOf(x[at.qd() + i], columns_.dqd[i]);
   }
   sensors_->Measure(k, x_.data(), errors_.data());
 }
@@ -116,13 +117,13 @@ void ColumnBlock::ReadError(int e, RowMatrixXd* J) const {
 }
 
 void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
-  const int nq = model_.nq(), nv = model_.nv();
+  const StateLayout& at = model_.layout();
   for (const Body& body : model_.bodies()) {
     Lanes dqd[3];
     const int v = body.v_index, size = VelocitySize(body.type);
     for (int i = 0; i < size; ++i) dqd[i] = columns_.dqd[v + i];
     if (body.type == JointType::kSpherical) {
-      const Vector3d w = Eigen::Map<const Vector3d>(x + nq + v);
+      const Vector3d w = Eigen::Map<const Vector3d>(x + at.qd(body));
       Store3(Load3(dqd) - Cross(w, Load3(&columns_.dq[v])), dqd);
     }
     for (int i = 0; i < size; ++i) {
@@ -130,8 +131,8 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
       StoreLanes(columns_.dq[v + i], by_q);
       StoreLanes(dqd[i], by_qd);
       for (int c = 0; c < count_; ++c) {
-        (*J)(v + i, first_ + c) = by_q[c];
-        (*J)(nv + v + i, first_ + c) = by_qd[c];
+        (*J)(at.dq(body) + i, first_ + c) = by_q[c];
+        (*J)(at.dqd(body) + i, first_ + c) = by_qd[c];
       }
     }
   }
@@ -140,14 +141,11 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
 StructuredWalk::StructuredWalk(const Model& model, const ParameterMap& map,
                                Integrator integrator,
                                const ColumnLayout& layout)
-    : map_(map),
-      num_columns_(CountColumns(model, map, layout)),
-      ws_(model),
-      stepper_(integrator, &ws_),
-      tau_(model.nv()) {
+    : map_(map), ws_(model), stepper_(integrator, &ws_), tau_(model.nv()) {
   // At least one, which also says the errors. Sensors point into their block,
   // so it must stay where it is.
-  const int count = std::max(1, (num_columns_ + kLanes - 1) / kLanes);
+  const int columns = CountColumns(model, map, layout);
+  const int count = std::max(1, (columns + kLanes - 1) / kLanes);
   blocks_.reserve(count);
   for (int i = 0; i < count; ++i) {
     blocks_.emplace_back(model, map, layout, i * kLanes);
@@ -202,4 +200,56 @@ void StructuredWalk::ReadState(const double* x, RowMatrixXd* J) const {
   for (const ColumnBlock& block : blocks_) block.ReadState(x, J);
 }
 
-}  // namespace sysid::internal
+}  // namespace internal
+
+struct SegmentScratch::Kept {
+  internal::StructuredWalk walk;
+  const Model* model;
+  const ParameterMap* map;
+  Integrator integrator;
+  internal::ColumnLayout columns;
+  std::vector<double> theta;
+};
+
+SegmentScratch::SegmentScratch() = default;
+SegmentScratch::~SegmentScratch() = default;
+SegmentScratch::SegmentScratch(SegmentScratch&&) = default;
+SegmentScratch& SegmentScratch::operator=(SegmentScratch&&) = default;
+
+bool SegmentRollout::LinearizeStructured(const double* x0, const double* theta,
+                                         bool by_state, bool by_theta,
+                                         double* errors, double* x_end,
+                                         RowMatrixXd* J, RowMatrixXd* J_end,
+                                         SegmentScratch* scratch) const {
+  const internal::ColumnLayout columns{by_state, by_theta, false};
+  std::unique_ptr<SegmentScratch::Kept>& kept = scratch->kept_;
+  if (kept == nullptr || kept->model != model_ || kept->map != parameters_ ||
+      kept->integrator != options_.integrator || kept->columns != columns) {
+    kept.reset(new SegmentScratch::Kept{
+        {*model_, *parameters_, options_.integrator, columns},
+        model_,
+        parameters_,
+        options_.integrator,
+        columns,
+        {}});
+    kept->walk.SetTheta(theta);
+    kept->theta.assign(theta, theta + parameters_->size());
+  } else if (!std::equal(kept->theta.begin(), kept->theta.end(), theta)) {
+    kept->walk.SetTheta(theta);
+    kept->theta.assign(theta, theta + parameters_->size());
+  }
+  internal::StructuredWalk& walk = kept->walk;
+  walk.Start(*this);
+  walk.SeedState(x0);
+  std::copy(x0, x0 + model_->state_size(), x_end);
+  for (int k = first_;; ++k) {
+    walk.Measure(k, x_end);
+    if (k == last_) break;
+    if (!walk.Advance(k, x_end)) return false;
+  }
+  walk.ReadErrors(errors, J);
+  walk.ReadState(x_end, J_end);
+  return true;
+}
+
+}  // namespace sysid

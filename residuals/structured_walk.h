@@ -13,7 +13,7 @@ namespace sysid::internal {
 
 // Which columns a Jacobian has, in this order.
 struct ColumnLayout {
-  bool state = false;    // by the tangent of the first state: 2 nv
+  bool state = false;    // by the tangent of the first state
   bool theta = false;    // by the parameters of the map
   bool efforts = false;  // by generalised forces beside the drives': nv
   bool operator==(const ColumnLayout&) const = default;
@@ -60,8 +60,6 @@ class StructuredWalk {
   StructuredWalk(const Model& model, const ParameterMap& map,
                  Integrator integrator, const ColumnLayout& layout);
 
-  int num_columns() const { return num_columns_; }
-
   void SetTheta(const double* theta);
   void Start(const SegmentRollout& rollout);
   // The columns become those of a start at x: (3.1) at dx = 0.
@@ -81,7 +79,6 @@ class StructuredWalk {
 
  private:
   const ParameterMap& map_;
-  int num_columns_;
   const SegmentRollout* rollout_ = nullptr;
   Workspace<double> ws_;
   StepTangent stepper_;

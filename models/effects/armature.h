@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <string>
 
 #include "models/effects/effect.h"
@@ -20,7 +19,7 @@ class Armature : public EffectOf<Armature> {
   Armature(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kJointInertiaHook, mechanism, joint) {
     AddParameter(joint + ".armature", IsPrismatic() ? "kg" : "kg m^2", 0.01,
-                 0.0, std::numeric_limits<double>::infinity());
+                 0.0);
   }
 
   template <typename T>

@@ -100,21 +100,20 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
   const std::vector<std::string> targets = Targets(*entry, mechanism);
   if (std::find(targets.begin(), targets.end(), target) == targets.end()) {
     const int joint = mechanism.FindJoint(target);
-    if (joint >= 0 && entry->target == TargetKind::kJoint) {
-      throw InputError(place,
-                       "effect '" + kind + "' has no meaning on the " +
-                           ToString(mechanism.joints[joint].type) + " joint '" +
-                           target + "'",
-                       targets.empty() ? "this model has no joint for it"
-                                       : "it acts on: " + Join(targets));
-    }
-    if (mechanism.FindLink(target) >= 0 && entry->target == TargetKind::kLink) {
-      throw InputError(place,
-                       "effect '" + kind + "' has no meaning on the link '" +
-                           target +
-                           "': it has no mass or is fixed to the world",
-                       targets.empty() ? "this model has no link for it"
-                                       : "it acts on: " + Join(targets));
+    const bool on_joint = joint >= 0 && entry->target == TargetKind::kJoint;
+    const bool on_link =
+        mechanism.FindLink(target) >= 0 && entry->target == TargetKind::kLink;
+    if (on_joint || on_link) {
+      throw InputError(
+          place,
+          "effect '" + kind + "' has no meaning on the " +
+              (on_joint ? ToString(mechanism.joints[joint].type) + " joint '" +
+                              target + "'"
+                        : "link '" + target +
+                              "': it has no mass or is fixed to the world"),
+          targets.empty() ? std::string("this model has no ") +
+                                (on_joint ? "joint" : "link") + " for it"
+                          : "it acts on: " + Join(targets));
     }
     throw InputError(place,
                      "effect '" + kind + "': unknown target '" + target + "'",

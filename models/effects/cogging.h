@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -22,12 +21,9 @@ class Cogging : public EffectOf<Cogging> {
 
   Cogging(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    AddParameter(joint + ".cogging_sin", "{effort}", 0.01, -kInfinity,
-                 kInfinity);
-    AddParameter(joint + ".cogging_cos", "{effort}", 0.01, -kInfinity,
-                 kInfinity);
-    // Not one: in gravity that is a wrong centre of mass (com.h).
+    AddParameter(joint + ".cogging_sin", "{effort}", 0.01);
+    AddParameter(joint + ".cogging_cos", "{effort}", 0.01);
+    // Not one: in gravity that is a wrong centre of mass (nominal.h).
     std::vector<double> orders(kMostDetents - 1);
     std::iota(orders.begin(), orders.end(), 2.0);
     AddSearchedParameter(joint + ".cogging_order", "-", 6.0, orders, 1.0,

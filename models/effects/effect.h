@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -162,10 +163,13 @@ class Effect {
   Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
          const Mechanism& mechanism, const std::string& target);
 
+  static constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+
   // Called by the constructors of effects. The unit may say "{effort}" and
   // "{position}": N m or N, rad or m, by the target joint's type.
   void AddParameter(const std::string& name, const std::string& unit,
-                    double typical_scale, double lower, double upper);
+                    double typical_scale, double lower = -kUnbounded,
+                    double upper = kUnbounded);
   // One that the law is not linear in; it starts at `start`.
   void AddSearchedParameter(const std::string& name, const std::string& unit,
                             double start, const std::vector<double>& grid,

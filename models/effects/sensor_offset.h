@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <string>
 
 #include "models/effects/effect.h"
@@ -18,9 +17,7 @@ class SensorOffset : public EffectOf<SensorOffset> {
 
   SensorOffset(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kMeasurementHook, mechanism, joint) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    AddParameter(joint + ".sensor_offset", "{position}", 0.01, -kInfinity,
-                 kInfinity);
+    AddParameter(joint + ".sensor_offset", "{position}", 0.01);
   }
 
   static bool Applies(JointType type) { return type != JointType::kSpherical; }

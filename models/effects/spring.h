@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,12 +22,9 @@ class Spring : public EffectOf<Spring> {
 
   Spring(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint) {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    AddParameter(joint + ".stiffness", "{effort}/{position}", 0.1, 0.0,
-                 kInfinity);
+    AddParameter(joint + ".stiffness", "{effort}/{position}", 0.1, 0.0);
     if (mechanism.joints[this->joint()].type == JointType::kSpherical) return;
-    AddParameter(joint + ".spring_reference", "{position}", 0.1, -kInfinity,
-                 kInfinity);
+    AddParameter(joint + ".spring_reference", "{position}", 0.1);
   }
 
   template <typename T>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <string>
 
 #include "models/effects/effect.h"
@@ -18,8 +17,7 @@ class ViscousDamping : public EffectOf<ViscousDamping> {
 
   ViscousDamping(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint) {
-    AddParameter(joint + ".damping", "{effort} s/{position}", 0.01, 0.0,
-                 std::numeric_limits<double>::infinity());
+    AddParameter(joint + ".damping", "{effort} s/{position}", 0.01, 0.0);
   }
 
   template <typename T>

@@ -303,7 +303,7 @@ EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
 
 bool HasBlindStates(const EvaluatedModel& evaluated) {
   const ShootingProblem& problem = *evaluated.problem;
-  return ObservedStateDof(problem) < 2.0 * problem.model().nv();
+  return ObservedStateDof(problem) < problem.model().tangent_size();
 }
 
 EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,

@@ -193,8 +193,8 @@ MatrixXd AtKnots(const ForceResponse& response,
       const auto x = motions[s].middle.row(i);
       const auto qdd = motions[s].acceleration.row(i);
       const Instant at = {
-          x.data() + body.q_index,
-          x.segment(model.nq() + body.v_index, own)
+          x.data() + model.layout().q(body),
+          x.segment(model.layout().qd(body), own)
               .transpose()
               .cwiseProduct(components),
           qdd.segment(body.v_index, own).transpose().cwiseProduct(components),

@@ -16,10 +16,10 @@ struct JointMotion {
 // Of a state x = (q, qd); `axis`: the link's (LinkAxis).
 inline JointMotion MotionAt(const Model& model, const Body& body,
                             const Eigen::Vector3d& axis, const double* x) {
-  const double* q = x + body.q_index;
+  const double* q = x + model.layout().q(body);
   JointMotion motion;
   motion.velocity = Eigen::Map<const Eigen::VectorXd>(
-      x + model.nq() + body.v_index, VelocitySize(body.type));
+      x + model.layout().qd(body), VelocitySize(body.type));
   motion.position = q[0];
   if (body.type == JointType::kSpherical) {
     const Eigen::Vector3d turned =

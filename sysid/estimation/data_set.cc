@@ -136,24 +136,11 @@ std::vector<std::unique_ptr<RunData>> MakeRuns(
 }  // namespace
 
 DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
-                 const MeasurementOptions& options)
+                 const MeasurementOptions& options, const DataSet* like)
     : options_(options) {
-  for (auto& data : MakeRuns(mechanism, std::move(runs), options, nullptr)) {
+  for (auto& data : MakeRuns(mechanism, std::move(runs), options, like)) {
     runs_.push_back(std::move(data));
   }
-  Summarize();
-}
-
-DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
-                 const MeasurementOptions& options, const DataSet& other)
-    : options_(options) {
-  for (auto& data : MakeRuns(mechanism, std::move(runs), options, &other)) {
-    runs_.push_back(std::move(data));
-  }
-  Summarize();
-}
-
-void DataSet::Summarize() {
   std::vector<double> periods;
   double dof = 0.0;
   for (const auto& data : runs_) {

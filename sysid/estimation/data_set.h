@@ -26,14 +26,12 @@ struct MeasurementOptions {
 // its noise, estimated once. Never changes; whoever needs it shares it.
 class DataSet {
  public:
-  // Estimates the noise where the options do not give it. The runs keep their
-  // order.
+  // Estimates the noise where the options do not give it, but for channels
+  // that are in `like` too: those have its noise. (Held-out runs are judged by
+  // that of the fitted ones, thinned ones by that of all samples.) The runs
+  // keep their order.
   DataSet(const Mechanism& mechanism, std::vector<Run> runs,
-          const MeasurementOptions& options);
-  // With the noise that the same channels have in `other`: held-out runs are
-  // judged by that of the fitted ones, thinned ones by that of all samples.
-  DataSet(const Mechanism& mechanism, std::vector<Run> runs,
-          const MeasurementOptions& options, const DataSet& other);
+          const MeasurementOptions& options, const DataSet* like = nullptr);
 
   const std::vector<std::shared_ptr<const RunData>>& runs() const {
     return runs_;
@@ -52,8 +50,6 @@ class DataSet {
   int samples() const { return samples_; }  // of all runs
 
  private:
-  void Summarize();
-
   MeasurementOptions options_;
   std::vector<std::shared_ptr<const RunData>> runs_;
   double longest_ = 0.0, period_ = 0.0, dof_per_sample_ = 0.0;

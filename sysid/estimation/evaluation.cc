@@ -8,10 +8,7 @@
 #include <map>
 
 #include "models/state.h"
-#include "sysid/estimation/horizon.h"
-#include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
-#include "sysid/estimation/segmentation.h"
 
 namespace sysid {
 namespace {
@@ -31,16 +28,21 @@ struct Sums {
   }
 };
 
+double SquaredNorm(const SegmentRow& row, const std::vector<double>& errors) {
+  double squares = 0.0;
+  for (int i = row.first; i < row.first + row.size; ++i) {
+    squares += errors[i] * errors[i];
+  }
+  return squares;
+}
+
 // Of a segment's errors r, per channel of its run.
 std::vector<Sums> SumByChannel(const RunData& data,
                                const SegmentRollout& rollout,
                                const std::vector<double>& r) {
   std::vector<Sums> sums(data.run.channels.size());
   for (const SegmentRow& row : rollout.rows()) {
-    double squares = 0.0;
-    for (int i = 0; i < row.size; ++i) {
-      squares += r[row.first + i] * r[row.first + i];
-    }
+    const double squares = SquaredNorm(row, r);
     const double sigma = data.sigma[row.channel];
     sums[row.channel] +=
         {squares, squares / (sigma * sigma),
@@ -63,10 +65,9 @@ bool RollSegments(
     const SegmentRollout rollout(
         &problem.model(), &problem.map(), &problem.runs()[r]->measurements,
         nodes.samples[k], nodes.samples[k + 1], point.rollout);
-    std::vector<double> errors(rollout.num_residuals());
-    std::vector<double> x_end(problem.model().state_size());
-    if (!rollout(nodes.states.row(k).data(), point.theta.data(), errors.data(),
-                 x_end.data())) {
+    std::vector<double> errors;
+    if (!RollErrors(rollout, nodes.states.row(k).data(), point.theta,
+                    &errors)) {
       failed = true;
     } else {
       use(i, rollout, errors);
@@ -78,6 +79,13 @@ bool RollSegments(
 }
 
 }  // namespace
+
+bool RollErrors(const SegmentRollout& rollout, const double* x0,
+                const Eigen::VectorXd& theta, std::vector<double>* errors) {
+  errors->resize(rollout.num_residuals());
+  std::vector<double> x_end(rollout.model().state_size());
+  return rollout(x0, theta.data(), errors->data(), x_end.data());
+}
 
 double ObservedStateDof(const ShootingProblem& problem) {
   double dof = 0.0;
@@ -93,21 +101,20 @@ double ObservedStateDof(const ShootingProblem& problem) {
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
                          double fitted) {
   RunErrors errors;
-  std::vector<std::string> order;
-  std::map<std::string, Sums> by_channel;
-  std::map<std::string, ChannelError> described;
+  std::map<std::string, size_t> places;  // among the channels, by name
+  std::vector<Sums> by_channel;
   Sums total, position;
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const RunData& data = *problem.runs()[r];
     for (size_t c = 0; c < data.run.channels.size(); ++c) {
       const Channel& channel = data.run.channels[c];
-      if (described.count(channel.name) > 0) continue;
-      order.push_back(channel.name);
-      described[channel.name] = {
-          channel.name, ResidualUnit(problem.model().mechanism(), channel), 0,
-          0, data.sigma[c]};
+      if (!places.emplace(channel.name, places.size()).second) continue;
+      errors.channels.push_back(
+          {channel.name, ResidualUnit(problem.model().mechanism(), channel), 0,
+           0, data.sigma[c]});
     }
   }
+  by_channel.resize(places.size());
   const std::vector<SegmentPlace> all = AllSegments(point);
   std::vector<std::vector<Sums>> sums(all.size());
   const bool failed = !RollSegments(
@@ -122,7 +129,7 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
       const Channel& channel = data.run.channels[c];
       segment += sums[i][c];
       total += sums[i][c];
-      by_channel[channel.name] += sums[i][c];
+      by_channel[places[channel.name]] += sums[i][c];
       if (IsPositionLike(channel.kind)) position += sums[i][c];
     }
     if (segment.dof > 0) {
@@ -136,23 +143,22 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   // What was fitted took up this much of the noise, evenly over the samples.
   const double left = std::max(1.0, total.dof - fitted);
   const double inflate = std::sqrt(total.dof / left);
+  const auto rms = [&](double squares, double dof) {
+    return failed ? kInfinity : inflate * std::sqrt(squares / dof);
+  };
   errors.squares = failed ? kInfinity : total.whitened;
   errors.dof = left;
   const Sums& shown = position.dof > 0 ? position : total;
-  errors.total.rms =
-      failed ? kInfinity : inflate * std::sqrt(shown.squares / shown.dof);
-  errors.total.normalized_rms =
-      failed ? kInfinity : inflate * std::sqrt(total.whitened / total.dof);
-  for (const std::string& name : order) {
-    ChannelError channel = described[name];
-    const Sums& sums = by_channel[name];
-    if (sums.dof == 0) continue;
-    channel.rms =
-        failed ? kInfinity : inflate * std::sqrt(sums.squares / sums.dof);
-    channel.normalized_rms =
-        failed ? kInfinity : inflate * std::sqrt(sums.whitened / sums.dof);
-    errors.channels.push_back(channel);
+  errors.total = {rms(shown.squares, shown.dof),
+                  rms(total.whitened, total.dof)};
+  for (ChannelError& channel : errors.channels) {
+    const Sums& sums = by_channel[places[channel.name]];
+    channel.rms = rms(sums.squares, sums.dof);
+    channel.normalized_rms = rms(sums.whitened, sums.dof);
   }
+  std::erase_if(errors.channels, [&](const ChannelError& channel) {
+    return by_channel[places[channel.name]].dof == 0;
+  });
   for (SegmentError& segment : errors.segments) {
     segment.normalized_rms *= inflate;
   }
@@ -225,79 +231,6 @@ double AutocorrelationTime(
   return weight > 0 ? weighted / weight : 1.0;
 }
 
-std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
-                                          const Solution& solution) {
-  const Eigen::VectorXd& theta = solution.theta;
-  Solution windows =
-      CutPoint(problem, theta, AllStatesFromData(problem), kHorizonWindow);
-  windows.rollout = solution.rollout;
-  std::vector<SegmentPlace> starts;
-  std::vector<double> reach;  // of each
-  for (size_t r = 0; r < problem.runs().size(); ++r) {
-    std::vector<int> samples = windows.runs[r].samples;
-    samples.pop_back();
-    const std::vector<double> all =
-        HorizonReach(problem.runs()[r]->run.t, samples);
-    for (size_t k = 0; k < all.size(); ++k) {
-      if (all[k] == 0.0) continue;
-      starts.push_back({static_cast<int>(r), static_cast<int>(k)});
-      reach.push_back(all[k]);
-    }
-  }
-  windows = SolveOneByOne(problem, {.max_iterations = 20}, {windows}, starts);
-  constexpr int kCount = sizeof(kHorizons) / sizeof(kHorizons[0]);
-  std::vector<std::vector<Sums>> parts(starts.size(),
-                                       std::vector<Sums>(kCount));
-  const auto predict = [&](int i) {
-    const auto [r, k] = starts[i];
-    const RunData& data = *problem.runs()[r];
-    const Solution::Nodes& nodes = windows.runs[r];
-    const std::vector<double>& t = data.run.t;
-    const int first = nodes.samples[k];
-    const auto end =
-        std::upper_bound(t.begin(), t.end(), t[first] + reach[i] * 1.01);
-    const int last = static_cast<int>(end - t.begin()) - 1;
-    if (last <= first) return true;
-    const SegmentRollout rollout(&problem.model(), &problem.map(),
-                                 &data.measurements, first, last,
-                                 solution.rollout);
-    std::vector<double> r_si(rollout.num_residuals());
-    std::vector<double> x_end(problem.model().state_size());
-    if (!rollout(nodes.states.row(k).data(), theta.data(), r_si.data(),
-                 x_end.data())) {
-      return true;
-    }
-    for (const SegmentRow& row : rollout.rows()) {
-      if (!IsPositionLike(data.run.channels[row.channel].kind)) continue;
-      const double ahead = t[row.sample] - t[first];
-      for (int h = 0; h < kCount; ++h) {
-        // Samples within a tenth of the horizon before it.
-        if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
-          continue;
-        }
-        Sums& sum = parts[i][h];
-        for (int c = 0; c < row.size; ++c) {
-          sum.squares += r_si[row.first + c] * r_si[row.first + c];
-        }
-        sum.dof += ResidualDof(data.measurements.residuals[row.channel]);
-      }
-    }
-    return true;
-  };
-  ParallelFor(static_cast<int>(starts.size()), problem.options().threads,
-              predict);
-  std::vector<Sums> sums(kCount);
-  for (const std::vector<Sums>& part : parts) {
-    for (int h = 0; h < kCount; ++h) sums[h] += part[h];
-  }
-  std::vector<HorizonError> result;
-  for (int h = 0; h < kCount; ++h) {
-    if (sums[h].dof == 0) continue;
-    result.push_back({kHorizons[h], std::sqrt(sums[h].squares / sums[h].dof)});
-  }
-  return result;
-}
-
 std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
                                     const Solution& point) {
   std::vector<OpenError> result;
@@ -306,20 +239,15 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
     const SegmentRollout rollout(&problem.model(), &problem.map(),
                                  &data.measurements, 0, data.run.size() - 1,
                                  point.rollout);
-    std::vector<double> errors(rollout.num_residuals());
-    std::vector<double> x_end(problem.model().state_size());
-    const bool ok = rollout(point.runs[r].states.row(0).data(),
-                            point.theta.data(), errors.data(), x_end.data());
+    std::vector<double> errors;
+    const bool ok = RollErrors(rollout, point.runs[r].states.row(0).data(),
+                               point.theta, &errors);
     OpenError open;
     open.trajectory = data.run.name;
     open.duration_s = data.run.t.back() - data.run.t.front();
-    std::vector<double> squares(data.run.channels.size(), 0.0);
-    std::vector<double> count(data.run.channels.size(), 0.0);
+    std::vector<Sums> sums(data.run.channels.size());
     for (const SegmentRow& row : rollout.rows()) {
-      double norm2 = 0.0;
-      for (int i = 0; i < row.size; ++i) {
-        norm2 += errors[row.first + i] * errors[row.first + i];
-      }
+      double norm2 = SquaredNorm(row, errors);
       const ChannelResidual& residual =
           data.measurements.residuals[row.channel];
       if (std::holds_alternative<PlanarHeadingResidual>(residual) ||
@@ -329,15 +257,14 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
             2.0 * std::asin(std::min(1.0, 0.5 * std::sqrt(norm2)));
         norm2 = angle * angle;
       }
-      squares[row.channel] += norm2;
-      count[row.channel] += 1.0;
+      sums[row.channel] += {.squares = norm2, .dof = 1.0};
     }
     for (size_t c = 0; c < data.run.channels.size(); ++c) {
-      if (count[c] == 0) continue;
+      if (sums[c].dof == 0) continue;
       const Channel& channel = data.run.channels[c];
       open.channels.push_back(
           {channel.name, ResidualUnit(problem.model().mechanism(), channel),
-           ok ? std::sqrt(squares[c] / count[c]) : kInfinity});
+           ok ? std::sqrt(sums[c].squares / sums[c].dof) : kInfinity});
     }
     result.push_back(std::move(open));
   }
@@ -348,6 +275,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
                                          const Eigen::VectorXd& theta, int run,
                                          const RowMatrixXd& states) {
   const Model& model = problem.model();
+  const StateLayout& at = model.layout();
   const Run& recording = problem.runs()[run]->run;
   MechanismParameters<double> values;
   problem.map().Apply<double>(theta.data(), &values);
@@ -359,12 +287,10 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
   }
   for (int k = 0; k < recording.size(); ++k) {
     const double* x = states.row(k).data();
-    std::vector<double> seen(x, x + model.nq());
-    for (const auto& effect : ws.measurement_effects) {
-      effect.hooks->ModifyMeasurement(
-          effect.p, &seen[model.bodies()[effect.body].q_index]);
-    }
-    ForwardKinematics<double>(&ws, x);
+    const double* q = x + at.q();
+    std::vector<double> seen(q, q + at.nq());
+    ws.ModifyMeasurement(seen.data());
+    ForwardKinematics<double>(&ws, q);
     for (size_t c = 0; c < recording.channels.size(); ++c) {
       const Channel& channel = recording.channels[c];
       const int columns = static_cast<int>(channel.values.cols());
@@ -376,7 +302,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
       const Joint& joint = model.mechanism().joints[channel.target];
       const double* from = IsPositionLike(channel.kind)
                                ? seen.data() + joint.q_index
-                               : x + model.nq() + joint.v_index;
+                               : x + at.qd(joint);
       predicted[c].row(k) = Eigen::Map<const Eigen::RowVectorXd>(from, columns);
     }
   }

@@ -44,6 +44,11 @@ struct RunErrors {
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
                          double fitted);
 
+// The errors of a segment, SI, from the state x0. False where the dynamics
+// fail.
+bool RollErrors(const SegmentRollout& rollout, const double* x0,
+                const Eigen::VectorXd& theta, std::vector<double>* errors);
+
 // By how much the variance of an estimate exceeds that under white residuals:
 // the integrated autocorrelation time of the whitened residuals in samples,
 //   1 + 2 sum_k rho_k,  summed until rho_k < 2 / sqrt(samples)           (6.3)

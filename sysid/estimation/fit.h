@@ -9,8 +9,8 @@
 
 namespace sysid {
 
-// What an estimator found.
-struct Fit {
+// What an estimator found: the parameters, and how it came to them.
+struct Fit : Estimates {
   std::string solver = "lm";
   bool converged = false;
   std::string termination;  // in words; where it failed: why
@@ -25,11 +25,6 @@ struct Fit {
   int samples = 0;
   double noise = 0.0;
 
-  std::vector<ParameterEstimate> parameters;
-  // By name: groups that the data cannot tell apart, and single parameters that
-  // it says nothing of.
-  std::vector<std::vector<std::string>> not_identifiable;
-  Eigen::MatrixXd covariance;  // of the parameters' values
   RunErrors train;
   std::vector<HorizonError> horizon;
   std::vector<OpenError> open;
@@ -72,5 +67,12 @@ Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut);
 // differ little from one that was fitted.
 Fit RefitIndependentSegments(const ShootingProblem& problem,
                              const Solution& start);
+
+// Fills in what a fit says of the point where it ended: the model, errors,
+// parameters with their uncertainty, what the data does not determine, step and
+// segments. `fitted` numbers were fitted to the runs. Linearised with the
+// fit's own defect; where the dynamics fail there it has not converged.
+void SummarizeFit(const ShootingProblem& problem, const Solution& point,
+                  double fitted, Fit* fit);
 
 }  // namespace sysid

@@ -3,11 +3,14 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <random>
 
 #include "models/state.h"
+#include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
+#include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_segment.h"
 #include "sysid/estimation/state_weights.h"
 
@@ -28,100 +31,130 @@ int After(const std::vector<double>& times, double t) {
                           times.begin());
 }
 
-// A state at a sample of a run, and what becomes of it.
-class Start {
- public:
-  Start(const ShootingProblem& problem, const Solution& solution, int run,
-        int sample, double reach, const Eigen::VectorXd& x)
-      : problem_(problem),
-        theta_(solution.theta),
-        rollout_(solution.rollout),
-        run_(run),
-        data_(*problem.runs()[run]),
-        first_(sample),
-        last_(After(data_.run.t, data_.run.t[sample] + reach * 1.01) - 1),
-        x_(x) {}
+using Sums = std::vector<Sum>;  // of each horizon
 
-  // Adds the squares of some draws to those of each horizon; nothing where the
-  // dynamics fail.
-  void Add(ScratchPool* pool, std::mt19937_64* random,
-           std::vector<Sum>* sums) const;
+// Calls use(row, sum) for the measurements of positions at each horizon: within
+// a tenth of it before it.
+template <typename Use>
+void ForEachAhead(const RunData& data, const SegmentRollout& rollout,
+                  Sums* sums, const Use& use) {
+  for (const SegmentRow& row : rollout.rows()) {
+    if (!IsPositionLike(data.run.channels[row.channel].kind)) continue;
+    const double ahead = data.run.t[row.sample] - data.run.t[rollout.first()];
+    for (int h = 0; h < kCount; ++h) {
+      if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
+        continue;
+      }
+      use(row, &(*sums)[h]);
+      (*sums)[h].dof += ResidualDof(data.measurements.residuals[row.channel]);
+    }
+  }
+}
 
- private:
-  bool Derivative(ScratchPool* pool, RowMatrixXd* J) const;
-  bool Roll(const SegmentRollout& rollout, const Eigen::VectorXd& x,
-            std::vector<double>* errors) const;
+// The sums that add(i, &sums) makes, for i up to `count`, by all threads.
+std::vector<HorizonError> AddUp(
+    const ShootingProblem& problem, size_t count,
+    const std::function<void(int i, Sums* sums)>& add) {
+  std::vector<Sums> parts(count, Sums(kCount));
+  ParallelFor(static_cast<int>(count), problem.options().threads, [&](int i) {
+    add(i, &parts[i]);
+    return true;
+  });
+  std::vector<HorizonError> result;
+  for (int h = 0; h < kCount; ++h) {
+    Sum sum;
+    for (const Sums& part : parts) {
+      sum.squares += part[h].squares;
+      sum.dof += part[h].dof;
+    }
+    if (sum.dof == 0) continue;
+    result.push_back({kHorizons[h], std::sqrt(sum.squares / sum.dof)});
+  }
+  return result;
+}
 
-  const ShootingProblem& problem_;
-  const Eigen::VectorXd& theta_;
-  const RolloutOptions rollout_;
-  const int run_;
-  const RunData& data_;
-  const int first_, last_;
-  const Eigen::VectorXd x_;
+// A window that is followed, to sample `last`.
+struct Start {
+  int run, window;
+  int first, last;
 };
 
-bool Start::Derivative(ScratchPool* pool, RowMatrixXd* J) const {
-  const std::vector<double>& t = data_.run.t;
-  const int end =
-      std::min(After(t, t[first_] + kHorizonWindow), data_.run.size() - 1);
-  if (end <= first_) return false;
-  const ShootingSegment window(problem_, rollout_, run_, first_, end, pool);
+// Those of a run that is cut at these samples.
+void AddStarts(const ShootingProblem& problem, int run, std::vector<int> cuts,
+               std::vector<Start>* starts) {
+  const std::vector<double>& t = problem.runs()[run]->run.t;
+  cuts.pop_back();
+  const std::vector<double> reach = HorizonReach(t, cuts);
+  for (size_t k = 0; k < cuts.size(); ++k) {
+    const int last = After(t, t[cuts[k]] + reach[k] * 1.01) - 1;
+    if (reach[k] == 0.0) continue;
+    starts->push_back({run, static_cast<int>(k), cuts[k], last});
+  }
+}
+
+SegmentRollout Follow(const ShootingProblem& problem, const Solution& point,
+                      const Start& start) {
+  return SegmentRollout(&problem.model(), &problem.map(),
+                        &problem.runs()[start.run]->measurements, start.first,
+                        start.last, point.rollout);
+}
+
+// Whitened derivatives of a window's measurements by the tangent of the state x
+// where it begins.
+bool WindowDerivative(const ShootingProblem& problem, const Solution& point,
+                      const Start& start, const double* x, ScratchPool* pool,
+                      RowMatrixXd* J) {
+  const std::vector<double>& t = problem.runs()[start.run]->run.t;
+  const int end = std::min(After(t, t[start.first] + kHorizonWindow),
+                           static_cast<int>(t.size()) - 1);
+  if (end <= start.first) return false;
+  const ShootingSegment window(problem, point.rollout, start.run, start.first,
+                               end, pool);
   Eigen::VectorXd r, x_end;
   RowMatrixXd J_end;
-  return window.LinearizeRows(x_.data(), theta_.data(),
+  return window.LinearizeRows(x, point.theta.data(),
                               ShootingSegment::Columns::kState, &r, &x_end, J,
                               &J_end) &&
          J->rows() > 0 && J->allFinite();
 }
 
-bool Start::Roll(const SegmentRollout& rollout, const Eigen::VectorXd& x,
-                 std::vector<double>* errors) const {
-  errors->resize(rollout.num_residuals());
-  std::vector<double> x_end(x.size());
-  return rollout(x.data(), theta_.data(), errors->data(), x_end.data());
-}
-
-void Start::Add(ScratchPool* pool, std::mt19937_64* random,
-                std::vector<Sum>* sums) const {
+// Adds the squares of some draws about x to those of each horizon; nothing
+// where the dynamics fail.
+void AddDraws(const ShootingProblem& problem, const Solution& point,
+              const Start& start, const Eigen::VectorXd& x, ScratchPool* pool,
+              std::mt19937_64* random, Sums* sums) {
   RowMatrixXd J;
-  if (last_ <= first_ || !Derivative(pool, &J)) return;
+  if (start.last <= start.first ||
+      !WindowDerivative(problem, point, start, x.data(), pool, &J)) {
+    return;
+  }
   // (J; B) dx = (w; 0): of what the window does not show (a spin) the belief
   // keeps the estimate near, as it does where states are estimated.
-  const std::vector<double> belief = StateBelief(problem_, kFree);
+  const std::vector<double> belief = StateBelief(problem, kFree);
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(J.rows() + J.cols(), J.cols());
   rows.topRows(J.rows()) = J;
   for (int i = 0; i < J.cols(); ++i) rows(J.rows() + i, i) = 1.0 / belief[i];
   const Eigen::HouseholderQR<Eigen::MatrixXd> solver(rows);
-  const SegmentRollout rollout(&problem_.model(), &problem_.map(),
-                               &data_.measurements, first_, last_, rollout_);
+  const RunData& data = *problem.runs()[start.run];
+  const SegmentRollout rollout = Follow(problem, point, start);
   std::vector<double> there, moved;
-  if (!Roll(rollout, x_, &there)) return;
+  if (!RollErrors(rollout, x.data(), point.theta, &there)) return;
   std::normal_distribution<double> normal;
   for (int draw = 0; draw < kDraws; ++draw) {
     Eigen::VectorXd w = Eigen::VectorXd::Zero(rows.rows());
     for (int i = 0; i < J.rows(); ++i) w[i] = normal(*random);
     const Eigen::VectorXd dx = solver.solve(w);
-    Eigen::VectorXd x = x_;
-    BoxPlus<double>(problem_.model(), x_.data(), dx.data(), x.data());
-    if (!Roll(rollout, x, &moved)) continue;
-    for (const SegmentRow& row : rollout.rows()) {
-      if (!IsPositionLike(data_.run.channels[row.channel].kind)) continue;
-      const double ahead = data_.run.t[row.sample] - data_.run.t[first_];
-      const double dof = ResidualDof(data_.measurements.residuals[row.channel]);
-      double squares = dof * std::pow(data_.sigma[row.channel], 2);
+    Eigen::VectorXd drawn = x;
+    BoxPlus<double>(problem.model(), x.data(), dx.data(), drawn.data());
+    if (!RollErrors(rollout, drawn.data(), point.theta, &moved)) continue;
+    ForEachAhead(data, rollout, sums, [&](const SegmentRow& row, Sum* sum) {
+      const double dof = ResidualDof(data.measurements.residuals[row.channel]);
+      double squares = dof * std::pow(data.sigma[row.channel], 2);
       for (int i = row.first; i < row.first + row.size; ++i) {
         squares += std::pow(moved[i] - there[i], 2);
       }
-      for (int h = 0; h < kCount; ++h) {
-        // As EvaluateHorizon: samples within a tenth of the horizon before it.
-        if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
-          continue;
-        }
-        (*sums)[h].squares += squares;
-        (*sums)[h].dof += dof;
-      }
-    }
+      sum->squares += squares;
+    });
   }
 }
 
@@ -150,42 +183,54 @@ std::vector<double> HorizonReach(const std::vector<double>& t,
   return reach;
 }
 
+std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
+                                          const Solution& solution) {
+  Solution windows = CutPoint(problem, solution.theta,
+                              AllStatesFromData(problem), kHorizonWindow);
+  windows.rollout = solution.rollout;
+  std::vector<Start> starts;
+  for (size_t r = 0; r < windows.runs.size(); ++r) {
+    AddStarts(problem, static_cast<int>(r), windows.runs[r].samples, &starts);
+  }
+  std::vector<SegmentPlace> places;
+  for (const Start& start : starts) {
+    places.push_back({start.run, start.window});
+  }
+  windows = SolveOneByOne(problem, {.max_iterations = 20}, {windows}, places);
+  return AddUp(problem, starts.size(), [&](int i, Sums* sums) {
+    const Start& start = starts[i];
+    if (start.last <= start.first) return;
+    const SegmentRollout rollout = Follow(problem, windows, start);
+    const auto x = windows.runs[start.run].states.row(start.window);
+    std::vector<double> errors;
+    if (!RollErrors(rollout, x.data(), windows.theta, &errors)) return;
+    ForEachAhead(*problem.runs()[start.run], rollout, sums,
+                 [&](const SegmentRow& row, Sum* sum) {
+                   for (int e = row.first; e < row.first + row.size; ++e) {
+                     sum->squares += errors[e] * errors[e];
+                   }
+                 });
+  });
+}
+
 std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
                                                const Solution& point) {
   std::vector<Start> starts;
+  std::vector<RowMatrixXd> states(point.runs.size());
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const int run = static_cast<int>(r);
+    if (!SampleStates(problem, point, run, &states[r])) continue;
     const std::vector<double>& t = problem.runs()[r]->run.t;
-    RowMatrixXd states;
-    if (!SampleStates(problem, point, run, &states)) continue;
-    std::vector<int> windows = CutRun(t, kHorizonWindow, 1);
-    windows.pop_back();
-    const std::vector<double> reach = HorizonReach(t, windows);
-    for (size_t k = 0; k < windows.size(); ++k) {
-      if (reach[k] == 0.0) continue;
-      starts.emplace_back(problem, point, run, windows[k], reach[k],
-                          states.row(windows[k]).transpose());
-    }
+    AddStarts(problem, run, CutRun(t, kHorizonWindow, 1), &starts);
   }
   ScratchPool pool;
-  std::vector<std::vector<Sum>> parts(starts.size(), std::vector<Sum>(kCount));
-  ParallelFor(static_cast<int>(starts.size()), problem.options().threads,
-              [&](int i) {
-                std::mt19937_64 random(static_cast<unsigned>(i));
-                starts[i].Add(&pool, &random, &parts[i]);
-                return true;
-              });
-  std::vector<HorizonError> result;
-  for (int h = 0; h < kCount; ++h) {
-    Sum sum;
-    for (const std::vector<Sum>& part : parts) {
-      sum.squares += part[h].squares;
-      sum.dof += part[h].dof;
-    }
-    if (sum.dof == 0) continue;
-    result.push_back({kHorizons[h], std::sqrt(sum.squares / sum.dof)});
-  }
-  return result;
+  return AddUp(problem, starts.size(), [&](int i, Sums* sums) {
+    const Start& start = starts[i];
+    std::mt19937_64 random(static_cast<unsigned>(i));
+    AddDraws(problem, point, start,
+             states[start.run].row(start.first).transpose(), &pool, &random,
+             sums);
+  });
 }
 
 }  // namespace sysid

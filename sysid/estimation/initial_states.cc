@@ -71,8 +71,7 @@ std::vector<int> Neighbours(const std::vector<double>& t,
 // Fills the rows that are not `known` between their neighbours: linear in the
 // tangent; the ends are held. Leaves all as it is where nothing is known.
 void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
-                bool quaternion, Eigen::Ref<RowMatrixXd> q,
-                Eigen::Ref<RowMatrixXd> qd) {
+                Eigen::Ref<RowMatrixXd> q, Eigen::Ref<RowMatrixXd> qd) {
   const int n = static_cast<int>(t.size());
   int before = -1;
   for (int k = 0; k <= n; ++k) {
@@ -86,7 +85,7 @@ void BridgeGaps(const std::vector<double>& t, const std::vector<bool>& known,
         continue;
       }
       const double s = (t[m] - t[before]) / (t[k] - t[before]);
-      if (quaternion) {
+      if (q.cols() == 4) {
         const Eigen::Quaterniond a(Eigen::Vector4d(q.row(before).transpose()));
         const Eigen::Quaterniond b(Eigen::Vector4d(q.row(k).transpose()));
         q.row(m) = a.slerp(s, b).coeffs().transpose();
@@ -122,6 +121,32 @@ std::vector<bool> Spikes(const std::vector<double>& y,
   return spikes;
 }
 
+// Smooths a joint's position at the valid samples, each by those around it:
+// local(k, m) says sample m in coordinates about sample k, and at(k, value) the
+// position that has these coordinates. Bridges the others.
+template <typename Local, typename At>
+void Smooth(const std::vector<double>& t, double sigma,
+            const std::vector<int>& valid, const Local& local, const At& at,
+            Eigen::Ref<RowMatrixXd> q, Eigen::Ref<RowMatrixXd> qd) {
+  std::vector<bool> known(t.size(), false);
+  for (size_t i = 0; i < valid.size(); ++i) {
+    const int k = valid[i];
+    const std::vector<int> around = Neighbours(t, valid, i);
+    std::vector<double> times;
+    RowMatrixXd y(around.size(), qd.cols());
+    for (size_t m = 0; m < around.size(); ++m) {
+      times.push_back(t[around[m]]);
+      y.row(m) = local(k, around[m]);
+    }
+    Eigen::RowVectorXd value, slope;
+    FitPolynomial(times, y, t[k], sigma, &value, &slope);
+    q.row(k) = at(k, value);
+    qd.row(k) = slope;  // a rotation's: body axes; J_r(value) = 1 to the noise
+    known[k] = true;
+  }
+  BridgeGaps(t, known, q, qd);
+}
+
 void SmoothScalar(const std::vector<double>& t, bool wraps, double sigma,
                   const Eigen::VectorXd& measured, Eigen::Ref<RowMatrixXd> q,
                   Eigen::Ref<RowMatrixXd> qd) {
@@ -140,22 +165,10 @@ void SmoothScalar(const std::vector<double>& t, bool wraps, double sigma,
   std::erase_if(valid, [&, spikes = Spikes(unwrapped, valid, sigma)](int k) {
     return spikes[k];
   });
-  std::vector<bool> known(t.size(), false);
-  for (size_t i = 0; i < valid.size(); ++i) {
-    const std::vector<int> around = Neighbours(t, valid, i);
-    std::vector<double> times;
-    RowMatrixXd y(around.size(), 1);
-    for (size_t m = 0; m < around.size(); ++m) {
-      times.push_back(t[around[m]]);
-      y(m, 0) = unwrapped[around[m]];
-    }
-    Eigen::RowVectorXd value, slope;
-    FitPolynomial(times, y, t[valid[i]], sigma, &value, &slope);
-    q(valid[i], 0) = value[0];
-    qd(valid[i], 0) = slope[0];
-    known[valid[i]] = true;
-  }
-  BridgeGaps(t, known, false, q, qd);
+  using Number = Eigen::Matrix<double, 1, 1>;
+  Smooth(
+      t, sigma, valid, [&](int, int m) { return Number(unwrapped[m]); },
+      [](int, const Eigen::RowVectorXd& value) { return value; }, q, qd);
 }
 
 void SmoothQuaternion(const std::vector<double>& t, double sigma,
@@ -165,29 +178,23 @@ void SmoothQuaternion(const std::vector<double>& t, double sigma,
   for (size_t k = 0; k < t.size(); ++k) {
     if (!std::isnan(measured(k, 0))) valid.push_back(static_cast<int>(k));
   }
-  const auto at = [&](int k) {
+  const auto rotation = [&](int k) {
     return Eigen::Quaterniond(Eigen::Vector4d(measured.row(k).transpose()));
   };
-  std::vector<bool> known(t.size(), false);
-  for (size_t i = 0; i < valid.size(); ++i) {
-    const std::vector<int> around = Neighbours(t, valid, i);
-    const Eigen::Quaterniond middle = at(valid[i]);
-    std::vector<double> times;
-    RowMatrixXd phi(around.size(), 3);
-    for (size_t m = 0; m < around.size(); ++m) {
-      times.push_back(t[around[m]]);
-      phi.row(m) =
-          Log<double>(Multiply(middle.conjugate(), at(around[m]))).transpose();
-    }
-    Eigen::RowVectorXd value, slope;
-    FitPolynomial(times, phi, t[valid[i]], sigma, &value, &slope);
-    const Eigen::Vector3d moved = value.transpose();
-    q.row(valid[i]) =
-        Multiply(middle, Exp<double>(moved)).normalized().coeffs().transpose();
-    qd.row(valid[i]) = slope;  // body axes; J_r(moved) = 1 to the noise
-    known[valid[i]] = true;
-  }
-  BridgeGaps(t, known, true, q, qd);
+  Smooth(
+      t, sigma, valid,
+      [&](int k, int m) -> Eigen::RowVector3d {
+        return Log<double>(Multiply(rotation(k).conjugate(), rotation(m)))
+            .transpose();
+      },
+      [&](int k, const Eigen::RowVectorXd& value) -> Eigen::RowVector4d {
+        const Eigen::Vector3d moved = value.transpose();
+        return Multiply(rotation(k), Exp<double>(moved))
+            .normalized()
+            .coeffs()
+            .transpose();
+      },
+      q, qd);
 }
 
 // The positions of the measured frames as functions of q, and their derivatives
@@ -205,7 +212,8 @@ class FrameKinematics {
   // columns of dq that are not `movable` stay. Damped Gauss-Newton.
   void Solve(int k, const std::vector<bool>& movable,
              Eigen::VectorXd* q) const {
-    const int nv = model_.nv();
+    const StateLayout& at = model_.layout();
+    const int nv = at.nv();
     for (int iteration = 0; iteration < 20; ++iteration) {
       Eigen::MatrixXd J;
       Eigen::VectorXd r;
@@ -217,13 +225,14 @@ class FrameKinematics {
       Eigen::MatrixXd H = J.transpose() * J;
       H.diagonal().array() += 1e-6 * std::max(H.trace() / nv, 1e-9);
       const Eigen::VectorXd dq = -H.ldlt().solve(J.transpose() * r);
-      Eigen::VectorXd x(model_.state_size()), dx(model_.tangent_size());
-      x << *q, Eigen::VectorXd::Zero(nv);
+      Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());
+      Eigen::VectorXd dx = Eigen::VectorXd::Zero(at.tangent_size());
+      x.segment(at.q(), at.nq()) = *q;
       const double largest = dq.cwiseAbs().maxCoeff();
-      dx << dq * std::min(1.0, 0.5 / std::max(largest, 1e-12)),
-          Eigen::VectorXd::Zero(nv);
+      dx.segment(at.dq(), nv) =
+          dq * std::min(1.0, 0.5 / std::max(largest, 1e-12));
       BoxPlus<double>(model_, x.data(), dx.data(), x.data());
-      *q = x.head(model_.nq());
+      *q = x.segment(at.q(), at.nq());
       if (largest < 1e-10) return;
     }
   }
@@ -238,17 +247,20 @@ class FrameKinematics {
         frames.push_back(&channel);
       }
     }
-    const int nv = model_.nv();
+    const StateLayout& at = model_.layout();
+    const int nv = at.nv();
     r->resize(3 * frames.size());
     J->resize(3 * frames.size(), nv);
     Workspace<Jet24> ws(model_);
     ws.SetParameters(values_);
     for (int first = 0; first < nv; first += 24) {
-      std::vector<Jet24> x(model_.state_size()), dx(model_.tangent_size());
-      for (int i = 0; i < model_.nq(); ++i) x[i] = Jet24(q[i]);
-      for (int c = 0; c < 24 && first + c < nv; ++c) dx[first + c].v[c] = 1.0;
+      std::vector<Jet24> x(at.size()), dx(at.tangent_size());
+      for (int i = 0; i < at.nq(); ++i) x[at.q() + i] = Jet24(q[i]);
+      for (int c = 0; c < 24 && first + c < nv; ++c) {
+        dx[at.dq() + first + c].v[c] = 1.0;
+      }
       BoxPlus<Jet24>(model_, x.data(), dx.data(), x.data());
-      ForwardKinematics<Jet24>(&ws, x.data());
+      ForwardKinematics<Jet24>(&ws, x.data() + at.q());
       for (size_t f = 0; f < frames.size(); ++f) {
         const Vector3<Jet24> p = LinkPosition<Jet24>(ws, frames[f]->target);
         for (int i = 0; i < 3; ++i) {
@@ -270,16 +282,16 @@ class FrameKinematics {
 void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
                      const std::vector<bool>& movable, RowMatrixXd* states) {
   const Model& model = problem.model();
-  const int nq = model.nq();
+  const StateLayout& at = model.layout();
   const FrameKinematics kinematics(problem, run);
-  Eigen::VectorXd q = states->row(0).head(nq).transpose();
-  RowMatrixXd solved(run.size(), nq);
+  Eigen::VectorXd q = states->row(0).segment(at.q(), at.nq()).transpose();
+  RowMatrixXd solved(run.size(), at.nq());
   for (int k = 0; k < run.size(); ++k) {
     for (const Body& body : model.bodies()) {
       if (movable[body.v_index]) continue;
       const int size = ConfigurationSize(body.type);
       q.segment(body.q_index, size) =
-          states->row(k).segment(body.q_index, size).transpose();
+          states->row(k).segment(at.q(body), size).transpose();
     }
     kinematics.Solve(k, movable, &q);
     solved.row(k) = q.transpose();
@@ -289,12 +301,12 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
     const double sigma = problem.data().JointSigma(body.joint);
     if (body.type == JointType::kSpherical) {
       SmoothQuaternion(run.t, sigma, solved.middleCols(body.q_index, 4),
-                       states->middleCols(body.q_index, 4),
-                       states->middleCols(nq + body.v_index, 3));
+                       states->middleCols(at.q(body), 4),
+                       states->middleCols(at.qd(body), 3));
     } else {
       SmoothScalar(run.t, false, sigma, solved.col(body.q_index),
-                   states->middleCols(body.q_index, 1),
-                   states->middleCols(nq + body.v_index, 1));
+                   states->middleCols(at.q(body), 1),
+                   states->middleCols(at.qd(body), 1));
     }
   }
 }
@@ -304,18 +316,16 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
 RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
   const Model& model = problem.model();
   const Run& run = problem.runs()[run_index]->run;
-  const int nq = model.nq();
-  RowMatrixXd states = RowMatrixXd::Zero(run.size(), model.state_size());
-  states.leftCols(nq).rowwise() =
-      model.mechanism().NeutralConfiguration().transpose();
+  const StateLayout& at = model.layout();
+  RowMatrixXd states = NeutralState(model).transpose().replicate(run.size(), 1);
   std::vector<bool> unmeasured(model.nv(), false);
   bool any_unmeasured = false, any_frame = false;
   for (const Channel& channel : run.channels) {
     any_frame |= channel.kind == ChannelKind::kFramePosition;
   }
   for (const Body& body : model.bodies()) {
-    auto q = states.middleCols(body.q_index, ConfigurationSize(body.type));
-    auto qd = states.middleCols(nq + body.v_index, VelocitySize(body.type));
+    auto q = states.middleCols(at.q(body), ConfigurationSize(body.type));
+    auto qd = states.middleCols(at.qd(body), VelocitySize(body.type));
     const Channel* position = nullptr;
     const Channel* velocity = nullptr;
     for (const Channel& channel : run.channels) {

@@ -2,14 +2,15 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/fit.h"
-#include "sysid/estimation/fit_summary.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/preflight.h"
 #include "sysid/estimation/segmentation.h"
-#include "sysid/estimation/stages.h"
+#include "sysid/estimation/step_size.h"
 
 // The schedules of Levenberg-Marquardt: how segments grow, and how tightly they
 // hang together, from the data to one trajectory a run or to segments that are
@@ -25,14 +26,117 @@ constexpr double kStageGrowth = 4.0;
 // through all of a chaotic run is not to be had (nor worth anything).
 constexpr double kMissing = 2.0;
 
-// What a fit took.
-struct Clock {
-  double start_s = Now(), start_cpu_s = CpuSeconds();
-  void Read(Fit* fit) const {
-    fit->wall_time_s = Now() - start_s;
-    fit->cpu_time_s = CpuSeconds() - start_cpu_s;
-  }
+// One stage of a schedule: how tightly its segments hang together, and how long
+// it goes on. What it does is the minimiser's (ShootingStage).
+struct StageGoal {
+  std::string doing;  // in words, for the progress line
+  double defect = kJoinedDefect;
+  double tolerance = 1e-7;  // of the cost
+  int most = 1 << 30;       // iterations, but for those of the fit
+  double misfit = 0.0;      // times the noise, where the start is far off
 };
+
+// The stages of one fit: each starts where the last ended. A schedule says how
+// segments grow from stage to stage.
+class Stages {
+ public:
+  explicit Stages(const ShootingProblem& problem)
+      : problem_(problem), choose_step_(problem.options().rollout.step <= 0) {}
+
+  // Minimises over the solution as it is cut; again with a shorter step where
+  // the solution, or where it was heading, needs one.
+  StageSummary Run(const StageGoal& goal);
+  void Cut(double length) { solution = Recut(problem_, solution, length); }
+  // Cut into whole runs.
+  bool IsWhole() const;
+  // Shortens the step, where it is ours to choose, to what the solution and the
+  // way ahead of it need. True where it changed.
+  bool ShortenStep();
+  // To what theta needs over whole runs (RefineStep).
+  void RefineStep(double defect);
+  double Error() const;  // normalised
+  // Of the solution as it is cut; they remember what the stage before found.
+  const std::shared_ptr<ShootingSegments>& Segments();
+
+  const std::string& doing() const { return doing_; }  // the last stage
+  const ShootingProblem& problem() const { return problem_; }
+  // Says how long it took so far.
+  void ReadClocks(Fit* fit) const {
+    fit->wall_time_s = Now() - start_s_;
+    fit->cpu_time_s = CpuSeconds() - start_cpu_s_;
+  }
+
+  Solution solution;
+  std::vector<HistoryEntry> history;
+  int iterations = 0;
+  int evaluations = 0;
+
+ private:
+  const ShootingProblem& problem_;
+  const bool choose_step_;
+  const double start_s_ = Now(), start_cpu_s_ = CpuSeconds();
+  std::shared_ptr<ShootingSegments> segments_;
+  std::string doing_;
+};
+
+bool FreesEffects(const ShootingProblem& problem) {
+  return std::any_of(problem.free().begin(), problem.free().end(),
+                     [](const FreeParameter& free) {
+                       return free.parameter.kind == ParameterKind::kEffect;
+                     });
+}
+
+const std::shared_ptr<ShootingSegments>& Stages::Segments() {
+  if (segments_ == nullptr || !segments_->Fit(solution)) {
+    segments_ = std::make_shared<ShootingSegments>(problem_, solution);
+  }
+  return segments_;
+}
+
+bool Stages::IsWhole() const {
+  return SameCut(solution, Recut(problem_, solution, kInfinity));
+}
+
+bool Stages::ShortenStep() {
+  if (!choose_step_) return false;
+  double& step = solution.rollout.step;
+  const double needed = ChooseStepAhead(problem_, solution);
+  const bool shorter = step <= 0 || needed < 0.75 * step;
+  if (shorter) step = needed;
+  return shorter;
+}
+
+void Stages::RefineStep(double defect) {
+  if (!choose_step_) return;
+  solution.rollout.step = sysid::RefineStep(problem_, defect, solution);
+}
+
+double Stages::Error() const {
+  return EvaluateErrors(problem_, solution, 0.0).total.normalized_rms;
+}
+
+StageSummary Stages::Run(const StageGoal& goal) {
+  constexpr int kMostSteps = 4;
+  doing_ = goal.doing;
+  ShootingStage::Options options;
+  options.far = goal.misfit > 0.0 && std::isfinite(goal.defect);
+  options.twist_hold = std::max(1.0, goal.misfit);
+  options.defect = goal.defect;
+  options.function_tolerance = goal.tolerance;
+  StageSummary done;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const int left = problem_.options().max_iterations - iterations;
+    options.max_iterations = std::max(1, std::min(goal.most, left));
+    ShootingStage stage(problem_, options, &solution, Segments());
+    done = stage.Solve(goal.doing, start_s_, &history);
+    iterations += done.iterations;
+    evaluations += done.evaluations;
+    // Again where the solution, or where it was heading, is too stiff; which
+    // only effects can make it.
+    if (!ShortenStep() || !FreesEffects(problem_)) break;
+  }
+  return done;
+}
 
 // How a schedule ended.
 struct Ended {
@@ -110,28 +214,26 @@ Ended SolveJoined(Stages* stages) {
   return ended;
 }
 
-Fit MakeFit(const ShootingProblem& problem) {
+// What a fit says of where its stages ended.
+Fit Finish(const Stages& stages, const Ended& ended) {
+  const ShootingProblem& problem = stages.problem();
   Fit fit(problem.model());
   fit.samples = problem.data().samples();
   fit.noise = problem.data().PooledNoise();
-  return fit;
-}
-
-// What a fit says of where its stages ended.
-void Finish(const Stages& stages, const Ended& ended, Fit* fit) {
-  fit->defect = ended.defect;
-  fit->converged = ended.last.converged;
-  fit->termination = ended.last.message;
-  fit->iterations = stages.iterations;
-  fit->evaluations = stages.evaluations;
-  fit->history = stages.history;
+  fit.defect = ended.defect;
+  fit.converged = ended.last.converged;
+  fit.termination = ended.last.message;
+  fit.iterations = stages.iterations;
+  fit.evaluations = stages.evaluations;
+  fit.history = stages.history;
   double states = 0.0;  // that were estimated
   for (const Solution::Nodes& nodes : stages.solution.runs) {
     states += std::isinf(ended.defect) ? nodes.segments() : 1;
   }
-  const ShootingProblem& problem = stages.problem();
   SummarizeFit(problem, stages.solution,
-               problem.map().size() + ObservedStateDof(problem) * states, fit);
+               problem.map().size() + ObservedStateDof(problem) * states, &fit);
+  stages.ReadClocks(&fit);
+  return fit;
 }
 
 // What a stage that was stopped leaves: Ceres keeps its last successful step in
@@ -148,25 +250,24 @@ bool KeepBest(const Stages& stages, Ended* ended) {
   return true;
 }
 
-// Starts from the data, if there is any use.
-void StartFromData(Stages* stages, std::string* hopeless) {
+// Starts from the data. False, with the reason, where that is of no use.
+bool StartFromData(Stages* stages, Ended* ended) {
   const ShootingProblem& problem = stages->problem();
   stages->solution = CutPoint(problem, problem.InitialTheta(),
                               AllStatesFromData(problem), kFirstLength);
   stages->ShortenStep();
-  *hopeless = WhyHopeless(problem, stages->solution, stages->Segments().get());
+  ended->defect = kJoinedDefect;
+  ended->last.message =
+      WhyHopeless(problem, stages->solution, stages->Segments().get());
+  return ended->last.message.empty();
 }
 
 }  // namespace
 
 Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
-  const Clock clock;
-  Fit fit = MakeFit(problem);
-  Stages stages(problem, clock.start_s);
+  Stages stages(problem);
   Ended ended;
-  StartFromData(&stages, &ended.last.message);
-  ended.defect = kJoinedDefect;
-  if (ended.last.message.empty()) {
+  if (StartFromData(&stages, &ended)) {
     try {
       ended = SolveJoined(&stages);
     } catch (const Cancelled&) {
@@ -174,60 +275,45 @@ Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
       stages.iterations = stages.history.back().iteration;
     }
   }
-  Finish(stages, ended, &fit);
+  Fit fit = Finish(stages, ended);
   // What is left is short, and makes the point one that is worth keeping.
   EstimationOptions options = problem.options();
   if (options.keep_best) options.stop = {};
   const ShootingProblem rest = problem.With(options);
   fit.horizon = EvaluateHorizon(rest, stages.solution);
   fit.open = EvaluateOpen(rest, stages.solution);
-  clock.Read(&fit);
+  stages.ReadClocks(&fit);
   return fit;
 }
 
 Fit FitIndependentSegments(const ShootingProblem& problem) {
-  const Clock clock;
-  Fit fit = MakeFit(problem);
-  Stages stages(problem, clock.start_s);
+  Stages stages(problem);
   Ended ended;
-  StartFromData(&stages, &ended.last.message);
-  if (ended.last.message.empty()) {
-    const bool whole = stages.IsWhole();
-    Grow(&stages, whole);
+  if (StartFromData(&stages, &ended)) {
+    Grow(&stages, stages.IsWhole());
     // From the data: what the joined segments made of a spin that no sensor
     // sees is worth nothing.
     stages.solution = WithStatesFromData(problem, stages.solution);
     ended = SolveIndependent(&stages);
-  } else {
-    ended.defect = kJoinedDefect;
   }
-  Finish(stages, ended, &fit);
-  clock.Read(&fit);
-  return fit;
+  return Finish(stages, ended);
 }
 
 Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut) {
-  const Clock clock;
-  Fit fit = MakeFit(problem);
-  Stages stages(problem, clock.start_s);
+  Stages stages(problem);
   Solution start = WithStatesFromData(problem, cut);
   start.theta = problem.InitialTheta();
   stages.solution = SolveStates(problem, start, {.twist_hold = kHeldSpin});
-  Finish(stages, {}, &fit);
-  clock.Read(&fit);
-  return fit;
+  return Finish(stages, {});
 }
 
 Fit RefitIndependentSegments(const ShootingProblem& problem,
                              const Solution& start) {
-  const Clock clock;
-  Fit fit = MakeFit(problem);
-  Stages stages(problem, clock.start_s);
+  Stages stages(problem);
   stages.solution = start;
   stages.ShortenStep();
-  Finish(stages, SolveIndependent(&stages), &fit);
-  clock.Read(&fit);
-  return fit;
+  const Ended ended = SolveIndependent(&stages);
+  return Finish(stages, ended);
 }
 
 }  // namespace sysid

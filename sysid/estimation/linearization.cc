@@ -116,20 +116,18 @@ bool Linearizer::Roll(const SegmentPlace& at, const RolloutOptions& rollout,
                      &x_end)) {
     return false;
   }
-  const int tangent = problem_.model().tangent_size();
+  Eigen::VectorXd more;
   if (HasOwnBelief(at)) {
-    Eigen::VectorXd belief;
     RowMatrixXd J;
-    Belief(at, &belief, &J);
-    r->conservativeResize(r->size() + tangent);
-    r->tail(tangent) = belief;
+    Belief(at, &more, &J);
+  } else if (HasDefect(at)) {
+    more.resize(problem_.model().tangent_size());
+    StateDefect(problem_.model(), x_end.data(), State(at.run, at.segment + 1),
+                more.data(), nullptr, nullptr);
+    Whitening(defect_sigma_).Apply(more.data(), {});
   }
-  if (!HasDefect(at)) return true;
-  r->conservativeResize(r->size() + tangent);
-  double* defect = r->data() + r->size() - tangent;
-  StateDefect(problem_.model(), x_end.data(), State(at.run, at.segment + 1),
-              defect, nullptr, nullptr);
-  Whitening(defect_sigma_).Apply(defect, {});
+  r->conservativeResize(r->size() + more.size());
+  r->tail(more.size()) = more;
   return true;
 }
 
@@ -145,31 +143,29 @@ bool Linearizer::Linearize(const SegmentPlace& at, SegmentLinearization* out) {
     return false;
   }
   const int measured = static_cast<int>(J.rows());
+  Eigen::VectorXd more;
+  RowMatrixXd J_more(0, J.cols());
   if (HasDefect(at)) {
     RowMatrixXd D_end, D_next;
-    Eigen::VectorXd defect(tangent);
-    StateDefect(model, x_end.data(), State(at.run, at.segment + 1),
-                defect.data(), &D_end, &D_next);
-    RowMatrixXd J_defect = D_end * J_end;
+    more.resize(tangent);
+    StateDefect(model, x_end.data(), State(at.run, at.segment + 1), more.data(),
+                &D_end, &D_next);
+    J_more = D_end * J_end;
     Whitening(defect_sigma_)
-        .Apply(defect.data(), {Map(J_defect.data(), tangent, J_defect.cols()),
-                               Map(D_next.data(), tangent, tangent)});
-    J.conservativeResize(measured + tangent, Eigen::NoChange);
-    J.bottomRows(tangent) = J_defect;
-    out->r.conservativeResize(measured + tangent);
-    out->r.tail(tangent) = defect;
+        .Apply(more.data(), {Map(J_more.data(), tangent, J_more.cols()),
+                             Map(D_next.data(), tangent, tangent)});
     out->J_next.setZero(measured + tangent, tangent);
     out->J_next.bottomRows(tangent) = D_next;
-  }
-  if (HasOwnBelief(at)) {
-    Eigen::VectorXd belief;
+  } else if (HasOwnBelief(at)) {
     RowMatrixXd J_belief;
-    Belief(at, &belief, &J_belief);
-    out->r.conservativeResize(measured + tangent);
-    out->r.tail(tangent) = belief;
-    J.conservativeResize(measured + tangent, Eigen::NoChange);
-    J.bottomRows(tangent) << J_belief, RowMatrixXd::Zero(tangent, n_theta);
+    Belief(at, &more, &J_belief);
+    J_more.setZero(tangent, J.cols());
+    J_more.leftCols(tangent) = J_belief;
   }
+  J.conservativeResize(measured + J_more.rows(), Eigen::NoChange);
+  J.bottomRows(J_more.rows()) = J_more;
+  out->r.conservativeResize(measured + more.size());
+  out->r.tail(more.size()) = more;
   out->J_x = J.leftCols(tangent);
   out->J_theta = J.rightCols(n_theta);
   return true;

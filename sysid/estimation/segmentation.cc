@@ -22,6 +22,22 @@ std::vector<RowMatrixXd> AllSampleStates(const ShootingProblem& problem,
   return states;
 }
 
+// The states where segments begin.
+void TakeStates(const RowMatrixXd& sample_states, Solution::Nodes* nodes) {
+  nodes->states.resize(nodes->segments(), sample_states.cols());
+  for (int k = 0; k < nodes->segments(); ++k) {
+    nodes->states.row(k) = sample_states.row(nodes->samples[k]);
+  }
+}
+
+ShootingStage::Options StageOf(const StateOptions& options) {
+  return {.defect = options.defect,
+          .fix_theta = true,
+          .twist_hold = options.twist_hold,
+          .max_iterations = options.max_iterations,
+          .function_tolerance = options.tolerance};
+}
+
 }  // namespace
 
 int MinSegmentSamples(const ShootingProblem& problem) {
@@ -40,10 +56,7 @@ Solution CutPoint(const ShootingProblem& problem, const Eigen::VectorXd& theta,
   for (size_t r = 0; r < problem.runs().size(); ++r) {
     Solution::Nodes nodes;
     nodes.samples = CutRun(problem.runs()[r]->run.t, length, min_samples);
-    nodes.states.resize(nodes.segments(), sample_states[r].cols());
-    for (int k = 0; k < nodes.segments(); ++k) {
-      nodes.states.row(k) = sample_states[r].row(nodes.samples[k]);
-    }
+    TakeStates(sample_states[r], &nodes);
     point.runs.push_back(std::move(nodes));
   }
   return point;
@@ -60,10 +73,7 @@ Solution Recut(const ShootingProblem& problem, const Solution& solution,
 Solution WithStatesFromData(const ShootingProblem& problem, Solution solution) {
   const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
   for (size_t r = 0; r < states.size(); ++r) {
-    Solution::Nodes& nodes = solution.runs[r];
-    for (int k = 0; k < nodes.segments(); ++k) {
-      nodes.states.row(k) = states[r].row(nodes.samples[k]);
-    }
+    TakeStates(states[r], &solution.runs[r]);
   }
   return solution;
 }
@@ -90,7 +100,7 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
   constexpr double kGrowth = 4.0;
   constexpr int kStarts = 12;  // of a run, evenly spread
   const Model& model = problem.model();
-  const int nv = model.nv();
+  const StateLayout& at = model.layout();
   const double longest =
       std::min(problem.data().LongestDuration(), kLongestLength);
   // How far each of some segments has been followed, and how the state there
@@ -107,10 +117,11 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
     const int count = std::min(nodes.segments(), kStarts);
     for (int i = 0; i < count; ++i) {
       const int k = nodes.segments() * i / count;
-      walks.push_back({{static_cast<int>(r), k},
-                       nodes.samples[k],
-                       nodes.states.row(k).transpose(),
-                       RowMatrixXd::Identity(2 * nv, 2 * nv)});
+      walks.push_back(
+          {{static_cast<int>(r), k},
+           nodes.samples[k],
+           nodes.states.row(k).transpose(),
+           RowMatrixXd::Identity(at.tangent_size(), at.tangent_size())});
     }
   }
   double best = kFirstLength;
@@ -137,7 +148,8 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
       walk.sample = last;
       walk.x = x_end;
       walk.phi = J_end * walk.phi;
-      return walk.phi.topLeftCorner(nv, nv).operatorNorm() < kGrowth;
+      return walk.phi.block(at.dq(), at.dq(), at.nv(), at.nv()).operatorNorm() <
+             kGrowth;
     };
     if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
                      regular)) {
@@ -147,20 +159,6 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
   }
   return std::min(best, longest);
 }
-
-namespace {
-
-ShootingStage::Options StageOf(const StateOptions& options) {
-  ShootingStage::Options stage;
-  stage.fix_theta = true;
-  stage.defect = options.defect;
-  stage.twist_hold = options.twist_hold;
-  stage.max_iterations = options.max_iterations;
-  stage.function_tolerance = options.tolerance;
-  return stage;
-}
-
-}  // namespace
 
 Solution SolveStates(const ShootingProblem& problem, Solution solution,
                      const StateOptions& options) {

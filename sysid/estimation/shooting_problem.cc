@@ -51,18 +51,16 @@ ShootingProblem ShootingProblem::WithData(
 std::shared_ptr<const DataSet> MakeDataSet(const Model& model,
                                            std::vector<Run> runs,
                                            const EstimationOptions& options) {
-  return std::make_shared<const DataSet>(
-      model.mechanism(), std::move(runs),
-      MeasurementOptions{options.orientation, options.noise});
+  return std::make_shared<const DataSet>(model.mechanism(), std::move(runs),
+                                         options);
 }
 
 std::shared_ptr<const DataSet> MakeDataSetLike(const Model& model,
                                                std::vector<Run> runs,
                                                const EstimationOptions& options,
                                                const DataSet& other) {
-  return std::make_shared<const DataSet>(
-      model.mechanism(), std::move(runs),
-      MeasurementOptions{options.orientation, options.noise}, other);
+  return std::make_shared<const DataSet>(model.mechanism(), std::move(runs),
+                                         options, &other);
 }
 
 Eigen::VectorXd ShootingProblem::InitialTheta() const {

@@ -22,13 +22,10 @@ struct Progress {
   double error = 0.0;
 };
 
-struct EstimationOptions {
+struct EstimationOptions : MeasurementOptions {
   RolloutOptions rollout;  // step 0: chosen, see ChooseStep; Solution has it
   // Length of a shooting segment in the last stage, s; 0: chosen from the data.
   double segment = 0.0;
-  // Standard deviation of position-like measurements; 0: estimated per channel.
-  double noise = 0.0;
-  OrientationResidual orientation = OrientationResidual::kHeading;
   RobustLoss loss = RobustLoss::kNone;
   double loss_scale = 3.0;  // standard deviations
   int threads = 1;

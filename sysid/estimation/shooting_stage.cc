@@ -14,18 +14,15 @@ namespace {
 // Reports iterations to the history and to whoever watches.
 class Watcher final : public ceres::IterationCallback {
  public:
-  Watcher(const std::string& doing, double start_time_s, double dof, int most,
-          double tolerance,
-          const std::function<void(const Progress&)>& progress,
-          const std::stop_token& stop, const Eigen::VectorXd& theta,
-          std::vector<HistoryEntry>* history)
-      : doing_(doing),
+  Watcher(const ShootingProblem& problem, const ShootingStage::Options& options,
+          const std::string& doing, double start_time_s,
+          const Eigen::VectorXd& theta, std::vector<HistoryEntry>* history)
+      : problem_(problem.options()),
+        options_(options),
+        doing_(doing),
         start_time_s_(start_time_s),
-        dof_(dof),
-        most_(most),
-        tolerance_(tolerance),
-        progress_(progress),
-        stop_(stop),
+        dof_(std::max(
+            1.0, problem.data().DofPerSample() * problem.data().samples())),
         theta_(theta),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
@@ -43,10 +40,12 @@ class Watcher final : public ceres::IterationCallback {
           {first_ + summary.iteration, cost_, Now() - start_time_s_, theta_});
     }
     // Not SOLVER_ABORT, which puts the point back to where it started.
-    if (stop_.stop_requested()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-    if (progress_) {
-      progress_({doing_, first_ + summary.iteration, first_ + most_,
-                 std::sqrt(2.0 * cost_ / dof_)});
+    if (problem_.stop.stop_requested())
+      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    if (problem_.progress && !options_.quiet) {
+      problem_.progress({doing_, first_ + summary.iteration,
+                         first_ + options_.max_iterations,
+                         std::sqrt(2.0 * cost_ / dof_)});
     }
     const bool was_taken = std::exchange(
         taken_, summary.step_is_successful || summary.iteration == 0);
@@ -58,7 +57,9 @@ class Watcher final : public ceres::IterationCallback {
  private:
   // The cost is a negative log-likelihood: less than 1e-6 is no news, however
   // small the cost itself has become (data without noise).
-  double Insignificant() const { return std::max(1e-6, tolerance_ * cost_); }
+  double Insignificant() const {
+    return std::max(1e-6, options_.function_tolerance * cost_);
+  }
 
   // What a step gained that was taken. Of one that was refused what it
   // promised, if the one before it was taken: then the radius is no reason to
@@ -73,12 +74,10 @@ class Watcher final : public ceres::IterationCallback {
                : std::numeric_limits<double>::infinity();
   }
 
-  std::string doing_;
-  double start_time_s_, dof_;
-  int most_;
-  double tolerance_;
-  const std::function<void(const Progress&)> progress_;
-  const std::stop_token stop_;
+  const EstimationOptions& problem_;
+  const ShootingStage::Options& options_;
+  const std::string& doing_;
+  const double start_time_s_, dof_;
   const Eigen::VectorXd& theta_;
   std::vector<HistoryEntry>* history_;
   int first_;
@@ -189,10 +188,8 @@ void ShootingStage::AddPriors() {
     const int count = independent ? point_->runs[r].segments() : 1;
     for (int k = 0; k < count; ++k) {
       const double* x = State(r, k);
-      auto* cost = new WhitenedCost(
-          std::make_unique<StatePriorCost>(
-              &model, std::vector<double>(x, x + model.state_size())),
-          sigma);
+      auto* cost = new StatePriorCost(
+          &model, std::vector<double>(x, x + model.state_size()), sigma);
       problem_->AddResidualBlock(cost, nullptr, State(r, k));
       problem_->SetManifold(State(r, k), manifold_.get());
     }
@@ -207,10 +204,8 @@ void ShootingStage::AddPriors() {
   }
   if (places.empty() || options_.fix_theta) return;
   problem_->AddResidualBlock(
-      new WhitenedCost(
-          std::make_unique<PriorCost>(shooting_.map().size(), places, means),
-          sigmas),
-      nullptr, point_->theta.data());
+      new PriorCost(shooting_.map().size(), places, means, sigmas), nullptr,
+      point_->theta.data());
 }
 
 ceres::Solver::Options ShootingStage::SolverOptions() const {
@@ -303,8 +298,6 @@ void ShootingStage::HoldTheta(const std::vector<int>& held) {
 StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
                                   std::vector<HistoryEntry>* history) {
   constexpr int kMostSets = 8;  // of parameters held at their bounds
-  const DataSet& data = shooting_.data();
-  const double dof = std::max(1.0, data.DofPerSample() * data.samples());
   StageSummary result;
   ceres::Solver::Options options = SolverOptions();
   // The active set: parameters at a bound that the cost pushes outward are
@@ -315,10 +308,8 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   for (int set = 0; set < kMostSets; ++set) {
     ThrowIfCancelled(stop);
     HoldTheta(held);
-    Watcher watcher(doing, start_time_s, dof, options_.max_iterations,
-                    options_.function_tolerance,
-                    options_.quiet ? nullptr : shooting_.options().progress,
-                    stop, point_->theta, history);
+    Watcher watcher(shooting_, options_, doing, start_time_s, point_->theta,
+                    history);
     options.callbacks = {&watcher};
     options.update_state_every_iteration = true;  // theta, for the history
     options.max_num_iterations = options_.max_iterations - result.iterations;

@@ -16,12 +16,13 @@ double TightDefect(const Solution& solution) {
 
 std::vector<double> DefectSigma(const ShootingProblem& problem) {
   const Model& model = problem.model();
-  std::vector<double> sigma(model.tangent_size());
+  const StateLayout& at = model.layout();
+  std::vector<double> sigma(at.tangent_size());
   for (const Body& body : model.bodies()) {
     const double joint = problem.data().JointSigma(body.joint);
     for (int i = 0; i < VelocitySize(body.type); ++i) {
-      sigma[body.v_index + i] = joint;
-      sigma[model.nv() + body.v_index + i] = joint / kDefectTime;
+      sigma[at.dq(body) + i] = joint;
+      sigma[at.dqd(body) + i] = joint / kDefectTime;
     }
   }
   return sigma;
@@ -35,15 +36,15 @@ std::vector<double> StateBelief(const ShootingProblem& problem,
   // the residual does not see its twist.
   constexpr double kTwist = 0.05, kTwistRate = 0.5;
   const Model& model = problem.model();
-  std::vector<double> sigma(model.tangent_size());
+  const StateLayout& at = model.layout();
+  std::vector<double> sigma(at.tangent_size());
   for (const Body& body : model.bodies()) {
     const bool blind =
         body.type == JointType::kSpherical &&
         problem.options().orientation == OrientationResidual::kHeading;
     for (int i = 0; i < VelocitySize(body.type); ++i) {
-      sigma[body.v_index + i] = blind ? kTwist / twist_hold : kPosition;
-      sigma[model.nv() + body.v_index + i] =
-          blind ? kTwistRate / twist_hold : kVelocity;
+      sigma[at.dq(body) + i] = blind ? kTwist / twist_hold : kPosition;
+      sigma[at.dqd(body) + i] = blind ? kTwistRate / twist_hold : kVelocity;
     }
   }
   return sigma;

@@ -142,6 +142,7 @@ Json PredictionJson(const std::map<std::string, double>& noise,
                     const Run& shown, const PageFit& fit,
                     OrientationResidual orientation) {
   const Mechanism& mechanism = fit.problem->model().mechanism();
+  const StateLayout& at = fit.problem->model().layout();
   const Place place = Find(shown, fit);
   std::optional<Prediction> prediction;
   if (place.problem != nullptr) {
@@ -167,13 +168,12 @@ Json PredictionJson(const std::map<std::string, double>& noise,
   }
   const RowMatrixXd states =
       prediction ? At(place.samples, prediction->states)
-                 : RowMatrixXd::Constant(shown.size(),
-                                         mechanism.nq + mechanism.nv, kNone);
-  const RowMatrixXd q = states.leftCols(mechanism.nq);
+                 : RowMatrixXd::Constant(shown.size(), at.size(), kNone);
+  const RowMatrixXd q = states.middleCols(at.q(), at.nq());
   return {{"cuts", CutsJson(shown, place)},
           {"channels", channels},
           {"q", DrawnColumns(q)},
-          {"qd", DrawnColumns(states.rightCols(mechanism.nv))},
+          {"qd", DrawnColumns(states.middleCols(at.qd(), at.nv()))},
           {"measuredQ", DrawnColumns(MeasuredPositions(mechanism, shown, q))}};
 }
 

@@ -53,7 +53,7 @@ bool Moves(const Model& model, const Parameter& parameter) {
   for (int i = 0; i < x.size(); ++i) x[i] = std::sin(1.0 + 2.0 * i);
   for (const Body& body : model.bodies()) {
     if (body.type == JointType::kSpherical) {
-      x.segment<4>(body.q_index).normalize();
+      x.segment<4>(model.layout().q(body)).normalize();
     }
   }
   const auto efforts = [&](double value) {
@@ -61,7 +61,8 @@ bool Moves(const Model& model, const Parameter& parameter) {
     SetParameters({parameter}, {value}, &changed);
     Workspace<double> ws(changed);
     Eigen::VectorXd tau(model.nv());
-    InverseDynamics<double>(&ws, x.data(), x.data() + model.nq(),
+    InverseDynamics<double>(&ws, x.data() + model.layout().q(),
+                            x.data() + model.layout().qd(),
                             x.data() + model.state_size(), tau.data());
     return tau;
   };

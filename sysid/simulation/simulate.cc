@@ -87,8 +87,10 @@ RowMatrixXd RollAccurately(const Model& model, const Run& run,
       const bool have_finer =
           Roll(model, run, x0, options.integrator, period / parts, &finer);
       if (have && have_finer &&
-          (states - finer).leftCols(model.nq()).cwiseAbs().maxCoeff() <
-              tolerance) {
+          (states - finer)
+                  .middleCols(model.layout().q(), model.nq())
+                  .cwiseAbs()
+                  .maxCoeff() < tolerance) {
         return finer;
       }
       have = have_finer;
@@ -107,32 +109,28 @@ Eigen::VectorXd RandomState(const Model& model, double amplitude,
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> within(-amplitude, amplitude);
   std::uniform_real_distribution<double> turn(0.0, 2 * M_PI);
-  Eigen::VectorXd x(model.state_size());
-  x << model.mechanism().NeutralConfiguration(),
-      Eigen::VectorXd::Zero(model.nv());
+  Eigen::VectorXd x = NeutralState(model);
   for (const Body& body : model.bodies()) {
     if (body.type == JointType::kSpherical) {
       const double direction = turn(random);
       const double tilt = within(random);
       const Eigen::Vector3d phi(tilt * std::cos(direction),
                                 tilt * std::sin(direction), 0.0);
-      x.segment<4>(body.q_index) = Exp<double>(phi).coeffs();
+      x.segment<4>(model.layout().q(body)) = Exp<double>(phi).coeffs();
     } else {
-      x[body.q_index] = within(random);
+      x[model.layout().q(body)] = within(random);
     }
   }
   return x;
 }
 
 Eigen::VectorXd FirstState(const Model& model, const Run& run) {
-  Eigen::VectorXd x(model.state_size());
-  x << model.mechanism().NeutralConfiguration(),
-      Eigen::VectorXd::Zero(model.nv());
+  Eigen::VectorXd x = NeutralState(model);
   for (const Channel& channel : run.channels) {
     if (channel.kind == ChannelKind::kFramePosition) continue;
     const Joint& joint = model.mechanism().joints[channel.target];
-    const int at = IsPositionLike(channel.kind) ? joint.q_index
-                                                : model.nq() + joint.v_index;
+    const int at = IsPositionLike(channel.kind) ? model.layout().q(joint)
+                                                : model.layout().qd(joint);
     for (int c = 0; c < channel.values.cols(); ++c) {
       if (!std::isnan(channel.values(0, c))) x[at + c] = channel.values(0, c);
     }
@@ -164,11 +162,9 @@ Run Simulate(const Model& model, const Eigen::VectorXd& x0,
                        ? ChannelKind::kOrientation
                        : ChannelKind::kPosition;
     for (int k = 0; k < samples; ++k) {
-      Eigen::VectorXd q = states.row(k).head(model.nq()).transpose();
-      for (const auto& effect : ws.measurement_effects) {
-        effect.hooks->ModifyMeasurement(
-            effect.p, &q[model.bodies()[effect.body].q_index]);
-      }
+      Eigen::VectorXd q =
+          states.row(k).segment(model.layout().q(), model.nq()).transpose();
+      ws.ModifyMeasurement(q.data());
       if (body.type == JointType::kSpherical) {
         Eigen::Vector3d error;
         for (int i = 0; i < 3; ++i) error[i] = options.noise * normal(random);

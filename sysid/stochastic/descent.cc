@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "sysid/estimation/cancelled.h"
-#include "sysid/estimation/fit_summary.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/preflight.h"
 #include "sysid/estimation/segmentation.h"

@@ -128,7 +128,7 @@ bool Rollouts::NormalEquations(const Eigen::VectorXd& theta, Eigen::MatrixXd* H,
 
 void StartAtRest(const Model& model, Solution* point) {
   for (Solution::Nodes& nodes : point->runs) {
-    nodes.states.row(0).tail(model.nv()).setZero();
+    nodes.states.row(0).segment(model.layout().qd(), model.nv()).setZero();
   }
 }
 

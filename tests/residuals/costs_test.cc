@@ -225,10 +225,10 @@ TEST(StateDefect, IsTheTangentBetweenTheStatesWithItsDerivatives) {
 
 // --- Priors -----------------------------------------------------------------
 
-TEST(PriorCost, IsTheDistanceFromTheMeansInSi) {
-  const PriorCost cost(4, {2, 0}, {1.5, -1.0});
+TEST(PriorCost, IsTheDistanceFromTheMeansBySigmas) {
+  const PriorCost cost(4, {2, 0}, {1.5, -1.0}, {1.0, 0.5});
   const VectorXd theta = Eigen::Vector4d(3.0, 5.0, 2.0, 7.0);
-  EXPECT_EQ(Residuals(cost, {theta}), Eigen::Vector2d(0.5, 4.0));
+  EXPECT_EQ(Residuals(cost, {theta}), Eigen::Vector2d(0.5, 8.0));
   ExpectGradients(cost, {nullptr}, {theta}, 1e-9);
 }
 
@@ -243,8 +243,9 @@ TEST(StatePriorCost, IsTheTangentFromThePriorWithItsGradient) {
     VectorXd x(prior.size());
     BoxPlus<double>(model, prior.data(), dx.data(), x.data());
     const StatePriorCost cost(&model,
-                              std::vector<double>(prior.begin(), prior.end()));
-    EXPECT_LT((Residuals(cost, {x}) - dx).norm(), 1e-13);
+                              std::vector<double>(prior.begin(), prior.end()),
+                              std::vector<double>(dx.size(), 0.5));
+    EXPECT_LT((Residuals(cost, {x}) - 2.0 * dx).norm(), 1e-13);
     ExpectGradients(cost, {&manifold}, {x});
   }
 }
@@ -274,12 +275,42 @@ class CurvedCost final : public ceres::SizedCostFunction<6, 3, 2> {
   }
 };
 
+// A cost whose errors a Whitening divides and bends.
+class WhitenedCost final : public ceres::CostFunction {
+ public:
+  WhitenedCost(std::unique_ptr<ceres::CostFunction> cost,
+               std::vector<double> sigmas, RobustLoss loss = RobustLoss::kNone,
+               double loss_scale = 1.0,
+               std::vector<Whitening::Group> groups = {})
+      : cost_(std::move(cost)),
+        whitening_(std::move(sigmas), loss, loss_scale, std::move(groups)) {
+    *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
+    set_num_residuals(cost_->num_residuals());
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    if (!cost_->Evaluate(parameters, residuals, jacobians)) return false;
+    std::vector<Eigen::Map<RowMatrixXd>> J;
+    for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
+      if (jacobians == nullptr || jacobians[b] == nullptr) continue;
+      J.emplace_back(jacobians[b], num_residuals(), parameter_block_sizes()[b]);
+    }
+    whitening_.Apply(residuals, J);
+    return true;
+  }
+
+ private:
+  std::unique_ptr<ceres::CostFunction> cost_;
+  Whitening whitening_;
+};
+
 std::vector<VectorXd> CurvedPoint() {
   return {Eigen::Vector3d(0.3, -0.5, 0.9), Eigen::Vector2d(0.2, 0.7)};
 }
 std::vector<double> SomeSigmas() { return {0.1, 0.2, 0.3, 0.5, 1.0, 4.0}; }
 
-TEST(WhitenedCost, DividesByTheSigmas) {
+TEST(Whitening, DividesByTheSigmas) {
   const WhitenedCost cost(std::make_unique<CurvedCost>(), SomeSigmas());
   const VectorXd plain = Residuals(CurvedCost(), CurvedPoint());
   const VectorXd r = Residuals(cost, CurvedPoint());
@@ -292,7 +323,7 @@ class LossTest : public testing::TestWithParam<RobustLoss> {};
 
 TEST_P(LossTest, ChargesExactlyRhoOfEachGroup) {
   for (const double scale : {0.01, 1.0, 3.0, 100.0}) {
-    const std::vector<WhitenedCost::Group> groups = {{0, 2}, {2, 3}};
+    const std::vector<Whitening::Group> groups = {{0, 2}, {2, 3}};
     const WhitenedCost cost(std::make_unique<CurvedCost>(), SomeSigmas(),
                             GetParam(), scale, groups);
     const VectorXd plain =

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "models/effects/effect.h"
@@ -19,8 +18,7 @@ class QuadraticDrag : public EffectOf<QuadraticDrag> {
 
   QuadraticDrag(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint) {
-    AddParameter(joint + ".quadratic_drag", "{effort} s^2/{position}^2", 0.01,
-                 0.0, std::numeric_limits<double>::infinity());
+    AddParameter(joint + ".quadratic_drag", "{effort} s^2/{position}^2", 0.01, 0.0);
   }
 
   template <typename T>
@@ -31,6 +29,31 @@ class QuadraticDrag : public EffectOf<QuadraticDrag> {
     for (int i = 0; i < joint.nv; ++i) speed2 += joint.qd[i] * joint.qd[i];
     const T scale = p[0] * sqrt(speed2);
     for (int i = 0; i < joint.nv; ++i) tau[i] -= scale * joint.qd[i];
+  }
+};
+
+// Force -b |v| v at the link's centre of mass, v its velocity in the world;
+// b in N s^2/m^2.
+class AerodynamicDrag : public EffectOf<AerodynamicDrag> {
+ public:
+  static constexpr char kName[] = "aerodynamic_drag";
+  static constexpr TargetKind kTarget = TargetKind::kLink;
+  static constexpr char kLaw[] = "-b |v| v at the centre of mass";
+  static constexpr char kShowsIn[] =
+      "slow and fast motion of the link, by other joints too";
+
+  AerodynamicDrag(const Mechanism& mechanism, const std::string& link)
+      : EffectOf(kName, kLinkForceHook, mechanism, link) {
+    AddParameter(link + ".drag", "N s^2/m^2", 0.01, 0.0);
+  }
+
+  template <typename T>
+  void AddLinkForce(const LinkState<T>& link, const T* p,
+                    Vector3<T>* force) const {
+    using std::sqrt;
+    // Smooth about rest, within 0.01 m/s, where it brakes nothing.
+    const T speed = sqrt(link.v_com.squaredNorm() + T(1e-4));
+    *force -= link.v_com * (p[0] * speed);
   }
 };
 

@@ -1,9 +1,8 @@
-#include "sysid/estimation/fit_summary.h"
+#include "sysid/estimation/fit.h"
 
 #include <algorithm>
 
 #include "sysid/estimation/elimination.h"
-#include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/linearization.h"
 #include "sysid/estimation/segmentation.h"
 
@@ -28,11 +27,8 @@ void SummarizeFit(const ShootingProblem& problem, const Solution& point,
       fit->train.total.normalized_rms * fit->train.total.normalized_rms;
   const double inflation =
       std::max(1.0, chi2) * AutocorrelationTime(problem, point);
-  Estimates estimates =
+  static_cast<Estimates&>(*fit) =
       MakeEstimates(problem, point.theta, R.leftCols(n), inflation);
-  fit->parameters = std::move(estimates.parameters);
-  fit->not_identifiable = std::move(estimates.not_identifiable);
-  fit->covariance = std::move(estimates.covariance);
   MechanismParameters<double> values;
   problem.map().Apply<double>(point.theta.data(), &values);
   fit->model.SetNominal(values);

@@ -1,0 +1,55 @@
+#pragma once
+
+#include "models/mechanism.h"
+
+namespace sysid {
+
+// Where the numbers of a state are; no other type knows. The state and the
+// tangent by which two states differ (state.h) are
+//
+//   x = (q, qd),     size() = nq() + nv() numbers,
+//   dx = (dq, dqd),  tangent_size() = nv() + nv() numbers.
+//
+// A joint has ConfigurationSize(type) numbers in q and VelocitySize(type) in
+// each of qd, dq and dqd: a spherical joint's quaternion has four numbers, and
+// its change three. The functions of those names say where a part begins in x
+// or dx, the whole of it or that of one joint (a Joint or a Body).
+class StateLayout {
+ public:
+  explicit StateLayout(const Mechanism& mechanism)
+      : nq_(mechanism.nq), nv_(mechanism.nv) {}
+
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+  int size() const { return nq_ + nv_; }
+  int tangent_size() const { return nv_ + nv_; }
+
+  // In x.
+  int q() const { return 0; }
+  int qd() const { return nq_; }
+  template <typename J>
+  int q(const J& joint) const {
+    return q() + joint.q_index;
+  }
+  template <typename J>
+  int qd(const J& joint) const {
+    return qd() + joint.v_index;
+  }
+
+  // In dx.
+  int dq() const { return 0; }
+  int dqd() const { return nv_; }
+  template <typename J>
+  int dq(const J& joint) const {
+    return dq() + joint.v_index;
+  }
+  template <typename J>
+  int dqd(const J& joint) const {
+    return dqd() + joint.v_index;
+  }
+
+ private:
+  int nq_, nv_;
+};
+
+}  // namespace sysid
