@@ -23,7 +23,7 @@ class Cogging : public EffectOf<Cogging> {
       : EffectOf(kName, kEffortHook, mechanism, joint) {
     AddParameter(joint + ".cogging_sin", "{effort}", 0.01);
     AddParameter(joint + ".cogging_cos", "{effort}", 0.01);
-    // Not one: in gravity that is a wrong centre of mass (nominal.h).
+    // Not one: in gravity that is a wrong centre of mass (com.h).
     std::vector<double> orders(kMostDetents - 1);
     std::iota(orders.begin(), orders.end(), 2.0);
     AddSearchedParameter(joint + ".cogging_order", "-", 6.0, orders, 1.0,

@@ -1,14 +1,20 @@
 #pragma once
 
+#include "models/effects/aerodynamic_drag.h"
 #include "models/effects/armature.h"
 #include "models/effects/cogging.h"
+#include "models/effects/com.h"
 #include "models/effects/coulomb_friction.h"
-#include "models/effects/drag.h"
-#include "models/effects/effort.h"
+#include "models/effects/effort_bias.h"
+#include "models/effects/effort_delay.h"
+#include "models/effects/effort_gain.h"
 #include "models/effects/gravity_tilt.h"
-#include "models/effects/nominal.h"
+#include "models/effects/inertia.h"
+#include "models/effects/mass.h"
+#include "models/effects/quadratic_drag.h"
 #include "models/effects/sensor_offset.h"
 #include "models/effects/spring.h"
+#include "models/effects/stribeck_friction.h"
 #include "models/effects/viscous_damping.h"
 
 namespace sysid {

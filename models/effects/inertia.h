@@ -5,42 +5,7 @@
 
 #include "models/effects/effect.h"
 
-// What may be wrong with the nominal values of a link: these free parameters of
-// the mechanism and have none of their own.
-
 namespace sysid {
-
-// The nominal mass of a link is wrong: a payload, a wrong data sheet.
-class WrongMass : public EffectOf<WrongMass> {
- public:
-  static constexpr char kName[] = "mass";
-  static constexpr TargetKind kTarget = TargetKind::kLink;
-  static constexpr char kLaw[] = "another mass of the link";
-  static constexpr char kShowsIn[] =
-      "motion with other loads or drives: passive swings hide a mass";
-
-  WrongMass(const Mechanism& mechanism, const std::string& link)
-      : EffectOf(kName, 0, mechanism, link) {
-    AdjustsNominal(link + ".mass");
-  }
-};
-
-// The nominal centre of mass of a link is wrong.
-class WrongCom : public EffectOf<WrongCom> {
- public:
-  static constexpr char kName[] = "com";
-  static constexpr TargetKind kTarget = TargetKind::kLink;
-  static constexpr char kLaw[] = "another centre of mass of the link";
-  static constexpr char kShowsIn[] =
-      "slow motion against gravity through many positions";
-
-  WrongCom(const Mechanism& mechanism, const std::string& link)
-      : EffectOf(kName, 0, mechanism, link) {
-    AdjustsNominal(link + ".com_x");
-    AdjustsNominal(link + ".com_y");
-    AdjustsNominal(link + ".com_z");
-  }
-};
 
 // The nominal rotational inertia of a link is wrong. Of a link that turns about
 // one direction only, one moment shows, whose size the scale is: alone, an
