@@ -40,7 +40,8 @@ constexpr char kHelp[] =
 )";
 
 constexpr char kHelpOnResults[] =
-    R"(  --json FILE|-              machine-readable result
+    R"(  --check none|numbers|all   of the recordings (default: all)
+  --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, diagnosis.json, fit.json,
                              prediction.csv, identified.urdf
 Ctrl-C gives what was judged so far, once more ends at once.

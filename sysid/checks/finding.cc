@@ -65,7 +65,8 @@ std::string FullText(const Finding& finding) {
   text += "    " + finding.evidence + "\n";
   if (!finding.consequence.empty()) text += "    " + finding.consequence + "\n";
   for (size_t i = 0; i < finding.remedies.size(); ++i) {
-    text += (i == 0 ? "    mend: " : "      or: ") + finding.remedies[i] + "\n";
+    text += (i == 0 ? "    suggested fix: " : "             or: ") +
+            finding.remedies[i] + "\n";
   }
   return text;
 }

@@ -47,7 +47,7 @@ struct Diagnosis {
   // What is to be added to the model as it was given: an effect, or two that
   // only together explain it; the first of the candidates. Empty: none.
   std::vector<std::string> proposed;
-  int tests = 0;  // that the p-values pay for
+  int tests = 0;  // that the p-values corrected for
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;

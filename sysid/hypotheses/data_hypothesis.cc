@@ -119,7 +119,7 @@ NewColumns Expressions(const CheckInput& input, const Supposition& supposed) {
         sum = Minus(sum, factor < 0 ? term : Negated(term));
       }
     }
-    if (measured && sum != corrected.column) {
+    if (measured && sum != SourceOf(input, corrected.column)) {
       columns.push_back({corrected.column, sum});
     }
   }

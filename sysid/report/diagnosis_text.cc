@@ -90,7 +90,7 @@ std::string WhichText(const Diagnosis& diagnosis) {
   const std::vector<CandidateEffect>& candidates = diagnosis.candidates;
   const size_t shown = Shown(candidates);
   std::string text = Format(
-      "which of %zu effects (errors over the noise; p-values pay for %d "
+      "which of %zu effects (errors over the noise; p-values corrected for %d "
       "tests)\n",
       candidates.size(), diagnosis.tests);
   size_t width = 6;
@@ -168,7 +168,7 @@ std::string StepsText(const Diagnosis& diagnosis) {
     text += "\n";
     for (const std::vector<std::string>& others : step.indistinguishable_from) {
       if (others.empty()) continue;
-      text += Format("  %58s as good: ", "") + Join(others) + "\n";
+      text += Format("  %51s equally good: ", "") + Join(others) + "\n";
     }
   }
   return text;
@@ -243,7 +243,7 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
     text = "The search ended with " +
            (added.empty() ? std::string("no effect") : Join(added, " and ")) +
            ": over segments of " + SegmentLengths(last.fit) +
-           ", each from its own state, the error is " +
+           ", each from its own initial state, the error is " +
            Times(last.train_error()) + " times the noise (held out " +
            Times(last.holdout_error()) + "), and " +
            (diagnosis.final_verdict == Verdict::kAdequate
@@ -319,9 +319,9 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
     text += "  " + Paint(colour, kRed, "not to be trusted: " + doubt) + "\n";
   }
   text += "  " + DiagnosisSentence(diagnosis) + "\n";
-  text += Format("  noise %.3g, segments of %s, each from its own state\n",
-                 diagnosis.base.fit.noise,
-                 SegmentLengths(diagnosis.base.fit).c_str());
+  text += Format(
+      "  noise %.3g, segments of %s, each from its own initial state\n",
+      diagnosis.base.fit.noise, SegmentLengths(diagnosis.base.fit).c_str());
   text += CheckedLine(session);
   text += WhereText(diagnosis.where);
   const bool looked =

@@ -53,10 +53,9 @@ std::string CheckText(const std::string& model, size_t runs,
   if (findings.empty()) {
     std::string text = model + ": nothing wrong with " + count;
     if (result.error > kExplained) {
-      text += " that could be told, but the model misses " +
-              std::string(runs == 1 ? "it" : "them") + " by " +
+      text += " was found, but the error of the model is " +
               ShortNumber(result.error) +
-              " times the noise: sysid_diagnose says what it lacks";
+              " times the noise: sysid_diagnose looks for missing effects";
     }
     return text + "\n" + ComparedText(result.compared);
   }

@@ -66,8 +66,9 @@ std::string ErrorVerdict(const Fit& fit, Floor floor) {
       break;
   }
   return fit.solver == "lm"
-             ? "the model misses something"
-             : "the model misses something, or the first states, which are "
+             ? "the model does not explain the data"
+             : "the model does not explain the data, or the first states, "
+               "which are "
                "given by the data here, are off (--solver lm estimates them)";
 }
 
@@ -172,13 +173,13 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
       text += Format(", held out %.3g -> %.3g", added->holdout_before,
                      added->holdout_after);
     }
-    text += ", each segment from its own state\n";
+    text += ", each segment from its own initial state\n";
   }
   text += WorstLine(fit.train);
   if (holdout) {
     text += Format(
         "  held out: error %.3g times the noise (rms %.3g), each "
-        "segment from its own state\n",
+        "segment from its own initial state\n",
         holdout->errors.total.normalized_rms, holdout->errors.total.rms);
   }
   text += OpenLines(fit.open, "open prediction of ");

@@ -75,9 +75,9 @@ TEST(CheckTest, AMissingEffectIsNoFindingButIsSaid) {
                  {"--model", "cartpole", "--traj", "run.csv", "--out", "out"});
   EXPECT_EQ(result.exit_code, 0) << result.out;
   EXPECT_THAT(result.out,
-              AllOf(HasSubstr("cartpole: nothing wrong with 1 run that could "
-                              "be told, but the model misses it by "),
-                    HasSubstr(": sysid_diagnose says what it lacks\n")));
+              AllOf(HasSubstr("cartpole: nothing wrong with 1 run was found, "
+                              "but the error of the model is "),
+                    HasSubstr(": sysid_diagnose looks for missing effects\n")));
   const auto json = nlohmann::json::parse(folder.Read("out/check.json"));
   EXPECT_GT(json["error"].get<double>(), 1.5);
 }
@@ -149,7 +149,7 @@ TEST(CheckTest, AColumnThatIsGivenForOneRunIsMendedThere) {
                                     "--columns", columns});
   };
   EXPECT_THAT(check("a.csv/hinge.q=-hinge.q").out,
-              HasSubstr("mend: --columns 'a.csv/hinge.q=hinge.q'\n"));
+              HasSubstr("suggested fix: --columns 'a.csv/hinge.q=hinge.q'\n"));
 }
 
 TEST(CheckTest, WhatTheReaderRefusesIsAFindingAndTheOtherRunsAreChecked) {
@@ -171,7 +171,7 @@ TEST(CheckTest, WhatIsRefusedOfOneRunIsMendedInThatRunAlone) {
   const ProgramResult result = folder.Run(SYSID_CHECK, both);
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.out, AllOf(HasSubstr("1. milliseconds  a.csv\n"),
-                                HasSubstr("mend: --columns "
+                                HasSubstr("suggested fix: --columns "
                                           "'a.csv/t=t*0.001'\n")));
   std::vector<std::string> mended = both;
   mended.insert(mended.end(), {"--columns", "a.csv/t=t*0.001"});
@@ -179,7 +179,7 @@ TEST(CheckTest, WhatIsRefusedOfOneRunIsMendedInThatRunAlone) {
   // All of them alike: one flag for all.
   const ProgramResult alone =
       folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj", "a.csv"});
-  EXPECT_THAT(alone.out, HasSubstr("mend: --columns t=t*0.001  (if"));
+  EXPECT_THAT(alone.out, HasSubstr("suggested fix: --columns t=t*0.001  (if"));
 }
 
 TEST(CheckTest, NothingOfAFileIsACommandToTheTerminal) {

@@ -101,7 +101,7 @@ TEST(Adam, DoesNotBlameTheModelForTheFirstStates) {
   EXPECT_THAT(
       folder.Run(SYSID_FIT, arguments + Arguments{"--noise", "1e-3"}).out,
       HasSubstr(
-          "the model misses something, or the first states, which are "
+          "the model does not explain the data, or the first states, which are "
           "given by the data here, are off (--solver lm estimates them)"));
   // Beside a noise that 11 samples told, it may as well be nothing.
   EXPECT_THAT(folder.Run(SYSID_FIT, arguments).out,

@@ -101,7 +101,7 @@ export function prediction(model: ModelData, c: CandidateData): string {
 // Over what the errors of a model are.
 export function errorsOver(model: ModelData): string {
   return model.joined ? 'of one trajectory over each run'
-    : `over segments of ${fmt(model.segment_s, 3)} s, each from its own state`;
+    : `over segments of ${fmt(model.segment_s, 3)} s, each from its own initial state`;
 }
 
 // The index of the sample nearest to `t`; `times` increases.

@@ -84,7 +84,7 @@ export interface ModelData {
   sentence: string; // the verdict in words, with the numbers
   doubts: string[];
   segment_s: number; // over which errors and predictions are
-  joined: boolean; // to one trajectory a run; else each segment from its own state
+  joined: boolean; // to one trajectory a run; else each segment from its own initial state
   // What became of it when it was fitted once more, to whole runs; live: what
   // `files` are of. Null: it was not.
   wholeRuns: WholeRunsData | null;

@@ -58,7 +58,7 @@ void CheckRun(const CheckInput& input, const Run& run,
   }
   if (columns.empty()) return;
   finding.fault = "unmapped_columns";
-  finding.severity = Severity::kHarmful;
+  finding.severity = Severity::kWrong;
   finding.file = run.name;
   finding.evidence = "no column is read as " + finding.subject +
                      ", and nobody reads " + Join(run.unread);

@@ -53,8 +53,8 @@ TEST(FindingTest, TextSaysPlaceEvidenceAndRemedies) {
             "--ignore x");
   EXPECT_EQ(FullText(finding),
             "spikes  a.csv: joint1.q, 1.5 s to 2 s\n    2 values jump\n"
-            "    least squares bend\n    mend: --ignore x\n"
-            "      or: --loss huber\n");
+            "    least squares bend\n    suggested fix: --ignore x\n"
+            "             or: --loss huber\n");
 }
 
 }  // namespace
