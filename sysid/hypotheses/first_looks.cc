@@ -6,8 +6,8 @@
 #include "sysid/hypotheses/constants.h"
 #include "sysid/hypotheses/equation_error.h"
 #include "sysid/hypotheses/families/families.h"
-#include "sysid/io/run_columns.h"
 #include "sysid/hypotheses/secants.h"
+#include "sysid/io/run_columns.h"
 
 namespace sysid {
 namespace {

@@ -26,8 +26,8 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const std::vector<std::string>& names, const std::string& place);
 
 // What effects do to a fit that a user adds to a model by name: the errors
-// before and after, of segments each from its own initial state (0: no held-out runs);
-// predicted of one effect only.
+// before and after, of segments each from its own initial state (0: no held-out
+// runs); predicted of one effect only.
 struct AddedEffects : DiagnosisStep {
   // Where the effects' parameters ended, by name; whole numbers too.
   std::map<std::string, double> found;

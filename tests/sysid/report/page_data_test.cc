@@ -212,10 +212,11 @@ TEST_F(DiagnosedPage, DoesNotCallAFinalFitThatFailsAnEnd) {
   const double error = final_->fit.train.total.normalized_rms;
   final_->fit.train.total.normalized_rms = 8.754;
   EXPECT_FALSE(EndsWell(*diagnosis_, *final_));
-  EXPECT_THAT(EndSentence(*diagnosis_, *final_),
-              AllOf(HasSubstr("the error is 8.75 times the noise"),
-                    HasSubstr("the model does not explain the data. What is small over "
-                              "a segment adds up over a whole run.")));
+  EXPECT_THAT(
+      EndSentence(*diagnosis_, *final_),
+      AllOf(HasSubstr("the error is 8.75 times the noise"),
+            HasSubstr("the model does not explain the data. What is small over "
+                      "a segment adds up over a whole run.")));
   final_->fit.train.total.normalized_rms = error;
   EXPECT_TRUE(EndsWell(*diagnosis_, *final_));
 }
