@@ -395,10 +395,11 @@ void CoarseFitter::Judge(CoarseFit* fit) {
   }
   fit->unexplained = 0.0;
   for (size_t c = 0; c < channels; ++c) {
-    // A window that moves as much as the mean counts half.
+    // (10.3): a window at rest tells nothing.
     auto weights = fit->weights.col(c).array();
-    const double usual = std::max(weights.mean(), 1e-300);
-    weights /= weights + usual;
+    const double rest = std::max(
+        kRest * kRest * Median({weights.begin(), weights.end()}), 1e-300);
+    weights /= weights + rest;
     if (!(moved[c] > 0.0)) continue;
     fit->unexplained =
         std::max(fit->unexplained, std::sqrt(missed[c] / moved[c]));

@@ -52,6 +52,10 @@ inline constexpr double kHopeless = 3.0;
 // have a hundredth of it.
 inline constexpr double kRough = 0.2;
 
+// Of the median motion: a window with so much counts half, as no less passes
+// for motion in the excerpt.
+inline constexpr double kRest = 0.2;
+
 // Runs that are asked alone, those that the model misses most.
 inline constexpr int kMostRuns = 4;
 // Refitted at most: of more, none of the planted cases was the one.
