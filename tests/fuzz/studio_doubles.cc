@@ -14,8 +14,6 @@ namespace sysid {
 
 // The doubles, with the signatures of the real ones.
 
-double Now() { return 0.0; }
-
 std::vector<ModelFile> ModelFiles() {
   return {{"identified.urdf", "application/xml"}};
 }
