@@ -84,6 +84,7 @@ double BlockCholesky::LogDeterminant() const {
 
 MatrixXd BlockCholesky::Solve(const MatrixXd& b) const {
   MatrixXd x = b;
+  if (x.size() == 0) return x;
   const int blocks = static_cast<int>(chol_.size());
   const auto rows = [&](int i) {
     return x.middleRows(first_[i], first_[i + 1] - first_[i]);
