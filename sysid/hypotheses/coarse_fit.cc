@@ -425,10 +425,7 @@ Difference Compare(const CoarseFit& a, const CoarseFit& b,
   double weight = 0.0, squared_weights = 0.0, sum = 0.0;
   const auto channels = std::min(a.log_errors.cols(), b.log_errors.cols());
   for (int w = 0; w < static_cast<int>(held_runs.size()); ++w) {
-    if (!runs.empty() &&
-        std::find(runs.begin(), runs.end(), held_runs[w]) == runs.end()) {
-      continue;
-    }
+    if (!IsOfRun(runs, held_runs[w])) continue;
     double of_window = 0.0, sum_of_window = 0.0;
     for (int c = 0; c < channels; ++c) {
       const double d = a.log_errors(w, c) - b.log_errors(w, c);

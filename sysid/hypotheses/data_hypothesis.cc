@@ -40,6 +40,8 @@ constexpr const char* kFaultNames[] = {
     "drift",
     "clock_scale",
 };
+static_assert(std::size(kFaultNames) ==
+              static_cast<size_t>(DataFault::kClockScale) + 1);
 
 // The value of "--columns 'value'".
 std::string ValueOf(const std::string& flag) {
@@ -48,10 +50,6 @@ std::string ValueOf(const std::string& flag) {
     value = value.substr(1, value.size() - 2);
   }
   return value;
-}
-
-bool IsOfRun(const std::vector<int>& runs, int run) {
-  return runs.empty() || std::find(runs.begin(), runs.end(), run) != runs.end();
 }
 
 // The numbers of a column of a run, which may be const; none where it has not
@@ -141,6 +139,10 @@ std::string InertialLine(const Model& model, const std::string& link,
 }
 
 }  // namespace
+
+bool IsOfRun(const std::vector<int>& runs, int run) {
+  return runs.empty() || std::find(runs.begin(), runs.end(), run) != runs.end();
+}
 
 std::string ToString(DataFault fault) {
   return kFaultNames[static_cast<int>(fault)];

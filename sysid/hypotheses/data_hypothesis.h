@@ -85,6 +85,9 @@ using HypothesisFamily = void (*)(const CheckInput& input,
                                   std::vector<DataHypothesis>* hypotheses);
 std::vector<DataHypothesis> AllHypotheses(const CheckInput& input);
 
+// Whether a run is among these (empty: all are).
+bool IsOfRun(const std::vector<int>& runs, int run);
+
 // A hypothesis at a value of its scalar; none: the data as they were read.
 struct Supposition {
   std::shared_ptr<const DataHypothesis> hypothesis;

@@ -127,16 +127,16 @@ const Explanation& Competition::least() const {
                            });
 }
 
-std::optional<Explanation> Competition::Fit(const Candidate& candidate,
+std::optional<Explanation> Competition::Fit(const Suspect& suspect,
                                             bool augmented) {
-  const DataHypothesis& hypothesis = *candidate.supposed.hypothesis;
+  const DataHypothesis& hypothesis = *suspect.supposed.hypothesis;
   const CoarseModel model = augmented ? Augmented(model_, false) : model_;
   const int iterations = augmented ? kAugmentedIterations : kIterations;
   Explanation found;
-  found.place = candidate.place;
+  found.place = suspect.place;
   found.augmented = augmented;
   if (!hypothesis.is_continuous()) {
-    found.fit = fitter_.Fit(model, candidate.supposed, iterations);
+    found.fit = fitter_.Fit(model, suspect.supposed, iterations);
     fitter_.Judge(&found.fit);
     return found;
   }
@@ -144,7 +144,7 @@ std::optional<Explanation> Competition::Fit(const Candidate& candidate,
   // from where p is.
   const DataSet* noise_of = &as_given().fit.train->data();
   found.fit =
-      fitter_.Fit(model, candidate.supposed, iterations, nullptr, noise_of);
+      fitter_.Fit(model, suspect.supposed, iterations, nullptr, noise_of);
   for (int step = 0; step < kSteps && std::isfinite(found.fit.train_error);
        ++step) {
     const Secants secants(fitter_, found.fit);

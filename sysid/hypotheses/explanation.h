@@ -17,13 +17,14 @@ struct Explanation {
   int place = -1;  // of a fault: in the list of all, likelier ones first
   double std_error = 0.0;  // of its scalar
   bool augmented = false;  // a fault, and more physics too
+  bool accepted = false;   // a fault that is better than all rivals
   CoarseFit fit;
 
   const DataHypothesis& hypothesis() const { return *fit.supposed.hypothesis; }
 };
 
 // A fault that is to be fitted.
-struct Candidate {
+struct Suspect {
   int place = 0;
   Supposition supposed;  // its scalar is where the search for it starts
   double promise = 1.0;  // predicted error over that as read
@@ -63,7 +64,7 @@ class Competition {
   // Whether the augmented model leaves nothing to be explained.
   bool explained() const { return explained_; }
 
-  std::optional<Explanation> Fit(const Candidate& candidate, bool augmented);
+  std::optional<Explanation> Fit(const Suspect& suspect, bool augmented);
 
   // Of the windows of these runs (empty: all).
   Difference Gain(const Explanation& a, const Explanation& b,

@@ -36,7 +36,7 @@ class FirstLook {
   explicit FirstLook(Competition* competition)
       : all_(*competition), hypotheses_(competition->all()) {}
 
-  std::vector<Candidate> Run();
+  std::vector<Suspect> Run();
 
  private:
   std::vector<std::vector<int>> RunSets() const;
@@ -48,7 +48,7 @@ class FirstLook {
 
   Competition& all_;
   const std::vector<DataHypothesis>& hypotheses_;
-  std::vector<Candidate> candidates_;
+  std::vector<Suspect> suspects_;
 };
 
 // All runs (empty), and each of several alone; of many those that the model
@@ -79,7 +79,7 @@ std::vector<std::vector<int>> FirstLook::RunSets() const {
 void FirstLook::Consider(int place, const std::vector<int>& runs, double p,
                          double promise) {
   if (!(promise < kPromise)) return;
-  for (Candidate& known : candidates_) {
+  for (Suspect& known : suspects_) {
     if (known.place != place || known.supposed.hypothesis->runs != runs) {
       continue;
     }
@@ -89,7 +89,7 @@ void FirstLook::Consider(int place, const std::vector<int>& runs, double p,
     }
     return;
   }
-  candidates_.push_back({place, Suppose(hypotheses_[place], runs, p), promise});
+  suspects_.push_back({place, Suppose(hypotheses_[place], runs, p), promise});
 }
 
 void FirstLook::ByEquations() {
@@ -105,9 +105,7 @@ void FirstLook::ByEquations() {
     std::vector<const std::vector<EquationPart>*> windows;
     for (int w = 0; w < excerpt.count(); ++w) {
       const bool is_changed =
-          changed != nullptr &&
-          (runs.empty() ||
-           std::find(runs.begin(), runs.end(), excerpt.run(w)) != runs.end());
+          changed != nullptr && IsOfRun(runs, excerpt.run(w));
       windows.push_back(is_changed ? &changed->window(w) : &as_read.window(w));
     }
     return LeastEquationError(windows);
@@ -214,7 +212,7 @@ void FirstLook::BySecants(const Secants& secants) {
   }
 }
 
-std::vector<Candidate> FirstLook::Run() {
+std::vector<Suspect> FirstLook::Run() {
   if (EquationsTell(all_.input())) {
     ByEquations();
   } else {
@@ -233,20 +231,19 @@ std::vector<Candidate> FirstLook::Run() {
     }
   }
   if (all_.explained()) {
-    std::erase_if(candidates_, [](const Candidate& candidate) {
-      return !candidate.supposed.hypothesis->like_bodies;
+    std::erase_if(suspects_, [](const Suspect& suspect) {
+      return !suspect.supposed.hypothesis->like_bodies;
     });
   }
-  std::stable_sort(candidates_.begin(), candidates_.end(),
-                   [](const Candidate& a, const Candidate& b) {
-                     return a.promise < b.promise;
-                   });
-  return std::move(candidates_);
+  std::stable_sort(
+      suspects_.begin(), suspects_.end(),
+      [](const Suspect& a, const Suspect& b) { return a.promise < b.promise; });
+  return std::move(suspects_);
 }
 
 }  // namespace
 
-std::vector<Candidate> FirstLooks(Competition* competition) {
+std::vector<Suspect> FirstLooks(Competition* competition) {
   return FirstLook(competition).Run();
 }
 

@@ -8,6 +8,6 @@ namespace sysid {
 
 // Which faults of the data promise most, best first: by secants at the fit that
 // misses least, by the equations of motion, or by short fits (docs/checks.md).
-std::vector<Candidate> FirstLooks(Competition* competition);
+std::vector<Suspect> FirstLooks(Competition* competition);
 
 }  // namespace sysid

@@ -42,20 +42,21 @@ std::string Says(const Explanation& explanation) {
                                        kInterval * explanation.std_error);
 }
 
-// The faults that were fitted; those that win stand in `winners` too.
-std::vector<Explanation> FitCandidates(const std::vector<Candidate>& candidates,
-                                       Competition* all,
-                                       std::vector<Explanation>* winners) {
+// The faults that were fitted, accepted or not.
+std::vector<Explanation> FitSuspects(const std::vector<Suspect>& suspects,
+                                     Competition* all) {
   std::vector<Explanation> fitted;
-  const auto fit = [&](const Candidate& candidate, bool augmented) {
-    std::optional<Explanation> found = all->Fit(candidate, augmented);
+  bool any_accepted = false;
+  const auto fit = [&](const Suspect& suspect, bool augmented) {
+    std::optional<Explanation> found = all->Fit(suspect, augmented);
     if (!found) return;
-    if (all->Wins(*found)) winners->push_back(*found);
+    found->accepted = all->Wins(*found);
+    any_accepted = any_accepted || found->accepted;
     fitted.push_back(std::move(*found));
   };
   int refits = 0;
-  for (const Candidate& candidate : candidates) {
-    const DataHypothesis& hypothesis = *candidate.supposed.hypothesis;
+  for (const Suspect& suspect : suspects) {
+    const DataHypothesis& hypothesis = *suspect.supposed.hypothesis;
     if (refits >= kRefits) break;
     if (!all->Affords((hypothesis.is_continuous() ? 2.0 : 1.0) *
                       all->FitWork(all->model(), kIterations))) {
@@ -63,15 +64,15 @@ std::vector<Explanation> FitCandidates(const std::vector<Candidate>& candidates,
       continue;
     }
     ++refits;
-    fit(candidate, false);
+    fit(suspect, false);
   }
   // Where model and data are both wrong: the augmented model with what promises
   // most.
   const double each =
       2.0 * all->FitWork(Augmented(all->model(), false), kAugmentedIterations);
-  for (size_t i = 0; i < candidates.size() && winners->empty(); ++i) {
+  for (size_t i = 0; i < suspects.size() && !any_accepted; ++i) {
     if (static_cast<int>(i) == kAugmentedRefits || !all->Affords(each)) break;
-    fit(candidates[i], true);
+    fit(suspects[i], true);
   }
   return fitted;
 }
@@ -105,10 +106,9 @@ Explanation InMoreRuns(Explanation best, Competition* all) {
     std::sort(runs.begin(), runs.end());
     if (static_cast<int>(runs.size()) == count) runs.clear();
     if (!all->Affords(all->FitWork(all->model(), kIterations))) break;
-    const Candidate candidate = {
+    const Suspect suspect = {
         best.place, Suppose(best.hypothesis(), runs, best.fit.supposed.p)};
-    const std::optional<Explanation> wider =
-        all->Fit(candidate, best.augmented);
+    const std::optional<Explanation> wider = all->Fit(suspect, best.augmented);
     if (wider && all->Gain(best, *wider, {r}).IsBetter(kSignificance, kWorth)) {
       best = *wider;
     }
@@ -166,8 +166,8 @@ std::vector<ComparedExplanation> Compared(
   const auto add = [&](const Explanation& explanation, const std::string& what,
                        bool of_data) {
     const double gain = all.Gain(all.as_given(), explanation, {}).mean;
-    table.push_back({what, of_data, of_data && all.Wins(explanation),
-                     explanation.fit.error, std::exp(-gain)});
+    table.push_back({what, of_data, explanation.accepted, explanation.fit.error,
+                     std::exp(-gain)});
   };
   for (const Explanation& rival : all.rivals()) {
     add(rival, rival.name.empty() ? "the model as given" : rival.name, false);
@@ -194,15 +194,14 @@ void Test(Competition* all, HypothesisReport* report) {
     if (report->error <= kExplained) return;
   }
   all->FitAugmented();
-  const std::vector<Candidate> candidates = FirstLooks(all);
+  const std::vector<Suspect> suspects = FirstLooks(all);
   all->FitEffects();
-  std::vector<Explanation> winners;
-  const std::vector<Explanation> faults =
-      FitCandidates(candidates, all, &winners);
+  std::vector<Explanation> faults = FitSuspects(suspects, all);
   report->compared = Compared(faults, *all);
-  if (winners.empty()) return;
-  const Explanation best = InMoreRuns(Best(winners, *all), all);
-  report->findings.push_back(Report(best, winners, *all));
+  std::erase_if(faults, [](const Explanation& f) { return !f.accepted; });
+  if (faults.empty()) return;
+  const Explanation best = InMoreRuns(Best(faults, *all), all);
+  report->findings.push_back(Report(best, faults, *all));
 }
 
 }  // namespace

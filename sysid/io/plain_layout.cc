@@ -12,7 +12,7 @@ namespace {
 
 // The header and the first row of numbers, as they would be read with one
 // separator.
-struct CandidateRefit {
+struct Trial {
   char separator = ',';
   int names = 0;
   int cells = 0;    // of the first row; 0 where there is none
@@ -21,9 +21,8 @@ struct CandidateRefit {
   bool fits() const { return names > 1 && (cells == names || cells == 0); }
 };
 
-void ReadTrial(char separator, std::string_view text,
-               CandidateRefit* trial_out) {
-  CandidateRefit& trial = *trial_out;
+void ReadTrial(char separator, std::string_view text, Trial* trial_out) {
+  Trial& trial = *trial_out;
   TextRows rows(ByteSource("", std::string(text)));
   rows.set_separator(separator);
   rows.SkipEmptyLines(nullptr);
@@ -49,8 +48,8 @@ void ReadTrial(char separator, std::string_view text,
   }
 }
 
-CandidateRefit Try(char separator, std::string_view text) {
-  CandidateRefit trial;
+Trial Try(char separator, std::string_view text) {
+  Trial trial;
   trial.separator = separator;
   try {
     ReadTrial(separator, text, &trial);
@@ -72,9 +71,9 @@ char FindSeparator(const std::string& path, std::string_view text,
   if (head.size() < text.size() &&
       std::count(head.begin(), head.end(), '\n') < 2)
     head = text;
-  std::vector<CandidateRefit> best;
+  std::vector<Trial> best;
   for (const char separator : {',', ';', '\t'}) {
-    const CandidateRefit trial = Try(separator, head);
+    const Trial trial = Try(separator, head);
     if (!trial.fits()) continue;
     if (!best.empty() && trial.numbers < best[0].numbers) continue;
     if (!best.empty() && trial.numbers > best[0].numbers) best.clear();
@@ -90,8 +89,8 @@ char FindSeparator(const std::string& path, std::string_view text,
             " in quotation marks");
   }
   if (best.size() == 1) return best[0].separator;
-  const CandidateRefit commas = Try(',', head);
-  const CandidateRefit spaces = Try(' ', head);
+  const Trial commas = Try(',', head);
+  const Trial spaces = Try(' ', head);
   if (commas.names == 1 && spaces.fits() && spaces.cells > 0) return ' ';
   // One separator in the header, but other cells in the first row: it is said
   // there, with the right name.

@@ -1,5 +1,7 @@
 #include "sysid/io/run_columns.h"
 
+#include <utility>
+
 #include "models/error.h"
 #include "sysid/io/cell.h"
 
@@ -70,15 +72,16 @@ std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
   return groups;
 }
 
-Channel* FindChannel(Run* run, ChannelKind kind, int target) {
-  for (Channel& channel : run->channels) {
+const Channel* FindChannel(const Run& run, ChannelKind kind, int target) {
+  for (const Channel& channel : run.channels) {
     if (channel.kind == kind && channel.target == target) return &channel;
   }
   return nullptr;
 }
 
-const Channel* FindChannel(const Run& run, ChannelKind kind, int target) {
-  return FindChannel(const_cast<Run*>(&run), kind, target);
+// The run is the caller's to change.
+Channel* FindChannel(Run* run, ChannelKind kind, int target) {
+  return const_cast<Channel*>(FindChannel(std::as_const(*run), kind, target));
 }
 
 std::vector<std::string> RunColumnNames(const Mechanism& mechanism) {

@@ -34,9 +34,10 @@ void CheckRun(const CheckInput& input, const Run& run,
   std::vector<std::string> unread = run.unread;
   NewColumns columns;
   Finding finding;
-  for (const Joint& joint : input.model->mechanism().joints) {
+  const std::vector<Joint>& joints = input.model->mechanism().joints;
+  for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
+    const Joint& joint = joints[j];
     if (VelocitySize(joint.type) != 1) continue;
-    const int j = input.model->mechanism().FindJoint(joint.name);
     const auto add = [&](const char* suffix,
                          bool (*looks)(const std::string&)) {
       const std::string column = Take(looks, &unread);
