@@ -9,6 +9,25 @@
 
 namespace sysid {
 
+// What the inverse dynamics leave of the measured efforts of a joint, N m or N,
+// and in % of their root mean square.
+struct EffortError {
+  std::string joint;
+  double rms = 0.0, percent = 0.0;
+};
+
+// A combination of parameters that the equations of motion determine, by the
+// names of sysid/inverse_dynamics/coordinates.h.
+struct BaseParameter {
+  struct Term {
+    std::string name;
+    double factor;
+  };
+  std::vector<Term> terms;  // the first has factor 1
+  std::string unit;
+  double value = 0.0, std_error = 0.0;
+};
+
 // What an estimator found: the parameters, and how it came to them.
 struct Fit : Estimates {
   std::string solver = "lm";
@@ -29,6 +48,8 @@ struct Fit : Estimates {
   std::vector<HorizonError> horizon;
   std::vector<OpenError> open;
   std::vector<HistoryEntry> history;
+  std::vector<EffortError> effort;  // where efforts were measured
+  std::vector<BaseParameter> base;  // of inverse_dynamics
 
   Solution point;
   Model model;  // with the estimates as nominal values

@@ -423,7 +423,7 @@ const std::vector<std::string>& KnownWords(const std::string& key) {
       *new std::map<std::string, std::vector<std::string>>{
           {"integrator", {"semi_implicit_euler", "rk4"}},
           {"residual", {"heading", "rotation"}},
-          {"solver", {"lm", "adam", "gmm"}},
+          {"solver", {"lm", "inverse_dynamics", "adam", "gmm"}},
           {"loss", {"none", "huber", "cauchy"}}};
   return words.at(key);
 }

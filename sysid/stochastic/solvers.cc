@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "glog/logging.h"
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 
 namespace sysid {
 
@@ -11,6 +12,10 @@ const std::vector<Solver>& Solvers() {
       {"lm", false,
        [](const ShootingProblem& problem, const SolverOptions&) {
          return Solved{FitLevenbergMarquardt(problem), std::nullopt};
+       }},
+      {"inverse_dynamics", false,
+       [](const ShootingProblem& problem, const SolverOptions&) {
+         return Solved{FitInverseDynamics(problem), std::nullopt};
        }},
       {"adam", true,
        [](const ShootingProblem& problem, const SolverOptions& options) {

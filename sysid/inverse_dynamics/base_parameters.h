@@ -1,0 +1,20 @@
+#pragma once
+
+#include "sysid/estimation/fit.h"
+#include "sysid/inverse_dynamics/coordinates.h"
+
+namespace sysid {
+
+// What the equations of motion determine of the coordinates: as many
+// combinations as [R] has independent columns (Gautier 1991). Columns are taken
+// from the base to the tip; one that depends on those before it,
+//
+//   R_c = sum_i b_i R_i,                                               (11.9)
+//
+// is regrouped: coordinate i stands for xi_i + b_i xi_c. A column without
+// influence is in no combination.
+std::vector<BaseParameter> BaseParameters(
+    const EquationCoordinates& coordinates, const RowMatrixXd& R,
+    const Eigen::VectorXd& xi);
+
+}  // namespace sysid

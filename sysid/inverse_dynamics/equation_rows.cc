@@ -1,0 +1,147 @@
+#include "sysid/inverse_dynamics/equation_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "models/dynamics.h"
+#include "residuals/acting_effort.h"
+#include "sysid/inverse_dynamics/motion.h"
+
+namespace sysid {
+namespace {
+
+// Of the times at which (11.2) is evaluated, a width of g.
+constexpr int kSteps = 3;
+const int kReachSteps = static_cast<int>(kGaussianReach * kSteps);
+
+// A run on even times: motion, and the efforts of each interval.
+struct Grid {
+  Run run;  // its efforts
+  std::vector<MotionSample> motion;
+  int size() const { return static_cast<int>(motion.size()); }
+};
+
+Grid OnGrid(const Model& model, const Run& run, double from, double to,
+            double width, double step) {
+  Grid grid;
+  const int n = static_cast<int>(std::floor((to - from) / step)) + 1;
+  if (n < 1) return grid;
+  grid.run.effort = RowMatrixXd::Zero(n, model.nv());
+  for (int k = 0; k < n; ++k) {
+    const double time = from + k * step;
+    grid.run.t.push_back(time - 0.5 * step);
+    MeanEffort(run, time - 0.5 * step, time + 0.5 * step,
+               grid.run.effort.row(k).data());
+    grid.motion.push_back(SmoothMotion(model, run, time, width));
+  }
+  grid.run.t.push_back(grid.run.t.back() + step);
+  return grid;
+}
+
+// The true position of what was measured: effects add to it what they add to
+// the true one.
+template <typename T>
+void Unmeasure(const Workspace<T>& ws, const Eigen::VectorXd& measured,
+               std::vector<T>* q) {
+  for (int i = 0; i < measured.size(); ++i) (*q)[i] = T(measured[i]);
+  if (ws.measurement_effects.empty()) return;
+  std::vector<T> again = *q;
+  ws.ModifyMeasurement(again.data());
+  for (int i = 0; i < measured.size(); ++i) {
+    (*q)[i] = T(2.0 * measured[i]) - again[i];
+  }
+}
+
+// [dr | r | u] before the Gaussian, of each time and joint.
+template <typename T>
+RowMatrixXd Unfiltered(const Model& model, const Grid& grid, double step,
+                       int columns, const Seeding<T>& seeding) {
+  constexpr int kWidth = T::DIMENSION;
+  const int nv = model.nv();
+  RowMatrixXd rows = RowMatrixXd::Zero(grid.size() * nv, columns + 2);
+  std::vector<T> q(model.nq()), qd(nv), qdd(nv), u(nv), needed(nv);
+  MechanismParameters<T> values;
+  Workspace<T> ws(model);
+  for (int begin = 0; begin == 0 || begin < columns; begin += kWidth) {
+    seeding(begin, &values);
+    ws.SetParameters(values);
+    const int count = std::min(kWidth, columns - begin);
+    for (int k = 0; k < grid.size(); ++k) {
+      const MotionSample& motion = grid.motion[k];
+      if (!motion.known) continue;
+      Unmeasure(ws, motion.q, &q);
+      for (int v = 0; v < nv; ++v) {
+        qd[v] = T(motion.qd[v]);
+        qdd[v] = T(motion.qdd[v]);
+      }
+      ActingEffort<T>(grid.run, ws, k, grid.run.t[k], step, u.data());
+      InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
+      for (int v = 0; v < nv; ++v) {
+        const T rest = u[v] - needed[v];
+        auto row = rows.row(k * nv + v);
+        for (int c = 0; c < count; ++c) row[begin + c] = rest.v[c];
+        row[columns] = rest.a;
+        row[columns + 1] = u[v].a;
+      }
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+double CutOff(double width) {
+  return std::sqrt(std::numbers::ln2) / (2.0 * std::numbers::pi * width);
+}
+
+double WidthOf(double cut_off) { return CutOff(cut_off); }
+
+template <typename T>
+EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
+                              double to, const EquationFilter& filter,
+                              int columns, const Seeding<T>& seeding) {
+  EquationRows out;
+  const int nv = out.nv = model.nv();
+  const double step = filter.average / kSteps;
+  const Grid grid = OnGrid(model, run, from, to, filter.motion, step);
+  const RowMatrixXd rest = Unfiltered<T>(model, grid, step, columns, seeding);
+  constexpr int kWidth = T::DIMENSION;
+  out.work = (columns / kWidth + 1.0) * grid.size();
+  const int most = std::max(0, grid.size() / kSteps + 1);
+  out.rows.resize(most * nv, columns + 1);
+  out.effort.resize(most, nv);
+  out.qd.resize(most, nv);
+  RowMatrixXd sum(nv, columns + 2);
+  for (int k = kReachSteps; k + kReachSteps < grid.size(); k += kSteps) {
+    bool known = true;
+    double total = 0.0;
+    sum.setZero();
+    for (int i = -kReachSteps; i <= kReachSteps; ++i) {
+      const double weight = GaussianWeight(static_cast<double>(i) / kSteps);
+      known = known && grid.motion[k + i].known;
+      total += weight;
+      sum += weight * rest.middleRows((k + i) * nv, nv);
+    }
+    if (!known || !sum.allFinite()) continue;
+    sum /= total;
+    const int at = out.times();
+    out.rows.middleRows(at * nv, nv) = sum.leftCols(columns + 1);
+    out.effort.row(at) = sum.col(columns + 1).transpose();
+    out.qd.row(at) = grid.motion[k].qd.transpose();
+    out.t.push_back(grid.run.t[k] + 0.5 * step);
+  }
+  out.rows.conservativeResize(out.times() * nv, columns + 1);
+  out.effort.conservativeResize(out.times(), nv);
+  out.qd.conservativeResize(out.times(), nv);
+  return out;
+}
+
+template EquationRows MakeEquationRows<Jet8>(const Model&, const Run&, double,
+                                             double, const EquationFilter&, int,
+                                             const Seeding<Jet8>&);
+template EquationRows MakeEquationRows<Jet24>(const Model&, const Run&, double,
+                                              double, const EquationFilter&,
+                                              int, const Seeding<Jet24>&);
+
+}  // namespace sysid

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "models/model.h"
+#include "models/scalars.h"
+#include "residuals/run.h"
+
+namespace sysid {
+
+// How far the efforts of a recording are from those that its motion needs: the
+// error of the equations of motion,
+//
+//   r(t) = g * [u(t) - ID(q, qd, qdd)],                                (11.2)
+//
+// u the efforts that act, ID the inverse dynamics at the motion of motion.h, g
+// a Gaussian of the same kind as theirs, over efforts and equations alike, so
+// that both lag and lose the same.
+
+// Standard deviations, s.
+struct EquationFilter {
+  double motion = 0.0;   // of the fit of the motion
+  double average = 0.0;  // of g
+};
+
+// Where g has fallen by 3 dB: sqrt(ln 2) / (2 pi width), Hz; and back.
+double CutOff(double width);
+double WidthOf(double cut_off);
+
+// A model whose numbers `begin`, begin + 1, ... are variables 0, 1, ... of the
+// Jets, as many as they have.
+template <typename T>
+using Seeding = std::function<void(int begin, MechanismParameters<T>*)>;
+
+// (11.2) and its derivatives at even times, one width of g apart: between them
+// it leaves nothing of its own. Times without measurements around are left out.
+struct EquationRows {
+  int nv = 0;
+  std::vector<double> t;  // s
+  RowMatrixXd rows;       // (times x nv) x (columns + 1): [dr | r], N m or N
+  RowMatrixXd effort;     // times x nv: g * u
+  RowMatrixXd qd;         // times x nv
+  double work = 0.0;      // evaluations of the inverse dynamics, by Jets
+
+  int times() const { return static_cast<int>(t.size()); }
+};
+
+// Of the part [from, to], s, of a run that measures all joints, for T = Jet8
+// (few columns) or Jet24.
+template <typename T>
+EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
+                              double to, const EquationFilter& filter,
+                              int columns, const Seeding<T>& seeding);
+
+}  // namespace sysid

@@ -1,0 +1,168 @@
+#include "sysid/inverse_dynamics/filter_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/dynamics.h"
+#include "residuals/acting_effort.h"
+#include "sysid/inverse_dynamics/motion.h"
+
+namespace sysid {
+namespace {
+
+// Samples in the finest width: a quintic takes six to determine, and reaches
+// over five widths.
+constexpr double kFewestSamples = 2.0;
+// Widths are tried up to so many of the finest: beyond there is no motion left.
+constexpr double kCoarsest = 256.0;
+// What is smoothed over so many steps is as well known from every second.
+constexpr double kThinned = 4.0;
+
+double MedianPeriodOf(const std::vector<const Run*>& runs) {
+  std::vector<double> periods;
+  for (const Run* run : runs) {
+    for (int k = 1; k < run->size(); ++k) {
+      periods.push_back(run->t[k] - run->t[k - 1]);
+    }
+  }
+  const auto middle = periods.begin() + periods.size() / 2;
+  std::nth_element(periods.begin(), middle, periods.end());
+  return *middle;
+}
+
+// r, M qdd and u of a run on even times, each joint a column.
+struct Unfiltered {
+  std::vector<bool> known;
+  Eigen::MatrixXd left, inertial, effort;
+};
+
+Unfiltered Evaluate(const Model& model,
+                    const MechanismParameters<double>& values, const Run& run,
+                    double width, double step) {
+  Unfiltered out;
+  const int nv = model.nv();
+  const int n = static_cast<int>((run.t.back() - run.t.front()) / step);
+  out.left.setZero(n, nv);
+  out.inertial.setZero(n, nv);
+  out.effort.setZero(n, nv);
+  out.known.assign(n, false);
+  Workspace<double> ws(model);
+  ws.SetParameters(values);
+  Eigen::VectorXd u(nv), needed(nv), without(nv);
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(nv);
+  for (int k = 0; k < n; ++k) {
+    const double time = run.t.front() + (k + 0.5) * step;
+    const MotionSample motion = SmoothMotion(model, run, time, width);
+    if (!motion.known) continue;
+    out.known[k] = true;
+    MeanEffort(run, time - 0.5 * step, time + 0.5 * step, u.data());
+    InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(),
+                            motion.qdd.data(), needed.data());
+    InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(),
+                            rest.data(), without.data());
+    out.effort.row(k) = u.transpose();
+    out.left.row(k) = (u - needed).transpose();
+    out.inertial.row(k) = (needed - without).transpose();
+  }
+  return out;
+}
+
+// A Gaussian of `width` steps over the columns; times with unknown ones around
+// are taken from those that are known.
+Eigen::MatrixXd Smooth(const Eigen::MatrixXd& values,
+                       const std::vector<bool>& known, double width) {
+  const int n = static_cast<int>(values.rows());
+  const int reach = static_cast<int>(std::ceil(kGaussianReach * width));
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, values.cols());
+  std::vector<double> weights(reach + 1);
+  for (int i = 0; i <= reach; ++i) weights[i] = GaussianWeight(i / width);
+  for (int k = 0; k < n; ++k) {
+    double total = 0.0;
+    for (int i = std::max(0, k - reach); i < std::min(n, k + reach + 1); ++i) {
+      if (!known[i]) continue;
+      const double w = weights[std::abs(i - k)];
+      out.row(k) += w * values.row(i);
+      total += w;
+    }
+    if (total > 0.0) out.row(k) /= total;
+  }
+  return out;
+}
+
+// By joint, of a band.
+struct Powers {
+  Eigen::RowVectorXd left, inertial, effort;
+};
+
+// Leaves the series smoothed, and adds the power of what that took.
+void TakeBand(double width, Unfiltered* now, Powers* powers) {
+  const auto take = [&](Eigen::MatrixXd* values, Eigen::RowVectorXd* power) {
+    Eigen::MatrixXd smooth = Smooth(*values, now->known, width);
+    for (size_t k = 0; k < now->known.size(); ++k) {
+      if (now->known[k]) *power += (values->row(k) - smooth.row(k)).cwiseAbs2();
+    }
+    *values = std::move(smooth);
+  };
+  take(&now->left, &powers->left);
+  take(&now->inertial, &powers->inertial);
+  take(&now->effort, &powers->effort);
+}
+
+// Keeps every second time.
+void Thin(Unfiltered* now) {
+  const int n = static_cast<int>(now->known.size()) / 2;
+  for (int k = 0; k < n; ++k) {
+    now->known[k] = now->known[2 * k];
+    for (Eigen::MatrixXd* values :
+         {&now->left, &now->inertial, &now->effort}) {
+      values->row(k) = values->row(2 * k).eval();
+    }
+  }
+  now->known.resize(n);
+  for (Eigen::MatrixXd* values : {&now->left, &now->inertial, &now->effort}) {
+    values->conservativeResize(n, Eigen::NoChange);
+  }
+}
+
+}  // namespace
+
+EquationFilter FirstFilter(const std::vector<const Run*>& runs) {
+  constexpr double kFirst = 0.030;
+  const double width = std::max(kFirst, 3.0 * MedianPeriodOf(runs));
+  return {width, width};
+}
+
+EquationFilter ChooseFilter(const Model& model,
+                            const MechanismParameters<double>& values,
+                            const std::vector<const Run*>& runs,
+                            const EquationFilter& first) {
+  const double finest = kFewestSamples * MedianPeriodOf(runs);
+  double step = 0.5 * finest;
+  std::vector<Unfiltered> series;
+  for (const Run* run : runs) {
+    if (run->t.back() - run->t.front() < 2.0 * step) continue;
+    series.push_back(Evaluate(model, values, *run, finest, step));
+  }
+  // A Gaussian after another: the squares of their widths add up.
+  double had = 0.0;
+  for (double width = step; width < kCoarsest * finest;
+       width *= std::sqrt(2.0)) {
+    const double more = std::sqrt(width * width - had * had) / step;
+    Powers powers{Eigen::RowVectorXd::Zero(model.nv()),
+                  Eigen::RowVectorXd::Zero(model.nv()),
+                  Eigen::RowVectorXd::Zero(model.nv())};
+    for (Unfiltered& now : series) TakeBand(more, &now, &powers);
+    const auto told = (powers.left.array() <
+                       0.5 * powers.effort.cwiseMax(powers.inertial).array())
+                          .count();
+    if (had >= finest && 2 * told >= model.nv()) return {had, had};
+    had = width;
+    if (had >= kThinned * step) {
+      step *= 2.0;
+      for (Unfiltered& now : series) Thin(&now);
+    }
+  }
+  return first;
+}
+
+}  // namespace sysid

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "models/model.h"
+#include "residuals/run.h"
+
+namespace sysid {
+
+// Positions, velocities and accelerations from measured positions: those of a
+// quintic fitted to the samples around, weighed by a Gaussian (local polynomial
+// regression: Fan and Gijbels 1996). It shifts no phase, and needs no even
+// sampling. A spherical joint: of the rotation vectors from the sample nearest
+// to the time, whose second derivative at their zero is the angular
+// acceleration.
+
+struct MotionSample {
+  // Whether there are measurements of all joints around.
+  bool known = false;
+  Eigen::VectorXd q, qd, qdd;  // nq, nv, nv
+};
+
+// Whether the positions of all joints are measured.
+bool MeasuresAllJoints(const Model& model, const Run& run);
+
+// At a time, s; `width` is the Gaussian's standard deviation, s. The run must
+// measure all joints.
+MotionSample SmoothMotion(const Model& model, const Run& run, double time,
+                          double width);
+
+// Widths beyond which a Gaussian is nothing.
+inline constexpr double kGaussianReach = 2.5;
+inline double GaussianWeight(double distance) {
+  return std::exp(-0.5 * distance * distance);
+}
+
+}  // namespace sysid

@@ -1,0 +1,178 @@
+#include "sysid/inverse_dynamics/regression.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace sysid {
+namespace {
+
+// Columns of length 1 that others give to this part are dependent: rounding of
+// a motion that is known to 1e-6 of itself.
+constexpr double kDependent = 1e-6;
+// A column of less beside the longest says nothing.
+constexpr double kNothing = 1e-10;
+
+// The triangle of rows (square, zeros where there are fewer rows).
+RowMatrixXd TriangleOf(const RowMatrixXd& rows) {
+  const int n = static_cast<int>(rows.cols());
+  RowMatrixXd triangle = RowMatrixXd::Zero(n, n);
+  if (rows.rows() == 0) return triangle;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
+  const int filled = std::min<int>(n, rows.rows());
+  triangle.topRows(filled) =
+      qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>();
+  return triangle;
+}
+
+}  // namespace
+
+EquationRegression::EquationRegression(std::vector<EquationRows> runs,
+                                       RobustLoss loss, double loss_scale)
+    : runs_(std::move(runs)), loss_(loss), loss_scale_(loss_scale) {
+  joints_ = runs_.front().nv;
+  columns_ = static_cast<int>(runs_.front().rows.cols()) - 1;
+  for (const EquationRows& run : runs_) {
+    weights_.push_back(Eigen::VectorXd::Ones(run.rows.rows()));
+  }
+  sigma_ = EffortSize();
+  const double most = sigma_.maxCoeff();
+  for (double& s : sigma_) s = s > 1e-9 * most ? s : most > 0 ? most : 1.0;
+  Triangularise();
+}
+
+void EquationRegression::Triangularise() {
+  triangles_.assign(joints_, {});
+  for (int v = 0; v < joints_; ++v) {
+    int times = 0;
+    for (const EquationRows& run : runs_) times += run.times();
+    RowMatrixXd rows(times, columns_ + 1);
+    int at = 0;
+    for (size_t r = 0; r < runs_.size(); ++r) {
+      for (int k = 0; k < runs_[r].times(); ++k) {
+        const int row = k * joints_ + v;
+        rows.row(at++) = weights_[r][row] * runs_[r].rows.row(row);
+      }
+    }
+    triangles_[v] = TriangleOf(rows);
+  }
+}
+
+RowMatrixXd EquationRegression::Merge(const Eigen::VectorXd& sigma) const {
+  RowMatrixXd all(joints_ * (columns_ + 1), columns_ + 1);
+  for (int v = 0; v < joints_; ++v) {
+    all.middleRows(v * (columns_ + 1), columns_ + 1) =
+        triangles_[v] / sigma[v];
+  }
+  return TriangleOf(all);
+}
+
+RowMatrixXd EquationRegression::Triangle() const {
+  return Merge(sigma_).topRows(columns_);
+}
+
+Eigen::VectorXd EquationRegression::Left(const Eigen::VectorXd& d) const {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(joints_);
+  int times = 0;
+  for (const EquationRows& run : runs_) {
+    const Eigen::VectorXd left =
+        run.rows.leftCols(columns_) * d + run.rows.col(columns_);
+    for (int k = 0; k < run.times(); ++k) {
+      squares += left.segment(k * joints_, joints_).cwiseAbs2();
+    }
+    times += run.times();
+  }
+  return (squares / std::max(1, times)).cwiseSqrt();
+}
+
+Eigen::VectorXd EquationRegression::EffortSize() const {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(joints_);
+  int times = 0;
+  for (const EquationRows& run : runs_) {
+    squares += run.effort.colwise().squaredNorm().transpose();
+    times += run.times();
+  }
+  return (squares / std::max(1, times)).cwiseSqrt();
+}
+
+void EquationRegression::Reweigh(const Eigen::VectorXd& d) {
+  const Eigen::VectorXd left = Left(d);
+  // What is left of a joint that nothing moves is rounding, and no weight.
+  const double least = 1e-9 * left.maxCoeff();
+  for (int v = 0; v < joints_; ++v) sigma_[v] = std::max(left[v], least);
+  if (!(sigma_.minCoeff() > 0.0)) sigma_.setOnes();
+  if (loss_ == RobustLoss::kNone) return;
+  for (size_t r = 0; r < runs_.size(); ++r) {
+    const EquationRows& run = runs_[r];
+    const Eigen::VectorXd errors =
+        run.rows.leftCols(columns_) * d + run.rows.col(columns_);
+    for (int i = 0; i < errors.size(); ++i) {
+      const double s = errors[i] / sigma_[i % joints_];
+      double rho, rho_prime;
+      EvaluateLoss(loss_, loss_scale_, s * s, &rho, &rho_prime);
+      weights_[r][i] = std::sqrt(rho_prime);
+    }
+  }
+  Triangularise();
+}
+
+RowMatrixXd EquationRegression::InformationTriangle(
+    const Eigen::VectorXd& d) const {
+  const RowMatrixXd R = Triangle().leftCols(columns_);
+  // The columns as the data determines them: q = P^T j, of unit information.
+  Eigen::VectorXd scale = R.colwise().norm().transpose();
+  for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R * scale.asDiagonal(),
+                                              Eigen::ComputeThinV);
+  const Eigen::VectorXd& size = svd.singularValues();
+  int rank = 0;
+  while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
+  const Eigen::MatrixXd P =
+      scale.asDiagonal() * svd.matrixV().leftCols(rank) *
+      size.head(rank).cwiseInverse().asDiagonal();
+  Eigen::VectorXd factor(joints_);
+  for (int v = 0; v < joints_; ++v) {
+    double white = 0.0, all = 0.0;
+    for (size_t r = 0; r < runs_.size(); ++r) {
+      const EquationRows& run = runs_[r];
+      const int n = run.times();
+      RowMatrixXd scores(n, rank);
+      for (int k = 0; k < n; ++k) {
+        const int row = k * joints_ + v;
+        const double w = weights_[r][row] * weights_[r][row];
+        const double left = run.rows.row(row).head(columns_).dot(d) +
+                            run.rows(row, columns_);
+        scores.row(k) =
+            w * left * (run.rows.row(row).head(columns_) * P) / sigma_[v];
+      }
+      // Bartlett's window over a lag that grows as the cube root of n (Newey
+      // and West 1994 give 4 (n / 100)^(2/9) for white scores; what a model
+      // misses is correlated over longer).
+      const int lags = std::min(n - 1, static_cast<int>(2.0 * std::cbrt(n)));
+      white += scores.squaredNorm();
+      all += scores.squaredNorm();
+      for (int lag = 1; lag <= lags; ++lag) {
+        all += 2.0 * (1.0 - lag / (lags + 1.0)) *
+               scores.topRows(n - lag)
+                   .cwiseProduct(scores.bottomRows(n - lag))
+                   .sum();
+      }
+    }
+    factor[v] = white > 0.0 ? std::max(all / white, 0.05) : 1.0;
+  }
+  return Merge(sigma_.cwiseProduct(factor.cwiseSqrt())).topRows(columns_);
+}
+
+Eigen::VectorXd SolveUnconstrained(const RowMatrixXd& triangle, int* rank) {
+  const int n = static_cast<int>(triangle.cols()) - 1;
+  Eigen::VectorXd scale = triangle.leftCols(n).colwise().norm().transpose();
+  const double nothing = kNothing * (n > 0 ? scale.maxCoeff() : 0.0);
+  for (double& s : scale) s = s > nothing ? 1.0 / s : 0.0;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
+  qr.setThreshold(kDependent);
+  qr.compute(triangle.leftCols(n) * scale.asDiagonal());
+  if (rank != nullptr) *rank = static_cast<int>(qr.rank());
+  return -scale.cwiseProduct(qr.solve(triangle.col(n)));
+}
+
+}  // namespace sysid

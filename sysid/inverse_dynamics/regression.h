@@ -1,0 +1,64 @@
+#pragma once
+
+#include <vector>
+
+#include "residuals/costs.h"
+#include "sysid/inverse_dynamics/coordinates.h"
+#include "sysid/inverse_dynamics/equation_rows.h"
+
+namespace sysid {
+
+// Least squares on the equations of motion of all runs. Of every joint v, with
+// rows J_v and r_v of (11.2) in the coordinates xi, it keeps the triangle
+//
+//   [R_v z_v; 0 e_v] = qr(W_v [J_v r_v]),                              (11.3)
+//
+// W_v the weights of a robust loss. Every estimate that follows, whatever its
+// parameters and constraints, minimises
+//
+//   sum_v |R_v d + z_v|^2 / s_v^2,   d = xi - xi_0,                    (11.4)
+//
+// which costs nothing that grows with the samples. s_v is the standard
+// deviation of what is left of joint v, found by iteration.
+class EquationRegression {
+ public:
+  // The runs' rows with derivatives by the coordinates.
+  EquationRegression(std::vector<EquationRows> runs, RobustLoss loss,
+                     double loss_scale);
+
+  int columns() const { return columns_; }
+  int joints() const { return joints_; }
+  const std::vector<EquationRows>& runs() const { return runs_; }
+
+  // Weighs joints and rows by what this change leaves of them.
+  void Reweigh(const Eigen::VectorXd& d);
+  // [R z] of (11.4), all joints together, square but for z.
+  RowMatrixXd Triangle() const;
+  // The same with each joint's errors as much larger as their serial
+  // correlation makes them count, by (11.6).
+  RowMatrixXd InformationTriangle(const Eigen::VectorXd& d) const;
+  // s_v, N m and N.
+  const Eigen::VectorXd& sigma() const { return sigma_; }
+  // Root mean square of what is left, and of g * u, by joint.
+  Eigen::VectorXd Left(const Eigen::VectorXd& d) const;
+  Eigen::VectorXd EffortSize() const;
+
+ private:
+  RowMatrixXd Merge(const Eigen::VectorXd& sigma) const;
+  void Triangularise();
+
+  std::vector<EquationRows> runs_;
+  RobustLoss loss_;
+  double loss_scale_;
+  int columns_ = 0, joints_ = 0;
+  Eigen::VectorXd sigma_;
+  std::vector<Eigen::VectorXd> weights_;  // of a run: times x joints
+  std::vector<RowMatrixXd> triangles_;    // by joint, (columns + 1) square
+};
+
+// The least change of the coordinates that solves (11.4): what the data does
+// not determine stays. `rank` is how many combinations it does.
+Eigen::VectorXd SolveUnconstrained(const RowMatrixXd& triangle,
+                                   int* rank = nullptr);
+
+}  // namespace sysid
