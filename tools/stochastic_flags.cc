@@ -7,6 +7,7 @@
 #include "models/error.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/memory.h"
+#include "sysid/stochastic/solvers.h"
 #include "sysid/stochastic/transformation.h"
 #include "tools/program.h"
 
@@ -99,13 +100,13 @@ void CheckSolverFlags(const std::string& solver) {
                      "has no meaning for --solver " + solver,
                      "it belongs to " + owners);
   };
-  if (solver == "lm") {
+  if (FindSolver(solver).kind != SolverKind::kStochastic) {
     for (const char* flag :
          {"learning_rate", "schedule", "epochs", "huber", "from_rest"}) {
       refuse(flag, "--solver adam and gmm");
     }
   } else {
-    refuse("loss", "--solver lm; adam and gmm have --huber");
+    refuse("loss", "--solver lm and inverse_dynamics; adam and gmm have --huber");
   }
   if (solver == "gmm") return;
   for (const char* flag : {"kernels", "draws", "spread", "online"}) {

@@ -20,7 +20,7 @@ void NoteMovedStarts(Session* session);
 // Throws InputError where this machine has no memory for such a mixture.
 void CheckMixtureSize(const Session& session, const MixtureOptions& options);
 
-// That no flag was given that the solver ("lm", "adam", "gmm") does not have.
+// That no flag was given that the solver (one of Solvers()) does not have.
 void CheckSolverFlags(const std::string& solver);
 
 }  // namespace sysid

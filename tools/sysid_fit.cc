@@ -43,8 +43,9 @@ constexpr char kHelp[] =
                              (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
-  --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
-                             Gaussians (docs/stochastic.md)
+  --solver lm|inverse_dynamics|adam|gmm    Levenberg-Marquardt; least squares on
+                             the efforts (docs/inverse_dynamics.md); Adam, and
+                             on a mixture of Gaussians (docs/stochastic.md)
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
     --huber D (rad, m; default: none, 0.1)  --from_rest    of adam and gmm
     --kernels 3  --draws 16  --spread 0.3  --online  --sample N    of gmm
@@ -147,11 +148,12 @@ int Main() {
   CheckOutputs(request, session);
   Watch watch(&session.options);
   CheckSessionNumbers(&session);
-  if (solver.stochastic) NoteMovedStarts(&session);
+  if (solver.kind == SolverKind::kStochastic) NoteMovedStarts(&session);
   PrintNotices(session.notices);
   // The trial is by Levenberg-Marquardt; the others start where they are told.
   const std::optional<AddedEffects> added =
-      solver.stochastic ? std::nullopt : TryAddedEffects(catalogue, session);
+      solver.kind == SolverKind::kShooting ? TryAddedEffects(catalogue, session)
+                                           : std::nullopt;
   if (added) session = StartedFrom(*added, session);
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);

@@ -28,18 +28,10 @@ bool AtBound(double value, double bound, double scale) {
   return std::isfinite(bound) && std::abs(value - bound) <= 1e-6 * scale;
 }
 
-// Which values are at one of their bounds.
-std::vector<bool> HeldByBounds(const ShootingProblem& problem,
-                               const Eigen::VectorXd& values) {
-  std::vector<bool> held(values.size());
-  for (int i = 0; i < values.size(); ++i) {
-    const FreeParameter& free = problem.free()[i];
-    const double scale =
-        std::max(std::abs(values[i]), free.parameter.typical_scale);
-    held[i] = AtBound(values[i], free.lower, scale) ||
-              AtBound(values[i], free.upper, scale);
-  }
-  return held;
+// Whether a value is at one of its bounds.
+bool HeldByBounds(const FreeParameter& free, double value) {
+  const double scale = std::max(std::abs(value), free.parameter.typical_scale);
+  return AtBound(value, free.lower, scale) || AtBound(value, free.upper, scale);
 }
 
 // What the data says of the parameters that no bound holds, as if the others
@@ -74,6 +66,24 @@ Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
 
 }  // namespace
 
+ParameterEstimate MakeEstimate(const FreeParameter& free, double value,
+                               double std_error, bool identifiable) {
+  ParameterEstimate estimate;
+  estimate.name = free.parameter.name;
+  estimate.unit = free.parameter.unit;
+  estimate.initial = free.initial;
+  estimate.value = value;
+  estimate.lower = free.lower;
+  estimate.upper = free.upper;
+  estimate.at_bound = HeldByBounds(free, value);
+  estimate.identifiable = identifiable;
+  estimate.std_error =
+      identifiable && std::isfinite(std_error) ? std_error : kNaN;
+  estimate.ci95[0] = value - 1.959964 * estimate.std_error;
+  estimate.ci95[1] = value + 1.959964 * estimate.std_error;
+  return estimate;
+}
+
 Estimates MakeEstimates(const ShootingProblem& problem,
                         const Eigen::VectorXd& theta, const RowMatrixXd& R,
                         double inflation) {
@@ -82,11 +92,11 @@ Estimates MakeEstimates(const ShootingProblem& problem,
   Eigen::VectorXd values(n);
   problem.map().ValuesOf<double>(theta.data(), values.data());
   const Eigen::VectorXd scale = ThetaScale(problem, theta);
-  const std::vector<bool> at_bound = HeldByBounds(problem, values);
-  // A bound on a transformed parameter is no bound of theta.
-  std::vector<bool> held = at_bound;
+  std::vector<bool> held(n);
   for (int i = 0; i < n; ++i) {
-    if (problem.map().IsTransformed(i)) held[i] = false;
+    // A bound on a transformed parameter is no bound of theta.
+    held[i] = !problem.map().IsTransformed(i) &&
+              HeldByBounds(problem.free()[i], values[i]);
   }
   const Identifiability known = AnalyseLoose(R, scale, held);
   const Eigen::MatrixXd D = problem.map().ValueJacobian(theta);
@@ -94,14 +104,7 @@ Estimates MakeEstimates(const ShootingProblem& problem,
   estimates.covariance = D * known.covariance * D.transpose() * inflation;
   for (int i = 0; i < n; ++i) {
     const FreeParameter& free = problem.free()[i];
-    ParameterEstimate estimate;
-    estimate.name = free.parameter.name;
-    estimate.unit = free.parameter.unit;
-    estimate.initial = free.initial;
-    estimate.value = values[i];
-    estimate.lower = free.lower;
-    estimate.upper = free.upper;
-    estimate.identifiable = known.identifiable[i];
+    bool identifiable = known.identifiable[i];
     if (problem.map().IsTransformed(i)) {
       // An inertia's entry is not theta's: what counts is how far the
       // undetermined directions move it, beside a moment's own size (it is
@@ -111,16 +114,11 @@ Estimates MakeEstimates(const ShootingProblem& problem,
       const double size =
           moment ? std::abs(values[i])
                  : std::max(std::abs(values[i]), free.parameter.typical_scale);
-      estimate.identifiable = blur.row(i).norm() <= kUndetermined * size;
+      identifiable = blur.row(i).norm() <= kUndetermined * size;
     }
-    estimate.at_bound = at_bound[i];
     const double sigma = std::sqrt(estimates.covariance(i, i));
-    const bool usable =
-        estimate.identifiable && !held[i] && std::isfinite(sigma);
-    estimate.std_error = usable ? sigma : kNaN;
-    estimate.ci95[0] = usable ? values[i] - 1.959964 * sigma : kNaN;
-    estimate.ci95[1] = usable ? values[i] + 1.959964 * sigma : kNaN;
-    estimates.parameters.push_back(estimate);
+    estimates.parameters.push_back(
+        MakeEstimate(free, values[i], held[i] ? kNaN : sigma, identifiable));
   }
   std::set<std::string> grouped;
   for (const std::vector<int>& group : known.groups) {

@@ -28,6 +28,10 @@ struct Estimates {
   Eigen::MatrixXd covariance;  // of the parameters' values
 };
 
+// Of one parameter; std_error NaN where it has none.
+ParameterEstimate MakeEstimate(const FreeParameter& free, double value,
+                               double std_error, bool identifiable);
+
 // From the triangular factor R of theta's information (EliminateStates). The
 // covariance is (R^T R)^-1 times `inflation`, over the directions that the data
 // determines, with parameters at a bound held there.

@@ -10,12 +10,9 @@ namespace sysid {
 // error of the equations of motion. No rollout: a first look at a hypothesis,
 // and of motions that a model cannot follow.
 //
-// q, qd and qdd of each joint are those of a quintic fitted to the samples
-// around, weighed by a Gaussian; u are the efforts that act, ID is the inverse
-// dynamics, and g a wider Gaussian, which takes away what is faster than the
-// motion (cogging, friction that sticks, the noise of qdd):
-//
-//   r(t; theta) = g * [u(theta) - ID(q, qd, qdd; theta)].              (10.5)
+// The rows are those of (11.2), r(t; theta) = g * [u - ID(q, qd, qdd)], with a g
+// that takes away what is faster than the motion (cogging, friction that
+// sticks, the noise of qdd).
 //
 // r is linear in masses, first moments and inertias and in the coefficients of
 // friction, so one step leaves the least, r + J dtheta; of each joint by its
@@ -30,10 +27,10 @@ struct EquationPart {
 
 // Of an excerpt of recordings whose joints are all simple and measured; where a
 // channel has no samples around there is no row.
-class EquationRows {
+class EquationWindows {
  public:
-  EquationRows(const CoarseModel& model, const Excerpt& excerpt,
-               const Excerpt::Change& change);
+  EquationWindows(const CoarseModel& model, const Excerpt& excerpt,
+                  const Excerpt::Change& change);
   // By joint.
   const std::vector<EquationPart>& window(int w) const { return windows_[w]; }
   double work() const { return work_; }

@@ -97,10 +97,10 @@ void FirstLook::ByEquations() {
   const CoarseModel given_bodies = Augmented(all_.model(), false);
   CoarseFitter& fitter = all_.fitter();
   const Excerpt& excerpt = fitter.excerpt();
-  const EquationRows as_read(given_bodies, excerpt, {});
+  const EquationWindows as_read(given_bodies, excerpt, {});
   fitter.AddWork(as_read.work());
   // Of windows as they are read, but for those of these runs.
-  const auto least = [&](const EquationRows* changed,
+  const auto least = [&](const EquationWindows* changed,
                          const std::vector<int>& runs) {
     std::vector<const std::vector<EquationPart>*> windows;
     for (int w = 0; w < excerpt.count(); ++w) {
@@ -121,7 +121,7 @@ void FirstLook::ByEquations() {
     for (const double p : starts) {
       if (!all_.Affords(as_read.work())) return;
       const Supposition supposed = Suppose(hypothesis, {}, p);
-      const EquationRows changed(Without(given_bodies, supposed), excerpt,
+      const EquationWindows changed(Without(given_bodies, supposed), excerpt,
                                  fitter.ChangeOf(supposed));
       fitter.AddWork(changed.work());
       double log_unit = 0.0;

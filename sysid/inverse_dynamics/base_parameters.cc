@@ -1,7 +1,11 @@
 #include "sysid/inverse_dynamics/base_parameters.h"
 
-#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
+#include <utility>
 
 namespace sysid {
 namespace {
@@ -11,6 +15,31 @@ constexpr double kDependent = 1e-6;
 // A coordinate's share in a combination, both in their own sizes, that is
 // rounding.
 constexpr double kShare = 1e-6;
+
+// Groups of the indices that `joined` joins.
+std::vector<std::vector<int>> ConnectedGroups(const std::vector<int>& indices,
+                                              const Eigen::MatrixXd& joined,
+                                              double least) {
+  std::vector<std::vector<int>> groups;
+  std::set<int> left(indices.begin(), indices.end());
+  while (!left.empty()) {
+    std::vector<int> group = {*left.begin()};
+    left.erase(left.begin());
+    for (size_t at = 0; at < group.size(); ++at) {
+      for (auto it = left.begin(); it != left.end();) {
+        if (std::abs(joined(group[at], *it)) > least) {
+          group.push_back(*it);
+          it = left.erase(it);
+        } else {
+          ++it;
+        }
+      }
+    }
+    std::sort(group.begin(), group.end());
+    groups.push_back(std::move(group));
+  }
+  return groups;
+}
 
 }  // namespace
 
@@ -67,6 +96,47 @@ std::vector<BaseParameter> BaseParameters(
     out.push_back(std::move(base));
   }
   return out;
+}
+
+Estimates EstimatesByRank(const ShootingProblem& problem,
+                          const Eigen::VectorXd& theta, const RowMatrixXd& A) {
+  // Shares of a parameter's own change, which is rounding below.
+  constexpr double kMoves = 1e-3;
+  Estimates estimates;
+  const int p = problem.map().size();
+  Eigen::VectorXd values(p);
+  problem.map().ValuesOf<double>(theta.data(), values.data());
+  Eigen::VectorXd scale = A.colwise().norm().transpose();
+  const double nothing = 1e-10 * (p > 0 ? scale.maxCoeff() : 0.0);
+  for (double& s : scale) s = s > nothing ? 1.0 / s : 1.0;
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(A * scale.asDiagonal(),
+                                           Eigen::ComputeFullV);
+  const Eigen::VectorXd& size = svd.singularValues();
+  int rank = 0;
+  while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
+  const Eigen::MatrixXd D =
+      problem.map().ValueJacobian(theta) * scale.asDiagonal();
+  const Eigen::MatrixXd known =
+      D * svd.matrixV().leftCols(rank) *
+      size.head(rank).cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd unseen = svd.matrixV().rightCols(p - rank);
+  const Eigen::MatrixXd moved = D * unseen;
+  estimates.covariance = known * known.transpose();
+  std::vector<int> open;
+  for (int i = 0; i < p; ++i) {
+    const bool identifiable = moved.row(i).norm() < kMoves * D.row(i).norm();
+    if (!identifiable) open.push_back(i);
+    estimates.parameters.push_back(
+        MakeEstimate(problem.free()[i], values[i], known.row(i).norm(),
+                     identifiable));
+  }
+  for (const std::vector<int>& group :
+       ConnectedGroups(open, unseen * unseen.transpose(), kMoves)) {
+    std::vector<std::string> names;
+    for (const int i : group) names.push_back(estimates.parameters[i].name);
+    estimates.not_identifiable.push_back(std::move(names));
+  }
+  return estimates;
 }
 
 }  // namespace sysid

@@ -17,4 +17,11 @@ std::vector<BaseParameter> BaseParameters(
     const EquationCoordinates& coordinates, const RowMatrixXd& R,
     const Eigen::VectorXd& xi);
 
+// What the regression tells of each parameter alone: its value is determined
+// where no change of theta that the rows A (d xi / d theta under R) do not
+// notice moves it. Others are listed in groups that such a change joins. How
+// well it is known is its standard error's to say.
+Estimates EstimatesByRank(const ShootingProblem& problem,
+                          const Eigen::VectorXd& theta, const RowMatrixXd& A);
+
 }  // namespace sysid

@@ -91,11 +91,13 @@ RowMatrixXd Unfiltered(const Model& model, const Grid& grid, double step,
 
 }  // namespace
 
+double ReachOf(const EquationFilter& filter) {
+  return kReachSteps * filter.average / kSteps;
+}
+
 double CutOff(double width) {
   return std::sqrt(std::numbers::ln2) / (2.0 * std::numbers::pi * width);
 }
-
-double WidthOf(double cut_off) { return CutOff(cut_off); }
 
 template <typename T>
 EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
@@ -107,7 +109,8 @@ EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
   const Grid grid = OnGrid(model, run, from, to, filter.motion, step);
   const RowMatrixXd rest = Unfiltered<T>(model, grid, step, columns, seeding);
   constexpr int kWidth = T::DIMENSION;
-  out.work = (columns / kWidth + 1.0) * grid.size();
+  out.work = std::ceil((columns + 1.0) / static_cast<double>(kWidth)) *
+             grid.size();
   const int most = std::max(0, grid.size() / kSteps + 1);
   out.rows.resize(most * nv, columns + 1);
   out.effort.resize(most, nv);

@@ -24,9 +24,10 @@ struct EquationFilter {
   double average = 0.0;  // of g
 };
 
-// Where g has fallen by 3 dB: sqrt(ln 2) / (2 pi width), Hz; and back.
+// How far g reaches to either side, s.
+double ReachOf(const EquationFilter& filter);
+// Where g has fallen by 3 dB: sqrt(ln 2) / (2 pi width), Hz.
 double CutOff(double width);
-double WidthOf(double cut_off);
 
 // A model whose numbers `begin`, begin + 1, ... are variables 0, 1, ... of the
 // Jets, as many as they have.

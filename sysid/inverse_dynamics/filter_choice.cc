@@ -30,6 +30,10 @@ double MedianPeriodOf(const std::vector<const Run*>& runs) {
   return *middle;
 }
 
+// The fit of the motion bends what g lets pass, by the fourth power of the ratio
+// of their widths: at a half, the acceleration at the cut-off by about 1 %.
+EquationFilter FilterOf(double width) { return {0.5 * width, width}; }
+
 // r, M qdd and u of a run on even times, each joint a column.
 struct Unfiltered {
   std::vector<bool> known;
@@ -128,8 +132,8 @@ void Thin(Unfiltered* now) {
 
 EquationFilter FirstFilter(const std::vector<const Run*>& runs) {
   constexpr double kFirst = 0.030;
-  const double width = std::max(kFirst, 3.0 * MedianPeriodOf(runs));
-  return {width, width};
+  const double period = MedianPeriodOf(runs);
+  return FilterOf(std::max(kFirst, 2.0 * kFewestSamples * period));
 }
 
 EquationFilter ChooseFilter(const Model& model,
@@ -155,7 +159,7 @@ EquationFilter ChooseFilter(const Model& model,
     const auto told = (powers.left.array() <
                        0.5 * powers.effort.cwiseMax(powers.inertial).array())
                           .count();
-    if (had >= finest && 2 * told >= model.nv()) return {had, had};
+    if (had >= 2.0 * finest && 2 * told >= model.nv()) return FilterOf(had);
     had = width;
     if (had >= kThinned * step) {
       step *= 2.0;

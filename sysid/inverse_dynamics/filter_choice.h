@@ -22,7 +22,7 @@ EquationFilter ChooseFilter(const Model& model,
                             const EquationFilter& first);
 
 // Before anything is known of the model: 30 ms, which is slower than noise,
-// vibrations and stick-slip, and no less than three samples.
+// vibrations and stick-slip, and no less than four samples.
 EquationFilter FirstFilter(const std::vector<const Run*>& runs);
 
 }  // namespace sysid

@@ -2,19 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <Eigen/QR>
 
+#include "models/error.h"
+#include "models/state.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
-#include "sysid/estimation/initial_states.h"
-#include "sysid/estimation/linearization.h"
 #include "sysid/estimation/segmentation.h"
-#include "sysid/estimation/step_size.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
 #include "sysid/inverse_dynamics/estimate.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
@@ -58,27 +57,40 @@ CoordinatesAt DifferentiateCoordinates(const EquationCoordinates& coordinates,
   return at;
 }
 
+void CheckMeasured(const Model& model, const Run& run) {
+  const std::vector<std::string> missing = UnmeasuredJoints(model, run);
+  if (missing.empty()) return;
+  throw InputError("--solver inverse_dynamics",
+                   run.name + " does not measure the position of " +
+                       Join(missing) + ", which the equations of motion need",
+                   "--solver lm estimates joints that are not measured");
+}
+
 class InverseDynamicsFit {
  public:
   explicit InverseDynamicsFit(const ShootingProblem& problem)
       : problem_(problem),
         map_(problem.map()),
         coordinates_(problem.model(), map_.parameters()) {
-    for (const auto& data : problem.runs()) runs_.push_back(&data->run);
+    for (const auto& data : problem.runs()) {
+      runs_.push_back(&data->run);
+      CheckMeasured(problem.model(), data->run);
+    }
   }
   Fit Estimate();
 
  private:
-  EquationRegression Regress(const Eigen::VectorXd& theta,
+  EquationRegression Regress(const MechanismParameters<double>& values,
                              const EquationFilter& filter) const;
   // What is left by joint, without linearising.
   Eigen::VectorXd LeftAt(const Eigen::VectorXd& theta,
                          const EquationFilter& filter) const;
+  std::string Words(const EquationFilter& filter, const Fit& fit) const;
   // Once more from theta, until nothing moves that the equations are not linear
   // in.
   void Solve(const EquationFilter& filter, Eigen::VectorXd theta);
   void SayParameters(Fit* fit) const;
-  void SayPositions(Fit* fit) const;
+  void SayPositions(const EquationFilter& filter, Fit* fit) const;
 
   const ShootingProblem& problem_;
   const ParameterMap& map_;
@@ -88,6 +100,7 @@ class InverseDynamicsFit {
   Eigen::VectorXd xi0_;  // where it was linearised
   RegressionEstimate found_;
   int iterations_ = 0;
+  bool only_ratios_ = false;  // no efforts were measured
 };
 
 Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta,
@@ -108,9 +121,8 @@ Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta,
 }
 
 EquationRegression InverseDynamicsFit::Regress(
-    const Eigen::VectorXd& theta, const EquationFilter& filter) const {
-  MechanismParameters<double> values;
-  map_.Apply<double>(theta.data(), &values);
+    const MechanismParameters<double>& values,
+    const EquationFilter& filter) const {
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     coordinates_.Seed(values, begin, s);
   };
@@ -132,11 +144,20 @@ void InverseDynamicsFit::Solve(const EquationFilter& filter,
   // Of what is left: a rollout would not see more.
   constexpr double kLinear = 1e-3;
   for (int i = 0; i < kMost; ++i) {
-    regression_ = Regress(theta, filter);
     MechanismParameters<double> values;
     map_.Apply<double>(theta.data(), &values);
+    regression_ = Regress(values, filter);
     xi0_.resize(coordinates_.size());
     coordinates_.Read<double>(values, xi0_.data());
+    only_ratios_ = regression_->IsHomogeneous(xi0_);
+    if (only_ratios_) {
+      // (11.10): the rows without gravity, p = R_p xi.
+      values.gravity = 0.0;
+      const RowMatrixXd triangle = Regress(values, filter).Triangle();
+      const int n = coordinates_.size();
+      regression_->Hold(triangle.col(n).transpose() * triangle.leftCols(n),
+                        xi0_);
+    }
     for (int k = 0; k < kReweighed; ++k) {
       regression_->Reweigh(SolveUnconstrained(regression_->Triangle()));
     }
@@ -157,17 +178,8 @@ void InverseDynamicsFit::SayParameters(Fit* fit) const {
   const RowMatrixXd R = regression_->InformationTriangle(d);
   const CoordinatesAt at =
       DifferentiateCoordinates(coordinates_, map_, found_.theta.data());
-  RowMatrixXd priors;
-  Eigen::VectorXd unused;
-  LinearizePriors(problem_, found_.theta, &priors, &unused);
-  RowMatrixXd rows =
-      RowMatrixXd::Zero(R.rows() + priors.rows() + map_.size(), map_.size());
-  rows.topRows(R.rows()) = R * at.D;
-  rows.middleRows(R.rows(), priors.rows()) = priors;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
-  static_cast<Estimates&>(*fit) = MakeEstimates(
-      problem_, found_.theta,
-      qr.matrixQR().topRows(map_.size()).triangularView<Eigen::Upper>(), 1.0);
+  static_cast<Estimates&>(*fit) = EstimatesByRank(
+      problem_, found_.theta, R.leftCols(coordinates_.size()) * at.D);
   fit->base = BaseParameters(coordinates_, R, found_.xi);
   const Eigen::VectorXd left = regression_->Left(d);
   const Eigen::VectorXd size = regression_->EffortSize();
@@ -182,21 +194,69 @@ void InverseDynamicsFit::SayParameters(Fit* fit) const {
   }
 }
 
-// How well positions are predicted over short segments, from states as the data
-// gives them.
-void InverseDynamicsFit::SayPositions(Fit* fit) const {
-  const double given = problem_.options().segment;
-  Solution point =
-      CutPoint(problem_, found_.theta, AllStatesFromData(problem_),
-               given > 0.0 ? given : kFirstLength);
-  if (!(point.rollout.step > 0.0)) {
-    point.rollout.step =
-        ChooseStep(problem_, point, problem_.options().step_error);
+// The state at a time of a run: by SmoothMotion, or near the ends, where that
+// has nothing to go by, on from the next time that it has.
+Eigen::VectorXd StateAt(const Model& model, const Run& run, int sample,
+                        double width) {
+  const bool later = 2 * sample < run.size();
+  int known = sample;
+  MotionSample motion = SmoothMotion(model, run, run.t[known], width);
+  while (!motion.known && (later ? known + 1 < run.size() : known > 0)) {
+    known += later ? 1 : -1;
+    motion = SmoothMotion(model, run, run.t[known], width);
   }
-  fit->point = point;
+  if (!motion.known) return NeutralState(model);
+  const double s = run.t[sample] - run.t[known];
+  const StateLayout& at = model.layout();
+  Eigen::VectorXd x(at.size()), dx(at.tangent_size());
+  x << motion.q, motion.qd;
+  dx << motion.qd * s + 0.5 * s * s * motion.qdd, motion.qdd * s;
+  BoxPlus<double>(model, x.data(), dx.data(), x.data());
+  return x;
+}
+
+// How well positions are predicted over short segments, from states as the
+// filter gives them.
+void InverseDynamicsFit::SayPositions(const EquationFilter& filter,
+                                      Fit* fit) const {
+  const EstimationOptions& options = problem_.options();
+  Solution point;
+  point.theta = found_.theta;
+  point.rollout = options.rollout;
+  // One step a sample, which is no part of the estimate.
+  if (!(point.rollout.step > 0.0)) {
+    point.rollout.step = problem_.data().MedianSamplePeriod();
+  }
+  const double length = options.segment > 0.0 ? options.segment : kFirstLength;
+  for (const Run* run : runs_) {
+    Solution::Nodes nodes;
+    nodes.samples = CutRun(run->t, length, MinSegmentSamples(problem_));
+    nodes.states.resize(nodes.segments(), problem_.model().state_size());
+    for (int k = 0; k < nodes.segments(); ++k) {
+      nodes.states.row(k) = StateAt(problem_.model(), *run, nodes.samples[k],
+                                    filter.motion);
+    }
+    point.runs.push_back(std::move(nodes));
+  }
   fit->train = EvaluateErrors(problem_, point, map_.size());
   fit->step_s = point.rollout.step;
   fit->segment_s = MeanSegment(problem_, point);
+  fit->point = std::move(point);
+}
+
+std::string InverseDynamicsFit::Words(const EquationFilter& filter,
+                                      const Fit& fit) const {
+  char cut_off[32];
+  std::snprintf(cut_off, sizeof cut_off, "%.2g", CutOff(filter.average));
+  return std::string("equations of motion up to ") + cut_off +
+         " Hz, where they still explain half of the efforts: " +
+         std::to_string(fit.base.size()) + " of " +
+         std::to_string(coordinates_.size()) +
+         " coefficients, or combinations of them, show" +
+         (only_ratios_ ? "; without efforts only their ratios do, and the scale "
+                         "is the URDF's"
+                       : "") +
+         (found_.converged ? "" : "; the minimum was not reached");
 }
 
 Fit InverseDynamicsFit::Estimate() {
@@ -211,22 +271,14 @@ Fit InverseDynamicsFit::Estimate() {
   map_.Apply<double>(found_.theta.data(), &values);
   const EquationFilter filter =
       ChooseFilter(problem_.model(), values, runs_, first);
-  std::fprintf(stderr, "filter %.3f\n", Now() - start_s);
   Solve(filter, problem_.InitialTheta());
-  std::fprintf(stderr, "solved %.3f\n", Now() - start_s);
   fit.converged = found_.converged;
   fit.iterations = iterations_;
-  fit.termination =
-      "the equations of motion below a cut-off of " +
-      std::to_string(CutOff(filter.average)) + " Hz determine " +
-      std::to_string(fit.base.size()) + " combinations of " +
-      std::to_string(coordinates_.size()) + " coefficients";
   map_.Apply<double>(found_.theta.data(), &values);
   fit.model.SetNominal(values);
   SayParameters(&fit);
-  std::fprintf(stderr, "parameters %.3f\n", Now() - start_s);
-  SayPositions(&fit);
-  std::fprintf(stderr, "positions %.3f\n", Now() - start_s);
+  SayPositions(filter, &fit);
+  fit.termination = Words(filter, fit);
   fit.wall_time_s = Now() - start_s;
   fit.cpu_time_s = CpuSeconds() - start_cpu_s;
   return fit;

@@ -111,7 +111,7 @@ bool SmoothOrientation(const Run& run, const Channel& channel,
 
 }  // namespace
 
-bool MeasuresAllJoints(const Model& model, const Run& run) {
+std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run) {
   std::set<int> measured;
   for (const Channel& channel : run.channels) {
     if (channel.kind == ChannelKind::kPosition ||
@@ -119,9 +119,13 @@ bool MeasuresAllJoints(const Model& model, const Run& run) {
       measured.insert(channel.target);
     }
   }
-  return std::all_of(
-      model.bodies().begin(), model.bodies().end(),
-      [&](const Body& body) { return measured.count(body.joint) > 0; });
+  std::vector<std::string> names;
+  for (const Body& body : model.bodies()) {
+    if (measured.count(body.joint) == 0) {
+      names.push_back(model.mechanism().joints[body.joint].name);
+    }
+  }
+  return names;
 }
 
 MotionSample SmoothMotion(const Model& model, const Run& run, double time,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "models/model.h"
@@ -21,8 +22,8 @@ struct MotionSample {
   Eigen::VectorXd q, qd, qdd;  // nq, nv, nv
 };
 
-// Whether the positions of all joints are measured.
-bool MeasuresAllJoints(const Model& model, const Run& run);
+// Moving joints whose position is not measured, by name.
+std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run);
 
 // At a time, s; `width` is the Gaussian's standard deviation, s. The run must
 // measure all joints.

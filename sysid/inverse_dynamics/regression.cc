@@ -59,12 +59,31 @@ void EquationRegression::Triangularise() {
 }
 
 RowMatrixXd EquationRegression::Merge(const Eigen::VectorXd& sigma) const {
-  RowMatrixXd all(joints_ * (columns_ + 1), columns_ + 1);
+  const int held = held_.size() > 0 ? 1 : 0;
+  RowMatrixXd all(joints_ * (columns_ + 1) + held, columns_ + 1);
+  if (held > 0) all.bottomRows(1) << held_, 0.0;
   for (int v = 0; v < joints_; ++v) {
     all.middleRows(v * (columns_ + 1), columns_ + 1) =
         triangles_[v] / sigma[v];
   }
   return TriangleOf(all);
+}
+
+bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
+  constexpr double kRounding = 1e-9;
+  const RowMatrixXd all = Merge(sigma_);
+  const Eigen::VectorXd z = all.col(columns_);
+  return z.norm() > 0.0 &&
+         (z - all.leftCols(columns_) * xi0).norm() < kRounding * z.norm();
+}
+
+void EquationRegression::Hold(const Eigen::RowVectorXd& a,
+                              const Eigen::VectorXd& xi0) {
+  // What is left is 1 a row: beside that a scale that is off by 1 % is much.
+  constexpr double kFirm = 10.0;
+  double rows = 0.0;
+  for (const EquationRows& run : runs_) rows += run.rows.rows();
+  held_ = kFirm * std::sqrt(rows) / a.dot(xi0) * a;
 }
 
 RowMatrixXd EquationRegression::Triangle() const {

@@ -30,6 +30,11 @@ class EquationRegression {
   int joints() const { return joints_; }
   const std::vector<EquationRows>& runs() const { return runs_; }
 
+  // Whether there are no efforts: R xi = 0 (z = R xi_0 here), which tells
+  // ratios only.
+  bool IsHomogeneous(const Eigen::VectorXd& xi0) const;
+  // Holds a (xi - xi_0) = 0 by a row that nothing outweighs.
+  void Hold(const Eigen::RowVectorXd& a, const Eigen::VectorXd& xi0);
   // Weighs joints and rows by what this change leaves of them.
   void Reweigh(const Eigen::VectorXd& d);
   // [R z] of (11.4), all joints together, square but for z.
@@ -54,6 +59,7 @@ class EquationRegression {
   Eigen::VectorXd sigma_;
   std::vector<Eigen::VectorXd> weights_;  // of a run: times x joints
   std::vector<RowMatrixXd> triangles_;    // by joint, (columns + 1) square
+  Eigen::RowVectorXd held_;  // a, of one sample's size, or empty
 };
 
 // The least change of the coordinates that solves (11.4): what the data does

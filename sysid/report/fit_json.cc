@@ -84,6 +84,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   error["horizon"] = fit.horizon;
   error["segments"] = fit.train.segments;
   error["open"] = OpenJson(fit.open, false);
+  error["effort"] = fit.effort;
   if (holdout) {
     error["holdout_channels"] = holdout->errors.channels;
     for (const Json& open : OpenJson(holdout->open, true)) {
@@ -108,6 +109,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["parameters"] = Parameters(session, fit);
   json["correlation"] = Correlation(fit.covariance);
   json["not_identifiable"] = fit.not_identifiable;
+  if (!fit.base.empty()) json["base_parameters"] = fit.base;
   json["effects"] = session.effects;
   if (added != nullptr) {
     const auto held = [&](double error) {

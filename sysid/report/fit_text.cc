@@ -6,6 +6,7 @@
 #include "sysid/report/fit_report.h"
 #include "sysid/report/text.h"
 #include "sysid/session/check_session.h"
+#include "sysid/stochastic/solvers.h"
 
 namespace sysid {
 namespace {
@@ -34,6 +35,53 @@ std::string ParameterTable(const Fit& fit) {
                    Value(p.value, p.std_error).c_str(), width.c_str()) +
             remark + "\n";
   }
+  return text;
+}
+
+// What the equations of motion determine: "link2.Jyy + 0.0506 link3.m + 4 more".
+std::string BaseName(const BaseParameter& base) {
+  constexpr size_t kShown = 4;
+  std::string name = base.terms[0].name;
+  for (size_t i = 1; i < std::min(base.terms.size(), kShown); ++i) {
+    const double factor = base.terms[i].factor;
+    name += factor < 0 ? " - " : " + ";
+    if (std::abs(std::abs(factor) - 1.0) > 1e-4) {
+      name += Format("%.3g ", std::abs(factor));
+    }
+    name += base.terms[i].name;
+  }
+  if (base.terms.size() > kShown) {
+    name += Format(" + %d more", static_cast<int>(base.terms.size() - kShown));
+  }
+  return name;
+}
+
+std::string BaseTable(const Fit& fit) {
+  if (fit.base.empty()) return "";
+  size_t width = 0;
+  for (const BaseParameter& base : fit.base) {
+    width = std::max(width, BaseName(base).size());
+  }
+  std::string text = Format("  %-*s %16s %12s  %s\n", static_cast<int>(width),
+                            "what the equations of motion show", "value",
+                            "+- (95 %)", "unit");
+  for (const BaseParameter& base : fit.base) {
+    text += Format("  %-*s %16s %12s  ", static_cast<int>(width),
+                   BaseName(base).c_str(),
+                   Value(base.value, base.std_error).c_str(),
+                   Format("%.2g", 1.959964 * base.std_error).c_str()) +
+            base.unit + "\n";
+  }
+  return text + "\n";
+}
+
+std::string EffortLine(const Fit& fit) {
+  if (fit.effort.empty()) return "";
+  std::string text = "  left of the efforts by the inverse dynamics:";
+  for (const EffortError& effort : fit.effort) {
+    text += " " + effort.joint + Format(" %.3g %%,", effort.percent);
+  }
+  text.back() = '\n';
   return text;
 }
 
@@ -118,12 +166,19 @@ std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
 std::string FitText(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
                     const AddedEffects* added, bool colour) {
+  // Bodies that show in combinations only: the parameters one by one are many,
+  // and say less.
+  const bool regrouped =
+      std::any_of(fit.base.begin(), fit.base.end(),
+                  [](const BaseParameter& b) { return b.terms.size() > 1; });
+  const SolverKind kind = FindSolver(fit.solver).kind;
   std::string text =
       Paint(colour, kBold, session.model_name) + ": " +
       CountOf(fit.parameters.size(), "parameter") + " fitted to " +
       CountOf(problem.runs().size(), "run") + ", " +
       CountOf(fit.samples, "sample") + ", " +
-      CountOf(fit.iterations, fit.solver == "lm" ? "iteration" : "epoch") +
+      CountOf(fit.iterations, kind == SolverKind::kStochastic ? "epoch"
+                                                              : "iteration") +
       Format(", %.2g s\n", fit.wall_time_s);
   text += Format("  noise %.3g (%s), segments of %s, steps of %.3g s (%s)",
                  fit.noise, problem.options().noise > 0 ? "given" : "estimated",
@@ -144,7 +199,8 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
         "the shortest that do)",
         problem.options().segment);
   }
-  text += "\n" + CheckedLine(session) + "\n" + ParameterTable(fit) + "\n";
+  text += "\n" + CheckedLine(session) + "\n" +
+          (regrouped ? BaseTable(fit) : ParameterTable(fit)) + "\n";
   std::string verdict =
       Format("error %.3g times the noise", fit.train.total.normalized_rms);
   if (OneNoise(fit)) {
@@ -175,7 +231,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     }
     text += ", each segment from its own initial state\n";
   }
-  text += WorstLine(fit.train);
+  text += EffortLine(fit) + WorstLine(fit.train);
   if (holdout) {
     text += Format(
         "  held out: error %.3g times the noise (rms %.3g), each "
@@ -185,6 +241,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   text += OpenLines(fit.open, "open prediction of ");
   if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");
   for (const std::vector<std::string>& group : fit.not_identifiable) {
+    if (regrouped) break;  // as the table says
     text += "  " +
             Paint(colour, kRed,
                   group.size() == 1

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sysid/estimation/evaluation.h"
-#include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/fit.h"
 
 namespace sysid {
 
@@ -62,6 +62,9 @@ SYSID_JSON(ErrorSummary, rms, normalized_rms)
 SYSID_JSON(ChannelError, name, unit, rms, normalized_rms, noise)
 SYSID_JSON(SegmentError, trajectory, t_start, t_end, normalized_rms)
 SYSID_JSON(HorizonError, horizon_s, rms)
+SYSID_JSON(EffortError, joint, rms, percent)
+SYSID_JSON(BaseParameter::Term, name, factor)
+SYSID_JSON(BaseParameter, terms, unit, value, std_error)
 SYSID_JSON(HistoryEntry, iteration, cost, time_s)
 SYSID_JSON(OpenError::Channel, name, rms, unit)
 

@@ -8,6 +8,7 @@
 #include "models/error.h"
 #include "sysid/io/csv.h"
 #include "sysid/stochastic/rollout_gradient.h"
+#include "sysid/stochastic/solvers.h"
 
 namespace sysid {
 namespace {
@@ -113,7 +114,7 @@ std::string ChooseSolver(const FitRequest& request,
     throw InputError(place, "this program has no solver '" + solver + "'",
                      "it fits by lm; sysid_fit has all solvers");
   }
-  if (!HaveStanMath()) {
+  if (FindSolver(solver).kind == SolverKind::kStochastic && !HaveStanMath()) {
     throw InputError(place, "this build has no solver '" + solver + "'",
                      kStanMathHint);
   }

@@ -113,6 +113,7 @@ std::vector<SolverRun> SolveAll(const ShootingProblem& problem,
   options.mixture.seed = seed;
   std::vector<SolverRun> runs;
   for (const Solver& solver : Solvers()) {
+    if (solver.kind == SolverKind::kEquations) continue;  // no trajectories
     runs.emplace_back(solver.name, solver.solve(own, options));
   }
   return runs;

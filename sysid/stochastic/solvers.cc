@@ -9,19 +9,19 @@ namespace sysid {
 
 const std::vector<Solver>& Solvers() {
   static const std::vector<Solver>& all = *new std::vector<Solver>{
-      {"lm", false,
+      {"lm", SolverKind::kShooting,
        [](const ShootingProblem& problem, const SolverOptions&) {
          return Solved{FitLevenbergMarquardt(problem), std::nullopt};
        }},
-      {"inverse_dynamics", false,
+      {"inverse_dynamics", SolverKind::kEquations,
        [](const ShootingProblem& problem, const SolverOptions&) {
          return Solved{FitInverseDynamics(problem), std::nullopt};
        }},
-      {"adam", true,
+      {"adam", SolverKind::kStochastic,
        [](const ShootingProblem& problem, const SolverOptions& options) {
          return Solved{FitAdam(problem, options.adam), std::nullopt};
        }},
-      {"gmm", true,
+      {"gmm", SolverKind::kStochastic,
        [](const ShootingProblem& problem, const SolverOptions& options) {
          const MixtureFit mixture =
              FitGaussianMixture(problem, options.mixture);

@@ -21,11 +21,18 @@ struct Solved {
   std::optional<MixtureFit> mixture;  // of gmm
 };
 
+// What a solver fits the model to.
+enum class SolverKind {
+  kShooting,  // trajectories, with their states: joined segments
+  // Trajectories from given first states, by Stan Math's gradients
+  // (docs/stochastic.md); it starts where it is told.
+  kStochastic,
+  kEquations,  // the equations of motion (docs/inverse_dynamics.md)
+};
+
 struct Solver {
   const char* name;
-  // Whether it descends by Stan Math's gradients over rollouts whose first
-  // states are given (docs/stochastic.md), and starts where it is told.
-  bool stochastic;
+  SolverKind kind;
   Solved (*solve)(const ShootingProblem& problem, const SolverOptions& options);
 };
 

@@ -1,0 +1,94 @@
+#include "sysid/inverse_dynamics/estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "tests/sysid/inverse_dynamics/two_links.h"
+
+namespace sysid {
+namespace {
+
+// Rows that know every coordinate: R = weight 1, with the minimum at `wanted`.
+RowMatrixXd Knowing(const Eigen::VectorXd& change, double weight) {
+  const int n = static_cast<int>(change.size());
+  RowMatrixXd triangle(n, n + 1);
+  triangle.leftCols(n) = weight * RowMatrixXd::Identity(n, n);
+  triangle.col(n) = -weight * change;
+  return triangle;
+}
+
+class EstimateTest : public testing::Test {
+ protected:
+  EstimateTest()
+      : model_(FrictionArm(0.1)),
+        problem_(model_, Names(), {Shaken(model_, 0.0, 1, 0.5)}, {}),
+        coordinates_(model_, problem_.map().parameters()) {}
+  std::vector<FreeParameter> Names() const {
+    std::vector<std::string> names = AllOf({"link2"});
+    names.push_back("joint1.friction");
+    return FreeNominal(model_, names);
+  }
+  RegressionEstimate Estimate(const Eigen::VectorXd& change, double weight) {
+    return EstimateByRegression(problem_, coordinates_,
+                                Knowing(change, weight),
+                                problem_.InitialTheta());
+  }
+  Eigen::VectorXd Xi0() const {
+    Eigen::VectorXd xi(coordinates_.size());
+    coordinates_.Read<double>(model_.nominal(), xi.data());
+    return xi;
+  }
+  const Model model_;
+  const ShootingProblem problem_;
+  const EquationCoordinates coordinates_;
+};
+
+TEST_F(EstimateTest, APossibleBodyIsFoundExactly) {
+  Eigen::VectorXd change = 0.2 * Xi0();
+  const RegressionEstimate found = Estimate(change, 1e6);
+  EXPECT_TRUE(found.converged);
+  EXPECT_LT((found.xi - Xi0() - change).norm(), 1e-6);
+  // theta says the same.
+  MechanismParameters<double> values;
+  problem_.map().Apply<double>(found.theta.data(), &values);
+  Eigen::VectorXd xi(coordinates_.size());
+  coordinates_.Read<double>(values, xi.data());
+  EXPECT_LT((xi - found.xi).norm(), 1e-9);
+}
+
+TEST_F(EstimateTest, AnImpossibleOneEndsInsideThePossible) {
+  // A mass of -1 kg, and moments that no body has.
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(coordinates_.size());
+  change[0] = -1.0 - Xi0()[0];
+  change[4] = 1.0;
+  const RegressionEstimate found = Estimate(change, 1e3);
+  EXPECT_TRUE(found.converged);
+  const Inertial<double> body = EquationCoordinates::BodyAt(
+      found.xi.data() +
+      coordinates_.PlaceOf(model_.mechanism().FindLink("link2")));
+  EXPECT_GT(body.mass, 0.0);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(
+      SecondMoments(body.inertia));
+  EXPECT_GT(moments.eigenvalues().minCoeff(), 0.0);
+}
+
+TEST_F(EstimateTest, ABoundHoldsAndTheRestMovesOn) {
+  Eigen::VectorXd change = 0.1 * Xi0();
+  change[10] = -1.0;  // friction below zero
+  const RegressionEstimate found = Estimate(change, 1e6);
+  EXPECT_TRUE(found.converged);
+  EXPECT_EQ(found.xi[10], 0.0);
+  EXPECT_LT((found.xi - Xi0() - change).head(10).norm(), 1e-6);
+}
+
+TEST_F(EstimateTest, WhatTheRowsDoNotSeeStaysWithTheUrdf) {
+  RowMatrixXd nothing = RowMatrixXd::Zero(1, coordinates_.size() + 1);
+  const RegressionEstimate found = EstimateByRegression(
+      problem_, coordinates_, nothing, problem_.InitialTheta());
+  EXPECT_TRUE(found.converged);
+  EXPECT_LT((found.xi - Xi0()).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace sysid

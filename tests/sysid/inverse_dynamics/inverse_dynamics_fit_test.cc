@@ -1,0 +1,155 @@
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "models/error.h"
+#include "sysid/inverse_dynamics/coordinates.h"
+#include "tests/sysid/inverse_dynamics/two_links.h"
+
+namespace sysid {
+namespace {
+
+// All inertial parameters and frictions, from a URDF whose bodies are wrong.
+ShootingProblem WrongArm(const Model& truth, const Run& run) {
+  Model wrong = truth;
+  Set({{"link1.mass", 2.0}, {"link2.mass", 0.5}, {"joint1.friction", 0.0},
+       {"joint2.friction", 0.0}, {"joint1.damping", 0.0},
+       {"joint2.damping", 0.0}},
+      &wrong);
+  std::vector<std::string> names = AllOf({"link1", "link2"});
+  for (const char* joint : {"joint1", "joint2"}) {
+    names.push_back(std::string(joint) + ".damping");
+    names.push_back(std::string(joint) + ".friction");
+  }
+  return ShootingProblem(wrong, FreeNominal(wrong, names), {run}, {});
+}
+
+// The values of the same combinations at the truth.
+double AtTruth(const BaseParameter& base, const EquationCoordinates& coordinates,
+               const Model& truth) {
+  Eigen::VectorXd xi(coordinates.size());
+  coordinates.Read<double>(truth.nominal(), xi.data());
+  double value = 0.0;
+  for (const BaseParameter::Term& term : base.terms) {
+    for (int i = 0; i < coordinates.size(); ++i) {
+      if (coordinates.Name(i) == term.name) value += term.factor * xi[i];
+    }
+  }
+  return value;
+}
+
+// Without dry friction, whose kinks no filter follows.
+TEST(InverseDynamicsFit, FindsTheBaseParametersOfAnArmWithinTheirErrors) {
+  const Model truth = FrictionArm(0.0);
+  const ShootingProblem problem = WrongArm(truth, Shaken(truth, 1e-4, 1));
+  const Fit fit = FitInverseDynamics(problem);
+  ASSERT_TRUE(fit.converged) << fit.termination;
+  EXPECT_EQ(fit.solver, "inverse_dynamics");
+  // A planar arm under gravity shows 2 + 2 first moments, 2 moments, one of
+  // them regrouped (Khalil and Dombre 2002, section 9.4), and four frictions.
+  const EquationCoordinates coordinates(problem.model(),
+                                        problem.map().parameters());
+  EXPECT_EQ(fit.base.size(), 6u + 4u);
+  for (const BaseParameter& base : fit.base) {
+    SCOPED_TRACE(base.terms[0].name);
+    const double error = base.value - AtTruth(base, coordinates, truth);
+    EXPECT_LT(std::abs(error), 4.0 * base.std_error);
+  }
+  ASSERT_EQ(fit.effort.size(), 2u);
+  EXPECT_EQ(fit.effort[0].joint, "joint1");
+  EXPECT_LT(fit.effort[0].percent, 5.0);
+  // What it found is a model that predicts, from states of the filter.
+  EXPECT_LT(fit.train.total.rms, 0.005);
+}
+
+TEST(InverseDynamicsFit, FindsDryFriction) {
+  const Model truth = FrictionArm(0.1);
+  const Fit fit = FitInverseDynamics(WrongArm(truth, Shaken(truth, 1e-4, 1)));
+  ASSERT_TRUE(fit.converged) << fit.termination;
+  for (const Value& value : {Value{"joint1.friction", 0.1},
+                             Value{"joint2.friction", 0.05},
+                             Value{"joint1.damping", 0.05},
+                             Value{"joint2.damping", 0.03}}) {
+    EXPECT_LT(std::abs(Deviation(fit, value)), 5.0) << value.name;
+  }
+}
+
+TEST(InverseDynamicsFit, OneFreeParameterNeedsNoRegrouping) {
+  const Model truth = FrictionArm(0.0);
+  Model wrong = truth;
+  Set({{"link2.mass", 3.0}}, &wrong);
+  const ShootingProblem problem(wrong, FreeNominal(wrong, {"link2.mass"}),
+                                {Shaken(truth, 1e-4, 2)}, {});
+  const Fit fit = FitInverseDynamics(problem);
+  ASSERT_TRUE(fit.converged);
+  const ParameterEstimate& mass = EstimateOf(fit, "link2.mass");
+  EXPECT_TRUE(mass.identifiable);
+  EXPECT_LT(std::abs(Deviation(
+                fit, {"link2.mass",
+                      FindParameters(truth, {"link2.mass"}, "")[0].nominal})),
+            4.0);
+  EXPECT_TRUE(fit.not_identifiable.empty());
+}
+
+// A length moves the next joint: the equations are not linear in it.
+TEST(InverseDynamicsFit, IteratesWhatTheEquationsAreNotLinearIn) {
+  const Model truth = FrictionArm(0.0);
+  const double length = FindParameters(truth, {"link1.length"}, "")[0].nominal;
+  Model wrong = truth;
+  Set({{"link1.length", 1.5 * length}}, &wrong);
+  const ShootingProblem problem(wrong, FreeNominal(wrong, {"link1.length"}),
+                                {Shaken(truth, 1e-4, 3)}, {});
+  const Fit fit = FitInverseDynamics(problem);
+  ASSERT_TRUE(fit.converged);
+  EXPECT_NEAR(EstimateOf(fit, "link1.length").value, length, 0.01 * length);
+}
+
+TEST(InverseDynamicsFit, AJointThatIsNotMeasuredIsSaid) {
+  const Model truth = FrictionArm(0.0);
+  sysid::Run run = Shaken(truth, 1e-4, 1, 2.0);
+  run.channels.pop_back();
+  const ShootingProblem problem(truth, FreeNominal(truth, {"link2.mass"}),
+                                {run}, {});
+  try {
+    FitInverseDynamics(problem);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("joint2"), std::string::npos)
+        << error.what();
+  }
+}
+
+// A free swing says nothing of scales: all that comes out is in the URDF's.
+TEST(InverseDynamicsFit, WithoutEffortsOnlyRatiosShow) {
+  const Model truth = Shipped("pendulum2_planar", {"viscous_damping@joint1"},
+                              {{"joint1.damping", 0.02}});
+  sysid::Run run = Simulate(truth, RandomState(truth, 1.0, 1),
+                     {.duration = 10.0, .rate = 200.0, .noise = 1e-4});
+  Model wrong = truth;
+  const double mass = FindParameters(truth, {"link2.mass"}, "")[0].nominal;
+  Set({{"link2.mass", 1.6 * mass}, {"joint1.damping", 0.0}}, &wrong);
+  std::vector<std::string> names = AllOf({"link1", "link2"});
+  names.push_back("joint1.damping");
+  const ShootingProblem problem(wrong, FreeNominal(wrong, names), {run}, {});
+  const Fit fit = FitInverseDynamics(problem);
+  ASSERT_TRUE(fit.converged) << fit.termination;
+  EXPECT_NE(fit.termination.find("only their ratios"), std::string::npos);
+  const EquationCoordinates coordinates(problem.model(),
+                                        problem.map().parameters());
+  // All that is known to some per cent has one scale.
+  int known = 0;
+  double first = 0.0;
+  for (const BaseParameter& base : fit.base) {
+    if (base.std_error > 0.01 * std::abs(base.value)) continue;
+    const double scale = base.value / AtTruth(base, coordinates, truth);
+    if (known++ == 0) first = scale;
+    EXPECT_NEAR(scale / first, 1.0, 0.02) << base.terms[0].name;
+  }
+  EXPECT_GE(known, 4);
+}
+
+}  // namespace
+}  // namespace sysid
