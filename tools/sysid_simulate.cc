@@ -11,6 +11,7 @@
 #include "models/error.h"
 #include "models/find_model.h"
 #include "models/parameters.h"
+#include "sysid/checks/model_findings.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/memory.h"
 #include "sysid/io/read_run.h"
@@ -265,6 +266,9 @@ int Main() {
   std::vector<std::string> notices;
   Model model = OpenModel(FLAGS_model, catalogue, &file, &notices);
   ChangeModel(catalogue, file, &model);
+  for (const Finding& finding : ModelFindings(model, file)) {
+    notices.push_back(BriefText(finding));
+  }
   const Eigen::VectorXd x0 = Start(model, &notices);
   const bool to_stdout = IsStdout(FLAGS_out_csv);
   if (!to_stdout) {
@@ -277,8 +281,8 @@ int Main() {
   const Run run = Simulate(model, x0, options);
   std::string command = "sysid_simulate";
   for (const char* name :
-       {"model", "set", "add", "initial", "tilt", "duration", "rate", "noise",
-        "seed", "excite", "integrator", "step"}) {
+       {"model", "set", "add", "initial", "tilt", "duration", "rate",
+        "noise", "seed", "excite", "integrator", "step"}) {
     // As it was written: gflags prints 0.0005 as 0.00050000000000000001.
     if (FlagGiven(name)) {
       command += std::string(" --") + name + " " + FlagText(name);

@@ -214,8 +214,7 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
 }
 
 std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
-  std::vector<std::string> comments{"identified by sysid from " +
-                                    session.model_name};
+  std::vector<std::string> comments{"identified from " + session.model_name};
   for (const ParameterEstimate& p : fit.parameters) {
     std::string line = p.name + " = " + ShortestText(p.value) + " " + p.unit;
     if (std::isfinite(p.std_error)) {
