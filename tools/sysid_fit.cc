@@ -43,6 +43,7 @@ constexpr char kHelp[] =
                              (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
+  --lock 'wheel_*,head=0.3'  joints held still
   --solver lm|adam|gmm       Levenberg-Marquardt; Adam; Adam on a mixture of
                              Gaussians (docs/stochastic.md)
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150

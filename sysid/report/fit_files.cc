@@ -83,6 +83,10 @@ std::string Settings(const Session& session) {
     text +=
         "  " + Quoted(column.name) + ": " + Quoted(column.expression) + "\n";
   }
+  if (!session.locked.empty()) text += "lock:\n";
+  for (const NamedValue& lock : session.locked) {
+    text += "  " + Key(lock.name) + ": " + ShortestText(*lock.value) + "\n";
+  }
   std::vector<std::string> shifts;
   for (const ChannelShift& shift : session.edits.shifts) {
     shifts.push_back(ToString(shift));
