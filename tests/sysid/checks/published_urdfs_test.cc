@@ -150,7 +150,7 @@ const std::vector<Fault>& Faults() {
        },
        {"inertia_not_physical"}},
       {"MirroredMoments",  // the sign went over to a moment
-       [](Robot* r) { r->back().I[3] *= -1; },
+       [](Robot* r) { r->back().I[3] *= -0.3; },
        {"inertia_not_physical"}},
       {"GuessedMoments",
        [](Robot* r) {
