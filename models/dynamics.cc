@@ -35,7 +35,7 @@ double PotentialEnergy(Workspace<double>* ws, const double* q) {
   return energy;
 }
 
-std::vector<std::string> SingularJoints(const Model& model) {
+std::vector<SingularJoint> SingularJoints(const Model& model) {
   // The articulated inertia that each joint feels, at a configuration without
   // accidental alignment; one that is nothing beside the body's whole moment is
   // rounding.
@@ -57,13 +57,12 @@ std::vector<std::string> SingularJoints(const Model& model) {
   for (BodyData<double>& b : ws.bodies) internal::InertiaAndBias<double>(&b);
   // Bodies that are singular are handed on as if they were locked, so that the
   // pass reaches the root and every singular joint is named.
-  std::vector<std::string> faults;
+  std::vector<SingularJoint> faults;
   for (int i = static_cast<int>(ws.bodies.size()) - 1; i >= 0; --i) {
     const Body& body = model.bodies()[i];
     BodyData<double>& b = ws.bodies[i];
     const Joint& joint = model.mechanism().joints[body.joint];
     const std::string& link = model.mechanism().links[joint.child_link].name;
-    const std::string where = "joint '" + joint.name + "': ";
     const bool ball = body.type == JointType::kSpherical;
     const bool slide = body.type == JointType::kPrismatic;
     Eigen::Matrix3d D3 = b.I;
@@ -73,27 +72,40 @@ std::vector<std::string> SingularJoints(const Model& model) {
     const Eigen::Vector3d U_f =
         (slide ? b.M : Eigen::Matrix3d(b.H.transpose())) * S;
     const double D = S.dot(slide ? U_f : U_n) + b.armature;
-    const double least = kSingular * (slide ? b.M : D3).trace();
+    const double least = kSingular * std::abs((slide ? b.M : D3).trace());
     bool singular = !(D > least);
+    std::string text;
+    const auto negative = [&](double inertia) {
+      char number[32];
+      std::snprintf(number, sizeof(number), "%.3g", inertia);
+      return "the inertia that it moves is negative, " + std::string(number) +
+             (slide ? " kg" : " kg m^2") + ": link '" + link +
+             "' or what it carries is no possible body";
+    };
     if (ball) {
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(D3);
-      singular = !(eigen.eigenvalues()[0] > least);
-      if (singular) {
+      const double smallest = eigen.eigenvalues()[0];
+      singular = !(smallest > least);
+      if (smallest < -least) {
+        text = negative(smallest);
+      } else if (singular) {
         const Eigen::Vector3d axis =
             b.R_WB.transpose() * eigen.eigenvectors().col(0);
-        char text[96];
-        std::snprintf(text, sizeof(text), "(%.3g, %.3g, %.3g)", axis[0],
+        char numbers[96];
+        std::snprintf(numbers, sizeof(numbers), "(%.3g, %.3g, %.3g)", axis[0],
                       axis[1], axis[2]);
-        faults.push_back(where + "link '" + link +
-                         "' has no inertia about its axis " + text +
-                         ", so its spin is undefined (a point mass on a "
-                         "massless rod?); give it a small inertia about that "
-                         "axis");
+        text = "link '" + link + "' has no inertia about its axis " + numbers +
+               ", so its spin is undefined (a point mass on a massless rod?); "
+               "give it a small inertia about that axis";
       }
+    } else if (D < -least) {
+      text = negative(D);
     } else if (singular) {
-      faults.push_back(where + "link '" + link +
-                       "' and what it carries have no " +
-                       (slide ? "mass along" : "inertia about") + " its axis");
+      text = "link '" + link + "' and what it carries have no " +
+             (slide ? "mass along" : "inertia about") + " its axis";
+    }
+    if (singular) {
+      faults.push_back({body.joint, "joint '" + joint.name + "': " + text});
     }
     if (body.parent < 0) continue;
     BodyData<double>& parent = ws.bodies[body.parent];
@@ -111,6 +123,12 @@ std::vector<std::string> SingularJoints(const Model& model) {
     }
   }
   return faults;
+}
+
+std::vector<std::string> TextsOf(const std::vector<SingularJoint>& joints) {
+  std::vector<std::string> texts;
+  for (const SingularJoint& joint : joints) texts.push_back(joint.text);
+  return texts;
 }
 
 }  // namespace sysid

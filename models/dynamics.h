@@ -45,9 +45,20 @@ Vector3<T> LinkPosition(const Workspace<T>& ws, int link);
 double KineticEnergy(Workspace<double>* ws, const double* q, const double* qd);
 double PotentialEnergy(Workspace<double>* ws, const double* q);
 
-// One line per joint about whose axis nothing that it carries has inertia, so
-// that its acceleration is undefined; the others may then be wrong too. Empty
-// where the model can move.
-std::vector<std::string> SingularJoints(const Model& model);
+// A joint about whose axis nothing that it carries has inertia, so that its
+// acceleration is undefined, or has less than none (which takes values that no
+// body has). Only where there is none of them is M(q) positive definite.
+struct SingularJoint {
+  int joint;
+  std::string text;  // "joint 'elbow': link 'hand' and what it carries ..."
+};
+
+// Empty where the model can move, judged at one configuration without
+// alignment. The tips come first; where one is singular, the others are judged
+// as if it were held still.
+std::vector<SingularJoint> SingularJoints(const Model& model);
+
+// Their texts.
+std::vector<std::string> TextsOf(const std::vector<SingularJoint>& joints);
 
 }  // namespace sysid

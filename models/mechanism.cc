@@ -1,20 +1,12 @@
 #include "models/mechanism.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "glog/logging.h"
-#include "models/error.h"
 
 namespace sysid {
 namespace {
-
-std::string Number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6g", value);
-  return text;
-}
 
 template <class Named>
 int Find(const std::vector<Named>& all, const std::string& name) {
@@ -131,29 +123,6 @@ double LinkLength(const Mechanism& mechanism,
   const std::vector<int>& children = mechanism.links[link].child_joints;
   if (!children.empty()) return parameters.joint_p[children.front()].norm();
   return 2.0 * parameters.links[link].com.norm();
-}
-
-std::vector<std::string> PhysicalFaults(const Mechanism& mechanism) {
-  std::vector<std::string> faults;
-  for (size_t i = 1; i < mechanism.links.size(); ++i) {
-    const Inertial<double>& body = mechanism.nominal.links[i];
-    const std::string where = "link '" + mechanism.links[i].name + "': ";
-    if (body.mass < 0) {
-      faults.push_back(where + "mass " + Number(body.mass) + " kg is negative");
-    }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(body.inertia);
-    const Eigen::Vector3d moments = eigen.eigenvalues();
-    const double scale = moments.cwiseAbs().maxCoeff();
-    const std::string listed = "principal moments " + Number(moments[0]) +
-                               ", " + Number(moments[1]) + ", " +
-                               Number(moments[2]) + " kg m^2 ";
-    if (moments[0] < -1e-9 * scale) {
-      faults.push_back(where + listed + "are not all positive");
-    } else if (moments[0] + moments[1] < moments[2] * (1 - 1e-6)) {
-      faults.push_back(where + listed + "violate the triangle inequality");
-    }
-  }
-  return faults;
 }
 
 }  // namespace sysid

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +26,20 @@ struct Link {
   std::vector<int> child_joints;  // in the order of the file
 };
 
+// <mimic> of the URDF: q = multiplier q_joint + offset.
+struct Mimic {
+  std::string joint;
+  double multiplier = 1.0, offset = 0.0;
+};
+
+// What a joint was before it was held still (hold_joints.h).
+struct Held {
+  JointType type = JointType::kFixed;
+  double position = 0.0;  // rad or m; 0 of a spherical joint, held at identity
+  Eigen::Matrix3d R_PJ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d slide = Eigen::Vector3d::Zero();  // of the child, in P, m
+};
+
 // Joint i connects links[parent_link] to links[i + 1]; parent_link <= i, so
 // walking up the indices visits parents first (Featherstone's numbering).
 // Frames: P parent link, J joint (fixed in the parent), C child link (its
@@ -44,6 +60,9 @@ struct Joint {
   // Read from the URDF and written back; the dynamics have no stops.
   bool has_limits = false;
   double lower = 0.0, upper = 0.0, effort_limit = 0.0, velocity_limit = 0.0;
+  std::optional<Mimic> mimic;
+  // Then the type is kFixed, and R_PJ carries vectors of C to P.
+  std::optional<Held> held;
 };
 
 // Mass (kg), centre of mass in link axes (m), rotational inertia about the
@@ -91,6 +110,9 @@ struct Mechanism {
   int nq = 0;
   int nv = 0;
   MechanismParameters<double> nominal;  // without effects
+  // The URDF that it was read from, as it stands: what is written of it keeps
+  // what the dynamics do not use. None of a mechanism that was made in code.
+  std::shared_ptr<const std::string> source;
 
   // Index, or -1.
   int FindLink(const std::string& link_name) const;
@@ -118,12 +140,6 @@ Eigen::Vector3d LinkAxis(const Mechanism& mechanism, int link);
 // link has neither a child joint nor a centre of mass away from its joint).
 double LinkLength(const Mechanism& mechanism,
                   const MechanismParameters<double>& parameters, int link);
-
-// One line per fault of the nominal values, empty where all is well: negative
-// masses, principal moments that are negative or violate the triangle
-// inequality, each with the name of the link at fault. (Joints without inertia:
-// SingularJoints in dynamics.h.)
-std::vector<std::string> PhysicalFaults(const Mechanism& mechanism);
 
 // Half the trace minus the inertia: the second moments of the mass about its
 // centre; positive semidefinite for every real body.

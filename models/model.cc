@@ -106,6 +106,7 @@ void Model::SetNominal(const MechanismParameters<double>& nominal) {
 Model MakeModel(const Mechanism& mechanism, const Catalogue& catalogue) {
   Model model(mechanism);
   for (const Joint& joint : mechanism.joints) {
+    if (joint.held) continue;
     const auto add = [&](const std::string& effect,
                          const std::string& parameter, double value) {
       if (value == 0.0) return;

@@ -41,7 +41,10 @@ void AddLinkParameters(const Model& model, int link,
     all->push_back({name + "com_" + kAxes[k], "m", ParameterKind::kCom, link, k,
                     body.com[k], -kInfinity, kInfinity, size});
   }
-  const double moment = std::max(body.inertia.trace() / 3.0, 1e-9);
+  // One that is not there: that of a ball as wide as the centre is far.
+  const double trace = body.inertia.trace();
+  const double moment = std::max(
+      trace > 0 ? trace / 3.0 : 0.4 * body.mass * body.com.squaredNorm(), 1e-9);
   for (int k = 0; k < 6; ++k) {
     all->push_back({name + "i" + kEntries[k], "kg m^2", ParameterKind::kInertia,
                     link, k, body.inertia(kRow[k], kColumn[k]),

@@ -40,6 +40,10 @@ void Workspace<T>::SetParameters(const MechanismParameters<T>& parameters) {
         internal::Rotate<T>(parent.R_BL, parameters_.joint_p[i]);
     if (joint.type == JointType::kFixed) {
       p_BL[joint.child_link] = p_BJ;
+      if (joint.held) {
+        p_BL[joint.child_link] +=
+            Eigen::Vector3d(parent.R_BL * joint.held->slide).cast<T>();
+      }
     } else {
       p_BL[joint.child_link].setZero();
       bodies[child.body].p_PB = p_BJ;

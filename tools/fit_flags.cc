@@ -21,6 +21,7 @@ DEFINE_string(fix, "", "parameters to hold, name or name=value");
 DEFINE_string(add, "", "effects to add, effect@target");
 DEFINE_string(columns, "", "name=expression of the file's columns");
 DEFINE_string(shift, "", "column=seconds that it was recorded late");
+DEFINE_string(lock, "", "joints to hold still, name or name=position");
 DEFINE_string(ignore, "", "column@from:to, taken as not measured");
 DEFINE_string(solver, "", "lm, adam or gmm");
 DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
@@ -48,6 +49,7 @@ const char kDiagnosisFlagsHelp[] =
                              (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
+  --lock 'wheel_*,head=0.3'  joints held still
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -81,6 +83,7 @@ FitRequest RequestFromFlags() {
   request.columns = FLAGS_columns;
   request.shift = FLAGS_shift;
   request.ignore = FLAGS_ignore;
+  request.lock = FLAGS_lock;
   request.solver = FLAGS_solver;
   request.integrator = FLAGS_integrator;
   request.residual = FLAGS_residual;
@@ -95,7 +98,7 @@ FitRequest RequestFromFlags() {
 
 std::string CommandFromFlags(const std::string& program) {
   std::string command = program;
-  for (const char* name : {"model", "traj", "holdout", "spec", "free",
+  for (const char* name : {"model", "lock", "traj", "holdout", "spec", "free",
                            "columns", "shift", "ignore", "integrator", "step",
                            "segment", "noise", "residual", "loss"}) {
     if (!FlagGiven(name)) continue;

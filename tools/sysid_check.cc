@@ -38,6 +38,7 @@ constexpr char kHelp[] =
                              (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.010     a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
+  --lock 'wheel_*,head=0.3'  joints held still
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation
   --loss, --segment, --step, --integrator, --solver: those of sysid_fit, so that

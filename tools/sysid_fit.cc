@@ -43,6 +43,7 @@ constexpr char kHelp[] =
                              (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
+  --lock 'wheel_*,head=0.3'  joints held still
   --solver lm|inverse_dynamics|adam|gmm    Levenberg-Marquardt; least squares on
                              the efforts (docs/inverse_dynamics.md); Adam, and
                              on a mixture of Gaussians (docs/stochastic.md)

@@ -11,6 +11,7 @@
 #include "models/error.h"
 #include "models/find_model.h"
 #include "models/parameters.h"
+#include "sysid/checks/model_findings.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/memory.h"
 #include "sysid/io/read_run.h"
@@ -23,6 +24,7 @@
 #include "tools/program.h"
 
 DEFINE_string(model, "", "shipped model's name, or a URDF file");
+DEFINE_string(lock, "", "joints to hold still, name or name=position");
 DEFINE_string(set, "", "values of parameters, name=value");
 DEFINE_string(add, "", "effects, effect@target=value of the first parameter");
 DEFINE_string(initial, "random", "random, or a run whose first row it is");
@@ -47,6 +49,7 @@ constexpr char kHelp[] =
 
   --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
                              pendulum3_planar, cartpole, arm7) or a URDF
+  --lock 'wheel_*,head=0.3'  joints held still
   --set name=value,...       parameters, also those of effects
   --add effect@target=v,...  effects, with the value of their first parameter
       on joints: viscous_damping, coulomb_friction, stribeck_friction,
@@ -263,8 +266,12 @@ int Main() {
   const Catalogue catalogue;
   std::string file;
   std::vector<std::string> notices;
-  Model model = OpenModel(FLAGS_model, catalogue, &file, &notices);
+  std::vector<NamedValue> locks = SplitAssignments(FLAGS_lock, "--lock");
+  Model model = OpenModel(FLAGS_model, catalogue, &locks, &file, &notices);
   ChangeModel(catalogue, file, &model);
+  for (const Finding& finding : ModelFindings(model, file)) {
+    notices.push_back(BriefText(finding));
+  }
   const Eigen::VectorXd x0 = Start(model, &notices);
   const bool to_stdout = IsStdout(FLAGS_out_csv);
   if (!to_stdout) {
@@ -277,8 +284,8 @@ int Main() {
   const Run run = Simulate(model, x0, options);
   std::string command = "sysid_simulate";
   for (const char* name :
-       {"model", "set", "add", "initial", "tilt", "duration", "rate", "noise",
-        "seed", "excite", "integrator", "step"}) {
+       {"model", "lock", "set", "add", "initial", "tilt", "duration", "rate",
+        "noise", "seed", "excite", "integrator", "step"}) {
     // As it was written: gflags prints 0.0005 as 0.00050000000000000001.
     if (FlagGiven(name)) {
       command += std::string(" --") + name + " " + FlagText(name);

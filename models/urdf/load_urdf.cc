@@ -1,13 +1,16 @@
 #include "models/urdf/load_urdf.h"
 
-#include <Eigen/Geometry>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
 
 #include "glog/logging.h"
 #include "models/error.h"
+#include "models/hold_joints.h"
+#include "models/urdf/rpy.h"
 #include "models/urdf/urdf_outline.h"
 #include "models/urdf/urdf_tree.h"
 #include "models/urdf/urdfdom.h"
@@ -17,42 +20,13 @@ namespace {
 
 Eigen::Vector3d ToEigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
 
-// Roll, pitch, yaw about fixed axes, rad. Not by urdfdom's quaternion, which
-// costs a digit: what write_urdf.h writes must come back.
-Eigen::Matrix3d RotationOf(const double* rpy) {
-  return (Eigen::AngleAxisd(rpy[2], Eigen::Vector3d::UnitZ())
-              .toRotationMatrix() *
-          Eigen::AngleAxisd(rpy[1], Eigen::Vector3d::UnitY())
-              .toRotationMatrix()) *
-         Eigen::AngleAxisd(rpy[0], Eigen::Vector3d::UnitX()).toRotationMatrix();
-}
-
-Inertial<double> ToInertial(const urdf::Link& link, const UrdfLink& outline) {
-  Inertial<double> body;
-  if (!link.inertial) return body;
-  const urdf::Inertial& from = *link.inertial;
-  body.mass = from.mass;
-  body.com = ToEigen(from.origin.position);
-  Eigen::Matrix3d I;
-  I << from.ixx, from.ixy, from.ixz,  //
-      from.ixy, from.iyy, from.iyz,   //
-      from.ixz, from.iyz, from.izz;
-  const Eigen::Matrix3d R = RotationOf(outline.rpy);
-  if (R == Eigen::Matrix3d::Identity()) {
-    body.inertia = I;
-  } else {
-    const Eigen::Matrix3d turned = R * I * R.transpose();
-    body.inertia = 0.5 * (turned + turned.transpose());
-  }
-  return body;
-}
-
 Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
               int parent_link) {
   Joint joint;
   joint.name = from.name;
   joint.type = outline.type;  // urdfdom calls spherical joints floating
   joint.parent_link = parent_link;
+  joint.mimic = outline.mimic;
   joint.R_PJ = RotationOf(outline.rpy);
   if (IsRotation1(joint.type) || joint.type == JointType::kPrismatic) {
     joint.axis = ToEigen(from.axis);
@@ -69,6 +43,21 @@ Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
     joint.velocity_limit = outline.velocity;
   }
   return joint;
+}
+
+// Mimics where they are while what they follow is at zero.
+Mechanism HoldMimics(const Mechanism& mechanism) {
+  std::map<int, double> positions;
+  for (size_t i = 0; i < mechanism.joints.size(); ++i) {
+    double factor = 1.0, position = 0.0;
+    for (const Joint* at = &mechanism.joints[i]; at->mimic;
+         at = &mechanism.joints[mechanism.FindJoint(at->mimic->joint)]) {
+      position += factor * at->mimic->offset;
+      factor *= at->mimic->multiplier;
+      positions[static_cast<int>(i)] = position;
+    }
+  }
+  return positions.empty() ? mechanism : HoldJoints(mechanism, positions);
 }
 
 constexpr size_t kMostText = size_t{64} << 20;
@@ -110,8 +99,7 @@ Mechanism LoadUrdfText(const std::string& text, const std::string& path) {
   mechanism.name = urdf->getName();
   std::vector<int> index(outline.links.size(), -1);  // of the outline's links
   index[outline.root] = mechanism.AddRoot(outline.links[outline.root].name);
-  mechanism.nominal.links[0] =
-      ToInertial(*urdf->getRoot(), outline.links[outline.root]);
+  mechanism.nominal.links[0] = InertialOf(outline.links[outline.root]);
   for (int j : ParentsFirst(outline)) {
     const UrdfJoint& joint = outline.joints[j];
     const urdf::JointConstSharedPtr from = urdf->getJoint(joint.name);
@@ -121,10 +109,11 @@ Mechanism LoadUrdfText(const std::string& text, const std::string& path) {
     const int added = mechanism.AddJoint(
         ToJoint(*from, joint, index[joint.parent]), child->name,
         ToEigen(from->parent_to_joint_origin_transform.position),
-        ToInertial(*child, outline.links[joint.child]));
+        InertialOf(outline.links[joint.child]));
     index[joint.child] = mechanism.joints[added].child_link;
   }
-  return mechanism;
+  mechanism.source = std::make_shared<const std::string>(text);
+  return HoldMimics(mechanism);
 }
 
 }  // namespace sysid

@@ -15,19 +15,23 @@ namespace sysid {
 // Bullet's importer reads it: a quaternion, without an axis). <dynamics damping
 // friction> and <limit> are kept in Joint; a <limit> may lack any of its four
 // numbers, and revolute joints may lack the <limit>, as there are no stops in
-// the dynamics. Visual and collision elements and the extensions of others
-// (<gazebo>, <transmission>) are ignored.
+// the dynamics. Mimic joints are held still where they are with the joint that
+// they follow at zero. Visual and collision elements and the extensions of
+// others (<gazebo>, <transmission>) are kept as text (Mechanism::source).
+//
+// A file that is a tree with a joint that moves loads: masses and inertias that
+// no body has, or none at all, are taken as they stand (physical.h and
+// SingularJoints in dynamics.h judge them).
 //
 // Throws InputError that lists every fault, each with line and column: not XML,
 // no <robot>, names missing, used twice or with control characters, unknown or
 // missing links of a joint, more than one root, loops, joint types that are
-// missing, unknown or not supported (planar, floating, mimic), numbers that are
-// unreadable as a whole or not finite, a moving body without mass, negative
-// masses, inertias that no body can have, axes that are zero or off unit length
-// by more than 1e-3 (less is taken for rounding and normalised), negative
-// damping and friction, lower limits above upper ones, misspelt elements and
-// attributes, no moving joint, more than 1000 joints, a file of more than 64
-// MiB.
+// missing, unknown or not supported (planar, floating), mimics of joints that
+// there are not or of each other, numbers that are unreadable as a whole or not
+// finite, axes that are zero or off unit length by more than 1e-3 (less is
+// taken for rounding and normalised), negative damping and friction, misspelt
+// elements and attributes, no moving joint, more than 1000 joints, a file of
+// more than 64 MiB.
 Mechanism LoadUrdf(const std::string& path);
 
 // The same from text; messages call the file `path`.

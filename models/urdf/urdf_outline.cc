@@ -7,6 +7,7 @@
 
 #include "models/error.h"
 #include "models/printable.h"
+#include "models/urdf/rpy.h"
 #include "models/urdf/urdf_tree.h"
 #include "models/urdf/urdf_xml.h"
 
@@ -47,44 +48,16 @@ std::string ReadName(const UrdfElement& element, const std::string& kind,
   return name;
 }
 
-void CheckInertia(const UrdfElement& inertia, const UrdfLink& link) {
-  const double* I = link.inertia;
-  Inertial<double> body;
-  body.mass = link.mass > 0 ? link.mass : 0;  // a negative one is noted already
-  body.inertia << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
-  Mechanism alone;
-  alone.AddRoot("world");
-  Joint joint;
-  joint.parent_link = 0;
-  alone.AddJoint(joint, link.name, Eigen::Vector3d::Zero(), body);
-  const std::string prefix = "link '" + link.name + "': ";
-  for (std::string fault : PhysicalFaults(alone)) {
-    if (fault.rfind(prefix, 0) == 0) fault.erase(0, prefix.size());
-    inertia.Fault(fault,
-                  "the moments of a body about its centre of mass: each is at "
-                  "most the sum of the other two");
-  }
-  if (link.mass == 0 && !body.inertia.isZero(0)) {
-    inertia.Fault("a rotational inertia without a mass",
-                  "give the mass, or make the inertia zero");
-  }
-}
-
 void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
   link->has_inertial = true;
   inertial.CheckChildren({"origin", "mass", "inertia"});
   inertial.Origin(link->xyz, link->rpy);
   const UrdfElement mass = inertial.Child("mass");
-  bool read = false;
   if (!mass.exists()) {
     inertial.Fault("<inertial> has no <mass>", "<mass value=\"kg\"/>");
-  } else if ((read = mass.RequiredNumber("value", &link->mass)) &&
-             link->mass < 0) {
-    mass.FaultAt("value", "mass " + mass.Text("value") + " kg is negative",
-                 "give the mass of the link, a positive number of kg");
+  } else {
+    mass.RequiredNumber("value", &link->mass);
   }
-  // An unreadable mass is noted: not once more as a missing one.
-  if (!read) link->mass = std::numeric_limits<double>::quiet_NaN();
   const UrdfElement inertia = inertial.Child("inertia");
   if (!inertia.exists()) {
     inertial.Fault("<inertial> has no <inertia>",
@@ -94,13 +67,9 @@ void ReadInertial(const UrdfElement& inertial, UrdfLink* link) {
   }
   static constexpr const char* kMoments[] = {"ixx", "ixy", "ixz",
                                              "iyy", "iyz", "izz"};
-  bool all_read = true;
   for (int i = 0; i < 6; ++i) {
-    if (!inertia.RequiredNumber(kMoments[i], &link->inertia[i])) {
-      all_read = false;
-    }
+    inertia.RequiredNumber(kMoments[i], &link->inertia[i]);
   }
-  if (all_read) CheckInertia(inertia, *link);
 }
 
 std::optional<JointType> ReadType(const UrdfElement& joint) {
@@ -204,9 +173,70 @@ void ReadLimits(const UrdfElement& element, UrdfJoint* joint) {
   limit.Number("upper", &joint->upper);
   limit.Number("effort", &joint->effort);
   limit.Number("velocity", &joint->velocity);
-  if (joint->lower > joint->upper) {
-    limit.Fault("lower limit " + limit.Text("lower") +
-                " is above the upper limit " + limit.Text("upper"));
+}
+
+void ReadMimic(const UrdfElement& element, UrdfJoint* joint) {
+  const UrdfElement mimic = element.Child("mimic");
+  if (!mimic.exists()) return;
+  mimic.CheckAttributes({"joint", "multiplier", "offset"});
+  Mimic read;
+  read.joint = mimic.Text("joint");
+  if (read.joint.empty()) {
+    mimic.Fault("<mimic> has no joint", "<mimic joint=\"...\"/>");
+    return;
+  }
+  mimic.Number("multiplier", &read.multiplier);
+  mimic.Number("offset", &read.offset);
+  if (joint->type == JointType::kFixed) return;
+  if (joint->type == JointType::kSpherical) {
+    mimic.Fault("a spherical joint cannot follow another",
+                "joints of one degree of freedom can");
+    return;
+  }
+  joint->mimic = read;
+  joint->mimic_row = mimic.xml()->Row();
+  joint->mimic_column = mimic.xml()->Column();
+}
+
+// That the joints which others follow are there, have one degree of freedom or
+// none, and lead to one that follows no other.
+void CheckMimics(const std::vector<UrdfJoint>& joints, UrdfFaults* faults) {
+  std::map<std::string, const UrdfJoint*> by_name;
+  std::vector<std::string> names;
+  for (const UrdfJoint& joint : joints) {
+    by_name[joint.name] = &joint;
+    names.push_back(joint.name);
+  }
+  for (const UrdfJoint& joint : joints) {
+    if (!joint.mimic) continue;
+    const auto fault = [&](const std::string& what, const std::string& hint) {
+      faults->Add(joint.mimic_row, joint.mimic_column,
+                  Called("joint", joint.name) + ": " + what, hint);
+    };
+    const UrdfJoint* at = &joint;
+    for (size_t steps = 0; at && at->mimic; ++steps) {
+      if (steps == joints.size()) {
+        fault("follows joints that follow each other",
+              "one of them moves by itself: leave its <mimic> out");
+        break;
+      }
+      const auto next = by_name.find(at->mimic->joint);
+      if (next == by_name.end()) {
+        // Of one that is followed it is said there.
+        if (at == &joint) {
+          fault("follows joint '" + at->mimic->joint +
+                    "', which is not in the file",
+                NameHint(at->mimic->joint, names));
+        }
+        at = nullptr;
+      } else {
+        at = next->second;
+      }
+    }
+    if (at && at->type == JointType::kSpherical) {
+      fault("follows joint '" + at->name + "', which is spherical",
+            "a joint can follow one of one degree of freedom");
+    }
   }
 }
 
@@ -246,12 +276,7 @@ UrdfJoint ReadJoint(const TiXmlElement* xml, const std::vector<UrdfLink>& links,
   if (axis_counts) ReadAxis(named, joint.axis);
   ReadLimits(named, &joint);
   if (joint.type != JointType::kFixed) ReadDynamics(named, &joint);
-  const UrdfElement mimic = named.Child("mimic");
-  if (mimic.exists()) {
-    mimic.Fault("mimic joints are not supported",
-                "leave <mimic> out: the joint is then free of the other, or "
-                "make it fixed");
-  }
+  ReadMimic(named, &joint);
   return joint;
 }
 
@@ -297,9 +322,30 @@ UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path) {
     outline.joints.push_back(
         ReadJoint(xml, outline.links, &joint_names, &faults));
   }
+  CheckMimics(outline.joints, &faults);
   CheckTree(&outline, &faults);
   faults.Throw();
   return outline;
+}
+
+Inertial<double> InertialOf(const UrdfLink& link) {
+  Inertial<double> body;
+  if (!link.has_inertial) return body;
+  body.mass = link.mass;
+  body.com = Eigen::Vector3d(link.xyz[0], link.xyz[1], link.xyz[2]);
+  const double* from = link.inertia;
+  Eigen::Matrix3d I;
+  I << from[0], from[1], from[2],  //
+      from[1], from[3], from[4],   //
+      from[2], from[4], from[5];
+  const Eigen::Matrix3d R = RotationOf(link.rpy);
+  if (R == Eigen::Matrix3d::Identity()) {
+    body.inertia = I;
+  } else {
+    const Eigen::Matrix3d turned = R * I * R.transpose();
+    body.inertia = 0.5 * (turned + turned.transpose());
+  }
+  return body;
 }
 
 }  // namespace sysid

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,6 +37,8 @@ struct UrdfJoint {
   bool has_limits = false;
   double lower = 0, upper = 0;
   double effort = 0, velocity = 0;  // infinity where the file says nothing
+  std::optional<Mimic> mimic;
+  int mimic_row = 0, mimic_column = 0;
 };
 
 // Links and joints in the order of the file; joints form a tree.
@@ -49,5 +52,8 @@ struct UrdfOutline {
 // Reads and checks everything that the dynamics use. Throws InputError with
 // every fault; load_urdf.h lists the checks.
 UrdfOutline ReadUrdfOutline(const std::string& text, const std::string& path);
+
+// The link's body in its axes.
+Inertial<double> InertialOf(const UrdfLink& link);
 
 }  // namespace sysid

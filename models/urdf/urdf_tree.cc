@@ -100,52 +100,14 @@ void CheckRoots(const UrdfOutline& outline, const std::vector<int>& roots,
               "by fixed joints for example");
 }
 
-// The masses of everything that moves as one with link `first`. NaN where one
-// is at fault already.
-double MassOfBody(const UrdfOutline& outline,
-                  const std::vector<std::vector<int>>& joints, int first) {
-  double mass = 0;
-  std::vector<bool> counted(outline.links.size(), false);
-  std::vector<int> stack = {first};
-  while (!stack.empty()) {
-    const int link = stack.back();
-    stack.pop_back();
-    if (counted[link]) continue;  // a loop, noted elsewhere
-    counted[link] = true;
-    mass += outline.links[link].mass;
-    for (int j : joints[link]) {
-      if (outline.joints[j].type == JointType::kFixed &&
-          outline.joints[j].child >= 0) {
-        stack.push_back(outline.joints[j].child);
-      }
-    }
-  }
-  return mass;
-}
-
-void CheckMovingMasses(const UrdfOutline& outline, UrdfFaults* faults) {
-  const std::vector<std::vector<int>> joints = JointsByParent(outline);
-  for (const UrdfJoint& joint : outline.joints) {
-    if (joint.type == JointType::kFixed || joint.child < 0) continue;
-    const UrdfLink& link = outline.links[joint.child];
-    if (link.mass < 0) continue;  // noted already
-    if (MassOfBody(outline, joints, joint.child) != 0) continue;
-    faults->Add(link.row, link.column,
-                "link " + Quoted(link.name) +
-                    (link.has_inertial ? ": the mass is zero"
-                                       : ": no mass (no <inertial>)") +
-                    ", but joint " + Quoted(joint.name) + " moves it",
-                "give it a mass, or make the joint fixed");
-  }
-}
-
 }  // namespace
 
 void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
   bool moves = false;
   bool ends_known = true;
   for (const UrdfJoint& joint : outline->joints) {
-    moves |= !joint.type_known || joint.type != JointType::kFixed;
+    moves |=
+        !joint.type_known || (joint.type != JointType::kFixed && !joint.mimic);
     ends_known &= joint.parent >= 0 && joint.child >= 0;
   }
   if (!moves && !outline->links.empty()) {
@@ -153,7 +115,6 @@ void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
                 "joints are revolute, continuous, prismatic or spherical");
   }
   const std::vector<int> carriers = CarryingJoints(*outline, faults);
-  CheckMovingMasses(*outline, faults);
   // A joint without a known end may be the one that makes this a tree.
   if (!ends_known || outline->links.empty()) return;
   std::vector<int> roots;

@@ -5,8 +5,8 @@
 
 namespace sysid {
 
-// Checks that the joints make a tree on one root, that something moves and that
-// every moving body has a mass; sets outline->root.
+// Checks that the joints make a tree on one root and that something moves; sets
+// outline->root.
 void CheckTree(UrdfOutline* outline, UrdfFaults* faults);
 
 // The joints with parents before children, else in the order of the file.

@@ -1,10 +1,19 @@
 #include "models/urdf/write_urdf.h"
 
+#include <tinyxml.h>
+
 #include <charconv>
 #include <cmath>
 
+#include "models/urdf/load_urdf.h"
+#include "models/urdf/rpy.h"
+#include "models/urdf/urdf_outline.h"
+#include "models/urdf/urdf_xml.h"
+
 namespace sysid {
 namespace {
+
+constexpr char kOurs[] = "sysid: ";  // begins our comments
 
 // The shortest text that reads back as the same number.
 std::string Exact(double value) {
@@ -18,168 +27,238 @@ std::string Exact3(const Eigen::Vector3d& v) {
   return Exact(v[0]) + " " + Exact(v[1]) + " " + Exact(v[2]);
 }
 
-std::string Attribute(const std::string& name, const std::string& value) {
-  std::string text = " " + name + "=\"";
-  for (char c : value) {
-    switch (c) {
-      case '&':
-        text += "&amp;";
-        break;
-      case '<':
-        text += "&lt;";
-        break;
-      case '>':
-        text += "&gt;";
-        break;
-      case '"':
-        text += "&quot;";
-        break;
-      default:
-        text += c;
-    }
-  }
-  return text + "\"";
-}
-
-std::string Attribute(const std::string& name, double value) {
-  return Attribute(name, Exact(value));
-}
-
 // XML allows no "--" in a comment, nor a '-' at its end.
-std::string Comment(const std::string& text) {
+std::string Safe(const std::string& text) {
   std::string safe;
   for (char c : text) {
     if (c == '-' && !safe.empty() && safe.back() == '-') safe += ' ';
     safe += c;
   }
-  return "  <!-- " + safe + " -->\n";
+  return " " + safe + " ";
 }
 
-// R = Rz(yaw) Ry(pitch) Rx(roll). Roll is taken after yaw is undone, so that
-// the two agree where pitch is a quarter turn and only their sum shows.
-Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
-  const double yaw = std::atan2(R(1, 0), R(0, 0));
-  const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
-  const double s = std::sin(yaw), c = std::cos(yaw);
-  const double roll =
-      std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
-  return {roll, pitch, yaw};
+TiXmlElement* Append(TiXmlNode* parent, const std::string& name) {
+  return parent->LinkEndChild(new TiXmlElement(name))->ToElement();
 }
 
-// Nominal value of a parameter of an effect, 0 where the model lacks it.
-double EffectValue(const Model& model, const std::string& parameter) {
-  const std::vector<EffectParameter>& parameters = model.effects().parameters();
-  for (size_t i = 0; i < parameters.size(); ++i) {
-    if (parameters[i].name == parameter) return model.nominal().effects[i];
+// The child of that name, which is there now.
+TiXmlElement* Child(TiXmlElement* parent, const std::string& name) {
+  TiXmlElement* child = parent->FirstChildElement(name);
+  return child ? child : Append(parent, name);
+}
+
+// The element of a link or joint, or a new one.
+TiXmlElement* Named(TiXmlElement* robot, const char* kind,
+                    const std::string& name) {
+  for (TiXmlElement* e = robot->FirstChildElement(kind); e;
+       e = e->NextSiblingElement(kind)) {
+    const std::string* has = e->Attribute(std::string("name"));
+    if (has && *has == name) return e;
   }
-  return 0;
+  TiXmlElement* added = Append(robot, kind);
+  added->SetAttribute("name", name);
+  return added;
 }
 
-bool IsDynamics(const Effect& effect) {
-  return effect.kind() == "viscous_damping" ||
-         effect.kind() == "coulomb_friction";
+template <class Part>
+Part Find(const std::vector<Part>& parts, const std::string& name) {
+  for (const Part& part : parts) {
+    if (part.name == name) return part;
+  }
+  return {};
+}
+
+Eigen::Vector3d Vector(const double* v) { return {v[0], v[1], v[2]}; }
+
+void WriteLink(const Inertial<double>& body, const UrdfLink& was,
+               TiXmlElement* link) {
+  const Inertial<double> before = InertialOf(was);
+  const bool moved = body.com != before.com;
+  const bool other = body.inertia != before.inertia;
+  if (!moved && !other && body.mass == before.mass) return;
+  TiXmlElement* inertial = Child(link, "inertial");
+  if (moved || other) {
+    TiXmlElement* origin = Child(inertial, "origin");
+    if (moved) origin->SetAttribute("xyz", Exact3(body.com));
+    if (other) origin->SetAttribute("rpy", "0 0 0");
+  }
+  if (!was.has_inertial || body.mass != before.mass) {
+    Child(inertial, "mass")->SetAttribute("value", Exact(body.mass));
+  }
+  if (was.has_inertial && !other) return;
+  TiXmlElement* inertia = Child(inertial, "inertia");
+  static constexpr struct {
+    const char* name;
+    int row, column;
+  } kMoments[] = {{"ixx", 0, 0}, {"ixy", 0, 1}, {"ixz", 0, 2},
+                  {"iyy", 1, 1}, {"iyz", 1, 2}, {"izz", 2, 2}};
+  for (const auto& m : kMoments) {
+    inertia->SetAttribute(m.name, Exact(body.inertia(m.row, m.column)));
+  }
+}
+
+// What <dynamics> says of the joint: by the effects of one that moves.
+void FillDynamics(const Model& model, const Joint& joint, double* damping,
+                  double* friction) {
+  *damping = joint.held ? joint.damping : 0.0;
+  *friction = joint.held ? joint.friction : 0.0;
+  const EffectSet& effects = model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    const Effect& effect = effects.effect(i);
+    if (effect.target() != joint.name) continue;
+    const double first = effect.parameters().empty()
+                             ? 0.0
+                             : model.nominal().effects[effects.offset(i)];
+    if (effect.kind() == "viscous_damping") *damping = first;
+    if (effect.kind() == "coulomb_friction") *friction = first;
+  }
+}
+
+// Of an element that is new: what the file's would say already.
+void WriteNewJoint(const Mechanism& mechanism, const Joint& joint,
+                   TiXmlElement* element) {
+  const auto& links = mechanism.links;
+  Child(element, "parent")->SetAttribute("link", links[joint.parent_link].name);
+  Child(element, "child")->SetAttribute("link", links[joint.child_link].name);
+  if (joint.has_limits) {
+    TiXmlElement* limit = Append(element, "limit");
+    limit->SetAttribute("lower", Exact(joint.lower));
+    limit->SetAttribute("upper", Exact(joint.upper));
+    if (std::isfinite(joint.effort_limit)) {
+      limit->SetAttribute("effort", Exact(joint.effort_limit));
+    }
+    if (std::isfinite(joint.velocity_limit)) {
+      limit->SetAttribute("velocity", Exact(joint.velocity_limit));
+    }
+  }
+  if (joint.mimic) {
+    TiXmlElement* mimic = Append(element, "mimic");
+    mimic->SetAttribute("joint", joint.mimic->joint);
+    mimic->SetAttribute("multiplier", Exact(joint.mimic->multiplier));
+    mimic->SetAttribute("offset", Exact(joint.mimic->offset));
+  }
+}
+
+void WriteJoint(const Model& model, int index, const UrdfJoint& was,
+                UrdfContent content, TiXmlElement* element) {
+  Joint joint = model.mechanism().joints[index];
+  Eigen::Vector3d p = model.nominal().joint_p[index];
+  double damping = 0.0, friction = 0.0;
+  if (joint.held && content == UrdfContent::kDynamics) {
+    p += joint.held->slide;
+    joint.mimic.reset();
+  } else {
+    FillDynamics(model, joint, &damping, &friction);
+    if (joint.held) {
+      joint.type = joint.held->type;
+      joint.R_PJ = joint.held->R_PJ;
+    }
+  }
+  const bool is_new = was.name.empty();
+  if (is_new || joint.type != was.type) {
+    element->SetAttribute("type", ToString(joint.type));
+  }
+  if (p != Vector(was.xyz)) {
+    Child(element, "origin")->SetAttribute("xyz", Exact3(p));
+  }
+  if (joint.R_PJ != RotationOf(was.rpy)) {
+    Child(element, "origin")
+        ->SetAttribute("rpy", Exact3(RollPitchYaw(joint.R_PJ)));
+  }
+  if (is_new) WriteNewJoint(model.mechanism(), joint, element);
+  if (VelocitySize(joint.type) == 1 && joint.axis != Vector(was.axis)) {
+    Child(element, "axis")->SetAttribute("xyz", Exact3(joint.axis));
+  }
+  if (damping != was.damping) {
+    Child(element, "dynamics")->SetAttribute("damping", Exact(damping));
+  }
+  if (friction != was.friction) {
+    Child(element, "dynamics")->SetAttribute("friction", Exact(friction));
+  }
 }
 
 // What <dynamics> cannot say.
-std::string EffectComments(const Model& model) {
-  std::string text;
+std::vector<std::string> EffectComments(const Model& model) {
+  std::vector<std::string> all;
   if (model.nominal().gravity != 9.81) {
-    text +=
-        Comment("sysid: gravity=" + Exact(model.nominal().gravity) + " m/s^2");
+    all.push_back("gravity=" + Exact(model.nominal().gravity) + " m/s^2");
   }
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
-    if (IsDynamics(effect)) continue;
+    if (effect.kind() == "viscous_damping" ||
+        effect.kind() == "coulomb_friction") {
+      continue;
+    }
     for (size_t k = 0; k < effect.parameters().size(); ++k) {
       const double value =
           model.nominal().effects[model.effects().offset(i) + k];
-      text += Comment("sysid: " + effect.name() + " " +
-                      effect.parameters()[k].name + "=" + Exact(value) + " " +
-                      effect.parameters()[k].unit);
+      all.push_back(effect.name() + " " + effect.parameters()[k].name + "=" +
+                    Exact(value) + " " + effect.parameters()[k].unit);
     }
   }
-  return text;
+  return all;
 }
 
-std::string DynamicsText(const Model& model, const Joint& joint) {
-  double damping = 0, friction = 0;
-  for (int i = 0; i < model.effects().size(); ++i) {
-    const Effect& effect = model.effects().effect(i);
-    if (effect.target() != joint.name) continue;
-    if (effect.kind() == "viscous_damping") {
-      damping = EffectValue(model, joint.name + ".damping");
-    } else if (effect.kind() == "coulomb_friction") {
-      friction = EffectValue(model, joint.name + ".friction");
+// Puts comments first in the robot; ours of an earlier time go.
+void WriteComments(const std::vector<std::string>& comments,
+                   TiXmlElement* robot) {
+  for (TiXmlNode* node = robot->FirstChild(); node;) {
+    TiXmlNode* next = node->NextSibling();
+    if (node->ToComment() &&
+        node->ValueStr().rfind(" " + std::string(kOurs), 0) == 0) {
+      robot->RemoveChild(node);
+    }
+    node = next;
+  }
+  TiXmlNode* first = robot->FirstChild();
+  for (const std::string& text : comments) {
+    TiXmlComment comment(Safe(kOurs + text).c_str());
+    if (first) {
+      robot->InsertBeforeChild(first, comment);
+    } else {
+      robot->InsertEndChild(comment);
     }
   }
-  if (damping == 0 && friction == 0) return "";
-  return "    <dynamics" + Attribute("damping", damping) +
-         Attribute("friction", friction) + "/>\n";
-}
-
-std::string LimitText(const Joint& joint) {
-  if (!joint.has_limits) return "";
-  std::string text = "    <limit" + Attribute("lower", joint.lower) +
-                     Attribute("upper", joint.upper);
-  if (std::isfinite(joint.effort_limit)) {
-    text += Attribute("effort", joint.effort_limit);
-  }
-  if (std::isfinite(joint.velocity_limit)) {
-    text += Attribute("velocity", joint.velocity_limit);
-  }
-  return text + "/>\n";
-}
-
-std::string JointText(const Model& model, int index) {
-  const Mechanism& mechanism = model.mechanism();
-  const Joint& joint = mechanism.joints[index];
-  std::string text = "\n  <joint" + Attribute("name", joint.name) +
-                     Attribute("type", ToString(joint.type)) + ">\n";
-  text += "    <origin" +
-          Attribute("xyz", Exact3(model.nominal().joint_p[index])) +
-          Attribute("rpy", Exact3(RollPitchYaw(joint.R_PJ))) + "/>\n";
-  text += "    <parent" +
-          Attribute("link", mechanism.links[joint.parent_link].name) + "/>\n";
-  text += "    <child" +
-          Attribute("link", mechanism.links[joint.child_link].name) + "/>\n";
-  if (VelocitySize(joint.type) == 1) {
-    text += "    <axis" + Attribute("xyz", Exact3(joint.axis)) + "/>\n";
-  }
-  return text + LimitText(joint) + DynamicsText(model, joint) + "  </joint>\n";
-}
-
-std::string LinkText(const Model& model, int index) {
-  const std::string open =
-      "  <link" + Attribute("name", model.mechanism().links[index].name);
-  const Inertial<double>& body = model.nominal().links[index];
-  const Eigen::Matrix3d& I = body.inertia;
-  if (body.mass == 0 && I.isZero(0) && body.com.isZero(0)) {
-    return open + "/>\n";
-  }
-  return open + ">\n    <inertial>\n      <origin" +
-         Attribute("xyz", Exact3(body.com)) + " rpy=\"0 0 0\"/>\n      <mass" +
-         Attribute("value", body.mass) + "/>\n      <inertia" +
-         Attribute("ixx", I(0, 0)) + Attribute("ixy", I(0, 1)) +
-         Attribute("ixz", I(0, 2)) + Attribute("iyy", I(1, 1)) +
-         Attribute("iyz", I(1, 2)) + Attribute("izz", I(2, 2)) +
-         "/>\n    </inertial>\n  </link>\n";
 }
 
 }  // namespace
 
 std::string WriteUrdf(const Model& model,
-                      const std::vector<std::string>& comments) {
+                      const std::vector<std::string>& comments,
+                      UrdfContent content) {
   const Mechanism& mechanism = model.mechanism();
-  std::string text = "<?xml version=\"1.0\"?>\n<robot" +
-                     Attribute("name", mechanism.name) + ">\n";
-  for (const std::string& comment : comments) text += Comment(comment);
-  text += EffectComments(model);
-  text += LinkText(model, 0);
-  for (size_t i = 0; i < mechanism.joints.size(); ++i) {
-    text += JointText(model, static_cast<int>(i));
-    text += LinkText(model, mechanism.joints[i].child_link);
+  TiXmlDocument document;
+  UrdfOutline was;
+  if (mechanism.source && content == UrdfContent::kWhole) {
+    ParseRobot(*mechanism.source, mechanism.name, &document);
+    was = ReadUrdfOutline(*mechanism.source, mechanism.name);
+  } else {
+    document.LinkEndChild(new TiXmlDeclaration("1.0", "", ""));
+    Append(&document, "robot");
   }
-  return text + "</robot>\n";
+  TiXmlElement* robot = document.FirstChildElement();
+  if (was.robot_name != mechanism.name) {
+    robot->SetAttribute("name", mechanism.name);
+  }
+  std::vector<std::string> all = comments;
+  for (const std::string& effect : EffectComments(model)) all.push_back(effect);
+  WriteComments(all, robot);
+  const auto write_link = [&](int i) {
+    const std::string& name = mechanism.links[i].name;
+    WriteLink(model.nominal().links[i], Find(was.links, name),
+              Named(robot, "link", name));
+  };
+  write_link(0);
+  for (size_t i = 0; i < mechanism.joints.size(); ++i) {
+    const std::string& name = mechanism.joints[i].name;
+    WriteJoint(model, static_cast<int>(i), Find(was.joints, name), content,
+               Named(robot, "joint", name));
+    write_link(mechanism.joints[i].child_link);
+  }
+  TiXmlPrinter printer;
+  printer.SetIndent("  ");
+  document.Accept(&printer);
+  return printer.Str();
 }
 
 }  // namespace sysid

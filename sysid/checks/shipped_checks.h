@@ -21,13 +21,14 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings);
 void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings);
 void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
+void CheckModel(const CheckInput& input, std::vector<Finding>* findings);
 void CheckUnmapped(const CheckInput& input, std::vector<Finding>* findings);
 
 inline constexpr NumbersCheck kNumbersChecks[] = {
     CheckJitter,       CheckGaps,         CheckSamples,  CheckRates,
     CheckSpikes,       CheckSaturation,   CheckFrozen,   CheckStill,
     CheckQuantisation, CheckVelocities,   CheckRanges,   CheckBodies,
-    CheckDegrees,      CheckEffortSpikes, CheckUnmapped,
+    CheckDegrees,      CheckEffortSpikes, CheckUnmapped, CheckModel,
 };
 
 }  // namespace sysid

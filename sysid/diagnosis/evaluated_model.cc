@@ -9,6 +9,7 @@
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
 #include "sysid/estimation/step_size.h"
+#include "sysid/parameters/starts.h"
 
 namespace sysid {
 namespace {
@@ -372,6 +373,8 @@ DiagnosisProblem WithEffects(
       }
     }
   }
+  std::vector<std::string> said;  // by the finding of the model's file
+  StartPossible(names, {}, &out.model, &said);
   const std::vector<Parameter> parameters =
       FindParameters(out.model, names, "effects");
   for (size_t i = 0; i < names.size(); ++i) {

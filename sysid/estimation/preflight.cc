@@ -100,7 +100,7 @@ std::string WhyImmobile(const ShootingProblem& problem,
   problem.map().Apply<double>(theta.data(), &values);
   Model start = problem.model();
   start.SetNominal(values);
-  return Join(SingularJoints(start), "; ");
+  return Join(TextsOf(SingularJoints(start)), "; ");
 }
 
 }  // namespace

@@ -306,19 +306,24 @@ void ReadFree(const Node& node, FitSpecification* spec) {
   }
 }
 
-void ReadFix(const Node& node, FitSpecification* spec) {
-  const std::string hint = "write fix: {link1.mass: 1.0}, or a list of names";
+// A map of names to numbers or nothing, or a list of names.
+std::vector<NamedValue> ReadValues(const Node& node, const std::string& what,
+                                   const std::string& example) {
+  const std::string hint =
+      "write " + what + ": {" + example + "}, or a list of names";
+  std::vector<NamedValue> values;
   if (node.IsSequence()) {
-    for (const auto& name : NameList(node, "fix", hint)) {
-      spec->fix.push_back({name.value, std::nullopt, name.place});
+    for (const auto& name : NameList(node, what, hint)) {
+      values.push_back({name.value, std::nullopt, name.place});
     }
-    return;
+    return values;
   }
-  for (const auto& [key, value] : Map(node, "fix", hint)) {
-    NamedValue fix{key.Scalar(), std::nullopt, Place(key)};
-    if (!value.IsNull()) fix.value = Number(value, fix.name);
-    spec->fix.push_back(fix);
+  for (const auto& [key, value] : Map(node, what, hint)) {
+    NamedValue& named =
+        values.emplace_back(key.Scalar(), std::nullopt, Place(key));
+    if (!value.IsNull()) named.value = Number(value, named.name);
   }
+  return values;
 }
 
 void CheckFreeOrFixed(const FitSpecification& spec) {
@@ -375,7 +380,7 @@ const std::vector<std::string>& TopKeys() {
   static const auto& keys = *new std::vector<std::string>{
       "model",  "free",       "fix",      "effects", "columns",
       "noise",  "integrator", "residual", "step",    "segment",
-      "solver", "loss",       "shift",    "ignore"};
+      "solver", "loss",       "shift",    "ignore",  "lock"};
   return keys;
 }
 
@@ -383,8 +388,9 @@ void ReadTop(const Entry& entry, FitSpecification* spec) {
   const auto& [key, value] = entry;
   CheckKey(key, "the specification", TopKeys());
   const std::string& name = key.Scalar();
-  const bool may_be_empty =
-      name == "free" || name == "fix" || name == "effects" || name == "columns";
+  const bool may_be_empty = name == "free" || name == "fix" ||
+                            name == "effects" || name == "columns" ||
+                            name == "lock";
   if (may_be_empty && value.IsNull()) return;
   CheckValue(entry);
   if (name == "model") {
@@ -393,7 +399,9 @@ void ReadTop(const Entry& entry, FitSpecification* spec) {
   } else if (name == "free") {
     ReadFree(value, spec);
   } else if (name == "fix") {
-    ReadFix(value, spec);
+    spec->fix = ReadValues(value, name, "link1.mass: 1.0");
+  } else if (name == "lock") {
+    spec->lock = ReadValues(value, name, "head_1: 0.3");
   } else if (name == "effects") {
     spec->effects =
         NameList(value, "effects", "write effects: [coulomb_friction@joint1]");

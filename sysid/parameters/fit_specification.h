@@ -40,6 +40,7 @@ struct FitSpecification {
   std::optional<Located<std::string>> model;
   std::vector<Free> free;  // in the order of the file, as all that follow
   std::vector<NamedValue> fix;
+  std::vector<NamedValue> lock;  // joints or patterns of them, and positions
   std::vector<Located<std::string>> effects;  // "coulomb_friction@joint1"
   ColumnMap columns;
   ChannelEdits edits;                      // `shift` and `ignore`
@@ -58,6 +59,7 @@ const std::vector<std::string>& KnownWords(const std::string& key);
 // Reads a specification. An empty file is an empty specification. `free` is a
 // map of names to {initial, lower, upper, prior: {mean, std}} (all optional),
 // or a list of names; `fix` a map of names to numbers, or a list of names;
+// `lock` is as `fix`, of joints and patterns of their names;
 // `loss` a name or {name, scale}; `shift` and `ignore` are texts as on the
 // flags (channel_edits.h).
 //

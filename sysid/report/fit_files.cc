@@ -83,6 +83,10 @@ std::string Settings(const Session& session) {
     text +=
         "  " + Quoted(column.name) + ": " + Quoted(column.expression) + "\n";
   }
+  if (!session.locked.empty()) text += "lock:\n";
+  for (const NamedValue& lock : session.locked) {
+    text += "  " + Key(lock.name) + ": " + ShortestText(*lock.value) + "\n";
+  }
   std::vector<std::string> shifts;
   for (const ChannelShift& shift : session.edits.shifts) {
     shifts.push_back(ToString(shift));
@@ -214,8 +218,7 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
 }
 
 std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
-  std::vector<std::string> comments{"identified by sysid from " +
-                                    session.model_name};
+  std::vector<std::string> comments{"identified from " + session.model_name};
   for (const ParameterEstimate& p : fit.parameters) {
     std::string line = p.name + " = " + ShortestText(p.value) + " " + p.unit;
     if (std::isfinite(p.std_error)) {

@@ -19,7 +19,8 @@ Json MechanismJson(const Model& model) {
         {"unit", slides ? "m" : "rad"}, {"effortUnit", slides ? "N" : "N m"},
         {"q", joint.q_index},           {"v", joint.v_index}};
   };
-  return {{"urdf", WriteUrdf(model, {})}, {"joints", List(moving, shown)}};
+  return {{"urdf", WriteUrdf(model, {}, UrdfContent::kDynamics)},
+          {"joints", List(moving, shown)}};
 }
 
 // An error of no runs at all is none.

@@ -6,7 +6,9 @@
 
 #include "models/dynamics.h"
 #include "models/error.h"
+#include "models/physical.h"
 #include "sysid/io/csv.h"
+#include "sysid/parameters/starts.h"
 #include "sysid/session/named_values.h"
 
 namespace sysid {
@@ -317,18 +319,35 @@ std::string SetValues(const std::vector<NamedValue>& values, Model* model) {
     numbers.push_back(*named.value);
   }
   if (numbers.empty()) return "";
+  const Mechanism& mechanism = model->mechanism();
+  const auto before = PhysicalFaults(mechanism, model->nominal());
   SetParameters(parameters, numbers, model);
-  Mechanism changed = model->mechanism();
-  changed.nominal = model->nominal();
-  return Join(PhysicalFaults(changed), "; ");
+  // What the model's file says is a finding, not the values' fault.
+  auto faults = PhysicalFaults(mechanism, model->nominal());
+  std::erase_if(faults, [&](const PhysicalFault& fault) {
+    return std::any_of(before.begin(), before.end(), [&](const auto& other) {
+      return other.link == fault.link;
+    });
+  });
+  return ToString(faults, mechanism);
 }
 
 void CheckJoints(const Model& model, const std::string& place) {
-  const std::vector<std::string> singular = SingularJoints(model);
+  const std::vector<SingularJoint> singular = SingularJoints(model);
   if (singular.empty()) return;
-  throw InputError(place, Join(singular, "\n  "),
+  std::vector<std::string> names, rotors;
+  for (const SingularJoint& joint : singular) {
+    names.push_back(model.mechanism().joints[joint.joint].name);
+    rotors.push_back("armature@" + names.back());
+  }
+  const bool one = names.size() == 1;
+  throw InputError(place, Join(TextsOf(singular), "\n  "),
                    "give what moves there some mass and inertia, however "
-                   "small");
+                   "small, " +
+                       std::string(one ? "a rotor" : "rotors") + " (--add " +
+                       Join(rotors, ",") + "), or hold " +
+                       (one ? "it" : "them") + " still: --lock '" +
+                       Join(names, ",") + "'");
 }
 
 void ChooseFree(const FitRequest& request, const FitSpecification& spec,
@@ -350,12 +369,22 @@ void ChooseFree(const FitRequest& request, const FitSpecification& spec,
     std::erase_if(free, [&](const auto& f) { return f.name == fix.name; });
   }
   CheckSomethingIsFree(request, spec, *model, free);
+  std::vector<std::string> names;
+  std::vector<bool> given;
+  for (const FitSpecification::Free& f : free) {
+    FindParameters(*model, {f.name}, f.place);
+    names.push_back(f.name);
+    given.push_back(f.initial.has_value());
+  }
+  StartPossible(names, session->fixed, model, &session->notices);
   for (const FitSpecification::Free& f : free) {
     session->free.push_back(MakeFree(*model, f));
   }
   CheckTransformed(*model, &session->free, free);
-  CheckJoints(*model, fixes.empty() || was_singular ? session->model_file
-                                                    : fixes.front().place);
+  const Model start =
+      StartRegular(*model, given, &session->free, &session->notices);
+  CheckJoints(start, fixes.empty() || was_singular ? session->model_file
+                                                   : fixes.front().place);
 }
 
 }  // namespace sysid

@@ -10,6 +10,8 @@
 #include "sysid/io/read_run.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/free_choice.h"
+#include "sysid/session/locks.h"
+#include "sysid/session/named_values.h"
 #include "sysid/session/session_options.h"
 
 namespace sysid {
@@ -85,11 +87,15 @@ void NoteUndriven(const std::vector<Run>& runs, const std::vector<Run>& holdout,
 }  // namespace
 
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
-                std::string* file, std::vector<std::string>* notices) {
+                std::vector<NamedValue>* locks, std::string* file,
+                std::vector<std::string>* notices) {
   *file = FindModel(name_or_file);
-  const Mechanism mechanism = LoadUrdf(*file);
+  Mechanism mechanism = LoadUrdf(*file);
+  *locks = ResolveLocks(mechanism, *locks);
+  mechanism = LockJoints(mechanism, *locks, notices);
   Model model = MakeModel(mechanism, catalogue);
   for (const Joint& joint : mechanism.joints) {
+    if (joint.held) continue;
     if (joint.damping != 0.0) {
       notices->push_back("joint '" + joint.name + "': <dynamics> damping " +
                          ShortestText(joint.damping) +
@@ -157,7 +163,13 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
   if (request.model.empty()) CheckShipped(*spec.model);
   std::string file;
   std::vector<std::string> notices;
-  Session session(OpenModel(wanted, catalogue, &file, &notices));
+  const std::vector<NamedValue> flag_locks =
+      SplitAssignments(request.lock, "--lock");
+  std::vector<NamedValue> locks = spec.lock;
+  locks.insert(locks.end(), flag_locks.begin(), flag_locks.end());
+  Session session(OpenModel(wanted, catalogue, &locks, &file, &notices));
+  session.locked = locks;
+  session.flag_locks = flag_locks;
   session.spec_file = spec.path;
   session.model_file = file;
   session.model_name = std::filesystem::path(file).stem().string();
@@ -187,6 +199,12 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   CheckTimes(session.holdout, session.columns, session.model.mechanism());
   NoteUndriven(session.runs, session.holdout, session.model.mechanism(),
                &session.notices);
+  std::vector<const Run*> all;
+  for (const Run& run : session.runs) all.push_back(&run);
+  for (const Run& run : session.holdout) all.push_back(&run);
+  const std::string unmeasured =
+      UnmeasuredNotice(session.model.mechanism(), all, session.flag_locks);
+  if (!unmeasured.empty()) session.notices.push_back(unmeasured);
   FillLengths(request, spec, &session);
   return session;
 }

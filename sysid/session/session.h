@@ -22,7 +22,7 @@ struct FitRequest {
   std::vector<std::string> traj, holdout;
   std::string spec;
   std::string free, fix, add, columns;  // comma separated, as on the flag
-  std::string shift, ignore;            // so too
+  std::string shift, ignore, lock;      // so too
   std::string solver, integrator, residual, loss;
   std::optional<double> step, segment, noise;
   int threads = 0;  // 0: all cores
@@ -60,6 +60,8 @@ struct Session {
   ColumnMap flag_columns;
   ChannelEdits flag_edits;
   std::vector<std::string> fixed;  // names that --fix or `fix:` hold
+  std::vector<NamedValue> locked;  // joints held still, with their positions
+  std::vector<NamedValue> flag_locks;  // what of that the flag says
   // What --add put into the model, and what that freed, by name.
   std::vector<std::string> added;
   std::set<std::string> freed_by_added;
@@ -73,10 +75,11 @@ struct Session {
   explicit Session(const Model& m) : model(m) {}
 };
 
-// A model by its name or file, with its URDF's <dynamics> as effects; a notice
-// for each of those.
+// A model by its name or file with joints held still (`locks` is resolved:
+// locks.h), and its URDF's <dynamics> as effects; a notice for each of those.
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
-                std::string* file, std::vector<std::string>* notices);
+                std::vector<NamedValue>* locks, std::string* file,
+                std::vector<std::string>* notices);
 
 // Reads model, specification and runs, and decides what is free. Flags win over
 // the specification. Throws InputError for whatever is wrong with any of them.

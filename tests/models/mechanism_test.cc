@@ -186,56 +186,6 @@ TEST(LinkAxis, IsZWhereEverythingIsAtTheJoint) {
             Eigen::Vector3d::UnitZ());
 }
 
-TEST(PhysicalFaults, AreNoneInRealBodiesAndInTheirLimits) {
-  Mechanism mechanism = OneOfEachJoint();
-  // A rod without thickness and a plate without thickness.
-  Add(&mechanism, "rod", JointType::kRevolute, "root", {0, 0, 0},
-      Body(1.0, {0, 0, 0}, {0.0, 0.2, 0.2}));
-  Add(&mechanism, "plate", JointType::kRevolute, "root", {0, 0, 0},
-      Body(1.0, {0, 0, 0}, {0.1, 0.2, 0.3}));
-  EXPECT_THAT(PhysicalFaults(mechanism), IsEmpty());
-}
-
-TEST(PhysicalFaults, NamesEveryBadLinkWithItsNumbers) {
-  Mechanism mechanism;
-  mechanism.AddRoot("root");
-  Add(&mechanism, "light", JointType::kRevolute, "root", {0, 0, 0},
-      Body(-1.5, {0, 0, 0}, {1, 1, 1}));
-  Add(&mechanism, "good", JointType::kRevolute, "root", {0, 0, 0},
-      Body(1.0, {0, 0, 0}, {1, 1, 1}));
-  Add(&mechanism, "inside_out", JointType::kRevolute, "root", {0, 0, 0},
-      Body(1.0, {0, 0, 0}, {2, -1, 1}));
-  Add(&mechanism, "long", JointType::kRevolute, "root", {0, 0, 0},
-      Body(1.0, {0, 0, 0}, {0.3, 0.1, 0.1}));
-  EXPECT_THAT(
-      PhysicalFaults(mechanism),
-      ElementsAre("link 'light': mass -1.5 kg is negative",
-                  "link 'inside_out': principal moments -1, 1, 2 kg m^2 are "
-                  "not all positive",
-                  "link 'long': principal moments 0.1, 0.1, 0.3 kg m^2 "
-                  "violate the triangle inequality"));
-}
-
-TEST(PhysicalFaults, LooksAtPrincipalMomentsAndNotAtTheDiagonal) {
-  Mechanism mechanism;
-  mechanism.AddRoot("root");
-  Inertial<double> body = Body(1.0, {0, 0, 0}, {1, 1, 1});
-  body.inertia(0, 1) = body.inertia(1, 0) = 0.5;  // moments 0.5, 1, 1.5
-  Add(&mechanism, "limit", JointType::kRevolute, "root", {0, 0, 0}, body);
-  body.inertia(0, 1) = body.inertia(1, 0) = 0.6;  // moments 0.4, 1, 1.6
-  Add(&mechanism, "beyond", JointType::kRevolute, "root", {0, 0, 0}, body);
-  EXPECT_THAT(PhysicalFaults(mechanism),
-              ElementsAre("link 'beyond': principal moments 0.4, 1, 1.6 kg "
-                          "m^2 violate the triangle inequality"));
-}
-
-TEST(PhysicalFaults, SaysNothingAboutTheRootThatCannotMove) {
-  Mechanism mechanism;
-  mechanism.AddRoot("root");
-  mechanism.nominal.links[0].mass = -1.0;
-  EXPECT_THAT(PhysicalFaults(mechanism), IsEmpty());
-}
-
 TEST(SecondMoments, AreTheSumsOfMassTimesCoordinates) {
   // Point masses 2 kg at x = +-0.5 m and 3 kg at y = +-0.1 m.
   const Eigen::Vector3d sums(2 * 2 * 0.25, 2 * 3 * 0.01, 0.0);

@@ -45,7 +45,7 @@ Mechanism Chain(const std::vector<JointType>& types,
 }
 
 std::vector<std::string> Singular(const Mechanism& mechanism) {
-  return SingularJoints(Model(mechanism));
+  return TextsOf(SingularJoints(Model(mechanism)));
 }
 
 TEST(SingularJoints, AreNoneInRandomTrees) {

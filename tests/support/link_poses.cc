@@ -35,6 +35,7 @@ std::vector<Eigen::Isometry3d> LinkPoses(const Mechanism& mechanism,
     const Joint& joint = mechanism.joints[i];
     Eigen::Isometry3d X_PC = Eigen::Isometry3d::Identity();
     X_PC.translate(mechanism.nominal.joint_p[i]);
+    if (joint.held) X_PC.translate(joint.held->slide);
     X_PC.rotate(joint.R_PJ);
     if (IsRotation1(joint.type)) {
       X_PC.rotate(Eigen::AngleAxisd(q[joint.q_index], joint.axis));

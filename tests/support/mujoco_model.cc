@@ -55,8 +55,9 @@ void WriteBody(const Mechanism& mechanism, const std::vector<double>& armature,
                int index, std::ostream* out) {
   const Joint& joint = mechanism.joints[index];
   const int link = joint.child_link;
-  *out << "<body name=\"l" << link << "\" pos=\""
-       << Numbers(mechanism.nominal.joint_p[index]) << "\" quat=\""
+  Eigen::Vector3d p = mechanism.nominal.joint_p[index];
+  if (joint.held) p += joint.held->slide;
+  *out << "<body name=\"l" << link << "\" pos=\"" << Numbers(p) << "\" quat=\""
        << QuaternionOf(joint.R_PJ) << "\">"
        << InertialElement(mechanism.nominal.links[link]);
   if (joint.type != JointType::kFixed) {

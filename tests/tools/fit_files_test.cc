@@ -274,5 +274,37 @@ integrator: semi_implicit_euler
               0.1 * sigma);
 }
 
+// joint2 is held at 0.4; of a run of joint1 alone.
+TEST_F(FitFilesTest, AHeldJointIsAJointAgainInTheIdentifiedModel) {
+  std::string text = kRods;
+  text.insert(text.find("<inertial>"),
+              "<visual><geometry><mesh filename=\"rod.dae\"/></geometry>"
+              "</visual>");
+  folder_.Write("rods.urdf", text);
+  SimulateInto(folder_, "run.csv",
+               {"--model", "rods.urdf", "--lock", "joint2=0.4", "--set",
+                "link1.inertia_scale=1.3", "--duration", "4"});
+  EXPECT_THAT(folder_.Read("run.csv"), testing::Not(HasSubstr("joint2")));
+  const Json first = Fit({"--model", "rods.urdf", "--traj", "run.csv", "--free",
+                          "link1.inertia_scale", "--lock", "joint[2-9]=0.4"});
+  EXPECT_NEAR(first["parameters"][0]["value"], 1.3, 0.02);
+  const std::string identified = folder_.Read("result/identified.urdf");
+  EXPECT_THAT(identified, HasSubstr("<mesh filename=\"rod.dae\""));
+  EXPECT_THAT(identified,
+              HasSubstr("<joint name=\"joint2\" type=\"continuous\">"));
+  EXPECT_THAT(folder_.Read("result/identified.sysid.yaml"),
+              HasSubstr("lock:\n  joint2: 0.4\n"));
+  const Json second =
+      Fit({"--model", "result/identified.urdf", "--traj", "run.csv"});
+  EXPECT_NEAR(second["parameters"][0]["value"], 1.0, 1e-3);
+  // Without the lock one line says how to write it.
+  const ProgramResult loose =
+      folder_.Run(SYSID_FIT, {"--model", "rods.urdf", "--traj", "run.csv",
+                              "--free", "link1.inertia_scale"});
+  EXPECT_THAT(loose.err, HasSubstr("no column of joint2: its motion is "
+                                   "estimated from the others; hold still by "
+                                   "--lock 'joint2'"));
+}
+
 }  // namespace
 }  // namespace sysid

@@ -20,6 +20,7 @@ double Reach(const Model& model, int link) {
     const Joint& joint = mechanism.joints[link - 1];
     if (joint.type == JointType::kPrismatic) return -1.0;
     reach += model.nominal().joint_p[link - 1].norm();
+    if (joint.held) reach += joint.held->slide.norm();
     link = joint.parent_link;
   }
   return reach;

@@ -10,6 +10,7 @@
 #include "models/dynamics.h"
 #include "models/error.h"
 #include "models/find_model.h"
+#include "models/physical.h"
 #include "models/urdf/load_urdf.h"
 
 namespace sysid {
@@ -31,7 +32,7 @@ TEST(ShippedRobots, AreSoundAndCanMove) {
     SCOPED_TRACE(name);
     const Mechanism mechanism = LoadUrdf(FindModel(name));
     EXPECT_EQ(mechanism.name, name);
-    EXPECT_THAT(PhysicalFaults(mechanism), IsEmpty());
+    EXPECT_THAT(PhysicalFaults(mechanism, mechanism.nominal), IsEmpty());
     EXPECT_THAT(SingularJoints(MakeModel(mechanism, Catalogue())), IsEmpty());
   }
 }

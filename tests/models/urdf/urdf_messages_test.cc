@@ -282,35 +282,47 @@ TEST(UrdfMessages, JointTypes) {
   EXPECT_EQ(TypeMessage("type='floating'"),
             "r.urdf:4:17: joint 'j': floating joints are not supported\n  "
             "hint: the root link is fixed in the world");
-  EXPECT_THAT(JointMessage("<mimic joint='k'/>"),
-              HasSubstr("joint 'j': mimic joints are not supported\n  hint: "
-                        "leave <mimic> out: the joint is then free of the "
-                        "other, or make it fixed"));
+}
+
+TEST(UrdfMessages, Mimics) {
+  EXPECT_EQ(JointMessage("<mimic/>"),
+            "r.urdf:4:71: joint 'j': <mimic> has no joint\n  hint: <mimic "
+            "joint=\"...\"/>");
+  const auto more = [](const std::string& k) {
+    return "<link name='b'>" + std::string(kGoodLink) +
+           "</link><joint name='k' type='revolute'><parent link='base'/>"
+           "<child link='b'/>" +
+           k + "</joint>";
+  };
+  EXPECT_EQ(MoreMessage(more("<mimic joint='jj'/>")),
+            "r.urdf:5:189: joint 'k': follows joint 'jj', which is not in the "
+            "file\n  hint: known: j, k");
+  EXPECT_EQ(MoreMessage(more("<mimic joint='k'/>")),
+            "r.urdf:5:189: joint 'k': follows joints that follow each other\n"
+            "  hint: one of them moves by itself: leave its <mimic> out");
+  EXPECT_THAT(MoreMessage(more("<mimic joint='j' multiplier='twice'/>")),
+              HasSubstr("'twice' in <mimic multiplier=\"twice\"> is not a"));
+  EXPECT_EQ(MoreMessage(more("<mimic joint='j' multiplier='2'/>")), "(loads)");
+  EXPECT_THAT(Message(Robot(kGoodLink, "<mimic joint='k'/>", "type='spherical'",
+                            more(""))),
+              HasSubstr("joint 'j': a spherical joint cannot follow another"));
+  EXPECT_THAT(Message(Robot(kGoodLink, "", "type='spherical'",
+                            more("<mimic joint='j'/>"))),
+              HasSubstr("joint 'k': follows joint 'j', which is spherical"));
+  EXPECT_THAT(Message(Robot(kGoodLink, "<mimic joint='k'/>", "type='revolute'",
+                            "<link name='b'/><joint name='k' type='fixed'>"
+                            "<parent link='a'/><child link='b'/></joint>")),
+              HasSubstr("no moving joint"));
 }
 
 TEST(UrdfMessages, Masses) {
-  EXPECT_EQ(LinkMessage(""),
-            "r.urdf:3:1: link 'a': no mass (no <inertial>), but joint 'j' "
-            "moves it\n  hint: give it a mass, or make the joint fixed");
   const std::string inertia =
       "<inertia ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'/></inertial>";
-  EXPECT_EQ(LinkMessage("<inertial><mass value='0'/>" + inertia),
-            "r.urdf:3:1: link 'a': the mass is zero, but joint 'j' moves it\n"
-            "  hint: give it a mass, or make the joint fixed");
-  EXPECT_EQ(LinkMessage("<inertial><mass value='-2'/>" + inertia),
-            "r.urdf:3:32: link 'a': mass -2 kg is negative\n  hint: give the "
-            "mass of the link, a positive number of kg");
   EXPECT_EQ(LinkMessage("<inertial>" + inertia),
             "r.urdf:3:16: link 'a': <inertial> has no <mass>\n  hint: <mass "
             "value=\"kg\"/>");
   EXPECT_EQ(LinkMessage("<inertial><mass/>" + inertia),
             "r.urdf:3:26: link 'a': <mass> has no value");
-  EXPECT_EQ(MoreMessage("<link name='t'><inertial><mass value='0'/><inertia "
-                        "ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/>"
-                        "</inertial></link><joint name='k' type='fixed'><parent"
-                        " link='a'/><child link='t'/></joint>"),
-            "r.urdf:5:43: link 't': a rotational inertia without a mass\n  "
-            "hint: give the mass, or make the inertia zero");
 }
 
 TEST(UrdfMessages, Numbers) {
@@ -350,20 +362,20 @@ TEST(UrdfMessages, Numbers) {
                         "rotation as rpy"));
 }
 
+// What stands there is taken; findings say that no body has it.
+TEST(UrdfMessages, NoneOfInertiasThatNoBodyHas) {
+  const auto inertial = [](const std::string& mass, const std::string& ixx) {
+    return "<inertial><mass value='" + mass + "'/><inertia ixx='" + ixx +
+           "' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
+  };
+  for (const std::string& link :
+       {std::string(), inertial("1", "5"), inertial("1", "-1"),
+        inertial("-2", "1"), inertial("0", "1"), inertial("0", "0")}) {
+    EXPECT_EQ(LinkMessage(link), "(loads)") << link;
+  }
+}
+
 TEST(UrdfMessages, Inertias) {
-  const std::string hint =
-      "\n  hint: the moments of a body about its centre of mass: each is at "
-      "most the sum of the other two";
-  EXPECT_EQ(LinkMessage("<inertial><mass value='1'/><inertia ixx='0.1' ixy='0' "
-                        "ixz='0' iyy='0.1' iyz='0' izz='0.3'/></inertial>"),
-            "r.urdf:3:43: link 'a': principal moments 0.1, 0.1, 0.3 kg m^2 "
-            "violate the triangle inequality" +
-                hint);
-  EXPECT_EQ(LinkMessage("<inertial><mass value='1'/><inertia ixx='-1' ixy='0' "
-                        "ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"),
-            "r.urdf:3:43: link 'a': principal moments -1, 1, 1 kg m^2 are not "
-            "all positive" +
-                hint);
   EXPECT_EQ(LinkMessage("<inertial><mass value='1'/><inertia ixx='1' ixy='0' "
                         "ixz='0' iyy='1' iyz='0'/></inertial>"),
             "r.urdf:3:43: link 'a': <inertia> has no izz");
@@ -391,14 +403,13 @@ TEST(UrdfMessages, DynamicsAndLimits) {
   EXPECT_EQ(JointMessage("<dynamics friction='-2'/>"),
             "r.urdf:4:81: joint 'j': friction -2 is negative\n  hint: it would "
             "drive the joint");
-  EXPECT_EQ(JointMessage("<limit lower='2' upper='1'/>"),
-            "r.urdf:4:71: joint 'j': lower limit 2 is above the upper limit 1");
+  EXPECT_EQ(JointMessage("<limit lower='2' upper='1'/>"), "(loads)");
 }
 
 TEST(UrdfMessages, SlipsOfTheFingersThatWouldBeIgnored) {
-  EXPECT_THAT(LinkMessage("<inertal/>"),
-              HasSubstr("r.urdf:3:16: link 'a': unknown element <inertal> (did "
-                        "you mean <inertial>?)"));
+  EXPECT_EQ(LinkMessage("<inertal/>"),
+            "r.urdf:3:16: link 'a': unknown element <inertal>\n  hint: did you "
+            "mean <inertial>?");
   EXPECT_EQ(JointMessage("<dynamic damping='1'/>"),
             "r.urdf:4:71: joint 'j': unknown element <dynamic>\n  hint: did "
             "you mean <dynamics>?");
@@ -415,22 +426,21 @@ TEST(UrdfMessages, SlipsOfTheFingersThatWouldBeIgnored) {
 TEST(UrdfMessages, EveryFaultIsListedInTheOrderOfTheFile) {
   EXPECT_EQ(
       Message("<robot name='r'>\n<link name='base'/>\n<link name='a'>"
-              "<inertial><mass value='-1'/><inertia ixx='1' ixy='0' ixz='0' "
-              "iyy='1' iyz='0' izz='3'/></inertial></link>\n<link name='b'/>\n"
+              "<inertial><mass value='x'/><inertia ixx='1' ixy='0' ixz='0' "
+              "iyy='1' iyz='0'/></inertial></link>\n<link name='b'/>\n"
               "<joint name='j' type='revolute'><parent link='base'/><child "
               "link='a'/><axis xyz='0 0 0'/></joint>\n<joint name='k' "
-              "type='continuous'><parent link='a'/><child link='b'/></joint>\n"
+              "type='planar'><parent link='a'/><child link='b'/></joint>\n"
               "</robot>\n"),
       "r.urdf: 4 faults\n"
-      "  r.urdf:3:32: link 'a': mass -1 kg is negative (give the mass of the "
-      "link, a positive number of kg)\n"
-      "  r.urdf:3:44: link 'a': principal moments 1, 1, 3 kg m^2 violate the "
-      "triangle inequality (the moments of a body about its centre of mass: "
-      "each is at most the sum of the other two)\n"
-      "  r.urdf:4:1: link 'b': no mass (no <inertial>), but joint 'k' moves it "
-      "(give it a mass, or make the joint fixed)\n"
+      "  r.urdf:3:32: link 'a': 'x' in <mass value=\"x\"> is not a finite "
+      "number (write it with digits and a point, such as -1.5e-3)\n"
+      "  r.urdf:3:43: link 'a': <inertia> has no izz\n"
       "  r.urdf:5:77: joint 'j': the axis is zero (it is the direction about "
-      "or along which the joint moves)");
+      "or along which the joint moves)\n"
+      "  r.urdf:6:17: joint 'k': planar joints are not supported (use two "
+      "prismatic joints and a revolute one, each carrying a part of the "
+      "mass)");
 }
 
 TEST(UrdfMessages, UrdfdomKeepsOffTheConsole) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "models/find_model.h"
+#include "models/hold_joints.h"
 #include "models/urdf/load_urdf.h"
 #include "tests/support/random_mechanism.h"
 
@@ -155,17 +156,146 @@ TEST(WriteUrdf, CommentsMayHoldDashes) {
   const Model model = Load("pendulum1");
   const std::string text =
       WriteUrdf(model, {"sysid_fit --model x --", "--->", "---"});
-  EXPECT_THAT(text, HasSubstr("<!-- sysid_fit - -model x - - -->"));
+  EXPECT_THAT(text, HasSubstr("<!-- sysid: sysid_fit - -model x - - -->"));
   ExpectSame(model.mechanism(), LoadUrdfText(text, "written.urdf"));
 }
 
 TEST(WriteUrdf, NamesAreEscaped) {
   Mechanism mechanism = Load("pendulum1").mechanism();
+  mechanism.source.reset();
   mechanism.name = "a \"b\" <c> & 'd'";
   mechanism.links[1].name = "x&y<z";
   const Mechanism back = Reload(Model(mechanism));
   EXPECT_EQ(back.name, mechanism.name);
   EXPECT_EQ(back.links[1].name, mechanism.links[1].name);
+}
+
+constexpr char kGripper[] = R"(<?xml version="1.0"?>
+<!-- of a collection -->
+<robot name="gripper" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <!-- sysid: effort_bias@slide slide.effort_bias=1 N -->
+  <!-- grey -->
+  <material name="grey"><color rgba="0.7 0.7 0.7 1"/></material>
+  <link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual>
+  </link>
+  <link name="palm">
+    <inertial>
+      <mass value="1.50"/>
+      <origin xyz="0 0 0.10" rpy="1.5707963 0 0"/>
+      <inertia ixx="1e-2" ixy="0" ixz="0" iyy="2e-2" iyz="0" izz="1.5e-2"/>
+    </inertial>
+    <visual>
+      <geometry><mesh filename="package://g/palm.dae" scale="1 1 1"/></geometry>
+      <material name="grey"/>
+    </visual>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision>
+  </link>
+  <joint name="slide" type="prismatic">
+    <origin xyz="0 0 0.30" rpy="0.10 0.2 0.3"/>
+    <parent link="base"/><child link="palm"/>
+    <axis xyz="0 0 1.0"/>
+    <limit lower="0" upper="0.5" effort="1e3" velocity="2"/>
+    <dynamics damping="0.50"/>
+    <safety_controller k_velocity="10"/>
+  </joint>
+  <link name="finger">
+    <inertial>
+      <mass value="0.1"/>
+      <inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/>
+    </inertial>
+  </link>
+  <joint name="knuckle" type="revolute">
+    <origin xyz="0.05 0 0.1"/>
+    <parent link="palm"/><child link="finger"/>
+    <axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="5" velocity="2"/>
+    <dynamics damping="0.01" friction="0.02"/>
+  </joint>
+  <transmission name="t"><type>transmission_interface/SimpleTransmission</type>
+    <joint name="slide"><hardwareInterface>EffortJoint</hardwareInterface>
+    </joint></transmission>
+  <gazebo reference="palm"><mu1>0.2</mu1></gazebo>
+</robot>
+)";
+
+Model Gripper(const Mechanism& mechanism) {
+  return MakeModel(mechanism, Catalogue());
+}
+
+TEST(WriteUrdf, KeepsWhatTheDynamicsDoNotUse) {
+  Model model = Gripper(LoadUrdfText(kGripper, "g.urdf"));
+  MechanismParameters<double> fitted = model.nominal();
+  fitted.links[1].mass = 1.75;
+  model.SetNominal(fitted);
+  const std::string text = WriteUrdf(model, {"from a run"});
+  for (const char* kept :
+       {"<!-- of a collection -->", "<!-- grey -->",
+        "<color rgba=\"0.7 0.7 0.7 1\"", "<box size=\"1 1 1\"",
+        "<mesh filename=\"package://g/palm.dae\" scale=\"1 1 1\"",
+        "<sphere radius=\"0.1\"", "<safety_controller k_velocity=\"10\"",
+        "<type>transmission_interface/SimpleTransmission</type>",
+        "<hardwareInterface>EffortJoint</hardwareInterface>",
+        "<gazebo reference=\"palm\">", "<mu1>0.2</mu1>",
+        "xmlns:xacro=\"http://www.ros.org/wiki/xacro\"",
+        // Numbers that are the file's, as they are written there.
+        "<mass value=\"1.75\"", "xyz=\"0 0 0.10\" rpy=\"1.5707963 0 0\"",
+        "ixx=\"1e-2\"", "xyz=\"0 0 0.30\" rpy=\"0.10 0.2 0.3\"",
+        "xyz=\"0 0 1.0\"", "effort=\"1e3\"", "damping=\"0.50\""}) {
+    EXPECT_THAT(text, HasSubstr(kept));
+  }
+  EXPECT_THAT(text, HasSubstr("<!-- sysid: from a run -->"));
+  EXPECT_THAT(text, Not(HasSubstr("effort_bias")));
+  const Mechanism back = LoadUrdfText(text, "written.urdf");
+  EXPECT_EQ(back.nominal.links[1].mass, 1.75);
+  EXPECT_EQ(back.nominal.links[1].inertia, fitted.links[1].inertia);
+  // Written once more of what was written: not a letter changes.
+  EXPECT_EQ(WriteUrdf(Gripper(back), {"from a run"}), text);
+}
+
+TEST(WriteUrdf, TheDynamicsAloneHaveNoMeshes) {
+  const Model model = Gripper(LoadUrdfText(kGripper, "g.urdf"));
+  const std::string text = WriteUrdf(model, {}, UrdfContent::kDynamics);
+  EXPECT_THAT(text, Not(HasSubstr("mesh")));
+  ExpectSame(model.mechanism(), LoadUrdfText(text, "written.urdf"));
+}
+
+TEST(WriteUrdf, ChangedInertiasAreInTheLinksAxes) {
+  Model model = Gripper(LoadUrdfText(kGripper, "g.urdf"));
+  MechanismParameters<double> fitted = model.nominal();
+  fitted.links[1].inertia *= 1.1;
+  fitted.links[2].com = Eigen::Vector3d(0.01, 0.02, 0.03);
+  fitted.joint_p[1][0] = 0.06;
+  model.SetNominal(fitted);
+  const Mechanism back = Reload(model);
+  for (size_t i = 1; i < fitted.links.size(); ++i) {
+    EXPECT_EQ(back.nominal.links[i].inertia, fitted.links[i].inertia);
+    EXPECT_EQ(back.nominal.links[i].com, fitted.links[i].com);
+  }
+  EXPECT_EQ(back.nominal.joint_p[1], fitted.joint_p[1]);
+}
+
+TEST(WriteUrdf, HeldJointsAreWhatTheyWere) {
+  const Mechanism whole = LoadUrdfText(kGripper, "g.urdf");
+  for (const bool with_source : {true, false}) {
+    Mechanism held = HoldJoints(whole, {{0, 0.2}});
+    if (!with_source) held.source.reset();
+    Model model = Gripper(held);
+    MechanismParameters<double> fitted = model.nominal();
+    fitted.links[2].mass = 0.125;
+    model.SetNominal(fitted);
+    Mechanism expected = whole;
+    expected.nominal.links[2].mass = 0.125;
+    const Mechanism back = Reload(model);
+    ExpectSame(expected, back);
+    EXPECT_EQ(back.joints[0].damping, 0.5);
+    // The dynamics alone have them where they are held.
+    const Mechanism still = LoadUrdfText(
+        WriteUrdf(model, {}, UrdfContent::kDynamics), "written.urdf");
+    EXPECT_EQ(still.joints[0].type, JointType::kFixed);
+    EXPECT_TRUE(still.nominal.joint_p[0].isApprox(
+        whole.nominal.joint_p[0] +
+        0.2 * whole.joints[0].R_PJ * Eigen::Vector3d::UnitZ()));
+  }
 }
 
 }  // namespace

@@ -279,5 +279,19 @@ TEST(FitSpecificationTest, ReportsFilesThatCannotBeRead) {
   EXPECT_EQ(ReadFitSpecification("/dev/null").free.size(), 0u);
 }
 
+TEST(FitSpecificationTest, ReadsLocks) {
+  const FitSpecification spec =
+      Parse("lock: {head_1: 0.3, 'wheel_*': 0, lift: }\n");
+  ASSERT_EQ(spec.lock.size(), 3u);
+  EXPECT_EQ(spec.lock[0].name, "head_1");
+  EXPECT_EQ(spec.lock[0].value, 0.3);
+  EXPECT_EQ(spec.lock[0].place, "dir/fit.yaml:1:8");
+  EXPECT_EQ(spec.lock[1].name, "wheel_*");
+  EXPECT_FALSE(spec.lock[2].value);
+  EXPECT_EQ(Parse("lock: [head_1, 'wheel_*']\n").lock.size(), 2u);
+  EXPECT_THAT(ParseError("lock: {head_1: up}\n"),
+              StartsWith("dir/fit.yaml:1:16: head_1 must be a number"));
+}
+
 }  // namespace
 }  // namespace sysid

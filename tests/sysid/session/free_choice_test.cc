@@ -202,5 +202,103 @@ TEST(CheckValue, RefusesWhatAParameterCannotBe) {
   EXPECT_THAT(error("joint1.cogging_order", 3.5), HasSubstr("cannot be 3.5"));
 }
 
+// An arm of two hinges about y; `tip` is the second link's body.
+std::string TwoHinges(const std::string& tip) {
+  return "<robot name='two'><link name='base'/><link name='upper'><inertial>"
+         "<origin xyz='0 0 -0.2'/><mass value='2'/><inertia ixx='0.03' ixy='0' "
+         "ixz='0' iyy='0.03' iyz='0' izz='0.01'/></inertial></link>"
+         "<joint name='a' type='revolute'><parent link='base'/><child "
+         "link='upper'/><axis xyz='0 1 0'/></joint><link name='lower'>" +
+         tip +
+         "</link><joint name='b' type='revolute'><origin xyz='0 0 -0.4'/>"
+         "<parent link='upper'/><child link='lower'/><axis xyz='0 1 0'/>"
+         "</joint></robot>";
+}
+
+std::string Inertial6(const std::string& mass, const std::string& moments) {
+  return "<inertial><origin xyz='0 0 0'/><mass value='" + mass +
+         "'/><inertia " + moments + "/></inertial>";
+}
+
+// What was chosen of a URDF text.
+struct AskedOf : Asked {
+  explicit AskedOf(const std::string& urdf) : text(urdf) {}
+  Session ChooseOf() {
+    const Catalogue catalogue;
+    Session session(MakeModel(LoadUrdfText(text, "two.urdf"), catalogue));
+    session.model_file = "two.urdf";
+    ChooseFree(request, spec, catalogue, &session);
+    notices = session.notices;
+    return session;
+  }
+  std::string text;
+};
+
+constexpr char kAllSix[] =
+    "lower.ixx,lower.iyy,lower.izz,lower.ixy,lower.ixz,lower.iyz";
+
+TEST(ChooseFree, StartsAnImpossibleInertiaAtTheNearestPossible) {
+  AskedOf asked(TwoHinges(Inertial6(
+      "1", "ixx='0.01' ixy='0' ixz='0' iyy='0.01' iyz='0' izz='0.03'")));
+  asked.request.free = kAllSix;
+  const Session choice = asked.ChooseOf();
+  ASSERT_EQ(asked.notices.size(), 1u);
+  EXPECT_THAT(asked.notices[0],
+              testing::AllOf(
+                  testing::StartsWith("the inertia of lower is free and no "
+                                      "body's: the fit starts from the nearest "
+                                      "possible one, "),
+                  testing::EndsWith(" % away")));
+  double sum = 0;
+  for (int k = 0; k < 2; ++k) sum += choice.free[k].initial;
+  EXPECT_GE(sum, choice.free[2].initial);
+  EXPECT_EQ(choice.free[0].initial,
+            choice.model.nominal().links[2].inertia(0, 0));
+  // Whoever holds an entry of it holds it.
+  asked.request.free = "upper.mass";
+  asked.request.fix = "lower.ixx=0.02";
+  EXPECT_EQ(asked.ChooseOf().model.nominal().links[2].inertia(2, 2), 0.03);
+  EXPECT_THAT(asked.notices, IsEmpty());
+}
+
+TEST(ChooseFree, NamesTheJointThatNothingMakesRegular) {
+  AskedOf asked(TwoHinges(
+      Inertial6("0.2", "ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'")));
+  asked.request.free = "upper.mass";
+  EXPECT_EQ(ErrorText([&] { asked.ChooseOf(); }),
+            "two.urdf: joint 'b': link 'lower' and what it carries have no "
+            "inertia about its axis\n  hint: give what moves there some mass "
+            "and inertia, however small, a rotor (--add armature@b), or hold "
+            "it still: --lock 'b'");
+  // A rotor, a free inertia or a centre of mass off the axis do.
+  asked.request.add = "armature@b";
+  Session choice = asked.ChooseOf();
+  EXPECT_EQ(choice.free.back().parameter.name, "b.armature");
+  EXPECT_EQ(choice.free.back().initial, 0.01);
+  EXPECT_THAT(asked.notices,
+              ElementsAre("nothing else has inertia there: the fit starts "
+                          "b.armature at 0.01 kg m^2"));
+  asked.request.add = "";
+  asked.request.free = kAllSix;
+  choice = asked.ChooseOf();
+  EXPECT_GT(choice.free[1].initial, 0.0);
+  ASSERT_EQ(asked.notices.size(), 1u);
+  EXPECT_THAT(asked.notices[0],
+              HasSubstr("the inertia of lower is free and zero: the fit starts "
+                        "from that of a solid ball"));
+  asked.request.free = "lower.com_x=0.1";
+  asked.ChooseOf();
+  EXPECT_THAT(asked.notices, IsEmpty());
+}
+
+// A fix is not blamed for what the file says of the link already.
+TEST(ChooseFree, DoesNotBlameAFixForTheFile) {
+  AskedOf asked(TwoHinges(Inertial6(
+      "1", "ixx='0.01' ixy='0' ixz='0' iyy='0.01' iyz='0' izz='0.03'")));
+  asked.request.free = "upper.mass";
+  asked.request.fix = "lower.mass=1.5";
+  EXPECT_EQ(asked.ChooseOf().model.nominal().links[2].mass, 1.5);
+}
+
 }  // namespace
 }  // namespace sysid

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <map>
+
+#include "models/mechanism.h"
+
+namespace sysid {
+
+// Joints held still. A joint that is held is a fixed one before the model is
+// made: what it carries is one body with what carries it, and costs nothing.
+// Held at position q,
+//
+//   R_PC = R_PJ Exp(S q) of a hinge,   p_PC = p_PJ + R_PJ S q of a slide,
+//
+// while p_PJ stays the parameter that it was. A ball is held at the identity.
+
+// Makes the joint fixed, whatever it was; `joint` is of no mechanism yet.
+void HoldStill(double position, Joint* joint);
+
+// The mechanism with joints held at positions (index -> rad or m), and with
+// them the mimics that follow them: q = multiplier q_joint + offset.
+Mechanism HoldJoints(const Mechanism& mechanism,
+                     const std::map<int, double>& positions);
+
+}  // namespace sysid

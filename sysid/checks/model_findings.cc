@@ -1,0 +1,148 @@
+#include "sysid/checks/model_findings.h"
+
+#include <algorithm>
+
+#include "models/dynamics.h"
+#include "models/error.h"
+#include "models/physical.h"
+#include "sysid/checks/shipped_checks.h"
+
+namespace sysid {
+namespace {
+
+// "a, b, c and 9 more".
+std::string Listed(const std::vector<std::string>& names) {
+  constexpr size_t kShown = 5;
+  if (names.size() <= kShown + 1) return Join(names);
+  return Join({names.begin(), names.begin() + kShown}) + " and " +
+         std::to_string(names.size() - kShown) + " more";
+}
+
+Finding Note(const std::string& fault, const std::string& file,
+             const std::vector<std::string>& names) {
+  Finding finding;
+  finding.fault = fault;
+  finding.severity = Severity::kNote;
+  finding.weight = 4.0;
+  finding.file = file;
+  finding.subject = Listed(names);
+  return finding;
+}
+
+// By how much second moments are negative, as a share of all.
+double Excess(const Inertial<double>& body) {
+  if (body.mass < 0) return 1.0;
+  const Eigen::Matrix3d nearest = NearestPossible(body.inertia);
+  return (nearest - body.inertia).norm() / body.inertia.norm();
+}
+
+void FindImpossible(const Mechanism& mechanism, const std::string& file,
+                    std::vector<Finding>* findings) {
+  std::vector<PhysicalFault> faults =
+      PhysicalFaults(mechanism, mechanism.nominal);
+  for (size_t i = 1; i < mechanism.links.size(); ++i) {
+    const Inertial<double>& body = mechanism.nominal.links[i];
+    if (body.mass == 0 && CanStart(body.inertia)) {
+      faults.push_back(
+          {static_cast<int>(i), "a rotational inertia without a mass"});
+    }
+  }
+  if (faults.empty()) return;
+  std::vector<std::string> names;
+  for (const PhysicalFault& fault : faults) {
+    names.push_back(mechanism.links[fault.link].name);
+  }
+  const PhysicalFault& worst = *std::max_element(
+      faults.begin(), faults.end(), [&](const auto& a, const auto& b) {
+        return Excess(mechanism.nominal.links[a.link]) <
+               Excess(mechanism.nominal.links[b.link]);
+      });
+  Finding finding = Note("inertia_not_physical", file, names);
+  finding.evidence =
+      names.size() == 1
+          ? worst.text
+          : "no body has such masses and moments; the worst is '" +
+                mechanism.links[worst.link].name + "', " + worst.text;
+  finding.consequence =
+      "they are used as they stand; where one is free, the fit starts from the "
+      "nearest that a body has";
+  findings->push_back(finding);
+}
+
+void FindEmpty(const Mechanism& mechanism, const std::string& file,
+               std::vector<Finding>* findings) {
+  std::vector<std::string> names;
+  for (const SingularJoint& joint : SingularJoints(Model(mechanism))) {
+    names.push_back(mechanism.joints[joint.joint].name);
+  }
+  if (names.empty()) return;
+  Finding finding = Note("no_inertia", file, names);
+  finding.evidence = "of the file nothing there has inertia";
+  finding.consequence =
+      "what moves there is only what is added or free: a rotor, a mass, an "
+      "inertia";
+  findings->push_back(finding);
+}
+
+// Of those whose leader is held or fixed the place is right.
+void FindMimics(const Mechanism& mechanism, const std::string& file,
+                std::vector<Finding>* findings) {
+  std::vector<std::string> names;
+  for (const Joint& joint : mechanism.joints) {
+    const Joint* leader = &joint;
+    while (leader->mimic) {
+      leader = &mechanism.joints[mechanism.FindJoint(leader->mimic->joint)];
+    }
+    if (joint.mimic && leader->type != JointType::kFixed) {
+      names.push_back(joint.name);
+    }
+  }
+  if (names.empty()) return;
+  Finding finding = Note("mimic", file, names);
+  finding.evidence =
+      "held still where it is with the joint that it follows at zero: joints "
+      "do not move with others yet";
+  finding.consequence =
+      "the joint that is followed feels less inertia than it has";
+  findings->push_back(finding);
+}
+
+void FindReversedLimits(const Mechanism& mechanism, const std::string& file,
+                        std::vector<Finding>* findings) {
+  std::vector<std::string> names;
+  std::string first;
+  for (const Joint& joint : mechanism.joints) {
+    const JointType type = joint.held ? joint.held->type : joint.type;
+    if (type != JointType::kRevolute && type != JointType::kPrismatic) continue;
+    if (!joint.has_limits || joint.lower <= joint.upper) continue;
+    if (names.empty()) {
+      first = ShortNumber(joint.lower) + " to " + ShortNumber(joint.upper);
+    }
+    names.push_back(joint.name);
+  }
+  if (names.empty()) return;
+  Finding finding = Note("limits_reversed", file, names);
+  finding.evidence = "the lower limit is above the upper one, " + first;
+  finding.consequence = "these limits are not used";
+  findings->push_back(finding);
+}
+
+}  // namespace
+
+std::vector<Finding> ModelFindings(const Model& model,
+                                   const std::string& file) {
+  std::vector<Finding> findings;
+  FindImpossible(model.mechanism(), file, &findings);
+  FindEmpty(model.mechanism(), file, &findings);
+  FindMimics(model.mechanism(), file, &findings);
+  FindReversedLimits(model.mechanism(), file, &findings);
+  return findings;
+}
+
+void CheckModel(const CheckInput& input, std::vector<Finding>* findings) {
+  for (const Finding& finding : ModelFindings(*input.model, input.model_file)) {
+    findings->push_back(finding);
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,122 @@
+#include "sysid/parameters/starts.h"
+
+#include <algorithm>
+#include <set>
+
+#include "models/dynamics.h"
+#include "models/error.h"
+#include "models/physical.h"
+#include "sysid/io/cell.h"
+
+namespace sysid {
+namespace {
+
+Model AtStarts(const Model& model, const std::vector<FreeParameter>& free) {
+  std::vector<Parameter> parameters;
+  std::vector<double> values;
+  for (const FreeParameter& f : free) {
+    parameters.push_back(f.parameter);
+    values.push_back(f.initial);
+  }
+  Model start = model;
+  SetParameters(parameters, values, &start);
+  return start;
+}
+
+// The joint whose inertia a parameter is when it leaves zero, or -1.
+int JointOf(const Model& model, const Parameter& parameter) {
+  if (parameter.kind == ParameterKind::kMass) {
+    const int body = model.placement(parameter.index).body;
+    return body < 0 ? -1 : model.bodies()[body].joint;
+  }
+  if (parameter.kind != ParameterKind::kEffect) return -1;
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    const int at = parameter.index - model.effects().offset(i);
+    if (at < 0 || at >= static_cast<int>(effect.parameters().size())) continue;
+    return (effect.hooks() & kJointInertiaHook) ? effect.joint() : -1;
+  }
+  return -1;
+}
+
+}  // namespace
+
+void StartPossible(const std::vector<std::string>& names,
+                   const std::vector<std::string>& held, Model* model,
+                   std::vector<std::string>* notices) {
+  std::set<int> links;
+  for (const Parameter& parameter : FindParameters(*model, names, "")) {
+    if (parameter.kind == ParameterKind::kInertia) {
+      links.insert(parameter.index);
+    }
+  }
+  for (const Parameter& parameter : FindParameters(*model, held, "")) {
+    if (parameter.kind == ParameterKind::kInertia) {
+      links.erase(parameter.index);
+    }
+  }
+  MechanismParameters<double> values = model->nominal();
+  std::vector<std::string> nearest, balls;
+  double farthest = 0.0;
+  for (const int link : links) {
+    const Eigen::Matrix3d given = values.links[link].inertia;
+    if (CanStart(given)) continue;
+    const Eigen::Matrix3d start =
+        StartingInertia(model->mechanism(), model->nominal(), link);
+    values.links[link].inertia = start;
+    const std::string& name = model->mechanism().links[link].name;
+    if (given.isZero(0)) {
+      balls.push_back(name);
+    } else {
+      nearest.push_back(name);
+      farthest = std::max(farthest, (start - given).norm() / given.norm());
+    }
+  }
+  model->SetNominal(values);
+  if (!nearest.empty()) {
+    notices->push_back("the inertia of " + Join(nearest) +
+                       " is free and no body's: the fit starts from the "
+                       "nearest possible one, " +
+                       (nearest.size() > 1 ? "at most " : "") +
+                       Format("%.2g", 100.0 * farthest) + " % away");
+  }
+  if (!balls.empty()) {
+    notices->push_back("the inertia of " + Join(balls) +
+                       " is free and zero: the fit starts from that of a solid "
+                       "ball which reaches from the centre of mass to the "
+                       "joint");
+  }
+}
+
+Model StartRegular(const Model& model, const std::vector<bool>& given,
+                   std::vector<FreeParameter>* free,
+                   std::vector<std::string>* notices) {
+  std::vector<std::string> moved;
+  while (true) {
+    Model start = AtStarts(model, *free);
+    const size_t before = moved.size();
+    for (const SingularJoint& singular : SingularJoints(start)) {
+      for (size_t i = 0; i < free->size(); ++i) {
+        FreeParameter& f = (*free)[i];
+        if (given[i] || f.initial != 0.0) continue;
+        if (JointOf(model, f.parameter) != singular.joint) continue;
+        const double size =
+            f.parameter.kind == ParameterKind::kMass
+                ? StartingMass(model.mechanism(), model.nominal())
+                : f.parameter.typical_scale;
+        f.initial = std::clamp(size, f.lower, f.upper);
+        if (f.initial == 0.0) continue;
+        moved.push_back(f.parameter.name + " at " + Format("%.3g", f.initial) +
+                        " " + f.parameter.unit);
+      }
+    }
+    if (moved.size() > before) continue;
+    if (!moved.empty()) {
+      notices->push_back("nothing else has inertia there: the fit starts " +
+                         Join(moved));
+    }
+    return start;
+  }
+}
+
+}  // namespace sysid

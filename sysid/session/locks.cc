@@ -1,0 +1,137 @@
+#include "sysid/session/locks.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <map>
+
+#include "models/error.h"
+#include "models/hold_joints.h"
+#include "sysid/io/csv.h"
+
+namespace sysid {
+namespace {
+
+JointType TypeInFile(const Joint& joint) {
+  return joint.held ? joint.held->type : joint.type;
+}
+
+std::string Text(const NamedValue& lock) {
+  return lock.name + (lock.value ? "=" + ShortestText(*lock.value) : "");
+}
+
+}  // namespace
+
+std::vector<NamedValue> ResolveLocks(const Mechanism& mechanism,
+                                     const std::vector<NamedValue>& locks) {
+  std::vector<std::string> names;
+  std::map<std::string, NamedValue> found;
+  for (const Joint& joint : mechanism.joints) {
+    if (TypeInFile(joint) != JointType::kFixed) names.push_back(joint.name);
+  }
+  for (const NamedValue& lock : locks) {
+    bool any = false;
+    for (const Joint& joint : mechanism.joints) {
+      const JointType type = TypeInFile(joint);
+      if (type == JointType::kFixed) continue;
+      if (lock.name != joint.name &&
+          fnmatch(lock.name.c_str(), joint.name.c_str(), 0) != 0) {
+        continue;
+      }
+      any = true;
+      if (type == JointType::kSpherical && lock.value.value_or(0.0) != 0.0) {
+        throw InputError(
+            lock.place,
+            "joint '" + joint.name + "' is spherical: it cannot be held at " +
+                ShortestText(*lock.value),
+            "write " + joint.name + " alone: it is then held at the identity");
+      }
+      found[joint.name] = {joint.name, lock.value.value_or(0.0), lock.place};
+    }
+    if (any) continue;
+    const bool fixed = mechanism.FindJoint(lock.name) >= 0;
+    throw InputError(lock.place,
+                     fixed ? "joint '" + lock.name + "' is fixed already"
+                           : "no joint that moves is named '" + lock.name + "'",
+                     fixed ? "leave it out" : NameHint(lock.name, names));
+  }
+  std::vector<NamedValue> resolved;
+  for (const std::string& name : names) {
+    const auto at = found.find(name);
+    if (at != found.end()) resolved.push_back(at->second);
+  }
+  return resolved;
+}
+
+Mechanism LockJoints(const Mechanism& mechanism,
+                     const std::vector<NamedValue>& resolved,
+                     std::vector<std::string>* notices) {
+  if (resolved.empty()) return mechanism;
+  std::map<int, double> positions;
+  std::vector<std::string> beyond;
+  for (const NamedValue& lock : resolved) {
+    const int j = mechanism.FindJoint(lock.name);
+    const Joint& joint = mechanism.joints[j];
+    positions[j] = *lock.value;
+    const JointType type = TypeInFile(joint);
+    const bool limited =
+        joint.has_limits && joint.lower <= joint.upper &&
+        (type == JointType::kRevolute || type == JointType::kPrismatic);
+    if (limited && (*lock.value < joint.lower || *lock.value > joint.upper)) {
+      beyond.push_back(lock.name + " at " + ShortestText(*lock.value) +
+                       " (limits " + ShortestText(joint.lower) + " to " +
+                       ShortestText(joint.upper) + ")");
+    }
+  }
+  if (!beyond.empty()) {
+    notices->push_back("held beyond the limits: " + Join(beyond));
+  }
+  Mechanism held = HoldJoints(mechanism, positions);
+  if (held.nv == 0) {
+    throw InputError(resolved.front().place, "holds every joint that moves",
+                     "leave one of them out");
+  }
+  return held;
+}
+
+std::string UnmeasuredNotice(const Mechanism& mechanism,
+                             const std::vector<const Run*>& runs,
+                             const std::vector<NamedValue>& flag_locks) {
+  const auto any = [&](const auto& says) {
+    return std::any_of(runs.begin(), runs.end(),
+                       [&](const Run* run) { return says(*run); });
+  };
+  const auto has_channel = [](const Run& run, const auto& is_it) {
+    return std::any_of(run.channels.begin(), run.channels.end(), is_it);
+  };
+  const auto is_frame = [](const Channel& channel) {
+    return channel.kind == ChannelKind::kFramePosition;
+  };
+  if (any([&](const Run& run) { return has_channel(run, is_frame); })) {
+    return "";
+  }
+  std::vector<std::string> names, flags;
+  for (const NamedValue& lock : flag_locks) flags.push_back(Text(lock));
+  for (size_t j = 0; j < mechanism.joints.size(); ++j) {
+    const Joint& joint = mechanism.joints[j];
+    if (joint.type == JointType::kFixed) continue;
+    const bool has_column = any([&](const Run& run) {
+      return has_channel(run,
+                         [&](const Channel& channel) {
+                           return channel.target == static_cast<int>(j);
+                         }) ||
+             !run.effort.middleCols(joint.v_index, VelocitySize(joint.type))
+                  .isZero(0.0);
+    });
+    if (has_column) continue;
+    names.push_back(joint.name);
+    flags.push_back(joint.name);
+  }
+  if (names.empty()) return "";
+  return "no column of " + Join(names) + ": " +
+         (names.size() == 1 ? "its motion is" : "their motions are") +
+         " estimated from the others; hold still by --lock '" +
+         Join(flags, ",") + "'";
+}
+
+}  // namespace sysid
