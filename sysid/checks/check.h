@@ -33,12 +33,16 @@ struct CheckInput {
 using NumbersCheck = void (*)(const CheckInput& input,
                               std::vector<Finding>* findings);
 
+// Of a fault of the data beside all that the model could lack: better; better,
+// but not by what chance allows for; or not better.
+enum class DataVerdict { kRejected, kUndecided, kAccepted };
+
 // An explanation of what the model misses, compared with the others in windows
 // that were not fitted.
 struct ComparedExplanation {
-  std::string what;          // "spring@joint1", "joint1.q read 8 ms earlier"
-  bool of_data = false;      // a fault of the data; else of the model
-  bool accepted = false;     // of the data: better than all of the model
+  std::string what;      // "spring@joint1", "joint1.q read 8 ms earlier"
+  bool of_data = false;  // a fault of the data; else of the model
+  DataVerdict verdict = DataVerdict::kRejected;  // of a fault of the data
   double error = 0.0;        // that it leaves, in times the noise
   double error_ratio = 1.0;  // to that of the model as given, (10.3)
 };

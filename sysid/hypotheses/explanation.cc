@@ -189,11 +189,16 @@ const Explanation& Competition::BestRival(
   return *best;
 }
 
-bool Competition::Wins(const Explanation& explanation) const {
+DataVerdict Competition::Judge(const Explanation& explanation) const {
+  if (!(explanation.fit.unexplained < kUnexplained)) {
+    return DataVerdict::kRejected;
+  }
   const DataHypothesis& hypothesis = explanation.hypothesis();
-  return explanation.fit.unexplained < kUnexplained &&
-         Gain(BestRival(hypothesis), explanation, hypothesis.runs)
-             .IsBetter(kSignificance, kWorth);
+  const Difference gain =
+      Gain(BestRival(hypothesis), explanation, hypothesis.runs);
+  return gain.IsBetter(kSignificance, kWorth) ? DataVerdict::kAccepted
+         : gain.IsBetter(kTie, kWorth)        ? DataVerdict::kUndecided
+                                              : DataVerdict::kRejected;
 }
 
 }  // namespace sysid

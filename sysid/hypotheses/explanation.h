@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/checks/check.h"
 #include "sysid/hypotheses/coarse_fit.h"
 #include "sysid/hypotheses/data_hypothesis.h"
 
@@ -17,7 +18,7 @@ struct Explanation {
   int place = -1;  // of a fault: in the list of all, likelier ones first
   double std_error = 0.0;  // of its scalar
   bool augmented = false;  // a fault, and more physics too
-  bool accepted = false;   // a fault that is better than all rivals
+  DataVerdict verdict = DataVerdict::kRejected;  // of a fault
   CoarseFit fit;
 
   const DataHypothesis& hypothesis() const { return *fit.supposed.hypothesis; }
@@ -71,7 +72,7 @@ class Competition {
                   const std::vector<int>& runs) const;
   // The best rival of a fault.
   const Explanation& BestRival(const DataHypothesis& hypothesis) const;
-  bool Wins(const Explanation& explanation) const;
+  DataVerdict Judge(const Explanation& explanation) const;
 
  private:
   Explanation AsRead(const std::string& name, bool of_bodies,

@@ -42,7 +42,7 @@ std::string Says(const Explanation& explanation) {
                                        kInterval * explanation.std_error);
 }
 
-// The faults that were fitted, accepted or not.
+// The faults that were fitted, with their verdicts.
 std::vector<Explanation> FitSuspects(const std::vector<Suspect>& suspects,
                                      Competition* all) {
   std::vector<Explanation> fitted;
@@ -50,8 +50,8 @@ std::vector<Explanation> FitSuspects(const std::vector<Suspect>& suspects,
   const auto fit = [&](const Suspect& suspect, bool augmented) {
     std::optional<Explanation> found = all->Fit(suspect, augmented);
     if (!found) return;
-    found->accepted = all->Wins(*found);
-    any_accepted = any_accepted || found->accepted;
+    found->verdict = all->Judge(*found);
+    any_accepted = any_accepted || found->verdict == DataVerdict::kAccepted;
     fitted.push_back(std::move(*found));
   };
   int refits = 0;
@@ -166,7 +166,7 @@ std::vector<ComparedExplanation> Compared(
   const auto add = [&](const Explanation& explanation, const std::string& what,
                        bool of_data) {
     const double gain = all.Gain(all.as_given(), explanation, {}).mean;
-    table.push_back({what, of_data, explanation.accepted, explanation.fit.error,
+    table.push_back({what, of_data, explanation.verdict, explanation.fit.error,
                      std::exp(-gain)});
   };
   for (const Explanation& rival : all.rivals()) {
@@ -198,7 +198,9 @@ void Test(Competition* all, HypothesisReport* report) {
   all->FitEffects();
   std::vector<Explanation> faults = FitSuspects(suspects, all);
   report->compared = Compared(faults, *all);
-  std::erase_if(faults, [](const Explanation& f) { return !f.accepted; });
+  std::erase_if(faults, [](const Explanation& f) {
+    return f.verdict != DataVerdict::kAccepted;
+  });
   if (faults.empty()) return;
   const Explanation best = InMoreRuns(Best(faults, *all), all);
   report->findings.push_back(Report(best, faults, *all));

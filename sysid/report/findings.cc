@@ -14,7 +14,8 @@ std::string CheckJson(const std::string& model,
   for (const ComparedExplanation& one : result.compared) {
     compared.push_back({{"explanation", one.what},
                         {"of", one.of_data ? "data" : "model"},
-                        {"accepted", one.accepted},
+                        {"accepted", one.verdict == DataVerdict::kAccepted},
+                        {"undecided", one.verdict == DataVerdict::kUndecided},
                         {"error", Finite(one.error)},
                         {"error_ratio", Finite(one.error_ratio)}});
   }
@@ -29,17 +30,20 @@ std::string CheckJson(const std::string& model,
 
 namespace {
 
-// Effects of the model and the accepted faults of the data, the best first.
+// Effects of the model and the faults of the data that were not rejected, the
+// best first.
 std::string ComparedText(const std::vector<ComparedExplanation>& compared) {
   if (compared.empty()) return "";
   std::string text =
       "\nheld-out error of each explanation, relative to the model as given:\n";
   for (const ComparedExplanation& one : compared) {
-    if (one.of_data && !one.accepted) continue;
+    if (one.of_data && one.verdict == DataVerdict::kRejected) continue;
     char line[32];
     std::snprintf(line, sizeof(line), "  %8.3g  %-5s  ", one.error_ratio,
                   one.of_data ? "data" : "model");
-    text += line + one.what + "\n";
+    text += line + one.what +
+            (one.verdict == DataVerdict::kUndecided ? " (undecided)" : "") +
+            "\n";
   }
   return text;
 }
