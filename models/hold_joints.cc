@@ -11,7 +11,7 @@ void HoldStill(double position, Joint* joint) {
     joint->type = joint->held->type;
     joint->R_PJ = joint->held->R_PJ;
   }
-  Held held;
+  HeldJoint held;
   held.type = joint->type;
   held.position = position;
   held.R_PJ = joint->R_PJ;

@@ -33,7 +33,7 @@ struct Mimic {
 };
 
 // What a joint was before it was held still (hold_joints.h).
-struct Held {
+struct HeldJoint {
   JointType type = JointType::kFixed;
   double position = 0.0;  // rad or m; 0 of a spherical joint, held at identity
   Eigen::Matrix3d R_PJ = Eigen::Matrix3d::Identity();
@@ -62,7 +62,7 @@ struct Joint {
   double lower = 0.0, upper = 0.0, effort_limit = 0.0, velocity_limit = 0.0;
   std::optional<Mimic> mimic;
   // Then the type is kFixed, and R_PJ carries vectors of C to P.
-  std::optional<Held> held;
+  std::optional<HeldJoint> held;
 };
 
 // Mass (kg), centre of mass in link axes (m), rotational inertia about the
