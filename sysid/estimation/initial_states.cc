@@ -1,10 +1,10 @@
 #include "sysid/estimation/initial_states.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "models/state.h"
 #include "sysid/estimation/parallel.h"
@@ -19,31 +19,46 @@ constexpr int kMinNeighbours = 2;     // samples on either side
 // Value and slope at t0 of the polynomial through the points (t, y) in the
 // least squares; y: one row a point, each number with the noise sigma.
 // Quadratic or, where there are points enough, cubic; of higher degree while
-// what is left is more than the noise (few samples of a fast motion).
-void FitPolynomial(const std::vector<double>& t, const RowMatrixXd& y,
-                   double t0, double sigma, Eigen::RowVectorXd* value,
+// what is left is more than the noise (few samples of a fast motion). By
+// polynomials that are orthogonal on the points (Forsythe 1957), of x = (t -
+// t0) / scale: p_d+1 = (x - a_d) p_d - b_d p_d-1, one degree after the other.
+void FitPolynomial(const std::vector<double>& t, RowMatrixXd y, double t0,
+                   double sigma, Eigen::RowVectorXd* value,
                    Eigen::RowVectorXd* slope) {
   constexpr int kMostDegree = 6;
   const int n = static_cast<int>(t.size());
   const double scale = n > 1 ? std::max(t.back() - t0, t0 - t.front()) : 1.0;
-  for (int degree = n >= 7 ? 3 : std::min(2, n - 1);; ++degree) {
-    RowMatrixXd V(n, degree + 1);
-    for (int i = 0; i < n; ++i) {
-      double power = 1.0;
-      for (int d = 0; d <= degree; ++d, power *= (t[i] - t0) / scale) {
-        V(i, d) = power;
-      }
-    }
-    const RowMatrixXd coefficients = V.householderQr().solve(y);
-    *value = coefficients.row(0);
-    slope->setZero(y.cols());
-    if (degree > 0) *slope = coefficients.row(1) / scale;
+  const int least = n >= 7 ? 3 : std::min(2, n - 1);
+  const Eigen::ArrayXd x =
+      (Eigen::Map<const Eigen::ArrayXd>(t.data(), n) - t0) / scale;
+  Eigen::VectorXd p = Eigen::VectorXd::Ones(n), before, next;
+  double at = 1.0, at_before = 0.0;  // p and the one before at t0,
+  double by = 0.0, by_before = 0.0;  // and their derivatives by x
+  double size_before = 0.0;
+  value->setZero(y.cols());
+  slope->setZero(y.cols());
+  before.setZero(n);
+  for (int degree = 0;; ++degree) {
+    const double size = p.squaredNorm();
+    const Eigen::RowVectorXd c = p.transpose() * y / size;
+    y.noalias() -= p * c;
+    *value += c * at;
+    *slope += c * (by / scale);
     const int left = (n - degree - 1) * static_cast<int>(y.cols());
-    const double misfit = (V * coefficients - y).squaredNorm();
-    if (left <= 0 || degree == kMostDegree ||
-        misfit <= 4.0 * sigma * sigma * left) {
+    if (degree >= least && (left <= 0 || degree == kMostDegree ||
+                            y.squaredNorm() <= 4.0 * sigma * sigma * left)) {
       return;
     }
+    const double a = (x * p.array().square()).sum() / size;
+    const double b = degree > 0 ? size / size_before : 0.0;
+    next = (x - a) * p.array() - b * before.array();
+    before.swap(p);
+    p.swap(next);
+    const double at_next = -a * at - b * at_before;
+    const double by_next = at - a * by - b * by_before;
+    at_before = std::exchange(at, at_next);
+    by_before = std::exchange(by, by_next);
+    size_before = size;
   }
 }
 

@@ -55,6 +55,10 @@ class Stages {
   // To what theta needs over whole runs (RefineStep).
   void RefineStep(double defect);
   double Error() const;  // normalised
+  // A defect in multiples of what the model misses of the data where that is
+  // more than the noise: a joint that is tighter than that of nothing but noise
+  // holds states to a model that is wrong by more, and the search crawls.
+  double Defect(double of_noise) const;
   // Of the solution as it is cut; they remember what the stage before found.
   const std::shared_ptr<ShootingSegments>& Segments();
 
@@ -115,6 +119,11 @@ double Stages::Error() const {
   return EvaluateErrors(problem_, solution, 0.0).total.normalized_rms;
 }
 
+double Stages::Defect(double of_noise) const {
+  const double error = Error();
+  return std::isfinite(error) ? of_noise * std::max(1.0, error) : of_noise;
+}
+
 StageSummary Stages::Run(const StageGoal& goal) {
   constexpr int kMostSteps = 4;
   doing_ = goal.doing;
@@ -122,6 +131,8 @@ StageSummary Stages::Run(const StageGoal& goal) {
   options.far = goal.misfit > 0.0 && std::isfinite(goal.defect);
   options.twist_hold = std::max(1.0, goal.misfit);
   options.defect = goal.defect;
+  const double error = Error();
+  if (std::isfinite(error)) options.misfit = std::max(1.0, error);
   options.function_tolerance = goal.tolerance;
   StageSummary done;
   for (int i = 0; i < kMostSteps; ++i) {
@@ -176,9 +187,10 @@ bool Grow(Stages* stages, bool whole) {
   const ShootingProblem& problem = stages->problem();
   if (whole) {
     // No shorter segments to begin with: hold the spin instead.
-    stages->Run({"first steps", kLooseDefect, 1e-2, 30, stages->Error()});
+    stages->Run({"first steps", stages->Defect(kLooseDefect), 1e-2, 30,
+                 stages->Error()});
   } else {
-    stages->Run({"short segments", kLooseDefect, 1e-3, 30});
+    stages->Run({"short segments", stages->Defect(kLooseDefect), 1e-3, 30});
   }
   const double regular = ChooseSegment(problem, stages->solution);
   const double possible =
@@ -188,7 +200,7 @@ bool Grow(Stages* stages, bool whole) {
   for (double length = kFirstLength * kStageGrowth;
        length * kStageGrowth < last_length; length *= kStageGrowth) {
     stages->Cut(length);
-    stages->Run({"growing segments", kMiddleDefect, 1e-3, 10});
+    stages->Run({"growing segments", stages->Defect(kMiddleDefect), 1e-3, 10});
   }
   stages->Cut(last_length);
   stages->ShortenStep();
@@ -202,13 +214,14 @@ Ended SolveJoined(Stages* stages) {
     // Joined by degrees: what the short segments leave open (a spin, a stiff
     // damping) would otherwise start the joined ones far off.
     for (const double defect : {kMiddleDefect, kCloseDefect}) {
-      stages->Run({"long segments", defect, 1e-3, 10});
+      stages->Run({"long segments", stages->Defect(defect), 1e-3, 10});
     }
-    stages->Run({"joined segments", kJoinedDefect, 1e-4});
+    stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
   }
   const bool one_trajectory = !chaotic || stages->Error() < kMissing;
   Ended ended;
-  ended.defect = one_trajectory ? TightDefect(stages->solution) : kJoinedDefect;
+  ended.defect = one_trajectory ? TightDefect(stages->solution)
+                                : stages->Defect(kJoinedDefect);
   stages->RefineStep(ended.defect);
   ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
   return ended;

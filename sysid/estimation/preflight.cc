@@ -111,7 +111,8 @@ std::string WhyHopeless(const ShootingProblem& problem, const Solution& point,
   if (!immobile.empty()) return immobile;
   const std::vector<std::string> without_influence =
       WithoutInfluence(problem, point, segments);
-  if (without_influence.empty()) return "";
+  // Some of many stay where they are, and are listed as not determined.
+  if (without_influence.size() < problem.free().size()) return "";
   const bool one = without_influence.size() == 1;
   return std::string(one ? "parameter '" : "parameters '") +
          Join(without_influence, "', '") +

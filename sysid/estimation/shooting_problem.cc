@@ -48,6 +48,12 @@ ShootingProblem ShootingProblem::WithData(
   return other;
 }
 
+ShootingProblem ShootingProblem::StartingAt(Eigen::VectorXd theta) const {
+  ShootingProblem other = *this;
+  other.start_ = std::move(theta);
+  return other;
+}
+
 std::shared_ptr<const DataSet> MakeDataSet(const Model& model,
                                            std::vector<Run> runs,
                                            const EstimationOptions& options) {
@@ -64,6 +70,7 @@ std::shared_ptr<const DataSet> MakeDataSetLike(const Model& model,
 }
 
 Eigen::VectorXd ShootingProblem::InitialTheta() const {
+  if (start_.size() > 0) return start_;
   const std::vector<FreeParameter>& free = question_->free;
   Eigen::VectorXd values(free.size()), theta;
   for (size_t i = 0; i < free.size(); ++i) values[i] = free[i].initial;

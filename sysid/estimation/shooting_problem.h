@@ -65,6 +65,8 @@ class ShootingProblem {
 
   ShootingProblem With(const EstimationOptions& options) const;
   ShootingProblem WithData(std::shared_ptr<const DataSet> data) const;
+  // The same question, begun at theta.
+  ShootingProblem StartingAt(Eigen::VectorXd theta) const;
 
   const Model& model() const { return question_->model; }
   const ParameterMap& map() const { return question_->map; }
@@ -76,13 +78,15 @@ class ShootingProblem {
   }
   const EstimationOptions& options() const { return options_; }
 
-  // The start of the estimation.
+  // The start of the estimation: where StartingAt says, or at the initial
+  // values of the free parameters.
   Eigen::VectorXd InitialTheta() const;
 
  private:
   std::shared_ptr<const Question> question_;
   std::shared_ptr<const DataSet> data_;
   EstimationOptions options_;
+  Eigen::VectorXd start_;  // empty: the initial values
 };
 
 // The data set that the options mean: their noise and residual.

@@ -202,6 +202,12 @@ void ShootingStage::AddPriors() {
     means.push_back(shooting_.free()[i].prior->mean);
     sigmas.push_back(shooting_.free()[i].prior->std);
   }
+  const ThetaBelief bodies = BodyBelief(shooting_);
+  for (size_t k = 0; k < bodies.places.size(); ++k) {
+    places.push_back(bodies.places[k]);
+    means.push_back(point_->theta[bodies.places[k]]);
+    sigmas.push_back(bodies.sigmas[k] / options_.misfit);
+  }
   if (places.empty() || options_.fix_theta) return;
   problem_->AddResidualBlock(
       new PriorCost(shooting_.map().size(), places, means, sigmas), nullptr,

@@ -41,6 +41,8 @@ class ShootingStage {
     // Divides the widths of the beliefs about what headings do not see (twist).
     // While the parameters are far off the misfit is worth any spin.
     double twist_hold = 1.0;
+    // What the model misses, in times the noise: the unit of BodyBelief.
+    double misfit = 1.0;
     int max_iterations = 100;
     double function_tolerance = 1e-10;
     int threads = 0;     // 0: as many as the problem has

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace sysid {
 
@@ -48,6 +49,30 @@ std::vector<double> StateBelief(const ShootingProblem& problem,
     }
   }
   return sigma;
+}
+
+ThetaBelief BodyBelief(const ShootingProblem& problem) {
+  constexpr int kTen = 10;
+  std::map<int, std::vector<int>> of_links;
+  for (int i = 0; i < problem.map().size(); ++i) {
+    const Parameter& parameter = problem.free()[i].parameter;
+    if (parameter.kind == ParameterKind::kMass ||
+        parameter.kind == ParameterKind::kCom ||
+        parameter.kind == ParameterKind::kInertia) {
+      of_links[parameter.index].push_back(i);
+    }
+  }
+  ThetaBelief belief;
+  for (const auto& [link, places] : of_links) {
+    if (places.size() != kTen) continue;
+    for (const int i : places) {
+      belief.places.push_back(i);
+      belief.sigmas.push_back(problem.map().IsTransformed(i)
+                                  ? 1.0
+                                  : problem.free()[i].parameter.typical_scale);
+    }
+  }
+  return belief;
 }
 
 }  // namespace sysid

@@ -37,6 +37,17 @@ std::vector<double> DefectSigma(const ShootingProblem& problem);
 // StateBelief.
 inline constexpr double kHeldSpin = 10.0;
 
+// Beliefs about the bodies of which all ten inertial parameters are free: a
+// stage may make of each another one of its own size. The data leaves several
+// of the ten open, and what it knows badly a step would otherwise throw far
+// away, where it is refused. Theta's places and standard deviations where the
+// model misses nothing but the noise; the start of the stage is the mean.
+struct ThetaBelief {
+  std::vector<int> places;
+  std::vector<double> sigmas;
+};
+ThetaBelief BodyBelief(const ShootingProblem& problem);
+
 // Beliefs about the first state of a run (of each segment, where they are
 // independent), as wide as keeps them without weight beside a measurement and
 // still gives every direction some: what no sensor sees (the spin of a rod

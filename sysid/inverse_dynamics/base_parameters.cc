@@ -116,9 +116,8 @@ Estimates EstimatesByRank(const ShootingProblem& problem,
   while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
   const Eigen::MatrixXd D =
       problem.map().ValueJacobian(theta) * scale.asDiagonal();
-  const Eigen::MatrixXd known =
-      D * svd.matrixV().leftCols(rank) *
-      size.head(rank).cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd known = D * svd.matrixV().leftCols(rank) *
+                                size.head(rank).cwiseInverse().asDiagonal();
   const Eigen::MatrixXd unseen = svd.matrixV().rightCols(p - rank);
   const Eigen::MatrixXd moved = D * unseen;
   estimates.covariance = known * known.transpose();
@@ -126,9 +125,8 @@ Estimates EstimatesByRank(const ShootingProblem& problem,
   for (int i = 0; i < p; ++i) {
     const bool identifiable = moved.row(i).norm() < kMoves * D.row(i).norm();
     if (!identifiable) open.push_back(i);
-    estimates.parameters.push_back(
-        MakeEstimate(problem.free()[i], values[i], known.row(i).norm(),
-                     identifiable));
+    estimates.parameters.push_back(MakeEstimate(
+        problem.free()[i], values[i], known.row(i).norm(), identifiable));
   }
   for (const std::vector<int>& group :
        ConnectedGroups(open, unseen * unseen.transpose(), kMoves)) {

@@ -18,10 +18,9 @@ Eigen::Matrix<T, kBodySize, 1> BodyCoordinates(const Inertial<T>& body) {
   xi[0] = body.mass;
   xi.template segment<3>(1) = body.com * body.mass;
   const Matrix3<T> about_origin =
-      body.inertia +
-      (Matrix3<T>::Identity() * body.com.squaredNorm() -
-       body.com * body.com.transpose()) *
-          body.mass;
+      body.inertia + (Matrix3<T>::Identity() * body.com.squaredNorm() -
+                      body.com * body.com.transpose()) *
+                         body.mass;
   for (int i = 0; i < 6; ++i) xi[4 + i] = about_origin(kRow[i], kColumn[i]);
   return xi;
 }
@@ -76,7 +75,8 @@ EquationCoordinates::EquationCoordinates(
     }
   }
   for (const int link : links) {
-    for (int c = 0; c < kBodySize; ++c) coordinates_.push_back({kBody, link, c});
+    for (int c = 0; c < kBodySize; ++c)
+      coordinates_.push_back({kBody, link, c});
   }
   for (const auto& [joint, c] : origins) {
     coordinates_.push_back({kOrigin, joint, c});

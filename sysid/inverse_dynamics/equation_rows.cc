@@ -109,8 +109,8 @@ EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
   const Grid grid = OnGrid(model, run, from, to, filter.motion, step);
   const RowMatrixXd rest = Unfiltered<T>(model, grid, step, columns, seeding);
   constexpr int kWidth = T::DIMENSION;
-  out.work = std::ceil((columns + 1.0) / static_cast<double>(kWidth)) *
-             grid.size();
+  out.work =
+      std::ceil((columns + 1.0) / static_cast<double>(kWidth)) * grid.size();
   const int most = std::max(0, grid.size() / kSteps + 1);
   out.rows.resize(most * nv, columns + 1);
   out.effort.resize(most, nv);

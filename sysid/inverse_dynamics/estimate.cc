@@ -13,8 +13,8 @@ constexpr int kTen = 10;
 // Beliefs of this size say nothing beside data: they move what is known to its
 // size by 1 % of a standard error.
 constexpr double kWide = 10.0;
-// How much a body of the URDF counts beside the data. Its inertias are rough: so
-// much as one sample of noise.
+// How much a body of the URDF counts beside the data. Its inertias are rough:
+// so much as one sample of noise.
 constexpr double kEntropy = 1.0;
 
 // dJ / d xi_c of (11.8).
@@ -139,11 +139,11 @@ void Minimiser::FindFreeBodies() {
     const Parameter& p = parameters[i];
     const FreeParameter& free = problem_.free()[i];
     // One with a bound or a belief of its own is not a body's alone.
-    const bool plain = !free.prior && free.lower <= p.lower &&
-                       free.upper >= p.upper;
-    if (plain && (p.kind == ParameterKind::kMass ||
-                  p.kind == ParameterKind::kCom ||
-                  p.kind == ParameterKind::kInertia)) {
+    const bool plain =
+        !free.prior && free.lower <= p.lower && free.upper >= p.upper;
+    if (plain &&
+        (p.kind == ParameterKind::kMass || p.kind == ParameterKind::kCom ||
+         p.kind == ParameterKind::kInertia)) {
       places[p.index][{p.kind, p.component}] = i;
     }
   }
@@ -181,11 +181,11 @@ Minimiser::Point Minimiser::At(const Eigen::VectorXd& unknowns) const {
     if (llt.info() != Eigen::Success) return point;
     const Eigen::Matrix4d L = llt.matrixL();
     entropy += kEntropy * ((body.J0_inverse * J).trace() -
-                            2.0 * L.diagonal().array().log().sum());
+                           2.0 * L.diagonal().array().log().sum());
     const Inertial<double> as = EquationCoordinates::BodyAt(xi.data());
     const Eigen::Matrix3d& I = as.inertia;
-    const double ten[] = {as.mass,   as.com[0], as.com[1], as.com[2], I(0, 0),
-                          I(1, 1),   I(2, 2),   I(0, 1),   I(0, 2),   I(1, 2)};
+    const double ten[] = {as.mass, as.com[0], as.com[1], as.com[2], I(0, 0),
+                          I(1, 1), I(2, 2),   I(0, 1),   I(0, 2),   I(1, 2)};
     for (int k = 0; k < kTen; ++k) values[body.theta[k]] = ten[k];
   }
   if (!map_.ThetaOf(values, &point.theta)) return point;

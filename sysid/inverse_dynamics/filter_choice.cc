@@ -30,8 +30,9 @@ double MedianPeriodOf(const std::vector<const Run*>& runs) {
   return *middle;
 }
 
-// The fit of the motion bends what g lets pass, by the fourth power of the ratio
-// of their widths: at a half, the acceleration at the cut-off by about 1 %.
+// The fit of the motion bends what g lets pass, by the fourth power of the
+// ratio of their widths: at a half, the acceleration at the cut-off by about 1
+// %.
 EquationFilter FilterOf(double width) { return {0.5 * width, width}; }
 
 // r, M qdd and u of a run on even times, each joint a column.
@@ -62,8 +63,8 @@ Unfiltered Evaluate(const Model& model,
     MeanEffort(run, time - 0.5 * step, time + 0.5 * step, u.data());
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(),
                             motion.qdd.data(), needed.data());
-    InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(),
-                            rest.data(), without.data());
+    InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(), rest.data(),
+                            without.data());
     out.effort.row(k) = u.transpose();
     out.left.row(k) = (u - needed).transpose();
     out.inertial.row(k) = (needed - without).transpose();
@@ -117,8 +118,7 @@ void Thin(Unfiltered* now) {
   const int n = static_cast<int>(now->known.size()) / 2;
   for (int k = 0; k < n; ++k) {
     now->known[k] = now->known[2 * k];
-    for (Eigen::MatrixXd* values :
-         {&now->left, &now->inertial, &now->effort}) {
+    for (Eigen::MatrixXd* values : {&now->left, &now->inertial, &now->effort}) {
       values->row(k) = values->row(2 * k).eval();
     }
   }

@@ -1,5 +1,6 @@
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,13 +9,14 @@
 #include <utility>
 #include <vector>
 
-
 #include "models/error.h"
 #include "models/state.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
+#include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
+#include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/estimate.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/motion.h"
@@ -57,6 +59,13 @@ CoordinatesAt DifferentiateCoordinates(const EquationCoordinates& coordinates,
   return at;
 }
 
+// Whether some change of theta multiplies all coordinates by one factor.
+bool MovesScale(const CoordinatesAt& at) {
+  constexpr double kRounding = 1e-6;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(at.D);
+  return (at.D * qr.solve(at.xi) - at.xi).norm() < kRounding * at.xi.norm();
+}
+
 void CheckMeasured(const Model& model, const Run& run) {
   const std::vector<std::string> missing = UnmeasuredJoints(model, run);
   if (missing.empty()) return;
@@ -77,9 +86,12 @@ class InverseDynamicsFit {
       CheckMeasured(problem.model(), data->run);
     }
   }
+  // The whole fit, and theta alone.
   Fit Estimate();
+  std::optional<Eigen::VectorXd> Theta();
 
  private:
+  EquationFilter Search();
   EquationRegression Regress(const MechanismParameters<double>& values,
                              const EquationFilter& filter) const;
   // What is left by joint, without linearising.
@@ -89,7 +101,7 @@ class InverseDynamicsFit {
   // Once more from theta, until nothing moves that the equations are not linear
   // in.
   void Solve(const EquationFilter& filter, Eigen::VectorXd theta);
-  void SayParameters(Fit* fit) const;
+  void SayParameters(Fit* fit);
   void SayPositions(const EquationFilter& filter, Fit* fit) const;
 
   const ShootingProblem& problem_;
@@ -97,10 +109,12 @@ class InverseDynamicsFit {
   const EquationCoordinates coordinates_;
   std::vector<const Run*> runs_;
   std::optional<EquationRegression> regression_;
-  Eigen::VectorXd xi0_;  // where it was linearised
+  std::optional<EquationRegression> inertial_;  // without gravity or efforts
+  Eigen::VectorXd xi0_;                         // where it was linearised
   RegressionEstimate found_;
   int iterations_ = 0;
   bool only_ratios_ = false;  // no efforts were measured
+  bool holds_scale_ = false;  // (11.11)
 };
 
 Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta,
@@ -140,7 +154,8 @@ EquationRegression InverseDynamicsFit::Regress(
 void InverseDynamicsFit::Solve(const EquationFilter& filter,
                                Eigen::VectorXd theta) {
   constexpr int kReweighed = 3;  // sizes settle to some per cent
-  constexpr int kMost = 10;
+  // A length that starts at a hundredth of itself doubles with each (11.10).
+  constexpr int kMost = 20;
   // Of what is left: a rollout would not see more.
   constexpr double kLinear = 1e-3;
   for (int i = 0; i < kMost; ++i) {
@@ -151,12 +166,9 @@ void InverseDynamicsFit::Solve(const EquationFilter& filter,
     coordinates_.Read<double>(values, xi0_.data());
     only_ratios_ = regression_->IsHomogeneous(xi0_);
     if (only_ratios_) {
-      // (11.10): the rows without gravity, p = R_p xi.
       values.gravity = 0.0;
-      const RowMatrixXd triangle = Regress(values, filter).Triangle();
-      const int n = coordinates_.size();
-      regression_->Hold(triangle.col(n).transpose() * triangle.leftCols(n),
-                        xi0_);
+      inertial_ = Regress(values, filter);
+      regression_->Normalise(*inertial_, xi0_);
     }
     for (int k = 0; k < kReweighed; ++k) {
       regression_->Reweigh(SolveUnconstrained(regression_->Triangle()));
@@ -173,25 +185,21 @@ void InverseDynamicsFit::Solve(const EquationFilter& filter,
 }
 
 // Theta, and what the data tell of it.
-void InverseDynamicsFit::SayParameters(Fit* fit) const {
+void InverseDynamicsFit::SayParameters(Fit* fit) {
   const Eigen::VectorXd d = found_.xi - xi0_;
-  const RowMatrixXd R = regression_->InformationTriangle(d);
   const CoordinatesAt at =
       DifferentiateCoordinates(coordinates_, map_, found_.theta.data());
+  holds_scale_ = only_ratios_ && MovesScale(at);
+  if (holds_scale_) regression_->HoldScale(*inertial_, xi0_);
+  const RowMatrixXd R = regression_->InformationTriangle(d);
   static_cast<Estimates&>(*fit) = EstimatesByRank(
       problem_, found_.theta, R.leftCols(coordinates_.size()) * at.D);
-  fit->base = BaseParameters(coordinates_, R, found_.xi);
-  const Eigen::VectorXd left = regression_->Left(d);
-  const Eigen::VectorXd size = regression_->EffortSize();
-  for (const Body& body : problem_.model().bodies()) {
-    for (int k = 0; k < VelocitySize(body.type); ++k) {
-      const int v = body.v_index + k;
-      if (!(size[v] > 0.0)) continue;
-      std::string name = problem_.model().mechanism().joints[body.joint].name;
-      if (body.type == JointType::kSpherical) name += std::string(".") + "xyz"[k];
-      fit->effort.push_back({name, left[v], 100.0 * left[v] / size[v]});
-    }
+  // A table of coordinates that theta cannot move one by one would mislead.
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> moved(at.D);
+  if (moved.rank() == coordinates_.size()) {
+    fit->base = BaseParameters(coordinates_, R, found_.xi);
   }
+  fit->effort = CompareEfforts(problem_, found_.theta).errors;
 }
 
 // The state at a time of a run: by SmoothMotion, or near the ends, where that
@@ -233,8 +241,8 @@ void InverseDynamicsFit::SayPositions(const EquationFilter& filter,
     nodes.samples = CutRun(run->t, length, MinSegmentSamples(problem_));
     nodes.states.resize(nodes.segments(), problem_.model().state_size());
     for (int k = 0; k < nodes.segments(); ++k) {
-      nodes.states.row(k) = StateAt(problem_.model(), *run, nodes.samples[k],
-                                    filter.motion);
+      nodes.states.row(k) =
+          StateAt(problem_.model(), *run, nodes.samples[k], filter.motion);
     }
     point.runs.push_back(std::move(nodes));
   }
@@ -248,15 +256,36 @@ std::string InverseDynamicsFit::Words(const EquationFilter& filter,
                                       const Fit& fit) const {
   char cut_off[32];
   std::snprintf(cut_off, sizeof cut_off, "%.2g", CutOff(filter.average));
-  return std::string("equations of motion up to ") + cut_off +
-         " Hz, where they still explain half of the efforts: " +
-         std::to_string(fit.base.size()) + " of " +
-         std::to_string(coordinates_.size()) +
-         " coefficients, or combinations of them, show" +
-         (only_ratios_ ? "; without efforts only their ratios do, and the scale "
-                         "is the URDF's"
-                       : "") +
-         (found_.converged ? "" : "; the minimum was not reached");
+  std::string words =
+      std::string("equations of motion up to ") + cut_off +
+      " Hz, where they still explain half of what moves the joints";
+  if (!fit.base.empty()) {
+    words += ": " + std::to_string(fit.base.size()) + " of " +
+             std::to_string(coordinates_.size()) +
+             " coefficients, or combinations of them, show";
+  }
+  if (holds_scale_) {
+    words +=
+        "; without efforts only their ratios do, and the scale is the URDF's";
+  }
+  return words + (found_.converged ? "" : "; the minimum was not reached");
+}
+
+EquationFilter InverseDynamicsFit::Search() {
+  const EquationFilter first = FirstFilter(runs_);
+  Solve(first, problem_.InitialTheta());
+  MechanismParameters<double> values;
+  map_.Apply<double>(found_.theta.data(), &values);
+  const EquationFilter filter =
+      ChooseFilter(problem_.model(), values, runs_, first);
+  Solve(filter, found_.theta);
+  return filter;
+}
+
+std::optional<Eigen::VectorXd> InverseDynamicsFit::Theta() {
+  Search();
+  if (!found_.theta.allFinite()) return std::nullopt;
+  return found_.theta;
 }
 
 Fit InverseDynamicsFit::Estimate() {
@@ -265,15 +294,10 @@ Fit InverseDynamicsFit::Estimate() {
   fit.solver = "inverse_dynamics";
   fit.samples = problem_.data().samples();
   fit.noise = problem_.data().PooledNoise();
-  const EquationFilter first = FirstFilter(runs_);
-  Solve(first, problem_.InitialTheta());
-  MechanismParameters<double> values;
-  map_.Apply<double>(found_.theta.data(), &values);
-  const EquationFilter filter =
-      ChooseFilter(problem_.model(), values, runs_, first);
-  Solve(filter, problem_.InitialTheta());
+  const EquationFilter filter = Search();
   fit.converged = found_.converged;
   fit.iterations = iterations_;
+  MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
   fit.model.SetNominal(values);
   SayParameters(&fit);
@@ -284,7 +308,35 @@ Fit InverseDynamicsFit::Estimate() {
   return fit;
 }
 
+// What the motion alone starts from, cut for a comparison.
+Solution ShortSegments(const ShootingProblem& problem) {
+  Solution point = CutPoint(problem, problem.InitialTheta(),
+                            AllStatesFromData(problem), kFirstLength);
+  // One step a sample: what is compared differs by more than its errors.
+  if (!(point.rollout.step > 0.0)) {
+    point.rollout.step = problem.data().MedianSamplePeriod();
+  }
+  return point;
+}
+
 }  // namespace
+
+ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
+  if (problem.map().size() == 0) return problem;
+  for (const auto& data : problem.runs()) {
+    if (!UnmeasuredJoints(problem.model(), data->run).empty()) return problem;
+  }
+  const std::optional<Eigen::VectorXd> theta =
+      InverseDynamicsFit(problem).Theta();
+  if (!theta) return problem;
+  const Solution nominal = ShortSegments(problem);
+  Solution started = nominal;
+  started.theta = *theta;
+  const auto error = [&](const Solution& point) {
+    return EvaluateErrors(problem, point, 0.0).total.normalized_rms;
+  };
+  return error(started) < error(nominal) ? problem.StartingAt(*theta) : problem;
+}
 
 Fit FitInverseDynamics(const ShootingProblem& problem) {
   return InverseDynamicsFit(problem).Estimate();

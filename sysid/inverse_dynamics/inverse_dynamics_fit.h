@@ -14,4 +14,9 @@ namespace sysid {
 // from here is the unbiased one.
 Fit FitInverseDynamics(const ShootingProblem& problem);
 
+// The problem begun at such values, where they predict the measurements over
+// short segments better than the initial ones; else, or where a joint is not
+// measured, the problem as it is.
+ShootingProblem StartByInverseDynamics(const ShootingProblem& problem);
+
 }  // namespace sysid

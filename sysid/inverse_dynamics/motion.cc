@@ -20,7 +20,8 @@ class LocalQuintic {
   void Add(double distance, const Eigen::Vector<double, kComponents>& value) {
     Eigen::Vector<double, kCoefficients> powers;
     powers[0] = 1.0;
-    for (int i = 1; i < kCoefficients; ++i) powers[i] = distance * powers[i - 1];
+    for (int i = 1; i < kCoefficients; ++i)
+      powers[i] = distance * powers[i - 1];
     const Eigen::Vector<double, kCoefficients> weighed =
         GaussianWeight(distance) * powers;
     A_.noalias() += weighed * powers.transpose();
@@ -101,8 +102,7 @@ bool SmoothOrientation(const Run& run, const Channel& channel,
     fit.Add((run.t[k] - time) / width, Log<double>(turned));
   }
   if (!fit.Solve()) return false;
-  const Eigen::Quaterniond at =
-      middle * Exp<double>(fit.Derivative(0, width));
+  const Eigen::Quaterniond at = middle * Exp<double>(fit.Derivative(0, width));
   Eigen::Map<Eigen::Vector4d>(q, 4) = at.coeffs();
   Eigen::Map<Eigen::Vector3d>(qd, 3) = fit.Derivative(1, width);
   Eigen::Map<Eigen::Vector3d>(qdd, 3) = fit.Derivative(2, width);

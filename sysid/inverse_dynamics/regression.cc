@@ -63,8 +63,7 @@ RowMatrixXd EquationRegression::Merge(const Eigen::VectorXd& sigma) const {
   RowMatrixXd all(joints_ * (columns_ + 1) + held, columns_ + 1);
   if (held > 0) all.bottomRows(1) << held_, 0.0;
   for (int v = 0; v < joints_; ++v) {
-    all.middleRows(v * (columns_ + 1), columns_ + 1) =
-        triangles_[v] / sigma[v];
+    all.middleRows(v * (columns_ + 1), columns_ + 1) = triangles_[v] / sigma[v];
   }
   return TriangleOf(all);
 }
@@ -77,8 +76,29 @@ bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
          (z - all.leftCols(columns_) * xi0).norm() < kRounding * z.norm();
 }
 
-void EquationRegression::Hold(const Eigen::RowVectorXd& a,
-                              const Eigen::VectorXd& xi0) {
+void EquationRegression::Normalise(const EquationRegression& inertial,
+                                   const Eigen::VectorXd& xi0) {
+  for (int v = 0; v < joints_; ++v) {
+    const RowMatrixXd& triangle = inertial.triangles_[v];
+    const Eigen::VectorXd p = triangle.leftCols(columns_) * xi0;
+    if (!(p.squaredNorm() > 0.0)) continue;
+    const Eigen::RowVectorXd a =
+        p.transpose() * triangle.leftCols(columns_) / p.squaredNorm();
+    for (EquationRows& run : runs_) {
+      for (int k = 0; k < run.times(); ++k) {
+        auto row = run.rows.row(k * joints_ + v);
+        row.head(columns_) -= row[columns_] * a;
+      }
+    }
+  }
+  Triangularise();
+}
+
+void EquationRegression::HoldScale(const EquationRegression& inertial,
+                                   const Eigen::VectorXd& xi0) {
+  const RowMatrixXd triangle = inertial.Triangle();
+  const Eigen::RowVectorXd a = (triangle.leftCols(columns_) * xi0).transpose() *
+                               triangle.leftCols(columns_);
   // What is left is 1 a row: beside that a scale that is off by 1 % is much.
   constexpr double kFirm = 10.0;
   double rows = 0.0;
@@ -146,9 +166,8 @@ RowMatrixXd EquationRegression::InformationTriangle(
   const Eigen::VectorXd& size = svd.singularValues();
   int rank = 0;
   while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
-  const Eigen::MatrixXd P =
-      scale.asDiagonal() * svd.matrixV().leftCols(rank) *
-      size.head(rank).cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd P = scale.asDiagonal() * svd.matrixV().leftCols(rank) *
+                            size.head(rank).cwiseInverse().asDiagonal();
   Eigen::VectorXd factor(joints_);
   for (int v = 0; v < joints_; ++v) {
     double white = 0.0, all = 0.0;
@@ -159,8 +178,8 @@ RowMatrixXd EquationRegression::InformationTriangle(
       for (int k = 0; k < n; ++k) {
         const int row = k * joints_ + v;
         const double w = weights_[r][row] * weights_[r][row];
-        const double left = run.rows.row(row).head(columns_).dot(d) +
-                            run.rows(row, columns_);
+        const double left =
+            run.rows.row(row).head(columns_).dot(d) + run.rows(row, columns_);
         scores.row(k) =
             w * left * (run.rows.row(row).head(columns_) * P) / sigma_[v];
       }

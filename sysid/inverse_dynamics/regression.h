@@ -33,8 +33,13 @@ class EquationRegression {
   // Whether there are no efforts: R xi = 0 (z = R xi_0 here), which tells
   // ratios only.
   bool IsHomogeneous(const Eigen::VectorXd& xi0) const;
-  // Holds a (xi - xi_0) = 0 by a row that nothing outweighs.
-  void Hold(const Eigen::RowVectorXd& a, const Eigen::VectorXd& xi0);
+  // (11.10): rows of r_v / |p_v| in place of r_v, p = R_p xi the rows of
+  // `inertial`, so that no change of scale lowers them.
+  void Normalise(const EquationRegression& inertial,
+                 const Eigen::VectorXd& xi0);
+  // (11.11): holds the scale of `inertial` by a row that nothing outweighs.
+  void HoldScale(const EquationRegression& inertial,
+                 const Eigen::VectorXd& xi0);
   // Weighs joints and rows by what this change leaves of them.
   void Reweigh(const Eigen::VectorXd& d);
   // [R z] of (11.4), all joints together, square but for z.
@@ -59,7 +64,7 @@ class EquationRegression {
   Eigen::VectorXd sigma_;
   std::vector<Eigen::VectorXd> weights_;  // of a run: times x joints
   std::vector<RowMatrixXd> triangles_;    // by joint, (columns + 1) square
-  Eigen::RowVectorXd held_;  // a, of one sample's size, or empty
+  Eigen::RowVectorXd held_;               // a, of one sample's size, or empty
 };
 
 // The least change of the coordinates that solves (11.4): what the data does

@@ -3,15 +3,28 @@
 #include <algorithm>
 
 #include "glog/logging.h"
+#include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 
 namespace sysid {
+
+namespace {
+
+Fit WithEfforts(const ShootingProblem& problem, Fit fit) {
+  fit.effort = CompareEfforts(problem, fit.point.theta).errors;
+  return fit;
+}
+
+}  // namespace
 
 const std::vector<Solver>& Solvers() {
   static const std::vector<Solver>& all = *new std::vector<Solver>{
       {"lm", SolverKind::kShooting,
        [](const ShootingProblem& problem, const SolverOptions&) {
-         return Solved{FitLevenbergMarquardt(problem), std::nullopt};
+         return Solved{
+             WithEfforts(problem, FitLevenbergMarquardt(
+                                      StartByInverseDynamics(problem))),
+             std::nullopt};
        }},
       {"inverse_dynamics", SolverKind::kEquations,
        [](const ShootingProblem& problem, const SolverOptions&) {
@@ -19,13 +32,14 @@ const std::vector<Solver>& Solvers() {
        }},
       {"adam", SolverKind::kStochastic,
        [](const ShootingProblem& problem, const SolverOptions& options) {
-         return Solved{FitAdam(problem, options.adam), std::nullopt};
+         return Solved{WithEfforts(problem, FitAdam(problem, options.adam)),
+                       std::nullopt};
        }},
       {"gmm", SolverKind::kStochastic,
        [](const ShootingProblem& problem, const SolverOptions& options) {
          const MixtureFit mixture =
              FitGaussianMixture(problem, options.mixture);
-         return Solved{mixture.fit, mixture};
+         return Solved{WithEfforts(problem, mixture.fit), mixture};
        }},
   };
   return all;

@@ -1,0 +1,71 @@
+#include "sysid/inverse_dynamics/effort_comparison.h"
+
+#include <cmath>
+
+#include "sysid/inverse_dynamics/equation_rows.h"
+#include "sysid/inverse_dynamics/filter_choice.h"
+#include "sysid/inverse_dynamics/motion.h"
+
+namespace sysid {
+
+EffortComparison CompareEfforts(const ShootingProblem& problem,
+                                const Eigen::VectorXd& theta) {
+  const Model& model = problem.model();
+  std::vector<const Run*> runs;
+  for (const auto& data : problem.runs()) {
+    if (!UnmeasuredJoints(model, data->run).empty()) return {};
+    runs.push_back(&data->run);
+  }
+  MechanismParameters<double> values;
+  problem.map().Apply<double>(theta.data(), &values);
+  const EquationFilter filter =
+      ChooseFilter(model, values, runs, FirstFilter(runs));
+  const Seeding<Jet8> seeding = [&](int, MechanismParameters<Jet8>* out) {
+    values.CastTo(out);
+  };
+  EffortComparison comparison;
+  comparison.cut_off_hz = CutOff(filter.average);
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(model.nv()), all = left;
+  int times = 0;
+  std::vector<EquationRows> rows;
+  for (const Run* run : runs) {
+    rows.push_back(MakeEquationRows<Jet8>(model, *run, run->t.front(),
+                                          run->t.back(), filter, 0, seeding));
+    const Eigen::Map<const RowMatrixXd> r(rows.back().rows.data(),
+                                          rows.back().times(), model.nv());
+    left += r.colwise().squaredNorm().transpose();
+    all += rows.back().effort.colwise().squaredNorm().transpose();
+    times += rows.back().times();
+  }
+  if (times == 0) return {};
+  for (const Body& body : model.bodies()) {
+    const Joint& joint = model.mechanism().joints[body.joint];
+    for (int k = 0; k < VelocitySize(body.type); ++k) {
+      const int v = body.v_index + k;
+      if (!(all[v] > 0.0)) continue;
+      std::string name = joint.name;
+      if (body.type == JointType::kSpherical) {
+        name += std::string(".") + "xyz"[k];
+      }
+      comparison.errors.push_back({name, std::sqrt(left[v] / times),
+                                   100.0 * std::sqrt(left[v] / all[v])});
+      for (size_t i = 0; i < runs.size(); ++i) {
+        EffortSeries series{runs[i]->name,
+                            name,
+                            body.type == JointType::kPrismatic ? "N" : "N m",
+                            rows[i].t,
+                            {},
+                            {}};
+        for (int n = 0; n < rows[i].times(); ++n) {
+          const double u = rows[i].effort(n, v);
+          series.measured.push_back(u);
+          series.predicted.push_back(u - rows[i].rows(n * model.nv() + v, 0));
+        }
+        comparison.series.push_back(std::move(series));
+      }
+    }
+  }
+  return comparison;
+}
+
+}  // namespace sysid

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sysid/estimation/fit.h"
+
+namespace sysid {
+
+// Measured efforts beside those that the measured motion needs of a model, by
+// the equations of motion, (11.2): what an owner of an arm looks at first. Both
+// are filtered alike.
+struct EffortSeries {
+  std::string run, joint;  // "shoulder.x" of a spherical one
+  std::string unit;        // N m or N
+  std::vector<double> t;   // s
+  std::vector<double> measured, predicted;
+};
+
+struct EffortComparison {
+  double cut_off_hz = 0.0;           // of the filter
+  std::vector<EffortError> errors;   // over all runs, by joint
+  std::vector<EffortSeries> series;  // by run, then by joint
+};
+
+// Of the model with the parameters theta, of joints whose effort was measured.
+// Empty where a joint's position was not.
+EffortComparison CompareEfforts(const ShootingProblem& problem,
+                                const Eigen::VectorXd& theta);
+
+}  // namespace sysid
