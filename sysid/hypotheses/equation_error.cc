@@ -50,8 +50,10 @@ EquationWindows::EquationWindows(const CoarseModel& model,
   const double inner = Excerpt::kMargin - ReachOf(filter);
   for (const Run& window : excerpt.Windows(change, true)) {
     const EquationRows rows = MakeEquationRows<Jet8>(
-        model.model, window, window.t.front() + inner, window.t.back() - inner,
-        filter, map.size(), seeding);
+        model.model,
+        SampleMotion(model.model, window, window.t.front() + inner,
+                     window.t.back() - inner, filter),
+        map.size(), seeding);
     std::vector<EquationPart> parts;
     for (int v = 0; v < rows.nv; ++v) parts.push_back(PartOf(rows, v));
     windows_.push_back(std::move(parts));

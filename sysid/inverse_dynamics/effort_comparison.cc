@@ -1,8 +1,8 @@
 #include "sysid/inverse_dynamics/effort_comparison.h"
 
+#include <algorithm>
 #include <cmath>
 
-#include "sysid/inverse_dynamics/equation_rows.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/motion.h"
 
@@ -20,24 +20,32 @@ EffortComparison CompareEfforts(const ShootingProblem& problem,
   problem.map().Apply<double>(theta.data(), &values);
   const EquationFilter filter =
       ChooseFilter(model, values, runs, FirstFilter(runs));
-  const Seeding<Jet8> seeding = [&](int, MechanismParameters<Jet8>* out) {
-    values.CastTo(out);
-  };
-  EffortComparison comparison;
+  std::vector<SampledMotion> sampled;
+  for (const Run* run : runs) {
+    sampled.push_back(SampleMotion(model, *run, filter));
+  }
+  EffortComparison comparison = CompareEfforts(model, runs, sampled, values);
   comparison.cut_off_hz = CutOff(filter.average);
+  return comparison;
+}
+
+EffortComparison CompareEfforts(const Model& model,
+                                const std::vector<const Run*>& runs,
+                                const std::vector<SampledMotion>& sampled,
+                                const MechanismParameters<double>& values) {
+  EffortComparison comparison;
   Eigen::VectorXd left = Eigen::VectorXd::Zero(model.nv()), all = left;
   int times = 0;
   std::vector<EquationRows> rows;
-  for (const Run* run : runs) {
-    rows.push_back(MakeEquationRows<Jet8>(model, *run, run->t.front(),
-                                          run->t.back(), filter, 0, seeding));
+  for (const SampledMotion& motion : sampled) {
+    rows.push_back(EvaluateEquations(model, motion, values));
     const Eigen::Map<const RowMatrixXd> r(rows.back().rows.data(),
                                           rows.back().times(), model.nv());
     left += r.colwise().squaredNorm().transpose();
     all += rows.back().effort.colwise().squaredNorm().transpose();
     times += rows.back().times();
   }
-  if (times == 0) return {};
+  comparison.left = (left / std::max(1, times)).cwiseSqrt();
   for (const Body& body : model.bodies()) {
     const Joint& joint = model.mechanism().joints[body.joint];
     for (int k = 0; k < VelocitySize(body.type); ++k) {

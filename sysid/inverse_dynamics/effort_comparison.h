@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sysid/estimation/fit.h"
+#include "sysid/inverse_dynamics/equation_rows.h"
 
 namespace sysid {
 
@@ -19,13 +20,20 @@ struct EffortSeries {
 
 struct EffortComparison {
   double cut_off_hz = 0.0;           // of the filter
-  std::vector<EffortError> errors;   // over all runs, by joint
-  std::vector<EffortSeries> series;  // by run, then by joint
+  Eigen::VectorXd left;              // rms over all runs, nv
+  std::vector<EffortError> errors;   // the same, where efforts were measured
+  std::vector<EffortSeries> series;  // by joint, then by run
 };
 
 // Of the model with the parameters theta, of joints whose effort was measured.
 // Empty where a joint's position was not.
 EffortComparison CompareEfforts(const ShootingProblem& problem,
                                 const Eigen::VectorXd& theta);
+
+// The same of runs that are sampled already.
+EffortComparison CompareEfforts(const Model& model,
+                                const std::vector<const Run*>& runs,
+                                const std::vector<SampledMotion>& sampled,
+                                const MechanismParameters<double>& values);
 
 }  // namespace sysid

@@ -6,7 +6,6 @@
 
 #include "models/dynamics.h"
 #include "residuals/acting_effort.h"
-#include "sysid/inverse_dynamics/motion.h"
 
 namespace sysid {
 namespace {
@@ -14,30 +13,6 @@ namespace {
 // Of the times at which (11.2) is evaluated, a width of g.
 constexpr int kSteps = 3;
 const int kReachSteps = static_cast<int>(kGaussianReach * kSteps);
-
-// A run on even times: motion, and the efforts of each interval.
-struct Grid {
-  Run run;  // its efforts
-  std::vector<MotionSample> motion;
-  int size() const { return static_cast<int>(motion.size()); }
-};
-
-Grid OnGrid(const Model& model, const Run& run, double from, double to,
-            double width, double step) {
-  Grid grid;
-  const int n = static_cast<int>(std::floor((to - from) / step)) + 1;
-  if (n < 1) return grid;
-  grid.run.effort = RowMatrixXd::Zero(n, model.nv());
-  for (int k = 0; k < n; ++k) {
-    const double time = from + k * step;
-    grid.run.t.push_back(time - 0.5 * step);
-    MeanEffort(run, time - 0.5 * step, time + 0.5 * step,
-               grid.run.effort.row(k).data());
-    grid.motion.push_back(SmoothMotion(model, run, time, width));
-  }
-  grid.run.t.push_back(grid.run.t.back() + step);
-  return grid;
-}
 
 // The true position of what was measured: effects add to it what they add to
 // the true one.
@@ -55,7 +30,7 @@ void Unmeasure(const Workspace<T>& ws, const Eigen::VectorXd& measured,
 
 // [dr | r | u] before the Gaussian, of each time and joint.
 template <typename T>
-RowMatrixXd Unfiltered(const Model& model, const Grid& grid, double step,
+RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
                        int columns, const Seeding<T>& seeding) {
   constexpr int kWidth = T::DIMENSION;
   const int nv = model.nv();
@@ -75,7 +50,7 @@ RowMatrixXd Unfiltered(const Model& model, const Grid& grid, double step,
         qd[v] = T(motion.qd[v]);
         qdd[v] = T(motion.qdd[v]);
       }
-      ActingEffort<T>(grid.run, ws, k, grid.run.t[k], step, u.data());
+      ActingEffort<T>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
       InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
       for (int v = 0; v < nv; ++v) {
         const T rest = u[v] - needed[v];
@@ -99,30 +74,50 @@ double CutOff(double width) {
   return std::sqrt(std::numbers::ln2) / (2.0 * std::numbers::pi * width);
 }
 
+SampledMotion SampleMotion(const Model& model, const Run& run, double from,
+                           double to, const EquationFilter& filter) {
+  SampledMotion sampled;
+  const double step = sampled.step = filter.average / kSteps;
+  const int n = static_cast<int>(std::floor((to - from) / step)) + 1;
+  if (n < 1) return sampled;
+  sampled.run.effort = RowMatrixXd::Zero(n, model.nv());
+  for (int k = 0; k < n; ++k) {
+    const double time = from + k * step;
+    sampled.run.t.push_back(time - 0.5 * step);
+    MeanEffort(run, time - 0.5 * step, time + 0.5 * step,
+               sampled.run.effort.row(k).data());
+    sampled.motion.push_back(SmoothMotion(model, run, time, filter.motion));
+  }
+  sampled.run.t.push_back(sampled.run.t.back() + step);
+  return sampled;
+}
+
+SampledMotion SampleMotion(const Model& model, const Run& run,
+                           const EquationFilter& filter) {
+  return SampleMotion(model, run, run.t.front(), run.t.back(), filter);
+}
+
 template <typename T>
-EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
-                              double to, const EquationFilter& filter,
+EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
                               int columns, const Seeding<T>& seeding) {
   EquationRows out;
   const int nv = out.nv = model.nv();
-  const double step = filter.average / kSteps;
-  const Grid grid = OnGrid(model, run, from, to, filter.motion, step);
-  const RowMatrixXd rest = Unfiltered<T>(model, grid, step, columns, seeding);
+  const RowMatrixXd rest = Unfiltered<T>(model, sampled, columns, seeding);
   constexpr int kWidth = T::DIMENSION;
   out.work =
-      std::ceil((columns + 1.0) / static_cast<double>(kWidth)) * grid.size();
-  const int most = std::max(0, grid.size() / kSteps + 1);
+      std::ceil((columns + 1.0) / static_cast<double>(kWidth)) * sampled.size();
+  const int most = std::max(0, sampled.size() / kSteps + 1);
   out.rows.resize(most * nv, columns + 1);
   out.effort.resize(most, nv);
   out.qd.resize(most, nv);
   RowMatrixXd sum(nv, columns + 2);
-  for (int k = kReachSteps; k + kReachSteps < grid.size(); k += kSteps) {
+  for (int k = kReachSteps; k + kReachSteps < sampled.size(); k += kSteps) {
     bool known = true;
     double total = 0.0;
     sum.setZero();
     for (int i = -kReachSteps; i <= kReachSteps; ++i) {
       const double weight = GaussianWeight(static_cast<double>(i) / kSteps);
-      known = known && grid.motion[k + i].known;
+      known = known && sampled.motion[k + i].known;
       total += weight;
       sum += weight * rest.middleRows((k + i) * nv, nv);
     }
@@ -131,8 +126,8 @@ EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
     const int at = out.times();
     out.rows.middleRows(at * nv, nv) = sum.leftCols(columns + 1);
     out.effort.row(at) = sum.col(columns + 1).transpose();
-    out.qd.row(at) = grid.motion[k].qd.transpose();
-    out.t.push_back(grid.run.t[k] + 0.5 * step);
+    out.qd.row(at) = sampled.motion[k].qd.transpose();
+    out.t.push_back(sampled.run.t[k] + 0.5 * sampled.step);
   }
   out.rows.conservativeResize(out.times() * nv, columns + 1);
   out.effort.conservativeResize(out.times(), nv);
@@ -140,11 +135,17 @@ EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
   return out;
 }
 
-template EquationRows MakeEquationRows<Jet8>(const Model&, const Run&, double,
-                                             double, const EquationFilter&, int,
-                                             const Seeding<Jet8>&);
-template EquationRows MakeEquationRows<Jet24>(const Model&, const Run&, double,
-                                              double, const EquationFilter&,
-                                              int, const Seeding<Jet24>&);
+EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
+                               const MechanismParameters<double>& values) {
+  return MakeEquationRows<Jet8>(
+      model, sampled, 0,
+      [&](int, MechanismParameters<Jet8>* out) { values.CastTo(out); });
+}
+
+template EquationRows MakeEquationRows<Jet8>(const Model&, const SampledMotion&,
+                                             int, const Seeding<Jet8>&);
+template EquationRows MakeEquationRows<Jet24>(const Model&,
+                                              const SampledMotion&, int,
+                                              const Seeding<Jet24>&);
 
 }  // namespace sysid

@@ -6,6 +6,7 @@
 #include "models/model.h"
 #include "models/scalars.h"
 #include "residuals/run.h"
+#include "sysid/inverse_dynamics/motion.h"
 
 namespace sysid {
 
@@ -29,6 +30,21 @@ double ReachOf(const EquationFilter& filter);
 // Where g has fallen by 3 dB: sqrt(ln 2) / (2 pi width), Hz.
 double CutOff(double width);
 
+// A run on even times, a third of a width of g apart: what (11.2) takes from
+// the recording alone, whatever the model's values.
+struct SampledMotion {
+  double step = 0.0;  // s
+  Run run;            // the efforts of each interval around a time
+  std::vector<MotionSample> motion;
+  int size() const { return static_cast<int>(motion.size()); }
+};
+
+// Of the part [from, to], s, of a run that measures all joints.
+SampledMotion SampleMotion(const Model& model, const Run& run, double from,
+                           double to, const EquationFilter& filter);
+SampledMotion SampleMotion(const Model& model, const Run& run,
+                           const EquationFilter& filter);
+
 // A model whose numbers `begin`, begin + 1, ... are variables 0, 1, ... of the
 // Jets, as many as they have.
 template <typename T>
@@ -47,11 +63,13 @@ struct EquationRows {
   int times() const { return static_cast<int>(t.size()); }
 };
 
-// Of the part [from, to], s, of a run that measures all joints, for T = Jet8
-// (few columns) or Jet24.
+// For T = Jet8 (few columns) or Jet24.
 template <typename T>
-EquationRows MakeEquationRows(const Model& model, const Run& run, double from,
-                              double to, const EquationFilter& filter,
+EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
                               int columns, const Seeding<T>& seeding);
+
+// Without derivatives.
+EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
+                               const MechanismParameters<double>& values);
 
 }  // namespace sysid

@@ -91,23 +91,24 @@ class InverseDynamicsFit {
   std::optional<Eigen::VectorXd> Theta();
 
  private:
-  EquationFilter Search();
-  EquationRegression Regress(const MechanismParameters<double>& values,
-                             const EquationFilter& filter) const;
+  void Search();
+  void Filter(const EquationFilter& filter);
+  EquationRegression Regress(const MechanismParameters<double>& values) const;
   // What is left by joint, without linearising.
-  Eigen::VectorXd LeftAt(const Eigen::VectorXd& theta,
-                         const EquationFilter& filter) const;
-  std::string Words(const EquationFilter& filter, const Fit& fit) const;
+  Eigen::VectorXd LeftAt(const Eigen::VectorXd& theta) const;
+  std::string Words(const Fit& fit) const;
   // Once more from theta, until nothing moves that the equations are not linear
   // in.
-  void Solve(const EquationFilter& filter, Eigen::VectorXd theta);
+  void Solve(Eigen::VectorXd theta);
   void SayParameters(Fit* fit);
-  void SayPositions(const EquationFilter& filter, Fit* fit) const;
+  void SayPositions(Fit* fit) const;
 
   const ShootingProblem& problem_;
   const ParameterMap& map_;
   const EquationCoordinates coordinates_;
   std::vector<const Run*> runs_;
+  EquationFilter filter_;
+  std::vector<SampledMotion> sampled_;  // of the runs, by this filter
   std::optional<EquationRegression> regression_;
   std::optional<EquationRegression> inertial_;  // without gravity or efforts
   Eigen::VectorXd xi0_;                         // where it was linearised
@@ -117,42 +118,37 @@ class InverseDynamicsFit {
   bool holds_scale_ = false;  // (11.11)
 };
 
-Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta,
-                                           const EquationFilter& filter) const {
+void InverseDynamicsFit::Filter(const EquationFilter& filter) {
+  filter_ = filter;
+  sampled_.clear();
+  for (const Run* run : runs_) {
+    sampled_.push_back(SampleMotion(problem_.model(), *run, filter));
+    ThrowIfCancelled(problem_.options().stop);
+  }
+}
+
+Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
   MechanismParameters<double> values;
   map_.Apply<double>(theta.data(), &values);
-  const Seeding<Jet8> seeding = [&](int, MechanismParameters<Jet8>* out) {
-    values.CastTo(out);
-  };
-  std::vector<EquationRows> rows;
-  for (const Run* run : runs_) {
-    rows.push_back(MakeEquationRows<Jet8>(problem_.model(), *run,
-                                          run->t.front(), run->t.back(), filter,
-                                          0, seeding));
-  }
-  return EquationRegression(std::move(rows), RobustLoss::kNone, 1.0)
-      .Left(Eigen::VectorXd());
+  return CompareEfforts(problem_.model(), runs_, sampled_, values).left;
 }
 
 EquationRegression InverseDynamicsFit::Regress(
-    const MechanismParameters<double>& values,
-    const EquationFilter& filter) const {
+    const MechanismParameters<double>& values) const {
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     coordinates_.Seed(values, begin, s);
   };
   std::vector<EquationRows> rows;
-  for (const Run* run : runs_) {
-    rows.push_back(MakeEquationRows<Jet24>(
-        problem_.model(), *run, run->t.front(), run->t.back(), filter,
-        coordinates_.size(), seeding));
+  for (const SampledMotion& sampled : sampled_) {
+    rows.push_back(MakeEquationRows<Jet24>(problem_.model(), sampled,
+                                           coordinates_.size(), seeding));
     ThrowIfCancelled(problem_.options().stop);
   }
   return EquationRegression(std::move(rows), problem_.options().loss,
                             problem_.options().loss_scale);
 }
 
-void InverseDynamicsFit::Solve(const EquationFilter& filter,
-                               Eigen::VectorXd theta) {
+void InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
   constexpr int kReweighed = 3;  // sizes settle to some per cent
   // A length that starts at a hundredth of itself doubles with each (11.10).
   constexpr int kMost = 20;
@@ -161,13 +157,13 @@ void InverseDynamicsFit::Solve(const EquationFilter& filter,
   for (int i = 0; i < kMost; ++i) {
     MechanismParameters<double> values;
     map_.Apply<double>(theta.data(), &values);
-    regression_ = Regress(values, filter);
+    regression_ = Regress(values);
     xi0_.resize(coordinates_.size());
     coordinates_.Read<double>(values, xi0_.data());
     only_ratios_ = regression_->IsHomogeneous(xi0_);
     if (only_ratios_) {
       values.gravity = 0.0;
-      inertial_ = Regress(values, filter);
+      inertial_ = Regress(values);
       regression_->Normalise(*inertial_, xi0_);
     }
     for (int k = 0; k < kReweighed; ++k) {
@@ -178,7 +174,7 @@ void InverseDynamicsFit::Solve(const EquationFilter& filter,
     iterations_ += found_.iterations;
     theta = found_.theta;
     const Eigen::VectorXd expected = regression_->Left(found_.xi - xi0_);
-    if ((LeftAt(theta, filter) - expected).norm() < kLinear * expected.norm()) {
+    if ((LeftAt(theta) - expected).norm() < kLinear * expected.norm()) {
       return;
     }
   }
@@ -199,7 +195,10 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
   if (moved.rank() == coordinates_.size()) {
     fit->base = BaseParameters(coordinates_, R, found_.xi);
   }
-  fit->effort = CompareEfforts(problem_, found_.theta).errors;
+  MechanismParameters<double> values;
+  map_.Apply<double>(found_.theta.data(), &values);
+  fit->effort =
+      CompareEfforts(problem_.model(), runs_, sampled_, values).errors;
 }
 
 // The state at a time of a run: by SmoothMotion, or near the ends, where that
@@ -225,8 +224,7 @@ Eigen::VectorXd StateAt(const Model& model, const Run& run, int sample,
 
 // How well positions are predicted over short segments, from states as the
 // filter gives them.
-void InverseDynamicsFit::SayPositions(const EquationFilter& filter,
-                                      Fit* fit) const {
+void InverseDynamicsFit::SayPositions(Fit* fit) const {
   const EstimationOptions& options = problem_.options();
   Solution point;
   point.theta = found_.theta;
@@ -242,7 +240,7 @@ void InverseDynamicsFit::SayPositions(const EquationFilter& filter,
     nodes.states.resize(nodes.segments(), problem_.model().state_size());
     for (int k = 0; k < nodes.segments(); ++k) {
       nodes.states.row(k) =
-          StateAt(problem_.model(), *run, nodes.samples[k], filter.motion);
+          StateAt(problem_.model(), *run, nodes.samples[k], filter_.motion);
     }
     point.runs.push_back(std::move(nodes));
   }
@@ -252,10 +250,9 @@ void InverseDynamicsFit::SayPositions(const EquationFilter& filter,
   fit->point = std::move(point);
 }
 
-std::string InverseDynamicsFit::Words(const EquationFilter& filter,
-                                      const Fit& fit) const {
+std::string InverseDynamicsFit::Words(const Fit& fit) const {
   char cut_off[32];
-  std::snprintf(cut_off, sizeof cut_off, "%.2g", CutOff(filter.average));
+  std::snprintf(cut_off, sizeof cut_off, "%.2g", CutOff(filter_.average));
   std::string words =
       std::string("equations of motion up to ") + cut_off +
       " Hz, where they still explain half of what moves the joints";
@@ -271,15 +268,14 @@ std::string InverseDynamicsFit::Words(const EquationFilter& filter,
   return words + (found_.converged ? "" : "; the minimum was not reached");
 }
 
-EquationFilter InverseDynamicsFit::Search() {
+void InverseDynamicsFit::Search() {
   const EquationFilter first = FirstFilter(runs_);
-  Solve(first, problem_.InitialTheta());
+  Filter(first);
+  Solve(problem_.InitialTheta());
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
-  const EquationFilter filter =
-      ChooseFilter(problem_.model(), values, runs_, first);
-  Solve(filter, found_.theta);
-  return filter;
+  Filter(ChooseFilter(problem_.model(), values, runs_, first));
+  Solve(found_.theta);
 }
 
 std::optional<Eigen::VectorXd> InverseDynamicsFit::Theta() {
@@ -294,15 +290,15 @@ Fit InverseDynamicsFit::Estimate() {
   fit.solver = "inverse_dynamics";
   fit.samples = problem_.data().samples();
   fit.noise = problem_.data().PooledNoise();
-  const EquationFilter filter = Search();
+  Search();
   fit.converged = found_.converged;
   fit.iterations = iterations_;
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
   fit.model.SetNominal(values);
   SayParameters(&fit);
-  SayPositions(filter, &fit);
-  fit.termination = Words(filter, fit);
+  SayPositions(&fit);
+  fit.termination = Words(fit);
   fit.wall_time_s = Now() - start_s;
   fit.cpu_time_s = CpuSeconds() - start_cpu_s;
   return fit;

@@ -421,25 +421,34 @@ TEST(Fit, ListensToAPrior) {
 
 // --- What the data does not say ---------------------------------------------
 
+// About y the moment about x does nothing: it stays where it is, and is named.
 TEST(Fit, NamesAParameterWithoutInfluence) {
   const Model start = Shipped("pendulum2_planar");
   const sysid::Run run = Simulated(start, 0.6, 13, 2.0);
-  const auto nominal = [&](const std::string& name) {
-    return Value{name, FindParameters(start, {name}, "").front().nominal};
-  };
-  // About y the moment about x does nothing.
-  const Fit one = FitRuns(
-      start, FreeFrom(start, {{"link1.length", 0.55}, nominal("link2.ixx")}),
+  const double ixx = FindParameters(start, {"link2.ixx"}, "").front().nominal;
+  const Fit fit = FitRuns(
+      start, FreeFrom(start, {{"link1.length", 0.55}, {"link2.ixx", ixx}}),
       {run});
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  const double length =
+      FindParameters(start, {"link1.length"}, "").front().nominal;
+  EXPECT_NEAR(EstimateOf(fit, "link1.length").value, length, 0.01);
+  EXPECT_EQ(EstimateOf(fit, "link2.ixx").value, ixx);
+  EXPECT_THAT(fit.not_identifiable, ElementsAre(ElementsAre("link2.ixx")));
+}
+
+TEST(Fit, RefusesWhereNothingHasInfluence) {
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run run = Simulated(start, 0.6, 13, 2.0);
+  const double ixx = FindParameters(start, {"link2.ixx"}, "").front().nominal;
+  const Fit one = FitRuns(start, FreeFrom(start, {{"link2.ixx", ixx}}), {run});
   EXPECT_FALSE(one.converged);
   EXPECT_EQ(one.termination,
             "parameter 'link2.ixx' without any influence on what was measured; "
             "fix it");
-  const Fit two = FitRuns(start,
-                          FreeFrom(start, {{"link1.com_y", 0.0},
-                                           {"link1.length", 0.55},
-                                           nominal("link2.ixx")}),
-                          {run});
+  const Fit two = FitRuns(
+      start, FreeFrom(start, {{"link1.com_y", 0.0}, {"link2.ixx", ixx}}),
+      {run});
   EXPECT_FALSE(two.converged);
   EXPECT_EQ(two.termination,
             "parameters 'link1.com_y', 'link2.ixx' without any influence on "

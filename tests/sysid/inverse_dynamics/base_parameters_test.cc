@@ -20,9 +20,9 @@ std::vector<std::string> NamesOf(const BaseParameter& base) {
 TEST(BaseParameters, ADependentColumnIsRegroupedWithThoseBeforeIt) {
   const Model model = Shipped("pendulum2_planar");
   const EquationCoordinates coordinates(
-      model, FindParameters(model, {"joint2.x", "joint2.y", "joint2.z",
-                                    "gravity"},
-                            "test"));
+      model,
+      FindParameters(model, {"joint2.x", "joint2.y", "joint2.z", "gravity"},
+                     "test"));
   RowMatrixXd R(4, 4);
   R << 3, 1, 5, 0,  //
       0, 2, -2, 0,  //
@@ -45,11 +45,10 @@ TEST(BaseParameters, ADependentColumnIsRegroupedWithThoseBeforeIt) {
 TEST(EstimatesByRank, TellsSingleParametersFromGroups) {
   const Model model = Shipped("pendulum2_planar");
   std::vector<sysid::Run> runs = {Shaken(model, 0.0, 1, 0.5)};
-  const ShootingProblem problem(
-      model,
-      FreeNominal(model, {"link1.mass", "link1.com_z", "link2.mass",
-                          "gravity"}),
-      runs, {});
+  const ShootingProblem problem(model,
+                                FreeNominal(model, {"link1.mass", "link1.com_z",
+                                                    "link2.mass", "gravity"}),
+                                runs, {});
   RowMatrixXd A(2, 4);
   A << 1, 0, 2, 0,  //
       0, 4, 0, 0;

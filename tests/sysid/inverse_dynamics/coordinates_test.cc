@@ -11,9 +11,9 @@ namespace sysid {
 namespace {
 
 const std::vector<std::string>& Ten() {
-  static const auto& ten = *new std::vector<std::string>{
-      "mass", "com_x", "com_y", "com_z", "ixx",
-      "iyy",  "izz",   "ixy",   "ixz",   "iyz"};
+  static const auto& ten =
+      *new std::vector<std::string>{"mass", "com_x", "com_y", "com_z", "ixx",
+                                    "iyy",  "izz",   "ixy",   "ixz",   "iyz"};
   return ten;
 }
 
@@ -64,8 +64,9 @@ TEST(EquationCoordinates, TheInverseDynamicsAreLinearInThem) {
     coordinates.Seed(model.nominal(), begin, &values);
     Workspace<Jet24> ws(model);
     ws.SetParameters(values);
-    std::vector<Jet24> q(at.q.begin(), at.q.end()), qd(at.qd.begin(), at.qd.end()),
-        qdd(at.qdd.begin(), at.qdd.end()), tau(nv);
+    std::vector<Jet24> q(at.q.begin(), at.q.end()),
+        qd(at.qd.begin(), at.qd.end()), qdd(at.qdd.begin(), at.qdd.end()),
+        tau(nv);
     InverseDynamics<Jet24>(&ws, q.data(), qd.data(), qdd.data(), tau.data());
     for (int v = 0; v < nv; ++v) {
       for (int c = 0; c < EquationCoordinates::kWidth && begin + c < n; ++c) {

@@ -30,8 +30,7 @@ class EstimateTest : public testing::Test {
     return FreeNominal(model_, names);
   }
   RegressionEstimate Estimate(const Eigen::VectorXd& change, double weight) {
-    return EstimateByRegression(problem_, coordinates_,
-                                Knowing(change, weight),
+    return EstimateByRegression(problem_, coordinates_, Knowing(change, weight),
                                 problem_.InitialTheta());
   }
   Eigen::VectorXd Xi0() const {

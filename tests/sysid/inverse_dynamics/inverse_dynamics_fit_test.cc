@@ -15,8 +15,11 @@ namespace {
 // All inertial parameters and frictions, from a URDF whose bodies are wrong.
 ShootingProblem WrongArm(const Model& truth, const Run& run) {
   Model wrong = truth;
-  Set({{"link1.mass", 2.0}, {"link2.mass", 0.5}, {"joint1.friction", 0.0},
-       {"joint2.friction", 0.0}, {"joint1.damping", 0.0},
+  Set({{"link1.mass", 2.0},
+       {"link2.mass", 0.5},
+       {"joint1.friction", 0.0},
+       {"joint2.friction", 0.0},
+       {"joint1.damping", 0.0},
        {"joint2.damping", 0.0}},
       &wrong);
   std::vector<std::string> names = AllOf({"link1", "link2"});
@@ -28,8 +31,8 @@ ShootingProblem WrongArm(const Model& truth, const Run& run) {
 }
 
 // The values of the same combinations at the truth.
-double AtTruth(const BaseParameter& base, const EquationCoordinates& coordinates,
-               const Model& truth) {
+double AtTruth(const BaseParameter& base,
+               const EquationCoordinates& coordinates, const Model& truth) {
   Eigen::VectorXd xi(coordinates.size());
   coordinates.Read<double>(truth.nominal(), xi.data());
   double value = 0.0;
@@ -69,10 +72,9 @@ TEST(InverseDynamicsFit, FindsDryFriction) {
   const Model truth = FrictionArm(0.1);
   const Fit fit = FitInverseDynamics(WrongArm(truth, Shaken(truth, 1e-4, 1)));
   ASSERT_TRUE(fit.converged) << fit.termination;
-  for (const Value& value : {Value{"joint1.friction", 0.1},
-                             Value{"joint2.friction", 0.05},
-                             Value{"joint1.damping", 0.05},
-                             Value{"joint2.damping", 0.03}}) {
+  for (const Value& value :
+       {Value{"joint1.friction", 0.1}, Value{"joint2.friction", 0.05},
+        Value{"joint1.damping", 0.05}, Value{"joint2.damping", 0.03}}) {
     EXPECT_LT(std::abs(Deviation(fit, value)), 5.0) << value.name;
   }
 }
@@ -127,7 +129,7 @@ TEST(InverseDynamicsFit, WithoutEffortsOnlyRatiosShow) {
   const Model truth = Shipped("pendulum2_planar", {"viscous_damping@joint1"},
                               {{"joint1.damping", 0.02}});
   sysid::Run run = Simulate(truth, RandomState(truth, 1.0, 1),
-                     {.duration = 10.0, .rate = 200.0, .noise = 1e-4});
+                            {.duration = 10.0, .rate = 200.0, .noise = 1e-4});
   Model wrong = truth;
   const double mass = FindParameters(truth, {"link2.mass"}, "")[0].nominal;
   Set({{"link2.mass", 1.6 * mass}, {"joint1.damping", 0.0}}, &wrong);

@@ -22,13 +22,16 @@ Channel Positions(int joint, const std::vector<double>& values) {
 // Times 10 ms apart, but for a wobble, from 0 to 1 s.
 std::vector<double> UnevenTimes() {
   std::vector<double> t;
-  for (int k = 0; k <= 100; ++k) t.push_back(0.01 * k + 0.002 * std::sin(7 * k));
+  for (int k = 0; k <= 100; ++k)
+    t.push_back(0.01 * k + 0.002 * std::sin(7 * k));
   return t;
 }
 
 TEST(SmoothMotion, AQuinticIsWhatItIsWhateverTheSampling) {
   const Model hinge = Shipped("simple_pendulum_dfki");
-  const auto q = [](double t) { return 1 + t - 3 * t * t + 2 * std::pow(t, 5); };
+  const auto q = [](double t) {
+    return 1 + t - 3 * t * t + 2 * std::pow(t, 5);
+  };
   sysid::Run run;
   run.t = UnevenTimes();
   std::vector<double> values;
@@ -82,8 +85,7 @@ TEST(SmoothMotion, AJointWithoutAChannelIsNotMeasured) {
   sysid::Run run;
   run.t = {0.0, 1.0};
   run.channels = {Positions(0, {0.0, 0.0})};
-  EXPECT_EQ(UnmeasuredJoints(model, run),
-            std::vector<std::string>({"joint2"}));
+  EXPECT_EQ(UnmeasuredJoints(model, run), std::vector<std::string>({"joint2"}));
 }
 
 }  // namespace
