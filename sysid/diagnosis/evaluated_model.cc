@@ -9,6 +9,7 @@
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
 #include "sysid/estimation/step_size.h"
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/parameters/starts.h"
 
 namespace sysid {
@@ -236,7 +237,7 @@ void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
 
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
   EvaluatedModel base = Open(problem, {}, {}, {}, problem.options);
-  base.fit = FitIndependentSegments(*base.problem);
+  base.fit = FitIndependentSegments(StartByInverseDynamics(*base.problem));
   if (base.fit.converged) {
     // Once more, as every other model will be: a refit holds the spins that no
     // sensor sees to where the last fit left them.
