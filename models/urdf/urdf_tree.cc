@@ -103,11 +103,13 @@ void CheckRoots(const UrdfOutline& outline, const std::vector<int>& roots,
 }  // namespace
 
 void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
+  std::set<std::string> names;
+  for (const UrdfJoint& joint : outline->joints) names.insert(joint.name);
   bool moves = false;
   bool ends_known = true;
   for (const UrdfJoint& joint : outline->joints) {
-    moves |=
-        !joint.type_known || (joint.type != JointType::kFixed && !joint.mimic);
+    const bool follows = joint.mimic && names.count(joint.mimic->joint) > 0;
+    moves |= !joint.type_known || (joint.type != JointType::kFixed && !follows);
     ends_known &= joint.parent >= 0 && joint.child >= 0;
   }
   if (!moves && !outline->links.empty()) {
