@@ -103,12 +103,12 @@ void CheckRoots(const UrdfOutline& outline, const std::vector<int>& roots,
 }  // namespace
 
 void CheckTree(UrdfOutline* outline, UrdfFaults* faults) {
-  std::set<std::string> names;
-  for (const UrdfJoint& joint : outline->joints) names.insert(joint.name);
+  std::set<std::string> joints;
+  for (const UrdfJoint& joint : outline->joints) joints.insert(joint.name);
   bool moves = false;
   bool ends_known = true;
   for (const UrdfJoint& joint : outline->joints) {
-    const bool follows = joint.mimic && names.count(joint.mimic->joint) > 0;
+    const bool follows = joint.mimic && joints.count(joint.mimic->joint) > 0;
     moves |= !joint.type_known || (joint.type != JointType::kFixed && !follows);
     ends_known &= joint.parent >= 0 && joint.child >= 0;
   }
