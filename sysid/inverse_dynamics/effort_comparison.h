@@ -20,7 +20,7 @@ struct EffortSeries {
 struct EffortComparison {
   double cut_off_hz = 0.0;           // of the filter
   std::vector<EffortError> errors;   // over all runs, by joint
-  std::vector<EffortSeries> series;  // by run, then by joint
+  std::vector<EffortSeries> series;  // by joint, then by run
 };
 
 // Of the model with the parameters theta, of joints whose effort was measured.
