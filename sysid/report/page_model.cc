@@ -149,6 +149,7 @@ Json PageModel(const PageSource& source, const PageFit& fit,
                const Diagnosis* diagnosis) {
   const Fit& found = *fit.fit;
   const std::vector<int> determined = Determined(found);
+  const ModelEfforts efforts = CompareModelEfforts(fit);
   Json model;
   model["id"] = fit.id;
   model["title"] = fit.title;
@@ -171,7 +172,9 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["segment_s"] = Finite(found.segment_s);
   model["joined"] = std::isfinite(found.defect);
   model["wholeRuns"] = nullptr;
-  model["predictions"] = PredictionsJson(source, fit);
+  model["predictions"] = PredictionsJson(source, fit, efforts);
+  model["efforts"] = EffortErrorsJson(efforts.fitted);
+  model["holdoutEfforts"] = EffortErrorsJson(efforts.held_out);
   model["channels"] = found.train.channels;
   model["segments"] = found.train.segments;
   model["horizon"] = HorizonJson(source, fit, diagnosis);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/report/page_data.h"
 
 namespace sysid {
@@ -33,12 +34,25 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis);
 // ModelData.force.
 Json ForcesJson(const Where& where);
 
+// Of efforts by the inverse dynamics:
+
+// Empty where none were measured, or a joint's position was not.
+struct ModelEfforts {
+  EffortComparison fitted, held_out;
+};
+ModelEfforts CompareModelEfforts(const PageFit& fit);
+// ModelData.efforts and ModelData.holdoutEfforts.
+Json EffortErrorsJson(const EffortComparison& comparison);
+// PredictionData.efforts, of one of the `runs` runs that are compared.
+Json EffortCurvesJson(const EffortComparison& comparison, int run, int runs);
+
 // Of runs:
 
 // PageData.runs.
 Json RunsJson(const PageSource& source);
 // ModelData.predictions: of each of those runs what a model predicts for it,
 // sample by sample, whatever part of it the model was fitted to.
-Json PredictionsJson(const PageSource& source, const PageFit& fit);
+Json PredictionsJson(const PageSource& source, const PageFit& fit,
+                     const ModelEfforts& efforts);
 
 }  // namespace sysid

@@ -138,8 +138,18 @@ RowMatrixXd MeasuredPositions(const Mechanism& mechanism, const Run& run,
   return measured;
 }
 
+// Of the run at a place, as its own problem compares them.
+Json EffortsAt(const Place& place, const PageFit& fit,
+               const ModelEfforts& efforts) {
+  if (place.problem == nullptr) return nullptr;
+  return EffortCurvesJson(
+      place.problem == fit.problem ? efforts.fitted : efforts.held_out,
+      place.run, static_cast<int>(place.problem->runs().size()));
+}
+
 Json PredictionJson(const std::map<std::string, double>& noise,
                     const Run& shown, const PageFit& fit,
+                    const ModelEfforts& efforts,
                     OrientationResidual orientation) {
   const Mechanism& mechanism = fit.problem->model().mechanism();
   const StateLayout& at = fit.problem->model().layout();
@@ -172,6 +182,7 @@ Json PredictionJson(const std::map<std::string, double>& noise,
   const RowMatrixXd q = states.middleCols(at.q(), at.nq());
   return {{"cuts", CutsJson(shown, place)},
           {"channels", channels},
+          {"efforts", EffortsAt(place, fit, efforts)},
           {"q", DrawnColumns(q)},
           {"qd", DrawnColumns(states.middleCols(at.qd(), at.nv()))},
           {"measuredQ", DrawnColumns(MeasuredPositions(mechanism, shown, q))}};
@@ -207,10 +218,11 @@ Json RunsJson(const PageSource& source) {
   return list;
 }
 
-Json PredictionsJson(const PageSource& source, const PageFit& fit) {
+Json PredictionsJson(const PageSource& source, const PageFit& fit,
+                     const ModelEfforts& efforts) {
   const std::map<std::string, double> noise = NoiseOf(*source.train);
   return List(ShownRuns(source), [&](const Run* run) {
-    return PredictionJson(noise, *run, fit,
+    return PredictionJson(noise, *run, fit, efforts,
                           source.session->options.orientation);
   });
 }

@@ -122,6 +122,17 @@ export function lowerBound(times: ArrayLike<number>, t: number): number {
   return low;
 }
 
+// Of a curve at other times, on the lines between its samples; NaN beyond them.
+export function interpolated(times: Numbers, values: Numbers, at: Numbers): Numbers {
+  return Float64Array.from(at, t => {
+    const i = lowerBound(times, t);
+    if (times[i] === t) return values[i];
+    if (i === 0 || i === times.length) return NaN;
+    const f = (t - times[i - 1]) / (times[i] - times[i - 1]);
+    return values[i - 1] + f * (values[i] - values[i - 1]);
+  });
+}
+
 // Of what is there; 0 where nothing is.
 export function meanSquare(series: Series): number {
   let sum = 0, n = 0;

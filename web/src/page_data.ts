@@ -89,6 +89,10 @@ export interface ModelData {
   // `files` are of. Null: it was not.
   wholeRuns: WholeRunsData | null;
   predictions: PredictionData[]; // one a run, as in PageData.runs
+  // What the inverse dynamics leave of the efforts of all fitted, all held-out
+  // runs; null: none were measured, or a joint's position was not.
+  efforts: EffortErrorsData | null;
+  holdoutEfforts: EffortErrorsData | null;
   channels: { name: string; unit: string; rms: number; normalized_rms: number; noise: number }[];
   segments: { trajectory: string; t_start: number; t_end: number; normalized_rms: number }[];
   // `noise_rms`: what noise alone would make of it, were the model true.
@@ -117,12 +121,27 @@ export interface PredictionData {
   cuts: number[]; // s: where segments begin, and the end
   // As RunData.channels: predicted, and the residual in units of the noise.
   channels: { predicted: Series[]; residual: Series[] }[];
+  efforts: EffortCurvesData | null; // null: nothing to compare in this run
   // The states of the prediction and those nearest the measurement, nq and nv
   // each, for the 3D view and the phase portrait. `measured` has NaN where a
   // joint is not measured.
   q: DrawnSeries[];
   qd: DrawnSeries[];
   measuredQ: DrawnSeries[];
+}
+
+// By joints of one degree of freedom, and the axes of others: "shoulder.x".
+export interface EffortErrorsData {
+  cutOff_hz: number; // of the low-pass filter that efforts and equations pass
+  // `rms` of what is left, in `unit`; `percent` of that of the measured.
+  joints: { joint: string; unit: string; rms: number; percent: number }[];
+}
+
+// Behind that filter, one of its widths apart; missing where the motion was not
+// measured around.
+export interface EffortCurvesData {
+  t: Series; // s
+  curves: { joint: string; unit: string; measured: DrawnSeries; predicted: DrawnSeries }[];
 }
 
 export interface ParameterData {

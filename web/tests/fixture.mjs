@@ -98,7 +98,7 @@ function predict(run, friction) {
   return {
     states, residual, cuts,
     data: {
-      cuts,
+      cuts, efforts: null,
       channels: [0, 1].map(i => ({predicted: [series(column(states, i))], residual: [series(residual[i])]})),
       q: [0, 1].map(i => series(column(states, i))),
       qd: [2, 3].map(i => series(column(states, i))),
@@ -227,6 +227,7 @@ export function planarPage({seconds = 8, live = false} = {}) {
       doubts: [], segment_s: kSegment_s, joined: false, wholeRuns: live ? wholeRuns(withEffect, found) : null, predictions: predictions.map(p => p.data),
       horizon: [0.1, 0.2, 0.5, 1, 2].map(h => ({horizon_s: h, rms: kNoise * (withEffect ? 1.02 : 1 + 12 * h ** 1.6), noise_rms: kNoise * (1 + 0.3 * h)})),
       parameters: parameters(withEffect),
+      efforts: null, holdoutEfforts: null,
       correlation: withEffect ? [[1, -0.83, 0.21], [-0.83, 1, null], [0.21, null, 1]] : [[1, -0.82], [-0.82, 1]],
       correlationNames: parameters(withEffect).map(p => p.name), notIdentifiable: [['link1.mass', 'link2.mass']],
       histories: [stages('lm'), history('Adam', 80, 0.09, 900)],
@@ -280,7 +281,7 @@ export function sphericalPage() {
   const urdf = kPlanarUrdf.replaceAll('type="continuous"', 'type="spherical"').replaceAll('<axis xyz="0 1 0"/>', '');
   const second = t.map(s => quaternion(0.4, -2 * s));
   const prediction = {
-    cuts: [0, 2, 4, 6, 8],
+    cuts: [0, 2, 4, 6, 8], efforts: null,
     channels: [{predicted: parts(predicted, v => v),
       residual: [0, 1, 2].map(k => series(t.map((_, i) => (heading(predicted[i])[k] - heading(truth[i])[k]) / kNoise)))}],
     q: [...[0, 1, 2, 3].map(k => series(column(predicted, k))), ...[0, 1, 2, 3].map(k => series(column(second, k)))],
@@ -305,4 +306,40 @@ export function freeze(html, page) {
   const marker = '<script id="page-data" type="application/json">';
   if (html.split(marker).length !== 2) throw new Error('the page has no place for its data');
   return html.replace(marker, () => marker + json);
+}
+
+// Of what is only drawn; NaN is missing.
+export function drawn(values) {
+  const known = values.filter(Number.isFinite);
+  const offset = Math.min(...known), step = (Math.max(...known) - offset) / 65534 || 1;
+  const places = Uint16Array.from(values, v => Number.isFinite(v) ? Math.round((v - offset) / step) : 65535);
+  return {u16: Buffer.from(places.buffer).toString('base64'), step, offset};
+}
+
+// The planar page of driven joints: the model as given leaves the friction of
+// the second one, the other model hardly anything. Each has a filter of its own.
+export function drivenPage() {
+  const page = planarPage();
+  const widths_s = [0.04, 0.03], cutOffs_hz = [3.313, 4.417];
+  page.models.forEach((model, m) => {
+    const efforts = run => {
+      const n = Math.floor(7.6 / widths_s[m]), t = Array.from({length: n}, (_, i) => 0.2 + i * widths_s[m]);
+      const curves = [0, 1].map(j => {
+        const measured = t.map(s => (2 - j) * Math.sin((2 + j) * s + run) + 0.5 * Math.sin(7 * s));
+        const rest = t.map(s => 0.01 * Math.sin(31 * s) + (j && !m ? 0.3 * Math.tanh(5 * Math.cos(3 * s + run)) : 0));
+        if (j && !run) measured[30] = NaN;
+        return {joint: `joint${j + 1}`, unit: 'N m', rest, measured, predicted: measured.map((v, i) => v - rest[i])};
+      });
+      return {t, curves};
+    };
+    const said = run => ({cutOff_hz: cutOffs_hz[m] + run, joints: efforts(run).curves.map(c => (
+      {joint: c.joint, unit: c.unit, rms: rms([c.rest]), percent: 100 * rms([c.rest]) / rms([c.measured])}))});
+    model.efforts = said(0);
+    model.holdoutEfforts = said(1);
+    model.predictions.forEach((p, run) => {
+      const {t, curves} = efforts(run);
+      p.efforts = {t: series(t), curves: curves.map(c => ({joint: c.joint, unit: c.unit, measured: drawn(c.measured), predicted: drawn(c.predicted)}))};
+    });
+  });
+  return page;
 }

@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <fstream>
 #include <map>
+#include <optional>
 #include <regex>
 #include <set>
 #include <sstream>
 
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/page_parts.h"
@@ -378,33 +380,34 @@ std::map<std::string, std::set<std::string>> Interfaces() {
   return interfaces;
 }
 
+void ExpectKeys(const std::string& name, const Json& json) {
+  SCOPED_TRACE(name);
+  static const auto interfaces = Interfaces();
+  const auto keys = interfaces.find(name);
+  ASSERT_NE(keys, interfaces.end());
+  std::set<std::string> found;
+  for (const auto& item : json.items()) found.insert(item.key());
+  EXPECT_THAT(found, ::testing::IsSupersetOf(keys->second));
+}
+
 TEST_F(DiagnosedPage, HasEveryKeyThatThePageReads) {
-  const auto interfaces = Interfaces();
-  const auto expect = [&](const std::string& name, const Json& json) {
-    SCOPED_TRACE(name);
-    const auto keys = interfaces.find(name);
-    ASSERT_NE(keys, interfaces.end());
-    std::set<std::string> found;
-    for (const auto& item : json.items()) found.insert(item.key());
-    EXPECT_THAT(found, ::testing::IsSupersetOf(keys->second));
-  };
   const Json& page = *page_;
   const Json& model = page["models"][0];
-  expect("PageData", page);
-  expect("MechanismData", page["mechanism"]);
-  expect("JointData", page["mechanism"]["joints"][0]);
-  expect("RunData", page["runs"][0]);
-  expect("ChannelData", page["runs"][0]["channels"][0]);
-  expect("ModelData", model);
-  expect("PredictionData", model["predictions"][0]);
-  expect("Series", page["runs"][0]["t"]);
-  expect("DrawnSeries", model["predictions"][0]["q"][0]);
-  expect("ParameterData", model["parameters"][0]);
-  expect("CandidateData", model["candidates"][0]);
-  expect("ForceData", model["force"][0]);
-  expect("StepData", page["steps"][0]);
-  expect("WholeRunsData", page["models"][1]["wholeRuns"]);
-  expect("Series", page["runs"][0]["t"]);
+  ExpectKeys("PageData", page);
+  ExpectKeys("MechanismData", page["mechanism"]);
+  ExpectKeys("JointData", page["mechanism"]["joints"][0]);
+  ExpectKeys("RunData", page["runs"][0]);
+  ExpectKeys("ChannelData", page["runs"][0]["channels"][0]);
+  ExpectKeys("ModelData", model);
+  ExpectKeys("PredictionData", model["predictions"][0]);
+  ExpectKeys("Series", page["runs"][0]["t"]);
+  ExpectKeys("DrawnSeries", model["predictions"][0]["q"][0]);
+  ExpectKeys("ParameterData", model["parameters"][0]);
+  ExpectKeys("CandidateData", model["candidates"][0]);
+  ExpectKeys("ForceData", model["force"][0]);
+  ExpectKeys("StepData", page["steps"][0]);
+  ExpectKeys("WholeRunsData", page["models"][1]["wholeRuns"]);
+  ExpectKeys("Series", page["runs"][0]["t"]);
 }
 
 TEST_F(DiagnosedPage, StandsInAnHtmlOfLessThanThreeMegabytes) {
@@ -440,6 +443,128 @@ TEST_F(DiagnosedPage, HasTheFilesOfEveryModel) {
       EXPECT_NEAR(model["correlation"][i][i].get<double>(), 1.0, 1e-12);
     }
   }
+}
+
+TEST_F(DiagnosedPage, ComparesNoEffortsWhereNoneWereMeasured) {
+  for (const Json& model : (*page_)["models"]) {
+    EXPECT_TRUE(model["efforts"].is_null());
+    EXPECT_TRUE(model["holdoutEfforts"].is_null());
+    for (const Json& prediction : model["predictions"]) {
+      EXPECT_TRUE(prediction["efforts"].is_null());
+    }
+  }
+}
+
+// A driven cart and pole, the pole not seen for half a second of the second
+// fitted run.
+class EffortPage : public ::testing::Test {
+ protected:
+  EffortPage() : problem_(MakeProblem(Shipped("cartpole"), kFree, Runs())) {
+    session_ = OpenOn(problem_);
+    const ShootingProblem shooting(problem_.model, problem_.free,
+                                   problem_.train, problem_.options);
+    const Fit fit = FitInverseDynamics(shooting);
+    percent_ = fit.effort;
+    const Holdout holdout =
+        EvaluateHoldout(OpenHoldout(fit.model, problem_.holdout,
+                                    problem_.options, fit.point.rollout, 1.0),
+                        nullptr);
+    PageFit shown;
+    shown.title = "as given";
+    shown.session = &*session_;
+    shown.problem = &shooting;
+    shown.fit = &fit;
+    shown.holdout = &holdout;
+    model_ = PageModel(SourceOf(*session_, problem_), shown, nullptr);
+  }
+
+  static std::vector<sysid::Run> Runs() {
+    std::vector<sysid::Run> runs;
+    for (int seed = 1; seed <= 3; ++seed) {
+      runs.push_back(
+          Record(Shipped("cartpole"), seed, {.duration = 4.0, .level = 1.0}));
+    }
+    sysid::Run& gapped = runs[2];
+    for (int k = 0; k < gapped.size(); ++k) {
+      if (gapped.t[k] < 2.0 || gapped.t[k] > 2.5) continue;
+      gapped.channels[1].values.row(k).setConstant(NAN);
+    }
+    return runs;
+  }
+
+  static inline const std::vector<Value> kFree{{"cart.mass", 1.0}};
+  DiagnosisProblem problem_;
+  std::optional<Session> session_;
+  std::vector<EffortError> percent_;
+  Json model_;
+};
+
+TEST_F(EffortPage, HasWhatTheInverseDynamicsLeaveOfEachJoint) {
+  for (const char* which : {"efforts", "holdoutEfforts"}) {
+    const Json& efforts = model_[which];
+    ASSERT_FALSE(efforts.is_null()) << which;
+    ExpectKeys("EffortErrorsData", efforts);
+    EXPECT_GT(efforts["cutOff_hz"], 1.0);
+    ASSERT_EQ(efforts["joints"].size(), 2u);
+    EXPECT_EQ(efforts["joints"][0]["joint"], "slider");
+    EXPECT_EQ(efforts["joints"][0]["unit"], "N");
+    EXPECT_EQ(efforts["joints"][1]["unit"], "N m");
+  }
+  ASSERT_EQ(percent_.size(), 2u);
+  for (int j = 0; j < 2; ++j) {
+    EXPECT_EQ(model_["efforts"]["joints"][j]["rms"], percent_[j].rms);
+    EXPECT_EQ(model_["efforts"]["joints"][j]["percent"], percent_[j].percent);
+  }
+}
+
+// What is drawn has the rms that is said, run by run and joint by joint.
+TEST_F(EffortPage, DrawsTheEffortsOfWhichItIsSaid) {
+  const Json& predictions = model_["predictions"];
+  ASSERT_EQ(predictions.size(), 3u);  // two fitted ones, then the held-out one
+  for (const bool held_out : {false, true}) {
+    const Json& said = model_[held_out ? "holdoutEfforts" : "efforts"];
+    for (int j = 0; j < 2; ++j) {
+      double left = 0.0, all = 0.0;
+      for (size_t r = held_out ? 2 : 0; r < (held_out ? 3 : 2); ++r) {
+        const Json& efforts = predictions[r]["efforts"];
+        ASSERT_FALSE(efforts.is_null());
+        ExpectKeys("EffortCurvesData", efforts);
+        const Json& curve = efforts["curves"].at(j);
+        EXPECT_EQ(curve["joint"], said["joints"][j]["joint"]);
+        EXPECT_EQ(curve["unit"], said["joints"][j]["unit"]);
+        const auto measured = Decode(curve["measured"]);
+        const auto predicted = Decode(curve["predicted"]);
+        ASSERT_EQ(measured.size(), Decode(efforts["t"]).size());
+        ASSERT_EQ(measured.size(), predicted.size());
+        for (size_t k = 0; k < measured.size(); ++k) {
+          if (std::isnan(measured[k])) continue;
+          left += std::pow(measured[k] - predicted[k], 2);
+          all += std::pow(measured[k], 2);
+        }
+      }
+      const double percent = said["joints"][j]["percent"];
+      EXPECT_NEAR(100.0 * std::sqrt(left / all), percent,
+                  0.01 + 0.01 * percent);
+    }
+  }
+}
+
+TEST_F(EffortPage, DrawsNoLineAcrossWhatWasNotMeasured) {
+  const auto missing = [&](int run) {
+    const Json& efforts = model_["predictions"][run]["efforts"];
+    const auto t = Decode(efforts["t"]);
+    const auto measured = Decode(efforts["curves"][0]["measured"]);
+    std::vector<double> times;
+    for (size_t k = 0; k < t.size(); ++k) {
+      EXPECT_TRUE(k == 0 || t[k] > t[k - 1]);
+      if (std::isnan(measured[k])) times.push_back(t[k]);
+    }
+    return times;
+  };
+  EXPECT_THAT(missing(0), IsEmpty());
+  const std::vector<double> in_gap = missing(1);
+  ASSERT_EQ(in_gap.size(), 1u);
+  EXPECT_NEAR(in_gap.front(), 2.25, 0.2);
 }
 
 }  // namespace

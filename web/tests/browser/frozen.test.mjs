@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {after, before, test} from 'node:test';
-import {failedPage, fitPage, planarPage, sphericalPage} from '../fixture.mjs';
+import {drivenPage, failedPage, fitPage, planarPage, sphericalPage} from '../fixture.mjs';
 import {launch, without} from './chromium.mjs';
 import {compareTimes, html, kPatience_ms, openFile, ranges, settled, until, writeReport, zooming} from './open.mjs';
 
@@ -112,6 +112,57 @@ test('the error against the horizon stands beside what noise makes of it', {skip
     assert.match(where, /A complete model stays near it/);
     assert.doesNotMatch(where, /one that stays there, of a complete model/);
   }));
+
+const efforts = page => text(page, '#where .efforts');
+
+test('what the inverse dynamics leave of the efforts is said and drawn, joint by joint', {skip}, () =>
+  visit('driven.html', drivenPage(), async page => {
+    const said = await efforts(page);
+    assert.match(said, /Efforts by the inverse dynamics/);
+    assert.match(said, /low-pass filter whose cut-off \(-3 dB\) is 3\.31 Hz\./);
+    assert.match(said, /joint2\s+0\.28 N m\s+35\.8\s+35\.2\s+0\.9/, 'rms, left, held out, by the compared model');
+    assert.equal(await page.locator('#where .efforts figure').count(), 2);
+    const labels = await page.$$eval('#where .efforts .time-plot', list => list.map(e => e.getAttribute('aria-label')));
+    assert.equal(labels.length, 4);
+    assert.match(labels[2], /^Effort of joint2 over time, measured and predicted/);
+    assert.match(labels[3], /^What is left of the effort of joint2/);
+    await page.locator('.time-plot').first().focus();
+    await page.keyboard.press('Home');
+    await settled(page);
+    assert.match(await text(page, '#where .efforts figure .readout'),
+      /^at 0\.2 s: measured .* N m; as given .* N m \(left .* N m\); \+ coulomb_friction@joint2 .* N m \(left .* N m\)$/);
+  }));
+
+test('the efforts of a held-out run have the filter of the held-out runs', {skip}, () =>
+  visit('driven.html', drivenPage(), async page => {
+    await page.locator('.controls').getByLabel('Run', {exact: true}).selectOption({index: 1});
+    await settled(page);
+    assert.match(await efforts(page), /is 4\.31 Hz\./);
+    assert.match(await efforts(page), /run_2\.csv, held out/);
+  }));
+
+test('where no efforts were measured nothing is said of them', {skip}, async () => {
+  await visit('planar.html', planarPage(), async page => assert.equal(await page.locator('.efforts').count(), 0));
+  const old = planarPage(); // of a session that was saved before there were any
+  for (const m of old.models) {
+    delete m.efforts;
+    delete m.holdoutEfforts;
+    for (const p of m.predictions) delete p.efforts;
+  }
+  await visit('old.html', old, async page => {
+    assert.equal(await page.locator('.efforts').count(), 0);
+    assert.equal(await page.locator('.warning').count(), 0);
+  });
+});
+
+test('a run without efforts to compare says so', {skip}, () => {
+  const document = drivenPage();
+  document.models[0].predictions[0].efforts = null;
+  return visit('short.html', document, async page => {
+    assert.match(await efforts(page), /No efforts of this run can be compared/);
+    assert.match(await efforts(page), /joint1/);
+  });
+});
 
 test('the cost of another stage is drawn as another line', {skip}, () =>
   visit('planar.html', planarPage(), async page => {

@@ -45,6 +45,11 @@ test('refuses a document of another schema by name', () => {
   assert.throws(() => data.inlined('{"schema": "sysid.page/9"}'), /reads sysid.page\/1.*sysid.page\/9/);
 });
 
+test('a curve is taken to other times along its lines, and not across gaps or beyond its ends', () => {
+  const at = data.interpolated([0, 1, 2, 3], [0, 10, NaN, 30], Float64Array.from([-1, 0, 0.25, 1, 1.5, 3, 4]));
+  assert.deepEqual([...at], [NaN, 0, 2.5, 10, NaN, 30, NaN]);
+});
+
 test('the error map has the rms of each piece', () => {
   const page = planarPage();
   const one = data.errorMap(page, 0, 0, 1);
