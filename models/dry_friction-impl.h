@@ -71,11 +71,12 @@ double Violation(const Workspace<T>& ws, int i, const T* qdd, DryMode* better) {
 }
 
 // Sets the modes of all joints at a state, and qdd by them: (3) by principal
-// pivoting. All with qd = 0 rest at first; what breaks (3) most is changed until
-// nothing does. Where that takes long, the first instead of the worst, which
-// cannot cycle (Murty 1974), and after kMostPivots the modes stay as they are: a
-// joint is then held, or let go, that should not, for a step at most. A joint of
-// no level (a candidate that is off) never rests: nothing would hold it.
+// pivoting. All with qd = 0 rest at first; what breaks (3) most is changed
+// until nothing does. Where that takes long, the first instead of the worst,
+// which cannot cycle (Murty 1974), and after kMostPivots the modes stay as they
+// are: a joint is then held, or let go, that should not, for a step at most. A
+// joint of no level (a candidate that is off) never rests: nothing would hold
+// it.
 template <typename T>
 bool DecideModes(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
                  T* qdd) {

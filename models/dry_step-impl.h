@@ -15,6 +15,8 @@ namespace internal {
 
 // Of a step, before the rest of it is taken in one, without looking.
 inline constexpr int kMostEvents = 32;
+// To find the first of them.
+inline constexpr int kMostTries = 32;
 
 // a + b t + c t^2 + d t^3, t in parts of a step.
 struct Cubic {
@@ -109,25 +111,38 @@ bool Stepper<T>::StepToEvent(bool look, const T* tau, T* x, double* left,
   bool started;
   if (!Start(tau, x, &started, companion)) return false;
   double h = *left;
-  int first = -1;  // the joint whose event is at h
-  for (;;) {
+  int first = -1;    // the joint whose event is at h
+  bool cut = false;  // h is less than what is left
+  for (int tries = 0;; ++tries) {
     Watch<Companion> watch{this, companion};
-    if (!StepRungeKutta4(h, tau, x, end_x_.data(), &watch, started)) {
-      return false;
-    }
+    const bool look_on = look && tries < internal::kMostTries;
+    const bool ok = StepRungeKutta4(h, tau, x, end_x_.data(), &watch, started);
     started = false;
+    if (!ok && !look_on) return false;
+    // What friction alone stops long before h, it has taken far beyond.
+    const double sensible = look_on ? SensibleStep(ok ? h : 0.25 * h) : h;
+    if (sensible < h) {
+      cut = true;
+      first = -1;
+      h = sensible;
+      continue;
+    }
     // Of another joint, before h.
-    const Event event = look ? NextEvent(h) : Event();
+    const Event event = look_on ? NextEvent(h) : Event();
     if (event.joint < 0) break;
-    dry_[event.joint].passed = true;
     bool located;
-    if (!Locate(event, tau, x, &h, &located)) return false;
-    if (located) first = event.joint;
+    Locate(event, tau, x, &h, &located);
+    if (located) {
+      cut = true;
+      first = event.joint;
+      for (DryJoint& joint : dry_) joint.passed = false;
+    }
+    dry_[event.joint].passed = true;
   }
   const StateLayout& at = ws_->model().layout();
   companion->MovedStage(3, h, u_.data(), stage_x_.data() + at.qd());
   std::copy(end_x_.begin(), end_x_.end(), x);
-  *left = first < 0 ? 0.0 : *left - h;
+  *left = cut ? *left - h : 0.0;
   if (first < 0) return true;
   const int body = dry_[first].body;
   // What breaks away is let go by the next Start: its force is above its level.
@@ -213,9 +228,21 @@ void Stepper<T>::Record(int stage, const T* qd, const T* qdd) {
   for (DryJoint& joint : dry_) {
     const BodyData<T>& b = ws_->bodies[joint.body];
     if (stage == 0) joint.rate = ValueOf(qd[joint.v]);
-    joint.drive[stage] =
-        ValueOf(b.dry == DryMode::kRests ? b.u : qdd[joint.v]);
+    joint.drive[stage] = ValueOf(b.dry == DryMode::kRests ? b.u : qdd[joint.v]);
   }
+}
+
+// h, or less where a joint would stop much sooner at its first acceleration.
+template <typename T>
+double Stepper<T>::SensibleStep(double h) const {
+  constexpr double kMuch = 8.0;
+  for (const DryJoint& joint : dry_) {
+    if (ws_->bodies[joint.body].dry == DryMode::kRests || joint.passed)
+      continue;
+    const double stops = -joint.rate / joint.drive[0];
+    if (stops > 0.0 && kMuch * stops < h) h = 0.5 * kMuch * stops;
+  }
+  return h;
 }
 
 // The first event of those that have not passed, within the h seconds from x to
@@ -259,7 +286,8 @@ typename Stepper<T>::Event Stepper<T>::NextEvent(double h) const {
   return next;
 }
 
-// The margin (4) of a joint h seconds after x, in the modes that are.
+// The margin (4) of a joint h seconds after x, in the modes that are. False
+// where the dynamics fail.
 template <typename T>
 bool Stepper<T>::Margin(const DryJoint& joint, double h, const T* tau,
                         const T* x, double* margin) {
@@ -284,7 +312,7 @@ bool Stepper<T>::Margin(const DryJoint& joint, double h, const T* tau,
 // only the interpolant passes 0. A joint that stops does so to rounding; one
 // that breaks away is a little past its level, which lets it go.
 template <typename T>
-bool Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
+void Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
                         bool* located) {
   constexpr int kMostTries = 80;
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
@@ -294,9 +322,8 @@ bool Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
   double low = 0.0, high = event.until * *h, margin = 0.0;
   *located = true;
   if (rests || event.until < 1.0) {
-    if (!Margin(joint, high, tau, x, &margin)) return false;
-    *located = margin < 0.0;
-    if (!*located) return true;
+    *located = Margin(joint, high, tau, x, &margin) && margin < 0.0;
+    if (!*located) return;
   }
   const double wanted = rests ? -0.5 * kPast * joint.level : 0.0;
   const double near =
@@ -306,7 +333,11 @@ bool Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
   double at = event.guess * *h, slope = event.slope / *h;
   double last_at = 0.0, last_margin = 0.0;
   for (int i = 0; i < kMostTries && high - low > 2.0 * kEpsilon * high; ++i) {
-    if (!Margin(joint, at, tau, x, &margin)) return false;
+    if (!Margin(joint, at, tau, x, &margin)) {
+      high = at;
+      at = 0.5 * (low + high);
+      continue;
+    }
     if (std::abs(margin - wanted) <= near) {
       high = at;
       break;
@@ -320,7 +351,6 @@ bool Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
     if (!(at > low && at < high) || i % 8 == 7) at = 0.5 * (low + high);
   }
   *h = high;
-  return true;
 }
 
 }  // namespace sysid

@@ -60,14 +60,14 @@ class Stepper {
   // A joint with dry friction along the stages of a step.
   struct DryJoint {
     int body = 0, v = 0;
-    double level = 0.0;   // c(0)
+    double level = 0.0;    // c(0)
     bool passed = false;   // its event ends the step, or was none
     bool settles = false;  // it rests from the start, but its qd still moves
-    double rate = 0.0;    // qd at the start
-    double drive[4];      // qdd at the stages; at rest -lambda
+    double rate = 0.0;     // qd at the start
+    double drive[4];       // qdd at the stages; at rest -lambda
   };
-  // The margin (4) of a joint passes 0 within a step (of which these are parts):
-  // by its interpolant at `guess`, with that slope, and before `until`.
+  // The margin (4) of a joint passes 0 within a step (of which these are
+  // parts): by its interpolant at `guess`, with that slope, and before `until`.
   struct Event {
     int joint = -1;
     double guess = 1.0, slope = -1.0, until = 1.0;
@@ -88,8 +88,9 @@ class Stepper {
   template <class Companion>
   void Jump(int body, T* x, Companion* companion);
   void Record(int stage, const T* qd, const T* qdd);
+  double SensibleStep(double h) const;
   Event NextEvent(double h) const;
-  bool Locate(const Event& event, const T* tau, const T* x, double* h,
+  void Locate(const Event& event, const T* tau, const T* x, double* h,
               bool* located);
   bool Margin(const DryJoint& joint, double h, const T* tau, const T* x,
               double* margin);

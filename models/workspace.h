@@ -45,9 +45,9 @@ struct BodyData {
   // Articulated inertia [I H; H^T M] and bias force [n; f], about the origin.
   Matrix3<T> I, H, M;
   Vector3<T> n, f;
-  Vector3<T> U_n, U_f;  // I^A S of a hinge or slide
-  T D_inverse;          // 1 / D of (2.10), armature included; 0 at rest
-  T u;                  // of (2.10); at rest then what its friction holds
+  Vector3<T> U_n, U_f;    // I^A S of a hinge or slide
+  T D_inverse;            // 1 / D of (2.10), armature included; 0 at rest
+  T u;                    // of (2.10); at rest then what its friction holds
   Matrix3<T> D3_inverse;  // the same of a spherical joint
   Matrix3<T> DH;          // its D^-1 H
   Vector3<T> u3;

@@ -51,8 +51,8 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
     using std::sqrt;
     T speed2 = T(0.0);
     for (int i = 0; i < joint.nv; ++i) speed2 += joint.qd[i] * joint.qd[i];
-    const T scale = Level(p, speed2) /
-                    sqrt(speed2 + smoothing_speed_ * smoothing_speed_);
+    const T scale =
+        Level(p, speed2) / sqrt(speed2 + smoothing_speed_ * smoothing_speed_);
     for (int i = 0; i < joint.nv; ++i) tau[i] -= scale * joint.qd[i];
   }
 

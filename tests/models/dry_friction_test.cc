@@ -527,5 +527,138 @@ TEST_P(DryFrictionLaws, HaveTheDerivativesOfTheirRollouts) {
   EXPECT_LT(worst_differences, 1e-6);
 }
 
+// What a screening asks of a candidate that is off. From above, that is: less
+// than no friction there is not. The reversals are 0.05 s apart; missed by a
+// step's length they would be 10 % of the derivative.
+TEST(DryFriction, IsDifferentiatedWhereItIsOff) {
+  Model model = DryTwoLinks();
+  model.SetEffectParameter("joint1.friction", 0.0);
+  model.SetEffectParameter("joint2.friction", 0.0);
+    // The motion bends a lot with the level: 1e-6 would be 5e-4 off.
+  constexpr double h = 0.01, kOn = 1e-8;
+  const Derivatives by = Differentiate(model, h);
+  const Directions off{model.nominal(), kStart};
+  MatrixXd plain(200, 4);
+  RollWith(model, off, h,
+           [&](int k, const Eigen::Vector4d& x) { plain.row(k) = x; });
+  double worst = 0.0, worst_paths = 0.0;
+  for (int d = 4; d < 6; ++d) {
+    Directions on = off;
+    on.Move(model, d, kOn);
+    RollWith(model, on, h, [&](int k, const Eigen::Vector4d& x) {
+      const VectorXd change = (x - plain.row(k).transpose()) / kOn;
+      const double size = 1.0 + change.norm();
+      worst = std::max(worst, (by.jets[k].col(d) - change).norm() / size);
+      worst_paths = std::max(
+          worst_paths,
+          (by.jets[k].col(d) - by.tangent[k].col(d)).norm() / size);
+    });
+  }
+  std::printf("off: tangent off Jets by %.2g, differences by %.2g\n",
+              worst_paths, worst);
+  EXPECT_LT(worst_paths, 1e-10);
+  EXPECT_LT(worst, 2e-5);
+}
+
+// A joint that stands still under no load is free to move while the level is 0,
+// and moves nothing where it is not: whatever pushes it, it stops at once.
+TEST(DryFriction, StopsTheDerivativesOfAJointAtRest) {
+  for (const double level : {0.0, 0.5}) {
+    SCOPED_TRACE(level);
+    const Model model = WithEffects(
+        OneJoint(JointType::kContinuous, Vector3d::UnitZ()),
+        {"coulomb_friction@joint"}, {{"joint.friction", level}});
+    Workspace<Jet8> ws(model);
+    Stepper<Jet8> stepper(Integrator::kRungeKutta4, &ws);
+    Jet8 x[2] = {Jet8(0.2, 0), Jet8(0.0, 1)}, tau(0.0, 2);
+    ASSERT_TRUE(stepper.Step(0.1, &tau, x));
+    const double free = level == 0.0 ? 1.0 : 0.0;
+    EXPECT_EQ(x[0].v[0], 1.0);
+    EXPECT_NEAR(x[0].v[1], 0.1 * free, 1e-15);
+    EXPECT_NEAR(x[1].v[1], free, 1e-15);
+    EXPECT_NEAR(x[1].v[2], 0.1 / 2.0 * free, 1e-15);
+  }
+}
+
+// Locking a joint is an impulse on the others: of the momentum that they had
+// with it, none is lost.
+TEST(DryFriction, LocksAJointByAnImpulse) {
+  const Model model = WithEffects(TwoLinks::Make(), {"coulomb_friction@joint2"},
+                                  {{"joint2.friction", 50.0}});
+  Workspace<Jet8> ws(model);
+  Stepper<Jet8> stepper(Integrator::kRungeKutta4, &ws);
+  std::array<Jet8, 4> x{Jet8(0.3, 0), Jet8(0.4, 1), Jet8(0.7, 2), Jet8(0.0, 3)};
+  const std::array<Jet8, 2> tau{};
+  ASSERT_TRUE(stepper.Step(1e-9, tau.data(), x.data()));
+  Workspace<double> plain(model);
+  const MatrixXd M = Inertia(&plain, Vector2d(0.3, 0.4));
+  EXPECT_NEAR(x[2].v[3], M(0, 1) / M(0, 0), 1e-7);
+  EXPECT_EQ(x[3].v[3], 0.0);
+}
+
+// Random trees under random efforts that jump, friction on every joint: none at
+// all, next to none, ordinary, and more than anything could overcome.
+TEST(DryFriction, EndsEveryStepWithFiniteNumbers) {
+  for (int tree = 0; tree < 60; ++tree) {
+    SCOPED_TRACE("tree " + std::to_string(tree));
+    Random random(700 + tree);
+    const Mechanism mechanism = RandomTree(tree, &random);
+    Model model(mechanism);
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.type == JointType::kFixed) continue;
+      const char* const law =
+          random.Integer(2) == 0 ? "coulomb_friction@" : "stribeck_friction@";
+      for (const std::string& effect : {std::string("viscous_damping@"),
+                                       std::string(law)}) {
+        model.AddEffect(
+            Catalogue().Make(effect + joint.name, mechanism, "test"));
+      }
+      model.SetEffectParameter(joint.name + ".damping", 1.0);
+      const double levels[] = {0.0, 1e-12, 0.1, 2.0, 1e6};
+      // A ball's friction is smoothed, and too much of it is too stiff.
+      if (joint.type == JointType::kSpherical) continue;
+      const double level = levels[random.Integer(5)];
+      model.SetEffectParameter(joint.name + ".friction", level);
+      if (law[0] == 's') {
+        model.SetEffectParameter(joint.name + ".static_friction",
+                                 level + levels[random.Integer(5)]);
+      }
+    }
+    const RandomState at(mechanism, &random);
+    // At rest in some of its joints, and in half of the trees in all.
+    VectorXd qd = at.qd;
+    for (double& rate : qd) {
+      if (tree % 2 == 0 || random.Integer(3) == 0) rate = 0.0;
+    }
+    Workspace<double> ws(model);
+    Workspace<Jet8> jet_ws(model);
+    Stepper<double> stepper(Integrator::kRungeKutta4, &ws);
+    Stepper<Jet8> jets(Integrator::kRungeKutta4, &jet_ws);
+    VectorXd x(model.state_size());
+    x << at.q, qd;
+    std::vector<Jet8> x_jet(x.begin(), x.end());
+    for (int i = 0; i < model.nv(); ++i) {
+      x_jet[model.layout().qd() + i].v[i % 8] = 1.0;
+    }
+    for (int k = 0; k < 150; ++k) {
+      const VectorXd tau =
+          random.Integer(3) == 0
+              ? VectorXd(VectorXd::Zero(model.nv()))
+              : VectorXd(3.0 * random.NormalVector(model.nv()));
+      const std::vector<Jet8> tau_jet(tau.begin(), tau.end());
+      ASSERT_TRUE(stepper.Step(0.004, tau.data(), x.data())) << k;
+      ASSERT_TRUE(jets.Step(0.004, tau_jet.data(), x_jet.data())) << k;
+      ASSERT_TRUE(x.allFinite()) << k;
+      for (const Jet8& number : x_jet) {
+        ASSERT_TRUE(number.v.allFinite()) << k;
+      }
+    }
+    // Nothing of a step stays in the workspace.
+    for (const int i : ws.dry_bodies) {
+      EXPECT_EQ(ws.bodies[i].dry, DryMode::kSmoothed);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sysid
