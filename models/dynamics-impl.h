@@ -108,7 +108,7 @@ bool ArticulateBodies(Workspace<T>* ws, const T* tau) {
     }
     if (!(ValueOf(D) > 0.0)) return false;
     b.u = tau[body.v_index] - own;
-    b.D_inverse = T(1.0) / D;
+    b.D_inverse = b.dry == DryMode::kRests ? T(0.0) : T(1.0) / D;
     if (parent == nullptr) continue;
     // (2.11), in place.
     Vector3<T> Dn, Df;
@@ -158,7 +158,9 @@ void AccelerateBodies(Workspace<T>* ws, T* qdd) {
       ApplyTransposed<Into::kSet>(b.R_WB, wd, &wd_B);
       for (int k = 0; k < 3; ++k) out[k] = wd_B[k];
     } else {
-      out[0] = (b.u - Dot(b.U_n, b.alpha) - Dot(b.U_f, b.a)) * b.D_inverse;
+      const T driven = b.u - Dot(b.U_n, b.alpha) - Dot(b.U_f, b.a);
+      out[0] = driven * b.D_inverse;
+      if (b.dry == DryMode::kRests) b.u = driven;
       if (body.type == JointType::kPrismatic) {
         Scale<Into::kAdd>(b.axis, out[0], &b.a);
       } else {

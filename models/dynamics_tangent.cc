@@ -13,7 +13,8 @@ using Eigen::Vector3d;
 
 constexpr unsigned kCoveredHooks = kEffortHook | kJointInertiaHook |
                                    kGravityHook | kLinkForceHook | kInputHook |
-                                   kMeasurementHook | kInputDelayHook;
+                                   kMeasurementHook | kInputDelayHook |
+                                   kDryFrictionHook;
 
 bool Moves(const Jet8& x) { return (x.v.array() != 0.0).any(); }
 
@@ -82,6 +83,7 @@ DynamicsTangent::DynamicsTangent(const Model& model)
     law.p.resize(effect.parameters().size());
     law.by_p.resize(effect.parameters().size());
     law.link = effect.link();
+    law.dry = (effect.hooks() & kDryFrictionHook) != 0;
     if (effect.hooks() & kEffortHook) {
       const int child = model.mechanism().joints[effect.joint()].child_link;
       law.body = model.placement(child).body;

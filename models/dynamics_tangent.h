@@ -90,6 +90,7 @@ class DynamicsTangent {
     int body;
     int link;
     int first;  // of its parameters
+    bool dry;   // kDryFrictionHook
     std::vector<Jet8> p;
     std::vector<Eigen::Vector3d> by_p;  // world axes
     // Of a force on a link.

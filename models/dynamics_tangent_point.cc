@@ -2,6 +2,7 @@
 
 #include "models/dynamics_tangent.h"
 #include "models/math/rotation.h"
+#include "models/motion-impl.h"
 
 // The point of a DynamicsTangent: what of the derivatives does not depend on
 // the columns. Equation numbers: docs/theory.md.
@@ -144,7 +145,9 @@ void DynamicsTangent::DifferentiateEffort(const double* q, const double* qd,
       law->p[k] =
           Seeded(ws_->parameters().effects[law->first + k], 2 * nv + k - begin);
     }
-    law->hooks->AddEffort({body.type, nv, q_jet, qd_jet}, law->p.data(), tau);
+    const JointState<Jet8> joint{body.type, nv, q_jet, qd_jet};
+    internal::AddEffort(*law->hooks, law->dry, ws_->bodies[law->body].dry,
+                        joint, law->p.data(), tau);
     const int end = std::min(begin + kLanes, 2 * nv + count);
     for (int s = begin; s < end; ++s) {
       Vector3d by = ColumnOf(tau, nv, s - begin);

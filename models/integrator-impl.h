@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "models/dry_friction-impl.h"
 #include "models/integrator.h"
 #include "models/math/rotation.h"
 
@@ -62,6 +63,8 @@ struct NoCompanion {
   void Moved(double, const T*) {}
   template <typename T>
   void MovedStage(int, double, const T*, const T*) {}
+  bool Moves(int) const { return false; }
+  void Jumped(int, const double*, bool) {}
 };
 
 }  // namespace internal
@@ -84,9 +87,11 @@ bool Stepper<T>::Step(double h, const T* tau, T* x) {
 template <typename T>
 template <class Companion>
 bool Stepper<T>::StepWith(double h, const T* tau, T* x, Companion* companion) {
-  return integrator_ == Integrator::kRungeKutta4
-             ? StepRungeKutta4(h, tau, x, companion)
-             : StepEuler(h, tau, x, companion);
+  if (integrator_ == Integrator::kSemiImplicitEuler) {
+    return StepEuler(h, tau, x, companion);
+  }
+  return ws_->dry_bodies.empty() ? StepRungeKutta4(h, tau, x, x, companion)
+                                 : StepDry(h, tau, x, companion);
 }
 
 template <typename T>
@@ -111,8 +116,8 @@ bool Stepper<T>::StepEuler(double h, const T* tau, T* x, Companion* companion) {
 // the same sum of accelerations for qd.                                (3.3)
 template <typename T>
 template <class Companion>
-bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x,
-                                 Companion* companion) {
+bool Stepper<T>::StepRungeKutta4(double h, const T* tau, const T* x, T* out,
+                                 Companion* companion, bool started) {
   const Model& model = ws_->model();
   using internal::kAhead, internal::kWeight;
   const StateLayout& at = model.layout();
@@ -122,7 +127,8 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x,
   const T* stage_q = stage_x_.data() + at.q();
   const T* stage_qd = stage_x_.data() + at.qd();
   for (int stage = 0; stage < 4; ++stage) {
-    if (!ForwardDynamics<T>(ws_, stage_q, stage_qd, tau, qdd_.data())) {
+    if (!(started && stage == 0) &&
+        !ForwardDynamics<T>(ws_, stage_q, stage_qd, tau, qdd_.data())) {
       return false;
     }
     companion->Accelerated(stage_q, stage_qd, qdd_.data());
@@ -148,9 +154,11 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* tau, T* x,
     u_[i] = sum_u_[i] * h;
     v_[i] = sum_v_[i] * h;
   }
-  internal::Advance<T>(model, x, u_.data(), v_.data(), x);
+  internal::Advance<T>(model, x, u_.data(), v_.data(), out);
   companion->MovedStage(3, h, u_.data(), stage_qd);
   return true;
 }
 
 }  // namespace sysid
+
+#include "models/dry_step-impl.h"

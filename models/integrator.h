@@ -12,7 +12,9 @@ enum class Integrator {
   // qd += h qdd(q, qd); q = q [+] h qd. First order; the paper's (Heiden et
   // al.), for comparison with it.
   kSemiImplicitEuler,
-  // Runge and Kutta's fourth-order step on the group (Munthe-Kaas 1999).
+  // Runge and Kutta's fourth-order step on the group (Munthe-Kaas 1999). Joints
+  // with dry friction stop, rest and break away within it
+  // (docs/dry_friction.md); Euler's step takes their law smoothed.
   kRungeKutta4,
 };
 
@@ -35,7 +37,11 @@ class Stepper {
   //   Accelerated(q, qd, qdd): the dynamics at the start or at a stage;
   //   Moved(h, u): q moved by Exp(u), in a step of Euler's;
   //   MovedStage(stage, h, u, qd): q moved from the start of the step to the
-  //   next stage, whose qd it is, or after the last stage to the end.
+  //   next stage, whose qd it is, or after the last stage to the end;
+  //   Moves(v), Jumped(v, ratio, rests): of dry friction, (5): whether qd_v has
+  //   a derivative, and what dqd does where that joint stops.
+  // With dry friction a step may be several, and stages that lead to no end are
+  // taken back by other ones.
   template <class Companion>
   [[nodiscard]] bool StepWith(double h, const T* tau, T* x,
                               Companion* companion);
@@ -43,12 +49,58 @@ class Stepper {
  private:
   template <class Companion>
   bool StepEuler(double h, const T* tau, T* x, Companion* companion);
+  // From x to `out`, which may be x; `started`: the dynamics at x are in the
+  // workspace and in qdd_.
   template <class Companion>
-  bool StepRungeKutta4(double h, const T* tau, T* x, Companion* companion);
+  bool StepRungeKutta4(double h, const T* tau, const T* x, T* out,
+                       Companion* companion, bool started = false);
+
+  // Steps with dry friction (dry_step-impl.h).
+
+  // A joint with dry friction along the stages of a step.
+  struct DryJoint {
+    int body = 0, v = 0;
+    double level = 0.0;    // c(0)
+    bool passed = false;   // its event ends the step, or was none
+    bool settles = false;  // it rests from the start, but its qd still moves
+    double rate = 0.0;     // qd at the start
+    double drive[4];       // qdd at the stages; at rest -lambda
+  };
+  // The margin (4) of a joint passes 0 within a step (of which these are
+  // parts): by its interpolant at `guess`, with that slope, and before `until`.
+  struct Event {
+    int joint = -1;
+    double guess = 1.0, slope = -1.0, until = 1.0;
+  };
+  // The stages of a step as a companion sees them, but for the end.
+  template <class Companion>
+  struct Watch;
+
+  template <class Companion>
+  bool StepDry(double h, const T* tau, T* x, Companion* companion);
+  template <class Companion>
+  bool StepToEvent(bool look, const T* tau, T* x, double* left,
+                   Companion* companion);
+  template <class Companion>
+  bool Start(const T* tau, T* x, bool* started, Companion* companion);
+  template <class Companion>
+  bool Stop(int body, const T* tau, T* x, Companion* companion);
+  template <class Companion>
+  void Jump(int body, T* x, Companion* companion);
+  void Record(int stage, const T* qd, const T* qdd);
+  double SensibleStep(double h) const;
+  Event NextEvent(double h) const;
+  void Locate(const Event& event, const T* tau, const T* x, double* h,
+              bool* located);
+  bool Margin(const DryJoint& joint, double h, const T* tau, const T* x,
+              double* margin);
 
   Integrator integrator_;
   Workspace<T>* ws_;
   std::vector<T> stage_x_, u_, v_, rate_, sum_u_, sum_v_, qdd_;
+  std::vector<T> end_x_, first_qdd_, before_qdd_;  // with dry friction
+  std::vector<DryJoint> dry_;                      // one for each dry body
+  std::vector<double> jump_;
 };
 
 }  // namespace sysid

@@ -164,13 +164,27 @@ void ApplyLinkForces(Workspace<T>* ws) {
   }
 }
 
+// What an effect gives its joint; dry friction by the joint's mode.
+template <typename T>
+void AddEffort(const EffectHooks<T>& hooks, bool dry, DryMode mode,
+               const JointState<T>& joint, const T* p, T* tau) {
+  if (!dry || mode == DryMode::kSmoothed) {
+    hooks.AddEffort(joint, p, tau);
+  } else if (mode == DryMode::kForward) {
+    tau[0] -= hooks.DryFriction(p, joint.qd[0]);
+  } else if (mode == DryMode::kBackward) {
+    tau[0] += hooks.DryFriction(p, -joint.qd[0]);
+  }
+}
+
 template <typename T>
 void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, T* tau) {
   for (const auto& effect : ws->effort_effects) {
     const Body& body = ws->model().bodies()[effect.body];
     const JointState<T> joint{body.type, VelocitySize(body.type),
                               q + body.q_index, qd + body.v_index};
-    effect.hooks->AddEffort(joint, effect.p, tau + body.v_index);
+    AddEffort(*effect.hooks, effect.dry, ws->bodies[effect.body].dry, joint,
+              effect.p, tau + body.v_index);
   }
 }
 

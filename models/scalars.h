@@ -23,6 +23,17 @@ double ValueOf(const ceres::Jet<double, N>& x) {
   return x.a;
 }
 
+// Whether a number may have a derivative that is not zero; unknown scalars may.
+template <typename T>
+bool MayMove(const T&) {
+  return true;
+}
+inline bool MayMove(double) { return false; }
+template <int N>
+bool MayMove(const ceres::Jet<double, N>& x) {
+  return (x.v.array() != 0.0).any();
+}
+
 }  // namespace sysid
 
 // Expands MACRO(T) for each scalar of the closed list.

@@ -1,5 +1,6 @@
 #include "models/step_tangent.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "models/integrator-impl.h"
@@ -128,6 +129,25 @@ void StepTangent::MovedStage(int stage, double h, const double* u,
   for (StateColumns* eight : *columns_) {
     StageColumns(stage, h * internal::kAhead[stage],
                  h * internal::kWeight[stage], eight);
+  }
+}
+
+bool StepTangent::Moves(int v) const {
+  return std::any_of(
+      columns_->begin(), columns_->end(),
+      [&](const StateColumns* c) {
+        double by[kLanes];
+        StoreLanes(c->dqd[v], by);
+        return std::any_of(by, by + kLanes, [](double d) { return d != 0.0; });
+      });
+}
+
+// (5) of docs/dry_friction.md.
+void StepTangent::Jumped(int v, const double* ratio, bool rests) {
+  for (StateColumns* c : *columns_) {
+    const Lanes moved = c->dqd[v];
+    for (size_t i = 0; i < c->dqd.size(); ++i) c->dqd[i] += moved * ratio[i];
+    if (rests) c->dqd[v] = ZeroLanes();
   }
 }
 

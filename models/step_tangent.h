@@ -49,6 +49,8 @@ class StepTangent {
   void Accelerated(const double* q, const double* qd, const double* qdd);
   void Moved(double h, const double* u);
   void MovedStage(int stage, double h, const double* u, const double* qd);
+  bool Moves(int v) const;
+  void Jumped(int v, const double* ratio, bool rests);
 
   void StageColumns(int stage, double ahead, double weight, StateColumns* c);
   void SetMoves(const double* u);

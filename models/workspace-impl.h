@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "models/math/congruence.h"
 #include "models/math/rotation.h"
 #include "models/workspace.h"
@@ -70,13 +72,14 @@ void Workspace<T>::BindEffects() {
   input_effects.clear();
   delay_effects.clear();
   measurement_effects.clear();
+  dry_bodies.clear();
   gravity = Vector3<T>(T(0.0), T(0.0), -parameters_.gravity);
   const EffectSet& effects = model_->effects();
   for (int i = 0; i < effects.size(); ++i) {
     const Effect& effect = effects.effect(i);
     Bound bound{&HooksFor(effect, ScalarTag<T>()),
                 parameters_.effects.data() + effects.offset(i), -1,
-                effect.link()};
+                effect.link(), (effect.hooks() & kDryFrictionHook) != 0};
     if (effect.joint() >= 0) {
       const int child = model_->mechanism().joints[effect.joint()].child_link;
       bound.body = model_->placement(child).body;
@@ -85,6 +88,12 @@ void Workspace<T>::BindEffects() {
     }
     const unsigned hooks = effect.hooks();
     if (hooks & kEffortHook) effort_effects.push_back(bound);
+    if (bound.dry &&
+        model_->bodies()[bound.body].type != JointType::kSpherical &&
+        std::find(dry_bodies.begin(), dry_bodies.end(), bound.body) ==
+            dry_bodies.end()) {
+      dry_bodies.push_back(bound.body);
+    }
     // A link that is fixed to the world does not feel a force.
     if ((hooks & kLinkForceHook) && bound.body >= 0) {
       link_force_effects.push_back(bound);

@@ -6,6 +6,14 @@
 
 namespace sysid {
 
+// What the dry friction of a hinge or slide does (docs/dry_friction.md).
+enum class DryMode : signed char {
+  kSmoothed,  // its law smoothed: wherever nothing has decided
+  kForward,   // it slips, qd > 0 or about to be
+  kBackward,  // it slips, qd < 0 or about to be
+  kRests,     // it holds the joint: qdd = 0
+};
+
 // Scratch of the dynamics for one thread and one rollout: what is computed from
 // the parameters once (SetParameters), and what each evaluation overwrites. No
 // evaluation allocates.
@@ -22,6 +30,7 @@ struct BodyData {
   Vector3<T> p_PB;    // the joint's origin in the parent body's frame, m
   T armature;         // added to the diagonal of the joint-space inertia
   bool has_armature;  // by an effect, whatever its value
+  DryMode dry = DryMode::kSmoothed;
 
   // Kinematics.
   Matrix3<T> R_WB;
@@ -36,9 +45,9 @@ struct BodyData {
   // Articulated inertia [I H; H^T M] and bias force [n; f], about the origin.
   Matrix3<T> I, H, M;
   Vector3<T> n, f;
-  Vector3<T> U_n, U_f;  // I^A S of a hinge or slide
-  T D_inverse;          // 1 / D of (2.10), armature included
-  T u;
+  Vector3<T> U_n, U_f;    // I^A S of a hinge or slide
+  T D_inverse;            // 1 / D of (2.10), armature included; 0 at rest
+  T u;                    // of (2.10); at rest then what its friction holds
   Matrix3<T> D3_inverse;  // the same of a spherical joint
   Matrix3<T> DH;          // its D^-1 H
   Vector3<T> u3;
@@ -80,9 +89,11 @@ class Workspace {
     const T* p;
     int body;  // of the target joint or link, -1 for base
     int link;
+    bool dry;  // kDryFrictionHook
   };
   std::vector<Bound> effort_effects, link_force_effects, input_effects,
       delay_effects, measurement_effects;
+  std::vector<int> dry_bodies;  // hinges and slides with dry friction
 
  private:
   void BindEffects();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "models/dry_friction.h"
 #include "models/state.h"
 #include "residuals/segment-impl.h"
 #include "residuals/structured_walk.h"
@@ -121,9 +122,9 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
     tangent->middle.row(i) = Eigen::Map<Eigen::RowVectorXd>(half.data(), size);
     const double start = run.t[k], span = run.t[k + 1] - start;
     ActingEffort<double>(run, *walk.workspace(), k, start, span, tau.data());
-    if (!ForwardDynamics<double>(walk.workspace(), half.data() + at.q(),
-                                 half.data() + at.qd(), tau.data(),
-                                 tangent->acceleration.row(i).data())) {
+    if (!RestOrSlip<double>(walk.workspace(), half.data() + at.q(),
+                            half.data() + at.qd(), tau.data(),
+                            tangent->acceleration.row(i).data())) {
       return false;
     }
   }

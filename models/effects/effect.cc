@@ -39,6 +39,8 @@ Effect::Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
   CHECK(joint_ >= 0 || !(hooks & (kEffortHook | kJointInertiaHook | kInputHook |
                                   kMeasurementHook)))
       << kind << " acts on a joint and has none";
+  CHECK(!(hooks & kDryFrictionHook) || (hooks & kEffortHook))
+      << kind << " needs its law smoothed, too";
 }
 
 void Effect::AddParameter(const std::string& name, const std::string& unit,

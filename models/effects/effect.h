@@ -81,6 +81,14 @@ class EffectHooks {
   // Generalised force on the target joint, added to tau (nv numbers), N m or N.
   virtual void AddEffort(const JointState<T>&, const T* /*p*/,
                          T* /*tau*/) const {}
+  // The level, at least 0, of the dry friction of a hinge or slide at a speed:
+  // what slows it while it slips, and up to which (speed 0) it is held at rest.
+  // Even in the speed, which a step may carry a little past 0. AddEffort of
+  // such an effect is the same law smoothed, for what has no modes: ball
+  // joints, inverse dynamics, Euler's step (docs/dry_friction.md).
+  virtual T DryFriction(const T* /*p*/, const T& /*speed*/) const {
+    return T(0.0);
+  }
   // Added to the diagonal of the joint-space inertia of the target joint.
   virtual void AddJointInertia(const T* /*p*/, T* /*inertia*/) const {}
   // Changes the acceleration of gravity, world axes, m/s^2.
@@ -105,6 +113,7 @@ enum HookMask : unsigned {
   kInputHook = 1u << 4,
   kMeasurementHook = 1u << 5,
   kInputDelayHook = 1u << 6,
+  kDryFrictionHook = 1u << 7,
 };
 
 class Effect {
@@ -208,6 +217,10 @@ class EffectOf : public Effect {
   template <typename T>
   void AddEffort(const JointState<T>&, const T*, T*) const {}
   template <typename T>
+  T DryFriction(const T*, const T&) const {
+    return T(0.0);
+  }
+  template <typename T>
   void AddJointInertia(const T*, T*) const {}
   template <typename T>
   void ModifyGravity(const T*, Vector3<T>*) const {}
@@ -257,6 +270,9 @@ class EffectOf : public Effect {
     void AddEffort(const JointState<T>& joint, const T* p,
                    T* tau) const override {
       effect_.template AddEffort<T>(joint, p, tau);
+    }
+    T DryFriction(const T* p, const T& speed) const override {
+      return effect_.template DryFriction<T>(p, speed);
     }
     void AddJointInertia(const T* p, T* inertia) const override {
       effect_.template AddJointInertia<T>(p, inertia);

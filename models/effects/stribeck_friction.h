@@ -10,25 +10,26 @@
 namespace sysid {
 
 // Coulomb friction with another level near rest (Stribeck 1902; Armstrong-
-// Helouvry et al. 1994):
-//   tau = -(c (1 - e) + s e) qd / sqrt(|qd|^2 + v_s^2),  e = exp(-|qd|^2 / v^2)
+// Helouvry et al. 1994): dry friction of the level
+//   c (1 - e) + s e,  e = exp(-|qd|^2 / v^2),
 // c the friction of fast motion, s the static friction, v the Stribeck
-// velocity, v_s the smoothing speed of coulomb_friction.h. Linear in c and s;
-// v is searched.
+// velocity. Smoothed as in coulomb_friction.h, it is that times
+// -qd / sqrt(|qd|^2 + v_s^2). Linear in c and s; v is searched.
 class StribeckFriction : public EffectOf<StribeckFriction> {
  public:
   static constexpr char kName[] = "stribeck_friction";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
   static constexpr char kLaw[] =
-      "-c sign(qd), more of it at rest, which decays with speed";
+      "-c sign(qd), more of it at rest, which holds and decays with speed";
   static constexpr char kShowsIn[] =
       "very slow beside fast motion of the joint";
 
   StribeckFriction(const Mechanism& mechanism, const std::string& joint)
-      : EffectOf(kName, kEffortHook, mechanism, joint),
+      : EffectOf(kName, kEffortHook | kDryFrictionHook, mechanism, joint),
         smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
     // A slide's speeds: a tenth of the angular ones, in m/s. The least is some
-    // times the smoothing speed: below, the peak would be within the smoothing.
+    // times the smoothing speed: below, where the law is smoothed, the peak
+    // would be within the smoothing.
     const double unit = IsPrismatic() ? 0.1 : 1.0;
     AddParameter(joint + ".friction", "{effort}", 0.01, 0.0);
     // Higher, as it is in practice: with both the same the velocity has no
@@ -47,14 +48,17 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
 
   template <typename T>
   void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    using std::exp;
     using std::sqrt;
     T speed2 = T(0.0);
     for (int i = 0; i < joint.nv; ++i) speed2 += joint.qd[i] * joint.qd[i];
-    const T e = exp(-speed2 / (p[2] * p[2]));
-    const T level = p[0] + (p[1] - p[0]) * e;
-    const T scale = level / sqrt(speed2 + smoothing_speed_ * smoothing_speed_);
+    const T scale =
+        Level(p, speed2) / sqrt(speed2 + smoothing_speed_ * smoothing_speed_);
     for (int i = 0; i < joint.nv; ++i) tau[i] -= scale * joint.qd[i];
+  }
+
+  template <typename T>
+  T DryFriction(const T* p, const T& speed) const {
+    return Level<T>(p, speed * speed);
   }
 
   std::string Implausible(const std::vector<double>& values) const override {
@@ -67,6 +71,13 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
   }
 
  private:
+  template <typename T>
+  static T Level(const T* p, const T& speed2) {
+    using std::exp;
+    const T e = exp(-speed2 / (p[2] * p[2]));
+    return p[0] + (p[1] - p[0]) * e;
+  }
+
   double smoothing_speed_;
 };
 

@@ -66,7 +66,14 @@ void WriteBody(const Mechanism& mechanism, const std::vector<double>& armature,
          << "\" pos=\"0 0 0\" axis=\"" << Numbers(joint.axis) << "\" damping=\""
          << Numbers(Eigen::Matrix<double, 1, 1>(joint.damping))
          << "\" armature=\"" << Numbers(Eigen::Matrix<double, 1, 1>(rotor))
-         << "\" limited=\"false\"/>";
+         << "\" limited=\"false\"";
+    // As hard as MuJoCo's softened constraints can be.
+    if (joint.friction > 0.0) {
+      *out << " frictionloss=\""
+           << Numbers(Eigen::Matrix<double, 1, 1>(joint.friction))
+           << "\" solimpfriction=\"0.9999 0.9999 0.001\"";
+    }
+    *out << "/>";
   }
   *out << "\n";
   for (const int child : mechanism.links[link].child_joints) {
