@@ -25,8 +25,8 @@ export function Efforts({page, r, models}: {page: PageData; r: number; models: n
   return (
     <div class="efforts">
       <h3>Efforts by the inverse dynamics</h3>
-      <p class="how">Above: the measured effort of a joint, and the one that its measured motion needs of the model, by the equations of motion; below: what is left of it; all behind a low-pass filter whose cut-off (-3 dB) is {fmt(said.cutOff_hz, 3)} Hz.</p>
-      <DataTable caption={`What is left of the efforts; model: ${model.title}`} columns={columns(model, other)} rows={model.efforts?.joints ?? []} rowKey={j => j.joint} />
+      <p class="how">Above: the measured effort of a joint, and the one that its measured motion needs of the model, by the equations of motion; below: what is left of it; all behind a low-pass filter whose cut-off (-3 dB) is {fmt(said.cutOff_hz, 3)} Hz. Noise of the measured motion leaves its part, too.</p>
+      <DataTable caption={`What is left, in % of the rms of the measured effort; model: ${model.title}`} columns={columns(model, other)} rows={model.efforts?.joints ?? []} rowKey={j => j.joint} />
       <p class="shown"><strong>{runLabel(page, r)}</strong>{heldOut ? ', held out' : ', fitted'}</p>
       {joints.length ? <>
         <Legend layers={[{label: 'measured', color: 'var(--measured)'}, ...shown.map((i, k) => (
@@ -42,7 +42,7 @@ export function Efforts({page, r, models}: {page: PageData; r: number; models: n
 function columns(model: ModelData, other: ModelData | undefined): Column<Joint>[] {
   const of = (efforts: ModelData['efforts'] | undefined, joint: string) => efforts?.joints.find(j => j.joint === joint)?.percent ?? null;
   const percent = (key: string, name: string, efforts: ModelData['efforts'] | undefined): Column<Joint>[] => efforts ? [{
-    key, name, unit: '% of the measured rms', number: true, sort: j => of(efforts, j.joint), cell: j => fmt(of(efforts, j.joint), 3)}] : [];
+    key, name, unit: '%', number: true, sort: j => of(efforts, j.joint), cell: j => fmt(of(efforts, j.joint), 3)}] : [];
   return [
     {key: 'joint', name: 'joint', sort: j => j.joint, cell: j => j.joint},
     {key: 'rms', name: 'left, rms', number: true, sort: j => j.rms, cell: j => fmtUnit(j.rms, j.unit, 3)},
