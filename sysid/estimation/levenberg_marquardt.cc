@@ -210,6 +210,7 @@ bool Grow(Stages* stages, bool whole) {
 Ended SolveJoined(Stages* stages) {
   const bool whole = stages->IsWhole();
   const bool chaotic = Grow(stages, whole);
+  if (chaotic && stages->Error() >= kMissing) return SolveIndependent(stages);
   if (!whole) {
     // Joined by degrees: what the short segments leave open (a spin, a stiff
     // damping) would otherwise start the joined ones far off.
