@@ -210,13 +210,12 @@ bool Grow(Stages* stages, bool whole) {
 Ended SolveJoined(Stages* stages) {
   const bool whole = stages->IsWhole();
   const bool chaotic = Grow(stages, whole);
-  if (chaotic && stages->Error() >= kMissing) return SolveIndependent(stages);
   if (!whole) {
     // Joined by degrees: what the short segments leave open (a spin, a stiff
     // damping) would otherwise start the joined ones far off.
-    for (const double defect : {kMiddleDefect, kCloseDefect}) {
-      stages->Run({"long segments", stages->Defect(defect), 1e-3, 10});
-    }
+    stages->Run({"long segments", stages->Defect(kMiddleDefect), 1e-3, 10});
+    if (chaotic && stages->Error() >= kMissing) return SolveIndependent(stages);
+    stages->Run({"long segments", stages->Defect(kCloseDefect), 1e-3, 10});
     stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
   }
   const bool one_trajectory = !chaotic || stages->Error() < kMissing;
