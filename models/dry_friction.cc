@@ -4,9 +4,8 @@
 
 namespace sysid {
 
-#define SYSID_INSTANTIATE(T)                                               \
-  template bool RestOrSlip<T>(Workspace<T>*, const T*, const T*, const T*, \
-                              T*);
+#define SYSID_INSTANTIATE(T) \
+  template bool RestOrSlip<T>(Workspace<T>*, const T*, const T*, const T*, T*);
 SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
 #undef SYSID_INSTANTIATE
 

@@ -11,10 +11,9 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr unsigned kCoveredHooks = kEffortHook | kJointInertiaHook |
-                                   kGravityHook | kLinkForceHook | kInputHook |
-                                   kMeasurementHook | kInputDelayHook |
-                                   kDryFrictionHook;
+constexpr unsigned kCoveredHooks =
+    kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
+    kInputHook | kMeasurementHook | kInputDelayHook | kDryFrictionHook;
 
 bool Moves(const Jet8& x) { return (x.v.array() != 0.0).any(); }
 

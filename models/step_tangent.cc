@@ -134,8 +134,7 @@ void StepTangent::MovedStage(int stage, double h, const double* u,
 
 bool StepTangent::Moves(int v) const {
   return std::any_of(
-      columns_->begin(), columns_->end(),
-      [&](const StateColumns* c) {
+      columns_->begin(), columns_->end(), [&](const StateColumns* c) {
         double by[kLanes];
         StoreLanes(c->dqd[v], by);
         return std::any_of(by, by + kLanes, [](double d) { return d != 0.0; });

@@ -79,9 +79,8 @@ TEST(Engines, MoveEveryMechanismAlikeWithEveryEffect) {
   }
 }
 
-// MuJoCo's frictionloss holds a joint that ours lets creep by up to 5 mrad/s
-// (1 mm/s), and saturates at a speed of its own: the motions agree to a few
-// parts in a hundred of what friction does.
+// MuJoCo's frictionloss is softened, and saturates at a speed of its own: the
+// motions agree to a few parts in a hundred of what friction does.
 TEST(Engines, AgreeRoughlyOnFrictionThatSticks) {
   for (HiddenCase c : Singles()) {
     if (c.friction_time == 0.0) continue;
@@ -180,7 +179,7 @@ TEST(HiddenCases, AreNotSearchedInCircles) {
   EXPECT_LT(outcome.train_after, 1.1);
 }
 
-// MuJoCo's frictionloss sticks, ours creeps: Stribeck friction always gains
+// MuJoCo's frictionloss is softer than ours: Stribeck friction always gains
 // something there, but Coulomb friction has reached the noise.
 TEST(HiddenCases, KeepTheLawThatReachesTheNoise) {
   const Outcome outcome = DiagnoseNamed(

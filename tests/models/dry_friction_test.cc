@@ -287,22 +287,21 @@ TEST_P(DryFrictionLaws, AgreeWithAnEventExactReference) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, DryFrictionLaws,
-                         testing::Values(Law{"Coulomb", DryTwoLinks,
-                                             CoulombLevel},
-                                         Law{"Stribeck", StribeckTwoLinks,
-                                             StribeckLevel}),
-                         [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    All, DryFrictionLaws,
+    testing::Values(Law{"Coulomb", DryTwoLinks, CoulombLevel},
+                    Law{"Stribeck", StribeckTwoLinks, StribeckLevel}),
+    [](const auto& info) { return info.param.name; });
 
 // x'' = -k/m x - c/m sign: each half swing is a cosine about -+c/k, so that
 // amplitudes fall by 2 c / k; within c / k of the middle it stays.
 TEST(DryFriction, StopsASpringWithinItsDeadBandAsTheTextbookSays) {
   for (const JointType type : {JointType::kPrismatic, JointType::kRevolute}) {
     const double m = 2.0, k = 50.0, c = 3.0, a0 = 0.5;
-    const Model model = WithEffects(
-        OneJoint(type, Vector3d::UnitX()), {"coulomb_friction@joint",
-                                            "spring@joint"},
-        {{"joint.friction", c}, {"joint.stiffness", k}});
+    const Model model =
+        WithEffects(OneJoint(type, Vector3d::UnitX()),
+                    {"coulomb_friction@joint", "spring@joint"},
+                    {{"joint.friction", c}, {"joint.stiffness", k}});
     Workspace<double> ws(model);
     Stepper<double> stepper(Integrator::kRungeKutta4, &ws);
     Vector2d x(a0, 0.0);
@@ -334,8 +333,8 @@ TEST(DryFriction, StopsASpringWithinItsDeadBandAsTheTextbookSays) {
 // A block on an incline of 30 degrees, pulled by efforts that are held.
 TEST(DryFriction, HoldsAJointUntilItsLoadExceedsTheLevel) {
   const double g = 9.81, m = 2.0, load = m * g * 0.5;
-  const Mechanism incline = OneJoint(
-      JointType::kPrismatic, Vector3d(std::sqrt(0.75), 0.0, -0.5));
+  const Mechanism incline =
+      OneJoint(JointType::kPrismatic, Vector3d(std::sqrt(0.75), 0.0, -0.5));
   const Model model =
       WithEffects(incline, {"coulomb_friction@joint"}, {{"joint.friction", 4}});
   Workspace<double> ws(model);
@@ -471,10 +470,8 @@ Derivatives Differentiate(const Model& model, double h) {
     const Vector2d tau = Push(0.02 * k);
     const std::array<Jet8, 2> tau_jet{Jet8(tau[0]), Jet8(tau[1])};
     for (int s = 0; s < steps; ++s) {
-      EXPECT_TRUE(
-          jet_stepper.Step(0.02 / steps, tau_jet.data(), x_jet.data()));
-      EXPECT_TRUE(
-          tangent.Step(0.02 / steps, tau.data(), x.data(), {&columns}));
+      EXPECT_TRUE(jet_stepper.Step(0.02 / steps, tau_jet.data(), x_jet.data()));
+      EXPECT_TRUE(tangent.Step(0.02 / steps, tau.data(), x.data(), {&columns}));
     }
     MatrixXd by_jets(4, 8), by_tangent(4, 8);
     for (int i = 0; i < 4; ++i) {
@@ -534,7 +531,7 @@ TEST(DryFriction, IsDifferentiatedWhereItIsOff) {
   Model model = DryTwoLinks();
   model.SetEffectParameter("joint1.friction", 0.0);
   model.SetEffectParameter("joint2.friction", 0.0);
-    // The motion bends a lot with the level: 1e-6 would be 5e-4 off.
+  // The motion bends a lot with the level: 1e-6 would be 5e-4 off.
   constexpr double h = 0.01, kOn = 1e-8;
   const Derivatives by = Differentiate(model, h);
   const Directions off{model.nominal(), kStart};
@@ -549,9 +546,9 @@ TEST(DryFriction, IsDifferentiatedWhereItIsOff) {
       const VectorXd change = (x - plain.row(k).transpose()) / kOn;
       const double size = 1.0 + change.norm();
       worst = std::max(worst, (by.jets[k].col(d) - change).norm() / size);
-      worst_paths = std::max(
-          worst_paths,
-          (by.jets[k].col(d) - by.tangent[k].col(d)).norm() / size);
+      worst_paths =
+          std::max(worst_paths,
+                   (by.jets[k].col(d) - by.tangent[k].col(d)).norm() / size);
     });
   }
   std::printf("off: tangent off Jets by %.2g, differences by %.2g\n",
@@ -565,9 +562,9 @@ TEST(DryFriction, IsDifferentiatedWhereItIsOff) {
 TEST(DryFriction, StopsTheDerivativesOfAJointAtRest) {
   for (const double level : {0.0, 0.5}) {
     SCOPED_TRACE(level);
-    const Model model = WithEffects(
-        OneJoint(JointType::kContinuous, Vector3d::UnitZ()),
-        {"coulomb_friction@joint"}, {{"joint.friction", level}});
+    const Model model =
+        WithEffects(OneJoint(JointType::kContinuous, Vector3d::UnitZ()),
+                    {"coulomb_friction@joint"}, {{"joint.friction", level}});
     Workspace<Jet8> ws(model);
     Stepper<Jet8> stepper(Integrator::kRungeKutta4, &ws);
     Jet8 x[2] = {Jet8(0.2, 0), Jet8(0.0, 1)}, tau(0.0, 2);
@@ -608,8 +605,8 @@ TEST(DryFriction, EndsEveryStepWithFiniteNumbers) {
       if (joint.type == JointType::kFixed) continue;
       const char* const law =
           random.Integer(2) == 0 ? "coulomb_friction@" : "stribeck_friction@";
-      for (const std::string& effect : {std::string("viscous_damping@"),
-                                       std::string(law)}) {
+      for (const std::string& effect :
+           {std::string("viscous_damping@"), std::string(law)}) {
         model.AddEffect(
             Catalogue().Make(effect + joint.name, mechanism, "test"));
       }

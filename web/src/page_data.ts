@@ -161,7 +161,7 @@ export interface ParameterData {
 export interface CandidateData {
   effect: string; // "coulomb_friction"
   target: string; // "joint1"
-  law: string; // "-c sign(qd), smoothed"
+  law: string; // "-d qd"
   score: number;
   dof: number;
   pValue: number;

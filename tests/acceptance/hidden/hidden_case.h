@@ -17,8 +17,8 @@ struct HiddenCase {
   std::string mechanism;  // one of TestMechanismNames()
   std::string engine;     // "sysid" or "mujoco"
   std::vector<std::string> planted;  // effects; none: the model is complete
-  // > 0: Coulomb friction by MuJoCo's frictionloss, which sticks, where ours
-  // creeps; its time constant, s (MujocoPlantOptions).
+  // > 0: Coulomb friction by MuJoCo's frictionloss, which is softer than
+  // ours; its time constant, s (MujocoPlantOptions).
   double friction_time = 0.0;
   // How much each effect matters: the rms difference of the motions with and
   // without it over the mechanism's window from the same states, over the

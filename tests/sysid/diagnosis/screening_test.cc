@@ -61,6 +61,8 @@ const ExpectedParameter& Expected(const ScreenedEffect& effect,
 
 // Every candidate's columns are its own, whoever else is asked: those that are
 // taken from one model together do not see each other.
+// But for the error of the steps: a dry friction that is off still cuts them
+// where its joint turns back.
 TEST(CandidateColumns, DoNotDependOnTheOthers) {
   const Model truth =
       Shipped("cartpole", {"viscous_damping@hinge"}, {{"hinge.damping", 0.02}});
@@ -85,7 +87,7 @@ TEST(CandidateColumns, DoNotDependOnTheOthers) {
     const int first = candidate.first.front();
     for (size_t s = 0; s < alone.size(); ++s) {
       const auto columns = together[s].middleCols(first, alone[s].cols());
-      EXPECT_LE((columns - alone[s]).norm(), 1e-9 * alone[s].norm());
+      EXPECT_LE((columns - alone[s]).norm(), 1e-5 * alone[s].norm());
     }
     asked += static_cast<int>(alone.front().cols());
   }
