@@ -39,12 +39,13 @@ DEFINE_string(out, "", "folder for every result");
 namespace sysid {
 
 const char kDiagnosisFlagsHelp[] =
-    R"(  --candidates a,b@joint1    effects to consider, by kind or with a target
+    R"(  --candidates a,b@joint1    effects to consider: kind, name or pattern
                              (default: every effect on every joint and link)
   --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
                              what is fixed by name is taken for right
-  --add effect@target,...    effects that are in the model already
+  --add effect@target,...    effects that are in the model already, as pattern
+                             too ('viscous_damping@*'; --free 'link*.mass')
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
                              (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds

@@ -32,7 +32,8 @@ constexpr char kHelp[] =
   --holdout C.csv            more of them
   --spec FILE.yaml           what is to be fitted (default: MODEL.sysid.yaml
                              beside the URDF)
-  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at)
+  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at):
+                             names, inertial (all of each link), 'link*.mass'
   --add effect@target,...    effects that are in the model
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
                              (of one run: b.csv/joint2.q=-b; below alike)

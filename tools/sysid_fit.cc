@@ -35,8 +35,9 @@ constexpr char kHelp[] =
   --traj A.csv,B.csv         recordings, fitted together
   --holdout C.csv            recordings that are only predicted
   --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
-  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at)
-  --add effect@target,...    effects to add, with the error before and after;
+  --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at):
+                             names, inertial (all of each link), 'link*.mass'
+  --add effect@target,...    effects to add ('viscous_damping@*');
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <tuple>
+#include <utility>
 
 #include "gflags/gflags.h"
 #include "models/dynamics.h"
@@ -17,10 +19,13 @@
 #include "sysid/io/read_run.h"
 #include "sysid/io/write_file.h"
 #include "sysid/io/write_run.h"
+#include "sysid/parameters/patterns.h"
 #include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/session.h"
+#include "sysid/simulation/reference.h"
 #include "sysid/simulation/simulate.h"
+#include "sysid/simulation/tracking.h"
 #include "tools/program.h"
 
 DEFINE_string(model, "", "shipped model's name, or a URDF file");
@@ -34,6 +39,11 @@ DEFINE_double(rate, 100, "samples a second, Hz");
 DEFINE_double(noise, 1e-3, "standard deviation of a measurement, rad or m");
 DEFINE_uint64(seed, 1, "every random draw derives from it");
 DEFINE_string(excite, "none", "none or multisine");
+DEFINE_double(amplitude, 1, "of --excite: 1 uses the room between limits");
+DEFINE_string(band, "0.1,2", "of --excite: lowest and highest frequency, Hz");
+DEFINE_string(efforts, "", "a file with the efforts to apply, J.tau");
+DEFINE_string(track, "", "a file with positions to follow, J.q");
+DEFINE_string(gains, "", "of --track: kp,kd, or joint=kp:kd,...");
 DEFINE_string(integrator, "rk4", "rk4 or semi_implicit_euler");
 DEFINE_double(step, 0, "integration step, s; 0: fine enough");
 DEFINE_string(out_csv, "", "the run");
@@ -51,7 +61,8 @@ constexpr char kHelp[] =
                              pendulum3_planar, cartpole, arm7) or a URDF
   --lock 'wheel_*,head=0.3'  joints held still
   --set name=value,...       parameters, also those of effects
-  --add effect@target=v,...  effects, with the value of their first parameter
+  --add effect@target=v,...  effects, with the value of their first parameter;
+                             names may be patterns: 'viscous_damping@*=0.1'
       on joints: viscous_damping, coulomb_friction, stribeck_friction,
           quadratic_drag, spring, armature, effort_bias, effort_gain, cogging,
           sensor_offset
@@ -60,10 +71,16 @@ constexpr char kHelp[] =
   --initial random|RUN.csv   start at rest at random angles, or as the first
                              row of a run (velocities where it has them)
   --tilt 0.6                 largest angle of a random start, rad (slides: m)
+  --excite none|multisine    drive the joints of one degree of freedom: those
+                             with limits within them, the others by efforts
+    --amplitude 1  --band 0.1,2    part of the room, frequencies in Hz
+  --efforts FILE.csv         apply the efforts J.tau of a file instead
+  --track REFERENCE.csv --gains kp,kd    or follow the positions J.q of a file,
+                             tau = kp (q_ref - q) + kd (qd_ref - qd), within
+                             the effort limits (--gains joint1=200:20,...)
   --duration 10  --rate 100  s, Hz
   --noise 1e-3               of a measurement, rad or m
   --seed 1                   every random draw derives from it
-  --excite none|multisine    efforts on the joints of one degree of freedom
   --integrator rk4|semi_implicit_euler    --step S (default: fine enough)
   --out_csv run.csv          the run; - is standard output
 Exit code: 0 done, 2 bad input.
@@ -114,7 +131,9 @@ void ChangeModel(const Catalogue& catalogue, const std::string& file,
                  Model* model) {
   const bool was_singular = !SingularJoints(*model).empty();
   std::vector<NamedValue> values;
-  for (const NamedValue& added : SplitAssignments(FLAGS_add, "--add")) {
+  for (const NamedValue& added :
+       ExpandPatterns(SplitAssignments(FLAGS_add, "--add"), &NamedValue::name,
+                      EffectVocabulary(catalogue, model->mechanism()))) {
     const auto effect = catalogue.Make(added.name, model->mechanism(), "--add");
     if (!model->effects().Contains(added.name)) {
       model->AddEffect(effect, "--add");
@@ -124,7 +143,9 @@ void ChangeModel(const Catalogue& catalogue, const std::string& file,
           {effect->ParameterNames().front(), added.value, "--add"});
     }
   }
-  for (const NamedValue& set : SplitAssignments(FLAGS_set, "--set")) {
+  for (const NamedValue& set :
+       ExpandPatterns(SplitAssignments(FLAGS_set, "--set"), &NamedValue::name,
+                      ParameterVocabulary(*model))) {
     if (!set.value) {
       throw InputError("--set", "'" + set.name + "' has no value",
                        "write " + set.name + "=number");
@@ -138,6 +159,67 @@ void ChangeModel(const Catalogue& catalogue, const std::string& file,
                      "the sum of the other two");
   }
   CheckJoints(*model, was_singular ? file : "--set");
+}
+
+// The band of --band, Hz, low and high.
+std::pair<double, double> Band() {
+  constexpr char kHint[] = "write the lowest and the highest, such as 0.1,2";
+  const std::vector<std::string> parts = SplitList(FLAGS_band, "--band");
+  double low = 0.0, high = 0.0;
+  if (parts.size() != 2 || !ParseNumber(parts[0], &low) ||
+      !ParseNumber(parts[1], &high)) {
+    throw InputError("--band", "'" + FLAGS_band + "' is no pair of frequencies",
+                     kHint);
+  }
+  if (!(low > 0 && high > low && std::isfinite(high))) {
+    throw InputError("--band",
+                     "'" + FLAGS_band + "': 0 < lowest < highest must hold",
+                     kHint);
+  }
+  if (high > 0.25 * FLAGS_rate) {
+    throw InputError("--band",
+                     ShortestText(high) + " Hz is more than a quarter of " +
+                         ShortestText(FLAGS_rate) + " samples a second",
+                     "give a higher --rate or a lower band");
+  }
+  return {low, high};
+}
+
+// What drives the joints: one of --excite, --efforts, --track.
+void CheckDrives() {
+  std::vector<std::string> drives;
+  if (FLAGS_excite != "none") drives.push_back("--excite");
+  if (!FLAGS_efforts.empty()) drives.push_back("--efforts");
+  if (!FLAGS_track.empty()) drives.push_back("--track");
+  if (drives.size() > 1) {
+    throw InputError(drives[1], "cannot be given beside " + drives[0],
+                     "leave one of them out");
+  }
+  for (const char* of_excite : {"amplitude", "band"}) {
+    if (FlagGiven(of_excite) && FLAGS_excite == "none") {
+      throw InputError(std::string("--") + of_excite,
+                       "says nothing without --excite",
+                       "add --excite multisine");
+    }
+  }
+  if (FLAGS_track.empty() && !FLAGS_gains.empty()) {
+    throw InputError("--gains", "say nothing without --track",
+                     "add --track REFERENCE.csv");
+  }
+}
+
+void FillExcitation(SimulationOptions* options) {
+  if (FLAGS_excite == "none") return;
+  if (FLAGS_excite != "multisine") {
+    throw InputError("--excite", "unknown excitation '" + FLAGS_excite + "'",
+                     NameHint(FLAGS_excite, {"none", "multisine"}));
+  }
+  CheckPositive("amplitude", FLAGS_amplitude,
+                "1 uses all the room between limits, 0.5 half of it");
+  options->excitation = Excitation::kWithinLimits;
+  options->excitation_level *= FLAGS_amplitude;
+  options->excursion = std::min(FLAGS_amplitude, 1.0);
+  std::tie(options->lowest_frequency, options->highest_frequency) = Band();
 }
 
 // The state to start from, by --initial. A notice for each joint that the run's
@@ -239,6 +321,78 @@ void CheckSize(const Model& model) {
               "give a shorter duration or a lower rate");
 }
 
+// As long as what is followed or applied, where --duration says nothing else.
+void FillDuration(double duration, SimulationOptions* options) {
+  if (FlagGiven("duration")) return;
+  FLAGS_duration = options->duration = duration;
+  CheckNumbers();
+}
+
+// The run of a controller that follows --track.
+Run TrackReference(const Model& model, SimulationOptions options,
+                   std::vector<std::string>* notices) {
+  const Run file = ReadRun(FLAGS_track, {}, model.mechanism(), notices);
+  JointReference reference(model, file);
+  FillDuration(reference.duration(), &options);
+  CheckSize(model);
+  const double period = 1.0 / options.rate;
+  Eigen::VectorXd x0 =
+      FlagGiven("initial") ? Start(model, notices) : NearestToNeutral(model);
+  const std::vector<std::string> missing = reference.Missing(model);
+  reference.HoldOthers(model, x0);
+  if (!FlagGiven("initial")) x0 = reference.Start(model, x0);
+  if (!missing.empty()) {
+    notices->push_back(FLAGS_track + ": no column of " + Join(missing) +
+                       ": held where " +
+                       (missing.size() == 1 ? "it starts" : "they start"));
+  }
+  const std::string suggested =
+      "--gains '" + SuggestGains(model, x0.head(model.nq()), period) + "'";
+  if (FLAGS_gains.empty()) {
+    throw InputError("--gains", "is missing",
+                     "write kp,kd for all joints, or joint by joint; this "
+                     "model's inertia suggests " +
+                         suggested);
+  }
+  const std::vector<Gains> gains = ParseGains(FLAGS_gains, model, "--gains");
+  return SimulateTracking(model, x0, options, reference, gains, suggested,
+                          notices);
+}
+
+// The run under the efforts of --efforts.
+Run ApplyEfforts(const Model& model, SimulationOptions options,
+                 std::vector<std::string>* notices) {
+  const Run efforts = ReadEfforts(FLAGS_efforts, model.mechanism(), notices);
+  FillDuration(efforts.t.back() - efforts.t.front(), &options);
+  CheckSize(model);
+  double shortest = HUGE_VAL;
+  for (int k = 1; k < efforts.size(); ++k) {
+    shortest = std::min(shortest, efforts.t[k] - efforts.t[k - 1]);
+  }
+  if (shortest < (1 - 1e-6) / options.rate) {
+    notices->push_back(FLAGS_efforts +
+                       ": its rows are closer than the samples "
+                       "of --rate, which hold theirs: to apply all of them, "
+                       "--rate " +
+                       RoundedText(std::ceil((1 - 1e-6) / shortest)));
+  }
+  const Run run =
+      SimulateDriven(model, Start(model, notices), options, Replay(efforts));
+  for (const std::string& notice : LimitNotices(model, run)) {
+    notices->push_back(notice);
+  }
+  return run;
+}
+
+Run MakeRun(const Model& model, const SimulationOptions& options,
+            std::vector<std::string>* notices) {
+  if (!FLAGS_track.empty()) return TrackReference(model, options, notices);
+  if (!FLAGS_efforts.empty()) return ApplyEfforts(model, options, notices);
+  const Eigen::VectorXd x0 = Start(model, notices);
+  CheckSize(model);
+  return Simulate(model, x0, options);
+}
+
 int Main() {
   if (FLAGS_model.empty()) {
     throw InputError(
@@ -250,6 +404,7 @@ int Main() {
                      "name the file to write, or - for standard output");
   }
   CheckNumbers();
+  CheckDrives();
   SimulationOptions options;
   options.duration = FLAGS_duration;
   options.rate = FLAGS_rate;
@@ -257,12 +412,7 @@ int Main() {
   options.seed = FLAGS_seed;
   options.step = FLAGS_step;
   options.integrator = ParseIntegrator(FLAGS_integrator, "--integrator");
-  if (FLAGS_excite == "multisine") {
-    options.excitation = Excitation::kMultisine;
-  } else if (FLAGS_excite != "none") {
-    throw InputError("--excite", "unknown excitation '" + FLAGS_excite + "'",
-                     NameHint(FLAGS_excite, {"none", "multisine"}));
-  }
+  FillExcitation(&options);
   const Catalogue catalogue;
   std::string file;
   std::vector<std::string> notices;
@@ -272,20 +422,20 @@ int Main() {
   for (const Finding& finding : ModelFindings(model, file)) {
     notices.push_back(BriefText(finding));
   }
-  const Eigen::VectorXd x0 = Start(model, &notices);
   const bool to_stdout = IsStdout(FLAGS_out_csv);
   if (!to_stdout) {
-    CheckIsNoInput("--out_csv", FLAGS_out_csv, {file, FLAGS_initial});
+    CheckIsNoInput("--out_csv", FLAGS_out_csv,
+                   {file, FLAGS_initial, FLAGS_track, FLAGS_efforts});
     CheckWritableFile(FLAGS_out_csv);
   }
-  CheckSize(model);
   AddNotices(model, options, &notices);
+  const Run run = MakeRun(model, options, &notices);
   PrintNotices(notices);
-  const Run run = Simulate(model, x0, options);
   std::string command = "sysid_simulate";
   for (const char* name :
        {"model", "lock", "set", "add", "initial", "tilt", "duration", "rate",
-        "noise", "seed", "excite", "integrator", "step"}) {
+        "noise", "seed", "excite", "amplitude", "band", "efforts", "track",
+        "gains", "integrator", "step"}) {
     // As it was written: gflags prints 0.0005 as 0.00050000000000000001.
     if (FlagGiven(name)) {
       command += std::string(" --") + name + " " + FlagText(name);

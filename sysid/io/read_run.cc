@@ -26,10 +26,11 @@ namespace {
 class RunReader {
  public:
   RunReader(TableFile* file, const ColumnMap& map, const Mechanism& mechanism,
-            std::vector<std::string>* notices)
+            std::vector<std::string>* notices,
+            RunContent content = RunContent::kMeasurements)
       : file_(*file), map_(map), mechanism_(mechanism), notices_(notices) {
     std::string ignored;
-    in_ = FindRunSources(*file, map, mechanism, &ignored);
+    in_ = FindRunSources(*file, map, mechanism, content, &ignored);
     if (!ignored.empty()) Notice(ignored);
   }
 
@@ -329,6 +330,15 @@ Run ReadRun(const std::string& path, const ColumnMap& columns,
   const std::unique_ptr<TableFile> file = OpenTable(path);
   Run run = RunReader(file.get(), columns, mechanism, notices).Read();
   run.name = path;  // with the topic of a bag
+  return run;
+}
+
+Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
+                std::vector<std::string>* notices) {
+  const std::unique_ptr<TableFile> file = OpenTable(path);
+  Run run = RunReader(file.get(), {}, mechanism, notices, RunContent::kEfforts)
+                .Read();
+  run.name = path;
   return run;
 }
 

@@ -33,6 +33,10 @@ namespace sysid {
 Run ReadRun(const std::string& path, const ColumnMap& columns,
             const Mechanism& mechanism, std::vector<std::string>* notices);
 
+// The same of a file that need not measure anything, but must have an effort.
+Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
+                std::vector<std::string>* notices);
+
 // The same from a text with separators (csv.h); `path` only names it.
 Run ParseRun(const std::string& path, const std::string& text,
              const ColumnMap& columns, const Mechanism& mechanism,

@@ -30,9 +30,12 @@ void FindSources(const TableFile& file, const ColumnMap& map,
 }
 
 void FindGroups(const TableFile& file, const ColumnMap& map,
-                const Mechanism& mechanism, RunSources* in) {
+                const Mechanism& mechanism, RunContent content,
+                RunSources* in) {
+  std::vector<std::string> efforts;
   for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
     RunSources::Group found{group, {}};
+    if (group.is_effort) efforts.push_back(group.columns.front());
     std::string missing;
     int present = -1;
     for (const std::string& column : group.columns) {
@@ -53,10 +56,16 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
     }
     (group.is_effort ? in->efforts : in->channels).push_back(found);
   }
+  const std::string model =
+      mechanism.name.empty() ? "the model" : mechanism.name;
+  if (content == RunContent::kEfforts) {
+    if (!in->efforts.empty()) return;
+    throw InputError(file.HeaderPlace(0), "no column is an effort of " + model,
+                     "its columns are t and any of " + JoinSome(efforts));
+  }
   if (!in->channels.empty()) return;
   throw InputError(file.HeaderPlace(0),
-                   "no column measures anything of " +
-                       (mechanism.name.empty() ? "the model" : mechanism.name),
+                   "no column measures anything of " + model,
                    MeasuredHint(mechanism, file.header(),
                                 in->sources[in->Find("t")].column(), map));
 }
@@ -141,10 +150,11 @@ int RunSources::Find(const std::string& name) const {
 }
 
 RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
-                          const Mechanism& mechanism, std::string* ignored) {
+                          const Mechanism& mechanism, RunContent content,
+                          std::string* ignored) {
   RunSources in;
   FindSources(file, map, mechanism, &in);
-  FindGroups(file, map, mechanism, &in);
+  FindGroups(file, map, mechanism, content, &in);
   *ignored = IgnoredColumns(file.header(), mechanism, &in);
   return in;
 }

@@ -19,7 +19,7 @@ struct RunSources {
   };
 
   std::vector<ColumnSource> sources;  // of t and of the groups' columns
-  std::vector<Group> channels;        // one at least
+  std::vector<Group> channels;
   std::vector<Group> efforts;
   std::vector<std::string> unread;  // the file's other columns
 
@@ -27,13 +27,17 @@ struct RunSources {
   int Find(const std::string& name) const;
 };
 
+// What a file must have, one of it at least.
+enum class RunContent { kMeasurements, kEfforts };
+
 // The map first, then the columns that have our names. `ignored` is a notice of
 // the file's other columns, "" where there are none; it begins with the joints
 // whose position or effort no column gives, since one of those may be it.
 //
 // Throws InputError for what ResolveColumns refuses, and where there is no
-// time, nothing measured, or only a part of a quaternion or vector.
+// time, nothing of the content, or only a part of a quaternion or vector.
 RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
-                          const Mechanism& mechanism, std::string* ignored);
+                          const Mechanism& mechanism, RunContent content,
+                          std::string* ignored);
 
 }  // namespace sysid

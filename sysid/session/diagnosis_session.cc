@@ -10,6 +10,7 @@
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/io/csv.h"
+#include "sysid/parameters/patterns.h"
 #include "sysid/session/check_runs.h"
 
 namespace sysid {
@@ -215,27 +216,23 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Mechanism& mechanism,
     const std::vector<std::string>& names, const std::string& place) {
-  std::vector<std::string> chosen;
-  const std::vector<std::string> all = catalogue.Candidates(mechanism);
+  const Vocabulary vocabulary = EffectVocabulary(catalogue, mechanism);
   const std::vector<std::string> kinds = catalogue.kinds();
+  std::vector<Located<std::string>> listed;
   for (const std::string& name : names) {
-    if (std::find(kinds.begin(), kinds.end(), name) == kinds.end()) {
-      if (name.find('@') == std::string::npos) {
-        throw InputError(place, "unknown effect '" + name + "'",
-                         NameHint(name, kinds));
-      }
-      catalogue.Make(name, mechanism, place);  // or throws
-      chosen.push_back(name);
-      continue;
+    const bool targeted = name.find('@') != std::string::npos;
+    if (!targeted && name.find_first_of("*?[") == std::string::npos &&
+        std::find(kinds.begin(), kinds.end(), name) == kinds.end()) {
+      throw InputError(place, "unknown effect '" + name + "'",
+                       NameHint(name, kinds));
     }
-    for (const std::string& candidate : all) {
-      if (candidate.starts_with(name + "@")) chosen.push_back(candidate);
-    }
+    listed.push_back({targeted ? name : name + "@*", place});
   }
-  if (names.empty()) chosen = all;
+  if (names.empty()) listed.push_back({"*", place});
   std::vector<std::shared_ptr<const Effect>> candidates;
-  for (const std::string& name : chosen) {
-    candidates.push_back(catalogue.Make(name, mechanism, place));
+  for (const Located<std::string>& one :
+       ExpandPatterns(listed, &Located<std::string>::value, vocabulary)) {
+    candidates.push_back(catalogue.Make(one.value, mechanism, place));
   }
   return candidates;
 }

@@ -19,8 +19,8 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
                                std::vector<std::string>* notices);
 
 // The candidates by name ("coulomb_friction@joint1", or a kind for all its
-// targets); all of the catalogue's where `names` is empty. Throws InputError at
-// `place`.
+// targets) or pattern of either; all of the catalogue's where `names` is empty.
+// Throws InputError at `place`.
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Mechanism& mechanism,
     const std::vector<std::string>& names, const std::string& place);

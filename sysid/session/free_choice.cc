@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include "models/dynamics.h"
 #include "models/error.h"
 #include "models/physical.h"
 #include "sysid/io/csv.h"
+#include "sysid/parameters/patterns.h"
 #include "sysid/parameters/starts.h"
 #include "sysid/session/named_values.h"
 
@@ -35,10 +37,10 @@ void Add(const FitSpecification::Free& free, FreeList* list) {
 
 // What the specification says of a parameter (bounds, start, prior), or just
 // its name.
-FitSpecification::Free Described(const FitSpecification& spec,
+FitSpecification::Free Described(const FreeList& spec_free,
                                  const std::string& name,
                                  const std::string& place) {
-  for (const FitSpecification::Free& free : spec.free) {
+  for (const FitSpecification::Free& free : spec_free) {
     if (free.name == name) return free;
   }
   FitSpecification::Free free;
@@ -77,13 +79,13 @@ bool Moves(const Model& model, const Parameter& parameter) {
 // Frees what an effect says is wrong in the nominal values, as far as it moves
 // the model.
 void FreeAdjusted(const Effect& effect, const std::string& place,
-                  const FitSpecification& spec, const Model& model,
-                  FreeList* free, std::vector<std::string>* notices) {
+                  const FreeList& spec_free, const Model& model, FreeList* free,
+                  std::vector<std::string>* notices) {
   std::vector<std::string> without_influence;
   for (const std::string& name : effect.adjusts_nominal()) {
     if (Has(*free, name) ||
         Moves(model, FindParameters(model, {name}, place).front())) {
-      Add(Described(spec, name, place), free);
+      Add(Described(spec_free, name, place), free);
     } else {
       without_influence.push_back(name);
     }
@@ -99,39 +101,57 @@ void FreeAdjusted(const Effect& effect, const std::string& place,
                      "depend on " + Join(without_influence) + ", held");
 }
 
-// Adds effects that were named in one place, and frees their parameters.
-void AddEffects(const std::vector<Located<std::string>>& named,
-                const Catalogue& catalogue, const FitSpecification& spec,
-                Model* model, FreeList* free,
-                std::vector<std::string>* notices) {
+// An effect that was asked for, and where.
+struct AskedEffect {
+  std::shared_ptr<const Effect> effect;
+  std::string place;
+};
+
+// Adds effects that were named in one place.
+std::vector<AskedEffect> AddEffects(
+    const std::vector<Located<std::string>>& patterns,
+    const Catalogue& catalogue, Model* model,
+    std::vector<std::string>* notices) {
+  const std::vector<Located<std::string>> named =
+      ExpandPatterns(patterns, &Located<std::string>::value,
+                     EffectVocabulary(catalogue, model->mechanism()));
   const auto is_named = [&](const std::string& name) {
     return std::any_of(named.begin(), named.end(),
                        [&](const auto& other) { return other.value == name; });
   };
+  std::vector<AskedEffect> asked;
   for (const Located<std::string>& one : named) {
-    const std::shared_ptr<const Effect> effect =
-        catalogue.Make(one.value, model->mechanism(), one.place);
+    asked.push_back(
+        {catalogue.Make(one.value, model->mechanism(), one.place), one.place});
     // One that is there already (from the URDF or the specification) becomes
     // free.
-    if (!model->effects().Contains(one.value)) {
-      const std::vector<std::string> before = model->effects().names();
-      model->AddEffect(effect, one.place);
-      for (const std::string& name : before) {
-        if (model->effects().Contains(name)) continue;
-        if (is_named(name)) {
-          throw InputError(one.place,
-                           one.value + " shares parameters with " + name +
-                               ", which is named beside it",
-                           "leave one of them out");
-        }
-        notices->push_back(one.value + " takes the place of " + name);
+    if (model->effects().Contains(one.value)) continue;
+    const std::vector<std::string> before = model->effects().names();
+    model->AddEffect(asked.back().effect, one.place);
+    for (const std::string& name : before) {
+      if (model->effects().Contains(name)) continue;
+      if (is_named(name)) {
+        throw InputError(one.place,
+                         one.value + " shares parameters with " + name +
+                             ", which is named beside it",
+                         "leave one of them out");
       }
+      notices->push_back(one.value + " takes the place of " + name);
     }
-    for (const EffectParameter& parameter : effect->parameters()) {
+  }
+  return asked;
+}
+
+// Frees the parameters of effects.
+void FreeParametersOf(const std::vector<AskedEffect>& asked,
+                      const FreeList& spec_free, const Model& model,
+                      FreeList* free, std::vector<std::string>* notices) {
+  for (const AskedEffect& one : asked) {
+    for (const EffectParameter& parameter : one.effect->parameters()) {
       if (parameter.whole) continue;
-      Add(Described(spec, parameter.name, one.place), free);
+      Add(Described(spec_free, parameter.name, one.place), free);
     }
-    FreeAdjusted(*effect, one.place, spec, *model, free, notices);
+    FreeAdjusted(*one.effect, one.place, spec_free, model, free, notices);
   }
 }
 
@@ -209,26 +229,10 @@ void CheckTransformed(const Model& model, std::vector<FreeParameter>* free,
   }
 }
 
-// What is free by --free, or else by the specification.
-FreeList NamedFree(const FitRequest& request, const FitSpecification& spec) {
-  FreeList free;
-  if (request.free.empty()) {
-    for (const FitSpecification::Free& f : spec.free) Add(f, &free);
-  }
-  for (const NamedValue& name : SplitAssignments(request.free, "--free")) {
-    FitSpecification::Free described = Described(spec, name.name, "--free");
-    if (name.value) {
-      described.initial = name.value;
-      described.place = "--free";
-    }
-    Add(described, &free);
-  }
-  return free;
-}
-
-// The effects of --add, and what they free.
-void AddAsked(const FitRequest& request, const FitSpecification& spec,
-              const Catalogue& catalogue, Session* session, FreeList* free) {
+// The effects of --add.
+std::vector<AskedEffect> AddAsked(const FitRequest& request,
+                                  const Catalogue& catalogue,
+                                  Session* session) {
   std::vector<Located<std::string>> asked;
   for (const NamedValue& effect : SplitAssignments(request.add, "--add")) {
     if (effect.value) {
@@ -239,35 +243,95 @@ void AddAsked(const FitRequest& request, const FitSpecification& spec,
     asked.push_back({effect.name, "--add"});
   }
   const std::vector<std::string> before = session->model.effects().names();
-  const size_t free_before = free->size();
-  AddEffects(asked, catalogue, spec, &session->model, free, &session->notices);
-  for (size_t i = free_before; i < free->size(); ++i) {
-    session->freed_by_added.insert((*free)[i].name);
-  }
+  const std::vector<AskedEffect> added =
+      AddEffects(asked, catalogue, &session->model, &session->notices);
   for (const std::string& effect : session->model.effects().names()) {
     if (std::find(before.begin(), before.end(), effect) == before.end()) {
       session->added.push_back(effect);
     }
   }
+  return added;
 }
 
-// What the specification fixes, and --fix, which wins.
-std::vector<NamedValue> NamedFixes(const FitRequest& request,
-                                   const FitSpecification& spec) {
-  std::vector<NamedValue> fixes = spec.fix;
-  const std::vector<NamedValue> freed =
-      SplitAssignments(request.free, "--free");
-  for (const NamedValue& fix : SplitAssignments(request.fix, "--fix")) {
-    for (const NamedValue& other : freed) {
-      if (other.name != fix.name) continue;
+// What is free and what is held, by name: groups and patterns are written out,
+// for which the model has its effects.
+class NamedChoice {
+ public:
+  NamedChoice(const FitRequest& request, const FitSpecification& spec,
+              const Model& model)
+      : vocabulary_(ParameterVocabulary(model)),
+        flag_free_(SplitAssignments(request.free, "--free")),
+        spec_fix_(spec.fix),
+        flag_fix_(SplitAssignments(request.fix, "--fix")),
+        spec_free_(ExpandPatterns(spec.free, &FitSpecification::Free::name,
+                                  vocabulary_)) {
+    for (const FitSpecification::Free& free : spec.free) {
+      if (!IsPattern(free.name, vocabulary_)) spec_named_.insert(free.name);
+    }
+    for (const NamedValue& free : flag_free_) {
+      if (!IsPattern(free.name, vocabulary_)) flag_named_.insert(free.name);
+    }
+  }
+
+  // What the specification says of parameters that are free.
+  const FreeList& spec_free() const { return spec_free_; }
+
+  // What is free by --free, or else by the specification.
+  FreeList Free() const {
+    FreeList free;
+    if (flag_free_.empty()) {
+      for (const FitSpecification::Free& f : spec_free_) Add(f, &free);
+    }
+    for (const NamedValue& name :
+         ExpandPatterns(flag_free_, &NamedValue::name, vocabulary_)) {
+      FitSpecification::Free described =
+          Described(spec_free_, name.name, "--free");
+      if (name.value) {
+        described.initial = name.value;
+        described.place = "--free";
+      }
+      Add(described, &free);
+    }
+    return free;
+  }
+
+  // What the specification fixes, and --fix, which wins. A pattern does not
+  // hold what is free by its name, unless that is the file's and it the flag's.
+  std::vector<NamedValue> Fixes() const {
+    std::vector<NamedValue> fixes;
+    const std::set<std::string>& chosen =
+        flag_free_.empty() ? spec_named_ : flag_named_;
+    for (const NamedValue& fix : Held(spec_fix_, chosen)) fixes.push_back(fix);
+    for (const NamedValue& fix : flag_fix_) {
+      if (flag_named_.count(fix.name) == 0) continue;
       throw InputError("--fix", "'" + fix.name + "' is also in --free",
                        "keep it in one of them");
     }
-    std::erase_if(fixes, [&](const auto& f) { return f.name == fix.name; });
-    fixes.push_back(fix);
+    for (const NamedValue& fix : Held(flag_fix_, flag_named_)) {
+      std::erase_if(fixes, [&](const auto& f) { return f.name == fix.name; });
+      fixes.push_back(fix);
+    }
+    return fixes;
   }
-  return fixes;
-}
+
+ private:
+  std::vector<NamedValue> Held(const std::vector<NamedValue>& fix,
+                               const std::set<std::string>& free) const {
+    std::set<std::string> written;
+    for (const NamedValue& f : fix) written.insert(f.name);
+    std::vector<NamedValue> held =
+        ExpandPatterns(fix, &NamedValue::name, vocabulary_);
+    std::erase_if(held, [&](const NamedValue& f) {
+      return free.count(f.name) > 0 && written.count(f.name) == 0;
+    });
+    return held;
+  }
+
+  Vocabulary vocabulary_;
+  std::vector<NamedValue> flag_free_, spec_fix_, flag_fix_;
+  FreeList spec_free_;
+  std::set<std::string> spec_named_, flag_named_;  // free, written out
+};
 
 void CheckSomethingIsFree(const FitRequest& request,
                           const FitSpecification& spec, const Model& model,
@@ -354,11 +418,20 @@ void ChooseFree(const FitRequest& request, const FitSpecification& spec,
                 const Catalogue& catalogue, Session* session) {
   Model* const model = &session->model;
   const bool was_singular = !SingularJoints(*model).empty();
-  FreeList free = NamedFree(request, spec);
-  AddEffects(spec.effects, catalogue, spec, model, &free, &session->notices);
-  AddAsked(request, spec, catalogue, session, &free);
+  const std::vector<AskedEffect> of_file =
+      AddEffects(spec.effects, catalogue, model, &session->notices);
+  const std::vector<AskedEffect> added = AddAsked(request, catalogue, session);
   session->effects = model->effects().names();
-  const std::vector<NamedValue> fixes = NamedFixes(request, spec);
+  const NamedChoice named(request, spec, *model);
+  FreeList free = named.Free();
+  FreeParametersOf(of_file, named.spec_free(), *model, &free,
+                   &session->notices);
+  const size_t free_before = free.size();
+  FreeParametersOf(added, named.spec_free(), *model, &free, &session->notices);
+  for (size_t i = free_before; i < free.size(); ++i) {
+    session->freed_by_added.insert(free[i].name);
+  }
+  const std::vector<NamedValue> fixes = named.Fixes();
   const std::string faults = SetValues(fixes, model);
   if (!faults.empty()) {
     throw InputError(fixes.front().place,

@@ -1,13 +1,12 @@
 #include "sysid/session/locks.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
 #include <map>
 
 #include "models/error.h"
 #include "models/hold_joints.h"
 #include "sysid/io/csv.h"
+#include "sysid/parameters/patterns.h"
 
 namespace sysid {
 namespace {
@@ -34,10 +33,7 @@ std::vector<NamedValue> ResolveLocks(const Mechanism& mechanism,
     for (const Joint& joint : mechanism.joints) {
       const JointType type = TypeInFile(joint);
       if (type == JointType::kFixed) continue;
-      if (lock.name != joint.name &&
-          fnmatch(lock.name.c_str(), joint.name.c_str(), 0) != 0) {
-        continue;
-      }
+      if (!Matches(lock.name, joint.name)) continue;
       any = true;
       if (type == JointType::kSpherical && lock.value.value_or(0.0) != 0.0) {
         throw InputError(

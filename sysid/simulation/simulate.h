@@ -5,13 +5,16 @@
 #include "models/integrator.h"
 #include "models/model.h"
 #include "residuals/run.h"
+#include "sysid/simulation/driven_motion.h"
+#include "sysid/simulation/excitation.h"
 
 namespace sysid {
 
 // What drives the joints of one degree of freedom of a simulation.
 enum class Excitation {
   kNone,
-  kMultisine,  // five sines between 0.1 and 2 Hz, random phases
+  kMultisine,     // open-loop efforts, whatever the limits
+  kWithinLimits,  // the same, but joints with limits follow a multisine
 };
 
 struct SimulationOptions {
@@ -22,9 +25,10 @@ struct SimulationOptions {
   double noise = 0.0;
   std::uint64_t seed = 1;
   Excitation excitation = Excitation::kNone;
-  // Rms effort of the multisine as a part of the weight's largest moment about
-  // the joint (a slide: of the weight of what it carries).
+  // As MultisineOptions::effort_level, excursion, lowest, highest.
   double excitation_level = 0.3;
+  double excursion = 1.0;
+  double lowest_frequency = 0.1, highest_frequency = 2.0;  // Hz
   Integrator integrator = Integrator::kRungeKutta4;
   // Longest step, s; 0: divided until halving it changes less than 1e-9 (rad,
   // m) over the whole run, or 1e-3 of the noise, whichever is larger.
@@ -32,10 +36,15 @@ struct SimulationOptions {
 };
 
 // A start at random: joint angles and slides uniform within +-`amplitude` (rad,
-// m) of neutral, spherical joints tilted by up to it about a horizontal axis;
-// at rest. Returns x = (q, qd).
+// m) of neutral, or of what is next to it if that is nearer to a limit, and
+// within the limits; spherical joints tilted by up to it about a horizontal
+// axis; at rest. Returns x = (q, qd).
 Eigen::VectorXd RandomState(const Model& model, double amplitude,
                             std::uint64_t seed);
+
+// At rest at neutral, or where limits exclude that at the nearest that they do
+// not.
+Eigen::VectorXd NearestToNeutral(const Model& model);
 
 // The state at the first sample of a run: measured positions; velocities where
 // measured, else zero; neutral where a joint is not measured.
@@ -46,5 +55,12 @@ Eigen::VectorXd FirstState(const Model& model, const Run& run);
 // Throws InputError where the dynamics fail.
 Run Simulate(const Model& model, const Eigen::VectorXd& x0,
              const SimulationOptions& options);
+
+// The same with the efforts of a drive instead of an excitation.
+Run SimulateDriven(const Model& model, const Eigen::VectorXd& x0,
+                   const SimulationOptions& options, const Drive& drive);
+
+// How many samples that makes: one at each end too.
+int SampleCount(const SimulationOptions& options);
 
 }  // namespace sysid

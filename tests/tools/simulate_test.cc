@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <sstream>
+#include <tuple>
 
 #include "sysid/io/csv.h"
 #include "tests/sysid/io/read_columns.h"
+#include "tests/sysid/simulation/arm_with_limits.h"
 #include "tests/tools/programs.h"
 
 namespace sysid {
@@ -271,6 +273,186 @@ TEST_F(SimulateTest, ExcitesJoints) {
   EXPECT_THAT(CsvFile(folder_.Path("run.csv")).header(),
               testing::ElementsAre("t", "joint1.q", "joint1.tau", "joint2.q",
                                    "joint2.tau"));
+}
+
+TEST_F(SimulateTest, PlantsByPatterns) {
+  const Arguments simulate{"--model", "pendulum2_planar", "--noise",
+                           "0",       "--duration",       "1"};
+  SimulateInto(folder_, "a.csv",
+               simulate + Arguments{"--add",
+                                    "viscous_damping@*=0.1,"
+                                    "viscous_damping@joint2=0.3",
+                                    "--set", "link[12].mass=2"});
+  SimulateInto(folder_, "b.csv",
+               simulate + Arguments{"--add",
+                                    "viscous_damping@joint1=0.1,"
+                                    "viscous_damping@joint2=0.3",
+                                    "--set", "link1.mass=2,link2.mass=2"});
+  EXPECT_EQ(Numbers("a.csv").columns, Numbers("b.csv").columns);
+  ExpectFlags({"--add", "viscous_damping@elb*=1"}, "--add",
+              "'viscous_damping@elb*' meets no effect of this model",
+              "near names: viscous_damping@joint1");
+  ExpectFlags({"--set", "lnk*.mass=1"}, "--set",
+              "'lnk*.mass' meets no parameter", "near names: link1.mass");
+}
+
+// Two links between stops, as tests/sysid/simulation/arm_with_limits.h.
+class SimulateArmTest : public SimulateTest {
+ protected:
+  SimulateArmTest() {
+    folder_.Write("arm.urdf", kArmWithLimits);
+    std::ostringstream reference;
+    reference << "t,shoulder.q,elbow.q\n";
+    for (int k = 0; k <= 200; ++k) {
+      const double t = 0.02 * k;
+      reference << t << "," << 0.5 * std::sin(2 * t) << ","
+                << 1 + 0.6 * std::cos(3 * t) << "\n";
+    }
+    folder_.Write("reference.csv", reference.str());
+  }
+
+  void ExpectArm(const Arguments& more, const std::string& place,
+                 const std::string& what, const std::string& hint) {
+    ExpectRefused(
+        folder_, SYSID_SIMULATE,
+        Arguments{"--model", "arm.urdf", "--out_csv", "run.csv"} + more, place,
+        what, hint);
+  }
+  ProgramResult Arm(const std::string& out, const Arguments& more) {
+    return folder_.Run(
+        SYSID_SIMULATE,
+        Arguments{"--model", "arm.urdf", "--out_csv", out} + more);
+  }
+};
+
+TEST_F(SimulateArmTest, FollowsAReference) {
+  const ProgramResult result =
+      Arm("run.csv", {"--track", "reference.csv", "--gains", "300,20", "--rate",
+                      "1000", "--noise", "0"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  EXPECT_THAT(CsvFile(folder_.Path("run.csv")).header(),
+              testing::ElementsAre("t", "shoulder.q", "shoulder.tau", "elbow.q",
+                                   "elbow.tau"));
+  EXPECT_THAT(folder_.Read("run.csv"),
+              testing::StartsWith("# sysid_simulate --model arm.urdf --rate "
+                                  "1000 --noise 0 --track reference.csv "
+                                  "--gains 300,20\n"));
+  // As long as the reference, from its first row.
+  const Table run = Numbers("run.csv");
+  EXPECT_EQ(run.rows(), 4001);
+  EXPECT_EQ(run.columns[1][0], 0.0);
+  EXPECT_EQ(run.columns[3][0], 1.6);
+  for (size_t k = 0; k < run.columns[0].size(); ++k) {
+    const double t = run.columns[0][k];
+    EXPECT_NEAR(run.columns[1][k], 0.5 * std::sin(2 * t), 0.05);
+    EXPECT_NEAR(run.columns[3][k], 1 + 0.6 * std::cos(3 * t), 0.05);
+  }
+  // Its efforts make it again.
+  const ProgramResult again =
+      Arm("again.csv", {"--efforts", "run.csv", "--initial", "run.csv",
+                        "--rate", "1000", "--noise", "0"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(Numbers("again.csv").columns[2], run.columns[2]);
+}
+
+TEST_F(SimulateArmTest, HoldsJointsWithoutAColumn) {
+  folder_.Write("one.csv", "t,shoulder.q\n0,0.1\n1,0.2\n2,0.1\n");
+  const ProgramResult result =
+      Arm("run.csv", {"--track", "one.csv", "--gains", "shoulder=300:20,*=60:4",
+                      "--rate", "1000", "--noise", "0"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.err,
+            "note: one.csv: no column of elbow: held where it starts\n");
+  for (const double q : Numbers("run.csv").columns[3]) {
+    EXPECT_NEAR(q, 0.1, 0.05);
+  }
+}
+
+TEST_F(SimulateArmTest, RefusesReferencesAndGains) {
+  const Arguments track{"--track", "reference.csv", "--rate", "1000"};
+  ExpectArm(track, "--gains", "is missing", "this model's inertia suggests");
+  ExpectArm(track + Arguments{"--gains", "300"}, "--gains",
+            "'300' is no pair of gains", "write kp,kd for all joints");
+  ExpectArm(track + Arguments{"--gains", "shoulder=300:20"}, "--gains",
+            "has no gains of elbow", "'*=kp:kd'");
+  ExpectArm({"--gains", "300,20"}, "--gains", "say nothing without --track",
+            "add --track");
+  ExpectArm(track + Arguments{"--excite", "multisine"}, "--track",
+            "cannot be given beside --excite", "leave one of them out");
+  ExpectArm({"--track", "none.csv", "--gains", "300,20"}, "none.csv",
+            "there is no such file", "");
+  folder_.Write("wrong.csv", "t,shoulder.position\n0,0\n1,0\n");
+  ExpectArm({"--track", "wrong.csv", "--gains", "300,20"}, "wrong.csv:1:1",
+            "no column measures anything of arm", "shoulder.q");
+  folder_.Write("far.csv", "t,shoulder.q\n0,0\n1,1.1\n2,0\n");
+  ExpectArm({"--track", "far.csv", "--gains", "300,20"}, "far.csv",
+            "shoulder.q is 1.1 at t = 1 s, outside of the limits -1.2 to 1",
+            "keep the reference within them");
+}
+
+TEST_F(SimulateArmTest, AppliesEfforts) {
+  folder_.Write("efforts.csv", "t,shoulder.tau\n0,1\n0.005,2\n0.5,3\n1,4\n");
+  const ProgramResult result =
+      Arm("run.csv", {"--efforts", "efforts.csv", "--noise", "0"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err,
+              HasSubstr("note: efforts.csv: its rows are closer than the "
+                        "samples of --rate, which hold theirs: to apply all of "
+                        "them, --rate 200\n"));
+  const Table run = Numbers("run.csv");
+  EXPECT_EQ(run.rows(), 101);
+  EXPECT_EQ(run.columns[2][0], 1);
+  EXPECT_EQ(run.columns[2][1], 2);
+  EXPECT_EQ(run.columns[2][49], 2);
+  EXPECT_EQ(run.columns[2][50], 3);
+  folder_.Write("none.csv", "t,shoulder.q\n0,1\n1,2\n");
+  ExpectArm({"--efforts", "none.csv"}, "none.csv:1:1",
+            "no column is an effort of arm",
+            "its columns are t and any of shoulder.tau, elbow.tau");
+  ExpectArm({"--efforts", "efforts.csv", "--track", "reference.csv"}, "--track",
+            "cannot be given beside --efforts", "leave one of them out");
+}
+
+TEST_F(SimulateArmTest, ExcitesWithinTheLimits) {
+  for (const std::string seed : {"1", "2", "3"}) {
+    const ProgramResult result =
+        Arm("run.csv", {"--excite", "multisine", "--seed", seed, "--amplitude",
+                        "0.8", "--band", "0.2,1.5"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    const Table run = Numbers("run.csv");
+    for (const auto& [column, low, high] :
+         {std::tuple{1, -1.2, 1.0}, std::tuple{3, 0.1, 2.2}}) {
+      for (const double q : run.columns[column]) {
+        EXPECT_GT(q, low);
+        EXPECT_LT(q, high);
+      }
+    }
+  }
+  // The programs take what they make.
+  const ProgramResult fit =
+      folder_.Run(SYSID_FIT, {"--model", "arm.urdf", "--traj", "run.csv",
+                              "--free", "*.mass", "--threads", "1"});
+  EXPECT_EQ(fit.exit_code, 0) << fit.err << fit.out;
+  EXPECT_THAT(fit.out, HasSubstr("at the noise floor"));
+}
+
+TEST_F(SimulateArmTest, RefusesExcitationsThatAreNone) {
+  const Arguments excite{"--excite", "multisine"};
+  ExpectArm(excite + Arguments{"--band", "2"}, "--band",
+            "'2' is no pair of frequencies", "such as 0.1,2");
+  ExpectArm(excite + Arguments{"--band", "2,0.1"}, "--band",
+            "0 < lowest < highest must hold", "such as 0.1,2");
+  ExpectArm(excite + Arguments{"--band", "1,40"}, "--band",
+            "40 Hz is more than a quarter of 100 samples a second",
+            "a higher --rate");
+  ExpectArm(excite + Arguments{"--amplitude", "0"}, "--amplitude",
+            "must be a positive number", "0.5 half of it");
+  ExpectArm({"--band", "1,2"}, "--band", "says nothing without --excite",
+            "--excite multisine");
+  ExpectArm({"--amplitude", "0.5"}, "--amplitude",
+            "says nothing without --excite", "--excite multisine");
 }
 
 TEST_F(SimulateTest, HelpFitsAScreenAndItsExampleWorks) {

@@ -87,6 +87,86 @@ TEST(ChooseFree, FreesWhatAnAddedEffectBrings) {
   EXPECT_THAT(asked.notices, IsEmpty());
 }
 
+TEST(ChooseFree, WritesPatternsOut) {
+  Asked asked;
+  asked.request.free = "link*.mass,link2.mass=2,joint1.*";
+  asked.request.add = "viscous_damping@*";
+  const Session choice = asked.Choose();
+  EXPECT_THAT(NamesOf(choice),
+              ElementsAre("link1.mass", "link2.mass", "joint1.x", "joint1.y",
+                          "joint1.z", "joint1.damping", "joint2.damping"));
+  EXPECT_EQ(choice.free[0].initial, 1.0);
+  EXPECT_EQ(choice.free[1].initial, 2.0);
+  EXPECT_THAT(choice.added,
+              ElementsAre("viscous_damping@joint1", "viscous_damping@joint2"));
+  EXPECT_THAT(choice.freed_by_added, ElementsAre("joint2.damping"));
+}
+
+TEST(ChooseFree, TakesWhatTheSpecificationSaysOfAPattern) {
+  Asked asked;
+  asked.spec.free = {Free("*.damping"), Free("link2.length"), Free("link?.l*")};
+  asked.spec.free[0].lower = 0.001;
+  asked.spec.free[0].initial = 0.01;
+  asked.spec.free[2].upper = 4.0;
+  asked.spec.effects = {{"viscous_damping@joint[12]", "fit.yaml:9:5"}};
+  const Session choice = asked.Choose();
+  EXPECT_THAT(NamesOf(choice), ElementsAre("joint1.damping", "joint2.damping",
+                                           "link2.length", "link1.length"));
+  EXPECT_EQ(choice.free[0].lower, 0.001);
+  EXPECT_EQ(choice.free[1].initial, 0.01);
+  // Written out: with its own bounds.
+  EXPECT_EQ(choice.free[2].upper, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(choice.free[3].upper, 4.0);
+}
+
+TEST(ChooseFree, TakesAPatternAwayFromWhatIsFree) {
+  Asked asked;
+  asked.request.free = "inertial";
+  asked.request.fix = "link2.*";
+  Session choice = asked.Choose();
+  EXPECT_EQ(NamesOf(choice).size(), 10u);
+  EXPECT_THAT(NamesOf(choice), testing::Each(testing::StartsWith("link1.")));
+  EXPECT_THAT(choice.fixed, testing::Contains("link2.length"));
+  // A name that is written out wins over a pattern.
+  asked.request.free = "inertial,link2.mass";
+  choice = asked.Choose();
+  EXPECT_THAT(NamesOf(choice), testing::Contains("link2.mass"));
+  EXPECT_EQ(NamesOf(choice).size(), 11u);
+  asked.request.fix = "link2.*,link2.mass";
+  EXPECT_THAT(asked.Error(),
+              HasSubstr("--fix: 'link2.mass' is also in --free"));
+  // A flag over the file.
+  asked.request.free = "";
+  asked.request.fix = "link2.*=0.3,link2.com_*,link2.i*,link2.length";
+  asked.spec.free = {Free("link1.length"), Free("link2.mass")};
+  choice = asked.Choose();
+  EXPECT_THAT(NamesOf(choice), ElementsAre("link1.length"));
+  EXPECT_EQ(FindParameters(choice.model, {"link2.mass"}, "test")[0].nominal,
+            0.3);
+}
+
+TEST(ChooseFree, RefusesPatternsThatMeetNothing) {
+  Asked asked;
+  asked.request.free = "lnik*.mass";
+  EXPECT_THAT(asked.Error(),
+              testing::StartsWith("--free: 'lnik*.mass' meets no parameter of "
+                                  "this model\n  hint: near names: "
+                                  "link1.mass, link2.mass;"));
+  asked.request.free = "link1.mass";
+  asked.request.fix = "joint1.d*";
+  EXPECT_THAT(asked.Error(), testing::StartsWith("--fix: 'joint1.d*' meets "));
+  asked.request.fix = "";
+  asked.request.add = "viscous_damping@elbow*";
+  EXPECT_THAT(asked.Error(),
+              testing::StartsWith("--add: 'viscous_damping@elbow*' meets no "
+                                  "effect of this model\n  hint: near names: "
+                                  "viscous_damping@joint1"));
+  asked.request.add = "";
+  asked.spec.free = {Free("arm*")};
+  EXPECT_THAT(asked.Error(),
+              testing::StartsWith("fit.yaml:2:3: 'arm*' meets no parameter"));
+}
+
 TEST(ChooseFree, SaysWhichEffectTakesThePlaceOfAnother) {
   Asked asked;
   asked.spec.effects = {{"coulomb_friction@joint1", "fit.yaml:5:5"}};
