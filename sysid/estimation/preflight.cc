@@ -112,7 +112,10 @@ std::string WhyHopeless(const ShootingProblem& problem, const Solution& point,
   const std::vector<std::string> without_influence =
       WithoutInfluence(problem, point, segments);
   // Some of many stay where they are, and are listed as not determined.
-  if (without_influence.size() < problem.free().size()) return "";
+  if (without_influence.empty() ||
+      without_influence.size() < problem.free().size()) {
+    return "";
+  }
   const bool one = without_influence.size() == 1;
   return std::string(one ? "parameter '" : "parameters '") +
          Join(without_influence, "', '") +
