@@ -239,7 +239,7 @@ TEST(FitSpecificationTest, ReportsUnknownWords) {
             "  hint: known: heading, rotation");
   EXPECT_EQ(ParseError("solver: newton\n"),
             "dir/fit.yaml:1:9: there is no solver 'newton'\n"
-            "  hint: known: lm, adam, gmm");
+            "  hint: known: lm, inverse_dynamics, adam, gmm");
   EXPECT_EQ(ParseError("loss: hubr\n"),
             "dir/fit.yaml:1:7: there is no loss 'hubr'\n"
             "  hint: did you mean 'huber'?");
