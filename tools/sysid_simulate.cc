@@ -347,7 +347,7 @@ Run TrackReference(const Model& model, SimulationOptions options,
                        (missing.size() == 1 ? "it starts" : "they start"));
   }
   const std::string suggested =
-      "--gains '" + SuggestGains(model, x0.head(model.nq()), period) + "'";
+      "--gains '" + SuggestGains(model, reference, x0, period) + "'";
   if (FLAGS_gains.empty()) {
     throw InputError("--gains", "is missing",
                      "write kp,kd for all joints, or joint by joint; this "

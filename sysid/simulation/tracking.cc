@@ -181,31 +181,35 @@ std::vector<Gains> ParseGains(const std::string& text, const Model& model,
   return gains;
 }
 
-std::string SuggestGains(const Model& model, const VectorXd& q, double period) {
+std::string SuggestGains(const Model& model, const JointReference& reference,
+                         const VectorXd& x0, double period) {
   std::vector<Gains> gains(model.bodies().size());
   Workspace<double> ws(model);
   MatrixX<double> M;
-  MassMatrix<double>(&ws, q.data(), &M);
-  // A bandwidth of 5 Hz, or what the coupling of the joints leaves of a loop of
-  // this period: halved until it is stable with a good part to spare.
+  MassMatrix<double>(&ws, x0.data() + model.layout().q(), &M);
+  // What a joint feels while the others give way: more would make couplings
+  // unstable that less does not.
+  const VectorXd felt = M.llt()
+                            .solve(MatrixXd::Identity(model.nv(), model.nv()))
+                            .diagonal()
+                            .cwiseInverse();
+  // A bandwidth of 5 Hz, or what is left of a loop of this period: halved until
+  // it is stable with twice the period too.
   double w = std::min(2 * M_PI * 5.0, 0.5 / period);
-  constexpr double kSpare = 0.25;
   std::string text;
   for (int i = 0; i < 30; ++i, w *= 0.5) {
     std::vector<std::string> parts;
     for (size_t b = 0; b < gains.size(); ++b) {
       const Body& body = model.bodies()[b];
       if (VelocitySize(body.type) != 1) continue;
-      const double inertia = M(body.v_index, body.v_index);
+      const double inertia = felt[body.v_index];
       gains[b] = {TwoDigits(inertia * w * w), TwoDigits(2 * inertia * w)};
       parts.push_back(model.mechanism().joints[body.joint].name + "=" +
                       RoundedText(gains[b].kp) + ":" +
                       RoundedText(gains[b].kd));
     }
     text = Join(parts, ",");
-    const Loop loop = LoopOf(model, gains);
-    const MatrixXd mobility = Mobility(model, &ws, q.data(), loop.dofs);
-    if (IsStable(Growth(mobility, loop, period / kSpare))) break;
+    if (IsStable(LoopGrowth(model, reference, x0, gains, 2 * period))) break;
   }
   return text;
 }

@@ -26,10 +26,11 @@ struct Gains {
 std::vector<Gains> ParseGains(const std::string& text, const Model& model,
                               const std::string& place);
 
-// Gains that suit the joints' inertia at q: critical damping, and within what a
-// loop of this period, s, can do. As ParseGains reads them.
-std::string SuggestGains(const Model& model, const Eigen::VectorXd& q,
-                         double period);
+// Gains that suit the joints' inertia at x0: critical damping, and within what
+// a loop of this period, s, can do on the reference's way. As ParseGains reads
+// them.
+std::string SuggestGains(const Model& model, const JointReference& reference,
+                         const Eigen::VectorXd& x0, double period);
 
 // The drive; both must outlive it.
 Drive Track(const Model& model, const JointReference& reference,

@@ -6,6 +6,7 @@
 
 #include "models/find_model.h"
 #include "models/urdf/load_urdf.h"
+#include "sysid/session/diagnosis_session.h"
 #include "tests/support/error_text.h"
 
 namespace sysid {
@@ -378,6 +379,32 @@ TEST(ChooseFree, DoesNotBlameAFixForTheFile) {
   asked.request.free = "upper.mass";
   asked.request.fix = "lower.mass=1.5";
   EXPECT_EQ(asked.ChooseOf().model.nominal().links[2].mass, 1.5);
+}
+
+TEST(ChooseCandidates, KnowsKindsNamesAndPatterns) {
+  const Catalogue catalogue;
+  const Mechanism mechanism = LoadUrdf(FindModel("pendulum2_planar"));
+  const auto chosen = [&](const std::vector<std::string>& names) {
+    std::vector<std::string> effects;
+    for (const auto& effect :
+         ChooseCandidates(catalogue, mechanism, names, "--candidates")) {
+      effects.push_back(effect->name());
+    }
+    return effects;
+  };
+  EXPECT_EQ(chosen({}).size(), catalogue.Candidates(mechanism).size());
+  EXPECT_THAT(chosen({"spring", "spring@joint2"}),
+              UnorderedElementsAre("spring@joint1", "spring@joint2"));
+  EXPECT_THAT(chosen({"*_friction@joint1", "gravity*"}),
+              ElementsAre("coulomb_friction@joint1", "stribeck_friction@joint1",
+                          "gravity_tilt@base"));
+  EXPECT_EQ(ErrorText([&] { chosen({"sprung"}); }),
+            "--candidates: unknown effect 'sprung'\n"
+            "  hint: did you mean 'spring'?");
+  EXPECT_THAT(ErrorText([&] { chosen({"sprig@*"}); }),
+              testing::StartsWith("--candidates: 'sprig@*' meets no effect of "
+                                  "this model\n  hint: near names: "
+                                  "spring@joint1, spring@joint2;"));
 }
 
 }  // namespace

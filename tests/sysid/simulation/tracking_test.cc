@@ -134,7 +134,7 @@ TEST_F(TrackingTest, KnowsWhichLoopsAreStable) {
       StableRate(model_, reference_, x0, ParseGains("300,20", model_, ""), 100);
   EXPECT_TRUE(IsStable(growth("300,20", rate)));
   EXPECT_FALSE(IsStable(growth("300,20", rate / 2)));
-  const std::string suggested = SuggestGains(model_, x0.head(2), 0.01);
+  const std::string suggested = SuggestGains(model_, reference_, x0, 0.01);
   EXPECT_TRUE(IsStable(growth(suggested, 100))) << suggested;
 }
 
