@@ -12,7 +12,7 @@ namespace {
 class Roll {
  public:
   Roll(const Model& model, const Eigen::VectorXd& x0, Integrator integrator,
-       const Drive& drive, Run* run)
+       const DriveLaw& drive, Run* run)
       : model_(model),
         x0_(x0),
         integrator_(integrator),
@@ -67,7 +67,7 @@ class Roll {
   const Model& model_;
   const Eigen::VectorXd& x0_;
   Integrator integrator_;
-  const Drive& drive_;
+  const DriveLaw& drive_;
   Run& run_;
   ParameterMap nothing_;
   Measurements measurements_;
@@ -76,7 +76,7 @@ class Roll {
 }  // namespace
 
 RowMatrixXd DrivenMotion(const Model& model, const Eigen::VectorXd& x0,
-                         const MotionOptions& options, const Drive& drive,
+                         const MotionOptions& options, const DriveLaw& drive,
                          Run* run) {
   Roll roll(model, x0, options.integrator, drive, run);
   RowMatrixXd states, finer;

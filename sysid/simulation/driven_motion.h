@@ -11,8 +11,9 @@ namespace sysid {
 // Sets the efforts (nv numbers, zero before) that hold from a sample until the
 // next, from the true state at it: a controller, an open loop. Called sample by
 // sample, from the first, several times over.
-using Drive = std::function<void(int sample, double t, const Eigen::VectorXd& x,
-                                 Eigen::Ref<Eigen::VectorXd> effort)>;
+using DriveLaw =
+    std::function<void(int sample, double t, const Eigen::VectorXd& x,
+                       Eigen::Ref<Eigen::VectorXd> effort)>;
 
 // How a motion is integrated.
 struct MotionOptions {
@@ -27,7 +28,7 @@ struct MotionOptions {
 // efforts, or those of a drive, which are written into it. Empty where the
 // motion does not stay finite.
 RowMatrixXd DrivenMotion(const Model& model, const Eigen::VectorXd& x0,
-                         const MotionOptions& options, const Drive& drive,
+                         const MotionOptions& options, const DriveLaw& drive,
                          Run* run);
 
 }  // namespace sysid

@@ -310,8 +310,8 @@ RowMatrixXd ExciteWithinLimits(const Model& model, const VectorXd& x0,
   }
   if (torque.tracked.empty()) return DrivenMotion(model, x0, motion, {}, run);
   VectorXd overload(model.nv());
-  const Drive drive = [&](int k, double t, const VectorXd& x,
-                          Eigen::Ref<VectorXd> effort) {
+  const DriveLaw drive = [&](int k, double t, const VectorXd& x,
+                             Eigen::Ref<VectorXd> effort) {
     if (k == 0) overload.setZero();
     effort = torque.Efforts(k, t, x);
     for (const ComputedTorque::Tracked& one : torque.tracked) {

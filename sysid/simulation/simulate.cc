@@ -153,7 +153,7 @@ Run Simulate(const Model& model, const Eigen::VectorXd& x0,
 }
 
 Run SimulateDriven(const Model& model, const Eigen::VectorXd& x0,
-                   const SimulationOptions& options, const Drive& drive) {
+                   const SimulationOptions& options, const DriveLaw& drive) {
   Run run = EmptyRun(model, options);
   const RowMatrixXd states =
       DrivenMotion(model, x0, HowToMove(options), drive, &run);

@@ -58,7 +58,7 @@ Run Simulate(const Model& model, const Eigen::VectorXd& x0,
 
 // The same with the efforts of a drive instead of an excitation.
 Run SimulateDriven(const Model& model, const Eigen::VectorXd& x0,
-                   const SimulationOptions& options, const Drive& drive);
+                   const SimulationOptions& options, const DriveLaw& drive);
 
 // How many samples that makes: one at each end too.
 int SampleCount(const SimulationOptions& options);

@@ -214,8 +214,8 @@ std::string SuggestGains(const Model& model, const JointReference& reference,
   return text;
 }
 
-Drive Track(const Model& model, const JointReference& reference,
-            const std::vector<Gains>& gains) {
+DriveLaw Track(const Model& model, const JointReference& reference,
+               const std::vector<Gains>& gains) {
   const auto ws = std::make_shared<Workspace<double>>(model);
   return [&model, &reference, gains, ws](int, double t, const VectorXd& x,
                                          Eigen::Ref<VectorXd> effort) {
@@ -280,9 +280,9 @@ Run SimulateTracking(const Model& model, const VectorXd& x0,
                 : "give lower gains: ") +
       suggested;
   double farthest = 0.0;
-  const Drive track = Track(model, reference, gains);
-  const Drive watched = [&](int k, double t, const VectorXd& x,
-                            Eigen::Ref<VectorXd> effort) {
+  const DriveLaw track = Track(model, reference, gains);
+  const DriveLaw watched = [&](int k, double t, const VectorXd& x,
+                               Eigen::Ref<VectorXd> effort) {
     if (k == 0) farthest = 0.0;
     for (const int b : reference.bodies()) {
       const double q = x[model.layout().q(model.bodies()[b])];
@@ -307,7 +307,7 @@ Run SimulateTracking(const Model& model, const VectorXd& x0,
   return run;
 }
 
-Drive Replay(const Run& efforts) {
+DriveLaw Replay(const Run& efforts) {
   return
       [&efforts](int, double t, const VectorXd&, Eigen::Ref<VectorXd> effort) {
         // The row that holds from t on: rounding does not keep it from

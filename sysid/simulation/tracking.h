@@ -33,8 +33,8 @@ std::string SuggestGains(const Model& model, const JointReference& reference,
                          const Eigen::VectorXd& x0, double period);
 
 // The drive; both must outlive it.
-Drive Track(const Model& model, const JointReference& reference,
-            const std::vector<Gains>& gains);
+DriveLaw Track(const Model& model, const JointReference& reference,
+               const std::vector<Gains>& gains);
 
 // What (6) does between samples, to first order about rest: the largest modulus
 // of the eigenvalues of
@@ -65,7 +65,7 @@ Run SimulateTracking(const Model& model, const Eigen::VectorXd& x0,
 
 // Efforts that a run's file gives, held from each of its rows until the next;
 // behind the last as there. Its first row is time 0. `efforts` must outlive it.
-Drive Replay(const Run& efforts);
+DriveLaw Replay(const Run& efforts);
 
 // What a driven run should not have, a line each: joints at their effort limit,
 // joints beyond their position limits.

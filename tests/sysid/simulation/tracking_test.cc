@@ -212,7 +212,7 @@ TEST(Replay, HoldsEachRowUntilTheNext) {
   efforts.t = {5.0, 5.1, 5.4};
   efforts.effort.resize(3, 1);
   efforts.effort << 1, 2, 3;
-  const Drive drive = Replay(efforts);
+  const DriveLaw drive = Replay(efforts);
   const auto at = [&](double t) {
     VectorXd effort(1);
     drive(0, t, {}, effort);
