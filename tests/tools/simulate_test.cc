@@ -364,7 +364,8 @@ TEST_F(SimulateArmTest, HoldsJointsWithoutAColumn) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err,
             "note: one.csv: no column of elbow: held where it starts\n");
-  for (const double q : Numbers("run.csv").columns[3]) {
+  const auto run = Numbers("run.csv");
+  for (const double q : run.columns[3]) {
     EXPECT_NEAR(q, 0.1, 0.05);
   }
 }
