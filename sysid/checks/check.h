@@ -33,8 +33,8 @@ struct CheckInput {
 using NumbersCheck = void (*)(const CheckInput& input,
                               std::vector<Finding>* findings);
 
-// Of a fault of the data beside all that the model could lack: better; better,
-// but not by what chance allows for; or not better.
+// How a fault of the data predicts beside all that the model could lack: no
+// better; better, but within what chance allows for; better beyond that.
 enum class DataVerdict { kRejected, kUndecided, kAccepted };
 
 // An explanation of what the model misses, compared with the others in windows

@@ -1,5 +1,6 @@
 #include "sysid/report/findings.h"
 
+#include <algorithm>
 #include <cstdio>
 
 #include "sysid/io/cell.h"
@@ -48,6 +49,13 @@ std::string ComparedText(const std::vector<ComparedExplanation>& compared) {
   return text;
 }
 
+bool HasUndecided(const std::vector<ComparedExplanation>& compared) {
+  return std::any_of(compared.begin(), compared.end(),
+                     [](const ComparedExplanation& one) {
+                       return one.verdict == DataVerdict::kUndecided;
+                     });
+}
+
 }  // namespace
 
 std::string CheckText(const std::string& model, size_t runs,
@@ -58,8 +66,11 @@ std::string CheckText(const std::string& model, size_t runs,
     std::string text = model + ": nothing wrong with " + count;
     if (result.error > kExplained) {
       text += " was found, but the error of the model is " +
-              ShortNumber(result.error) +
-              " times the noise: sysid_diagnose looks for missing effects";
+              ShortNumber(result.error) + " times the noise: ";
+      if (HasUndecided(result.compared)) {
+        text += "whether a fault of the data explains it is undecided; ";
+      }
+      text += "sysid_diagnose looks for missing effects";
     }
     return text + "\n" + ComparedText(result.compared);
   }
