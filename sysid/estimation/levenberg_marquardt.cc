@@ -55,10 +55,12 @@ class Stages {
   // To what theta needs over whole runs (RefineStep).
   void RefineStep(double defect);
   double Error() const;  // normalised
-  // A defect in multiples of what the model misses of the data where that is
+  // A defect in multiples of what the last stage left of the data where that is
   // more than the noise: a joint that is tighter than that of nothing but noise
-  // holds states to a model that is wrong by more, and the search crawls.
-  double Defect(double of_noise) const;
+  // holds states to a model that is wrong by more, and the search crawls. (Not
+  // of the point as it was cut for the next stage, whose longer segments first
+  // miss by what their states from the data were off.)
+  double Defect(double of_noise) const { return of_noise * misfit_; }
   // Of the solution as it is cut; they remember what the stage before found.
   const std::shared_ptr<ShootingSegments>& Segments();
 
@@ -81,6 +83,7 @@ class Stages {
   const double start_s_ = Now(), start_cpu_s_ = CpuSeconds();
   std::shared_ptr<ShootingSegments> segments_;
   std::string doing_;
+  double misfit_ = 1.0;  // what the last stage left, times the noise
 };
 
 bool FreesEffects(const ShootingProblem& problem) {
@@ -119,11 +122,6 @@ double Stages::Error() const {
   return EvaluateErrors(problem_, solution, 0.0).total.normalized_rms;
 }
 
-double Stages::Defect(double of_noise) const {
-  const double error = Error();
-  return std::isfinite(error) ? of_noise * std::max(1.0, error) : of_noise;
-}
-
 StageSummary Stages::Run(const StageGoal& goal) {
   constexpr int kMostSteps = 4;
   doing_ = goal.doing;
@@ -131,8 +129,7 @@ StageSummary Stages::Run(const StageGoal& goal) {
   options.far = goal.misfit > 0.0 && std::isfinite(goal.defect);
   options.twist_hold = std::max(1.0, goal.misfit);
   options.defect = goal.defect;
-  const double error = Error();
-  if (std::isfinite(error)) options.misfit = std::max(1.0, error);
+  options.misfit = misfit_;
   options.function_tolerance = goal.tolerance;
   StageSummary done;
   for (int i = 0; i < kMostSteps; ++i) {
@@ -146,6 +143,8 @@ StageSummary Stages::Run(const StageGoal& goal) {
     // only effects can make it.
     if (!ShortenStep() || !FreesEffects(problem_)) break;
   }
+  const double error = Error();
+  if (std::isfinite(error)) misfit_ = std::max(1.0, error);
   return done;
 }
 

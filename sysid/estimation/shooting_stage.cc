@@ -238,9 +238,13 @@ ceres::Solver::Options ShootingStage::SolverOptions() const {
                                          kJoined / std::pow(std::min(1.0, options_.defect), 4))
                               : kNear;
   options.logging_type = ceres::SILENT;
+  return options;
+}
+
+std::shared_ptr<ceres::ParameterBlockOrdering> ShootingStage::Ordering() const {
   // The states first, theta last: the states couple only with their neighbours,
   // so eliminating them fills in nothing but theta's rows.
-  auto* ordering = new ceres::ParameterBlockOrdering;
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (size_t r = 0; r < point_->runs.size(); ++r) {
     for (int k = 0; k < point_->runs[r].segments(); ++k) {
       if (problem_->HasParameterBlock(State(r, k))) {
@@ -251,8 +255,7 @@ ceres::Solver::Options ShootingStage::SolverOptions() const {
   if (problem_->HasParameterBlock(point_->theta.data())) {
     ordering->AddElementToGroup(point_->theta.data(), 1);
   }
-  options.linear_solver_ordering.reset(ordering);
-  return options;
+  return ordering;
 }
 
 std::vector<int> ShootingStage::PushedOutward() {
@@ -318,6 +321,7 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
                     history);
     options.callbacks = {&watcher};
     options.update_state_every_iteration = true;  // theta, for the history
+    options.linear_solver_ordering = Ordering();  // Ceres strikes what is held
     options.max_num_iterations = options_.max_iterations - result.iterations;
     ceres::Solver::Summary summary;
     ceres::Solve(options, problem_.get(), &summary);

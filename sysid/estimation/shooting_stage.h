@@ -67,6 +67,8 @@ class ShootingStage {
   double* State(int run, int segment) const;
   bool HasDefect(int run, int segment) const;
   ceres::Solver::Options SolverOptions() const;
+  // Of the blocks; Ceres takes out of the one that it is given what is held.
+  std::shared_ptr<ceres::ParameterBlockOrdering> Ordering() const;
   // Places in theta at a bound that the cost pushes outward. Releases theta.
   std::vector<int> PushedOutward();
   void ReleaseTheta();

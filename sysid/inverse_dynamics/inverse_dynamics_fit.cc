@@ -331,7 +331,15 @@ ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
   const auto error = [&](const Solution& point) {
     return EvaluateErrors(problem, point, 0.0).total.normalized_rms;
   };
-  return error(started) < error(nominal) ? problem.StartingAt(*theta) : problem;
+  const double at_start = error(started), at_nominal = error(nominal);
+  // By more than as many parameters gain by fitting noise: the Bayesian
+  // information criterion, for a noise of unknown size. What the motion does
+  // not show would otherwise be moved for nothing.
+  const double samples = problem.data().samples();
+  const double gain = 2.0 * samples * std::log(at_nominal / at_start);
+  const double limit = problem.map().size() * std::log(samples);
+  return !std::isfinite(at_start) || gain <= limit ? problem
+                                                   : problem.StartingAt(*theta);
 }
 
 Fit FitInverseDynamics(const ShootingProblem& problem) {
