@@ -77,7 +77,7 @@ TEST(CheckTest, AMissingEffectIsNoFindingButIsSaid) {
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("cartpole: nothing wrong with 1 run was found, "
                               "but the error of the model is "),
-                    HasSubstr(": sysid_diagnose looks for missing effects\n")));
+                    HasSubstr("sysid_diagnose looks for missing effects\n")));
   const auto json = nlohmann::json::parse(folder.Read("out/check.json"));
   EXPECT_GT(json["error"].get<double>(), 1.5);
 }
