@@ -106,7 +106,8 @@ void CheckSolverFlags(const std::string& solver) {
       refuse(flag, "--solver adam and gmm");
     }
   } else {
-    refuse("loss", "--solver lm and inverse_dynamics; adam and gmm have --huber");
+    refuse("loss",
+           "--solver lm and inverse_dynamics; adam and gmm have --huber");
   }
   if (solver == "gmm") return;
   for (const char* flag : {"kernels", "draws", "spread", "online"}) {

@@ -10,8 +10,8 @@ namespace sysid {
 // error of the equations of motion. No rollout: a first look at a hypothesis,
 // and of motions that a model cannot follow.
 //
-// The rows are those of (11.2), r(t; theta) = g * [u - ID(q, qd, qdd)], with a g
-// that takes away what is faster than the motion (cogging, friction that
+// The rows are those of (11.2), r(t; theta) = g * [u - ID(q, qd, qdd)], with a
+// g that takes away what is faster than the motion (cogging, friction that
 // sticks, the noise of qdd).
 //
 // r is linear in masses, first moments and inertias and in the coefficients of

@@ -122,7 +122,7 @@ void FirstLook::ByEquations() {
       if (!all_.Affords(as_read.work())) return;
       const Supposition supposed = Suppose(hypothesis, {}, p);
       const EquationWindows changed(Without(given_bodies, supposed), excerpt,
-                                 fitter.ChangeOf(supposed));
+                                    fitter.ChangeOf(supposed));
       fitter.AddWork(changed.work());
       double log_unit = 0.0;
       for (const int j : driven) {

@@ -38,7 +38,8 @@ std::string ParameterTable(const Fit& fit) {
   return text;
 }
 
-// What the equations of motion determine: "link2.Jyy + 0.0506 link3.m + 4 more".
+// What the equations of motion determine: "link2.Jyy + 0.0506 link3.m + 4
+// more".
 std::string BaseName(const BaseParameter& base) {
   constexpr size_t kShown = 4;
   std::string name = base.terms[0].name;
@@ -62,9 +63,9 @@ std::string BaseTable(const Fit& fit) {
   for (const BaseParameter& base : fit.base) {
     width = std::max(width, BaseName(base).size());
   }
-  std::string text = Format("  %-*s %16s %12s  %s\n", static_cast<int>(width),
-                            "what the equations of motion show", "value",
-                            "+- (95 %)", "unit");
+  std::string text =
+      Format("  %-*s %16s %12s  %s\n", static_cast<int>(width),
+             "what the equations of motion show", "value", "+- (95 %)", "unit");
   for (const BaseParameter& base : fit.base) {
     text += Format("  %-*s %16s %12s  ", static_cast<int>(width),
                    BaseName(base).c_str(),
@@ -177,8 +178,8 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
       CountOf(fit.parameters.size(), "parameter") + " fitted to " +
       CountOf(problem.runs().size(), "run") + ", " +
       CountOf(fit.samples, "sample") + ", " +
-      CountOf(fit.iterations, kind == SolverKind::kStochastic ? "epoch"
-                                                              : "iteration") +
+      CountOf(fit.iterations,
+              kind == SolverKind::kStochastic ? "epoch" : "iteration") +
       Format(", %.2g s\n", fit.wall_time_s);
   text += Format("  noise %.3g (%s), segments of %s, steps of %.3g s (%s)",
                  fit.noise, problem.options().noise > 0 ? "given" : "estimated",
