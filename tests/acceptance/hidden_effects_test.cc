@@ -73,8 +73,12 @@ TEST(Engines, MoveEveryMechanismAlikeWithEveryEffect) {
     const double size = LargestDifference(ours, plain);
     std::printf("%-18s %-26s %.1e of %.1e\n", c.mechanism.c_str(),
                 c.planted[0].c_str(), difference, size);
-    // Our drags have a root that is smooth at rest, MuJoCo's here have not.
-    EXPECT_LT(difference, 3e-5) << c.name;
+    // Our drags have a root that is smooth at rest, MuJoCo's here have not. Dry
+    // friction it is given as a law smoothed over 5 mrad/s, which creeps where
+    // ours rests: apart by a few parts in a hundred of what friction does.
+    const bool dry = effect.kind() == "coulomb_friction" ||
+                     effect.kind() == "stribeck_friction";
+    EXPECT_LT(difference, dry ? 0.05 * size : 3e-5) << c.name;
     EXPECT_GT(size, 5e-4) << c.name;
   }
 }
