@@ -22,6 +22,9 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Segments grow by this factor a stage.
 constexpr double kStageGrowth = 4.0;
+// Where errors grow fourfold over a segment (ChooseSegment), one of 1/16 rad is
+// one rad two segments later: joined segments have nothing to hold on to.
+constexpr double kHopeless = 1.0 / 16.0;  // rad or m
 // Above this many times the noise a model misses something, and one trajectory
 // through all of a chaotic run is not to be had (nor worth anything).
 constexpr double kMissing = 2.0;
@@ -55,6 +58,7 @@ class Stages {
   // To what theta needs over whole runs (RefineStep).
   void RefineStep(double defect);
   double Error() const;  // normalised
+  double Rms() const;    // rad or m
   // A defect in multiples of what the last stage left of the data where that is
   // more than the noise: a joint that is tighter than that of nothing but noise
   // holds states to a model that is wrong by more, and the search crawls. (Not
@@ -120,6 +124,10 @@ void Stages::RefineStep(double defect) {
 
 double Stages::Error() const {
   return EvaluateErrors(problem_, solution, 0.0).total.normalized_rms;
+}
+
+double Stages::Rms() const {
+  return EvaluateErrors(problem_, solution, 0.0).total.rms;
 }
 
 StageSummary Stages::Run(const StageGoal& goal) {
@@ -213,14 +221,13 @@ Ended SolveJoined(Stages* stages) {
     // Joined by degrees: what the short segments leave open (a spin, a stiff
     // damping) would otherwise start the joined ones far off.
     stages->Run({"long segments", stages->Defect(kMiddleDefect), 1e-3, 10});
-    if (chaotic && stages->Error() >= kMissing) return SolveIndependent(stages);
+    if (chaotic && stages->Rms() > kHopeless) return SolveIndependent(stages);
     stages->Run({"long segments", stages->Defect(kCloseDefect), 1e-3, 10});
     stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
   }
   const bool one_trajectory = !chaotic || stages->Error() < kMissing;
   Ended ended;
-  ended.defect = one_trajectory ? TightDefect(stages->solution)
-                                : stages->Defect(kJoinedDefect);
+  ended.defect = one_trajectory ? TightDefect(stages->solution) : kJoinedDefect;
   stages->RefineStep(ended.defect);
   ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
   return ended;
