@@ -319,9 +319,9 @@ std::vector<NamedValue> ReadValues(const Node& node, const std::string& what,
     return values;
   }
   for (const auto& [key, value] : Map(node, what, hint)) {
-    NamedValue& named =
-        values.emplace_back(key.Scalar(), std::nullopt, Place(key));
+    NamedValue named{key.Scalar(), std::nullopt, Place(key)};
     if (!value.IsNull()) named.value = Number(value, named.name);
+    values.push_back(std::move(named));
   }
   return values;
 }
