@@ -20,13 +20,17 @@ inline DryMode Slipping(double sign) {
   return sign > 0 ? DryMode::kForward : DryMode::kBackward;
 }
 
-// c(0) of a body's joint, all its dry friction together.
+// c(0) of a body's joint, all its dry friction together and, projected, that of
+// its followers.
 template <typename T>
 double LevelAtRest(const Workspace<T>& ws, int body) {
   double level = 0.0;
   for (const auto& effect : ws.effort_effects) {
-    if (!effect.dry || effect.body != body) continue;
-    level += ValueOf(effect.hooks->DryFriction(effect.p, T(0.0)));
+    if (!effect.dry) continue;
+    const Body& own = ws.model().bodies()[effect.body];
+    if ((own.leader < 0 ? effect.body : own.leader) != body) continue;
+    level += std::abs(own.multiplier) *
+             ValueOf(effect.hooks->DryFriction(effect.p, T(0.0)));
   }
   return level;
 }

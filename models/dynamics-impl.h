@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "models/dynamics.h"
+#include "models/followers-impl.h"
 #include "models/math/congruence.h"
 #include "models/math/products.h"
 #include "models/motion-impl.h"
@@ -175,6 +176,9 @@ void AccelerateBodies(Workspace<T>* ws, T* qdd) {
 template <typename T>
 bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
                      T* qdd) {
+  if (!ws->model().followers().empty()) {
+    return internal::AccelerateWithFollowers<T>(ws, q, qd, tau, qdd);
+  }
   internal::PlaceBodies<T>(ws, q);
   internal::MoveBodies<T>(ws, qd, !ws->link_force_effects.empty());
   for (BodyData<T>& body : ws->bodies) internal::InertiaAndBias<T>(&body);
@@ -189,14 +193,17 @@ bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
   return true;
 }
 
+namespace internal {
+
+// The effort of the drives of all joints, (2.15).
 template <typename T>
-void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
-                     T* tau) {
+void InverseDynamicsOfTree(Workspace<T>* ws, const T* q, const T* qd,
+                           const T* qdd, T* tau) {
   const std::vector<Body>& bodies = ws->model().bodies();
-  internal::PlaceBodies<T>(ws, q);
-  internal::MoveBodies<T>(ws, qd, true);
-  for (BodyData<T>& body : ws->bodies) internal::InertiaAndBias<T>(&body);
-  internal::ApplyLinkForces<T>(ws);
+  PlaceBodies<T>(ws, q);
+  MoveBodies<T>(ws, qd, true);
+  for (BodyData<T>& body : ws->bodies) InertiaAndBias<T>(&body);
+  ApplyLinkForces<T>(ws);
   // (2.15): accelerations outwards, [n; f] += [I H; H^T M] [alpha; a].
   for (size_t i = 0; i < bodies.size(); ++i) {
     const Body& body = bodies[i];
@@ -222,7 +229,7 @@ void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
   }
   // Forces inwards; what the effects give, the drives need not.
   for (T& effort : ws->tau) effort = T(0.0);
-  internal::AddEffectEfforts<T>(ws, q, qd, ws->tau.data());
+  AddEffectEfforts<T>(ws, q, qd, ws->tau.data());
   for (int i = static_cast<int>(bodies.size()) - 1; i >= 0; --i) {
     const Body& body = bodies[i];
     BodyData<T>& b = ws->bodies[i];
@@ -246,15 +253,16 @@ void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
   }
 }
 
+// Of all joints, (2.16).
 template <typename T>
-void MassMatrix(Workspace<T>* ws, const T* q, MatrixX<T>* mass_matrix) {
+void MassMatrixOfTree(Workspace<T>* ws, const T* q, MatrixX<T>* mass_matrix) {
   const std::vector<Body>& bodies = ws->model().bodies();
-  const int nv = ws->model().nv();
+  const int nv = static_cast<int>(ws->tau.size());
   mass_matrix->setZero(nv, nv);
-  internal::PlaceBodies<T>(ws, q);
+  PlaceBodies<T>(ws, q);
   for (BodyData<T>& body : ws->bodies) {
     body.w.setZero();
-    internal::InertiaAndBias<T>(&body);
+    InertiaAndBias<T>(&body);
   }
   // (2.16): composite inertias inwards, each joint's column on the way.
   for (int i = static_cast<int>(bodies.size()) - 1; i >= 0; --i) {
@@ -295,15 +303,40 @@ void MassMatrix(Workspace<T>* ws, const T* q, MatrixX<T>* mass_matrix) {
       (*mass_matrix)(column, column) += b.armature;
     }
     if (body.parent >= 0) {
-      internal::AddToParent<T>(b.r, b.I, b.H, b.M, b.n, b.f,
-                               &ws->bodies[body.parent]);
+      AddToParent<T>(b.r, b.I, b.H, b.M, b.n, b.f, &ws->bodies[body.parent]);
     }
   }
 }
 
+}  // namespace internal
+
+template <typename T>
+void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
+                     T* tau) {
+  if (ws->model().followers().empty()) {
+    internal::InverseDynamicsOfTree<T>(ws, q, qd, qdd, tau);
+    return;
+  }
+  internal::InverseDynamicsOfTree<T>(ws, internal::AllPositions<T>(ws, q),
+                                     internal::AllRates<T>(ws, qd, &ws->yd),
+                                     internal::AllRates<T>(ws, qdd, &ws->ydd),
+                                     ws->y_tau.data());
+  internal::ProjectEffort<T>(*ws, ws->y_tau.data(), tau);
+}
+
+template <typename T>
+void MassMatrix(Workspace<T>* ws, const T* q, MatrixX<T>* mass_matrix) {
+  if (ws->model().followers().empty()) {
+    internal::MassMatrixOfTree<T>(ws, q, mass_matrix);
+    return;
+  }
+  internal::MassMatrixOfTree<T>(ws, internal::AllPositions<T>(ws, q), &ws->M_y);
+  internal::ProjectMass<T>(ws, mass_matrix);
+}
+
 template <typename T>
 void ForwardKinematics(Workspace<T>* ws, const T* q) {
-  internal::PlaceBodies<T>(ws, q);
+  internal::PlaceBodies<T>(ws, internal::AllPositions<T>(ws, q));
   const std::vector<Body>& bodies = ws->model().bodies();
   for (size_t i = 0; i < bodies.size(); ++i) {
     BodyData<T>& b = ws->bodies[i];

@@ -35,14 +35,15 @@ double PotentialEnergy(Workspace<double>* ws, const double* q) {
   return energy;
 }
 
-std::vector<SingularJoint> SingularJoints(const Model& model) {
-  // The articulated inertia that each joint feels, at a configuration without
-  // accidental alignment; one that is nothing beside the body's whole moment is
-  // rounding.
-  constexpr double kSingular = 1e-10;
-  Workspace<double> ws(model);
+namespace {
+
+// One that is nothing beside the body's whole moment is rounding.
+constexpr double kSingular = 1e-10;
+
+// A configuration without accidental alignment.
+Eigen::VectorXd AnyConfiguration(const Model& model) {
   Eigen::VectorXd q = model.mechanism().NeutralConfiguration();
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     if (body.type == JointType::kSpherical) {
       const Eigen::Quaterniond tilted =
           Exp<double>(Eigen::Vector3d(0.3 + 0.1 * body.joint, -0.5, 0.7));
@@ -51,6 +52,68 @@ std::vector<SingularJoint> SingularJoints(const Model& model) {
       q[body.q_index] = 0.4 + 0.3 * body.joint;
     }
   }
+  return q;
+}
+
+// Of a model with followers: the inertia that is left of each joint's in M(q)
+// while those that come later give way.
+std::vector<SingularJoint> SingularWithFollowers(const Model& model) {
+  Workspace<double> ws(model);
+  Eigen::MatrixXd M;
+  MassMatrix<double>(&ws, AnyConfiguration(model).data(), &M);
+  // All that a joint carries, whatever its axis.
+  const auto whole = [&](const Body& body) {
+    const BodyData<double>& b =
+        ws.bodies[model
+                      .placement(
+                          model.mechanism().joints[body.joint].child_link)
+                      .body];
+    const double inertia =
+        body.type == JointType::kPrismatic ? b.M.trace() : b.I.trace();
+    return body.multiplier * body.multiplier * std::abs(inertia);
+  };
+  std::vector<SingularJoint> faults;
+  for (int i = static_cast<int>(model.movers().size()) - 1; i >= 0; --i) {
+    const Body& body = model.movers()[i];
+    double most = whole(body);
+    for (const Body& follower : model.followers()) {
+      if (model.bodies()[follower.leader].joint == body.joint) {
+        most += whole(follower);
+      }
+    }
+    const Joint& joint = model.mechanism().joints[body.joint];
+    bool singular = false;
+    for (int k = VelocitySize(body) - 1; k >= 0; --k) {
+      const int v = body.v_index + k;
+      const double D = M(v, v);
+      if (!(D > kSingular * most)) {
+        singular = true;  // as if it were locked
+        continue;
+      }
+      const Eigen::VectorXd U = M.col(v).head(v);
+      M.topLeftCorner(v, v) -= U * U.transpose() / D;
+    }
+    if (!singular) continue;
+    faults.push_back(
+        {body.joint,
+         "joint '" + joint.name + "': link '" +
+             model.mechanism().links[joint.child_link].name +
+             "', what it carries and what follows have no, or less than no, " +
+             (body.type == JointType::kPrismatic   ? "mass along"
+              : body.type == JointType::kSpherical ? "inertia about one of"
+                                                   : "inertia about") +
+             (body.type == JointType::kSpherical ? " its axes" : " its axis")});
+  }
+  return faults;
+}
+
+}  // namespace
+
+std::vector<SingularJoint> SingularJoints(const Model& model) {
+  if (!model.followers().empty()) return SingularWithFollowers(model);
+  // The articulated inertia that each joint feels.
+  Workspace<double> ws(model);
+  const Eigen::VectorXd q = AnyConfiguration(model);
   internal::PlaceBodies<double>(&ws, q.data());
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(model.nv());
   internal::MoveBodies<double>(&ws, zero.data(), false);

@@ -12,11 +12,12 @@ namespace sysid {
 // origins (docs/theory.md section 2 derives the equations that the code cites).
 // T is a scalar of models/scalars.h. Pointers are to nq (q) and nv (qd, qdd,
 // tau) numbers; tau is the effort of the drives, to which the effects of the
-// model add theirs.
+// model add theirs. Joints that follow others have no numbers of their own: all
+// this is in the coordinates of the state, (2.28).
 
-// qdd by the articulated-body algorithm (ABA). False where a joint-space
-// inertia is not positive (SingularJoints names the joint) or a number is not
-// finite.
+// qdd by the articulated-body algorithm (ABA), of a model with followers by
+// (2.28). False where a joint-space inertia is not positive (SingularJoints
+// names the joint) or a number is not finite.
 template <typename T>
 [[nodiscard]] bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd,
                                    const T* tau, T* qdd);

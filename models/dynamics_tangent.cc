@@ -63,6 +63,7 @@ ParameterColumns::ParameterColumns(const Workspace<Jet8>& ws)
 }
 
 bool DynamicsTangent::Covers(const Model& model) {
+  if (!model.followers().empty()) return false;
   for (int i = 0; i < model.effects().size(); ++i) {
     if (model.effects().effect(i).hooks() & ~kCoveredHooks) return false;
   }

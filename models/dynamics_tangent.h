@@ -46,7 +46,8 @@ class DynamicsTangent {
  public:
   explicit DynamicsTangent(const Model& model);
 
-  // Whether the effects of a model act through hooks whose tangent is here.
+  // Whether no joint of a model follows another, and its effects act through
+  // hooks whose tangent is here.
   static bool Covers(const Model& model);
 
   // The evaluation whose tangent is asked for: right after

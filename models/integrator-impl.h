@@ -21,7 +21,7 @@ inline constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 // start of the step: (SO3.3) for spherical joints, qd itself for the others.
 template <typename T>
 void TangentRate(const Model& model, const T* u, const T* qd, T* rate) {
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const int v = body.v_index;
     if (body.type == JointType::kSpherical) {
       const Vector3<T> out =
@@ -38,7 +38,7 @@ void TangentRate(const Model& model, const T* u, const T* qd, T* rate) {
 template <typename T>
 void Advance(const Model& model, const T* x, const T* u, const T* v, T* out) {
   const StateLayout& at = model.layout();
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const T* q = x + at.q(body);
     const T* u_i = u + body.v_index;
     T* q_out = out + at.q(body);

@@ -28,6 +28,14 @@ int VelocitySize(JointType type) {
   return type == JointType::kSpherical ? 3 : 1;
 }
 
+int ConfigurationSize(const Joint& joint) {
+  return joint.mimic ? 0 : ConfigurationSize(joint.type);
+}
+
+int VelocitySize(const Joint& joint) {
+  return joint.mimic ? 0 : VelocitySize(joint.type);
+}
+
 bool IsRotation1(JointType type) {
   return type == JointType::kRevolute || type == JointType::kContinuous;
 }
@@ -76,8 +84,8 @@ int Mechanism::AddJoint(const Joint& joint, const std::string& child_link_name,
   added.child_link = index + 1;
   added.q_index = nq;
   added.v_index = nv;
-  nq += ConfigurationSize(joint.type);
-  nv += VelocitySize(joint.type);
+  nq += ConfigurationSize(joint);
+  nv += VelocitySize(joint);
   links[joint.parent_link].child_joints.push_back(index);
   links.push_back({child_link_name, {}});
   nominal.joint_p.push_back(p_PJ);
@@ -96,7 +104,7 @@ Eigen::VectorXd Mechanism::NeutralConfiguration() const {
 std::vector<std::string> Mechanism::JointNames() const {
   std::vector<std::string> names;
   for (const Joint& joint : joints) {
-    if (joint.type != JointType::kFixed) names.push_back(joint.name);
+    if (VelocitySize(joint) > 0) names.push_back(joint.name);
   }
   return names;
 }
@@ -105,6 +113,17 @@ std::vector<std::string> Mechanism::LinkNames() const {
   std::vector<std::string> names;
   for (const Link& link : links) names.push_back(link.name);
   return names;
+}
+
+Followed FollowedBy(const Mechanism& mechanism, int joint) {
+  Followed followed{joint};
+  while (const auto& mimic = mechanism.joints[followed.joint].mimic) {
+    followed.joint = mechanism.FindJoint(mimic->joint);
+    CHECK_GE(followed.joint, 0) << "no joint " << mimic->joint;
+    followed.offset += followed.multiplier * mimic->offset;
+    followed.multiplier *= mimic->multiplier;
+  }
+  return followed;
 }
 
 Eigen::Vector3d LinkAxis(const Mechanism& mechanism, int link) {

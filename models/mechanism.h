@@ -26,7 +26,8 @@ struct Link {
   std::vector<int> child_joints;  // in the order of the file
 };
 
-// <mimic> of the URDF: q = multiplier q_joint + offset.
+// <mimic> of the URDF: q = multiplier q_joint + offset. A joint with one moves,
+// but has no numbers of its own in q and qd.
 struct Mimic {
   std::string joint;
   double multiplier = 1.0, offset = 0.0;
@@ -64,6 +65,10 @@ struct Joint {
   // Then the type is kFixed, and R_PJ carries vectors of C to P.
   std::optional<HeldJoint> held;
 };
+
+// Numbers of its own in q and in qd: none of a mimic.
+int ConfigurationSize(const Joint& joint);
+int VelocitySize(const Joint& joint);
 
 // Mass (kg), centre of mass in link axes (m), rotational inertia about the
 // centre of mass in link axes (kg m^2).
@@ -127,9 +132,18 @@ struct Mechanism {
 
   // The nominal configuration: zeros, and the identity for quaternions.
   Eigen::VectorXd NeutralConfiguration() const;
-  std::vector<std::string> JointNames() const;  // moving joints
+  std::vector<std::string> JointNames() const;  // with numbers of their own
   std::vector<std::string> LinkNames() const;
 };
+
+// The joint without a <mimic> that a joint follows in the end, with the
+// multipliers and offsets between them made one: q = multiplier q_joint +
+// offset, (2.26). Of one without a <mimic>: itself.
+struct Followed {
+  int joint = -1;
+  double multiplier = 1.0, offset = 0.0;
+};
+Followed FollowedBy(const Mechanism& mechanism, int joint);
 
 // The unit vector that stands for a link in a heading (see residuals/): from
 // its joint to its first child joint, else to its centre of mass, in link axes;

@@ -9,6 +9,10 @@
 
 namespace sysid {
 
+int VelocitySize(const Body& body) {
+  return body.leader < 0 ? VelocitySize(body.type) : 0;
+}
+
 Model::Model(Mechanism mechanism)
     : mechanism_(std::move(mechanism)),
       layout_(mechanism_),
@@ -39,6 +43,28 @@ Model::Model(Mechanism mechanism)
     body.turned = R != Eigen::Matrix3d::Identity();
     bodies_.push_back(body);
   }
+  for (Body& body : bodies_) {
+    if (mechanism_.joints[body.joint].mimic) {
+      SetFollower(&body);
+      followers_.push_back(body);
+    } else {
+      movers_.push_back(body);
+    }
+  }
+}
+
+void Model::SetFollower(Body* body) const {
+  const Followed followed = FollowedBy(mechanism_, body->joint);
+  const Joint& leader = mechanism_.joints[followed.joint];
+  CHECK_EQ(VelocitySize(leader), 1)
+      << mechanism_.joints[body->joint].name << " follows " << leader.name
+      << ", which is " << ToString(leader.type);
+  body->leader = placements_[leader.child_link].body;
+  body->multiplier = followed.multiplier;
+  body->offset = followed.offset;
+  const int place = static_cast<int>(followers_.size());
+  body->q_index = mechanism_.nq + place;
+  body->v_index = mechanism_.nv + place;
 }
 
 void Model::AddEffect(std::shared_ptr<const Effect> effect,

@@ -19,6 +19,10 @@ struct Body {
   JointType type = JointType::kFixed;
   int q_index = 0;
   int v_index = 0;
+  // A follower (of a <mimic>): the body whose coordinate it follows, else -1.
+  // Its indices are behind those of the state: (2.25).
+  int leader = -1;
+  double multiplier = 1.0, offset = 0.0;
   Eigen::Vector3d axis;  // unit, in J and in B
   int along = -1;        // axis = unit vector 0, 1 or 2; -1: none of them
   // From the joint's frame J to the parent body's axes; `turned` where it is
@@ -26,6 +30,9 @@ struct Body {
   Eigen::Matrix3d R_PJ;
   bool turned = false;
 };
+
+// Numbers of its own in qd: none of a follower.
+int VelocitySize(const Body& body);
 
 // Where a link is: rigidly on a body (-1: on the world).
 struct Placement {
@@ -55,6 +62,9 @@ class Model {
   void SetNominal(const MechanismParameters<double>& nominal);
 
   const std::vector<Body>& bodies() const { return bodies_; }
+  // Those with numbers of their own in q and qd: all but the followers.
+  const std::vector<Body>& movers() const { return movers_; }
+  const std::vector<Body>& followers() const { return followers_; }
   const Placement& placement(int link) const { return placements_[link]; }
   const StateLayout& layout() const { return layout_; }
   int nq() const { return layout_.nq(); }
@@ -63,11 +73,13 @@ class Model {
   int tangent_size() const { return layout_.tangent_size(); }
 
  private:
+  void SetFollower(Body* body) const;
+
   Mechanism mechanism_;
   StateLayout layout_;
   EffectSet effects_;
   MechanismParameters<double> nominal_;
-  std::vector<Body> bodies_;
+  std::vector<Body> bodies_, movers_, followers_;
   std::vector<Placement> placements_;
 };
 

@@ -177,13 +177,26 @@ void AddEffort(const EffectHooks<T>& hooks, bool dry, DryMode mode,
   }
 }
 
+// The mode of a body's dry friction: a follower's is its leader's, seen by it.
+template <typename T>
+DryMode DryModeOf(const Workspace<T>& ws, int i) {
+  const Body& body = ws.model().bodies()[i];
+  if (body.leader < 0) return ws.bodies[i].dry;
+  const DryMode mode = ws.bodies[body.leader].dry;
+  if (body.multiplier >= 0.0) return mode;
+  return mode == DryMode::kForward    ? DryMode::kBackward
+         : mode == DryMode::kBackward ? DryMode::kForward
+                                      : mode;
+}
+
+// q, qd and tau of all joints, (2.25).
 template <typename T>
 void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, T* tau) {
   for (const auto& effect : ws->effort_effects) {
     const Body& body = ws->model().bodies()[effect.body];
     const JointState<T> joint{body.type, VelocitySize(body.type),
                               q + body.q_index, qd + body.v_index};
-    AddEffort(*effect.hooks, effect.dry, ws->bodies[effect.body].dry, joint,
+    AddEffort(*effect.hooks, effect.dry, DryModeOf(*ws, effect.body), joint,
               effect.p, tau + body.v_index);
   }
 }

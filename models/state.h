@@ -21,7 +21,7 @@ namespace sysid {
 template <typename T>
 void BoxPlus(const Model& model, const T* x, const T* dx, T* out) {
   const StateLayout& at = model.layout();
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const T* q = x + at.q(body);
     const T* qd = x + at.qd(body);
     const T* dq = dx + at.dq(body);
@@ -48,7 +48,7 @@ void BoxPlus(const Model& model, const T* x, const T* dx, T* out) {
 template <typename T>
 void BoxMinus(const Model& model, const T* x1, const T* x0, T* dx) {
   const StateLayout& at = model.layout();
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const T* q1 = x1 + at.q(body);
     const T* q0 = x0 + at.q(body);
     const T* qd1 = x1 + at.qd(body);

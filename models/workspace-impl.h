@@ -14,8 +14,13 @@ template <typename T>
 Workspace<T>::Workspace(const Model& model)
     : bodies(model.bodies().size()),
       p_BL(model.mechanism().links.size(), Vector3<T>::Zero()),
-      tau(model.nv(), T(0.0)),
+      tau(model.nv() + model.followers().size(), T(0.0)),
       model_(&model) {
+  if (!model.followers().empty()) {
+    y.resize(model.nq() + model.followers().size());
+    for (std::vector<T>* all : {&yd, &ydd, &y_tau}) all->resize(tau.size());
+    force.resize(model.nv());
+  }
   MechanismParameters<T> parameters;
   model.nominal().CastTo(&parameters);
   SetParameters(parameters);
@@ -89,10 +94,13 @@ void Workspace<T>::BindEffects() {
     const unsigned hooks = effect.hooks();
     if (hooks & kEffortHook) effort_effects.push_back(bound);
     if (bound.dry &&
-        model_->bodies()[bound.body].type != JointType::kSpherical &&
-        std::find(dry_bodies.begin(), dry_bodies.end(), bound.body) ==
-            dry_bodies.end()) {
-      dry_bodies.push_back(bound.body);
+        model_->bodies()[bound.body].type != JointType::kSpherical) {
+      const int leader = model_->bodies()[bound.body].leader;
+      const int mover = leader < 0 ? bound.body : leader;
+      if (std::find(dry_bodies.begin(), dry_bodies.end(), mover) ==
+          dry_bodies.end()) {
+        dry_bodies.push_back(mover);
+      }
     }
     // A link that is fixed to the world does not feel a force.
     if ((hooks & kLinkForceHook) && bound.body >= 0) {

@@ -81,7 +81,7 @@ class Workspace {
   std::vector<BodyData<T>> bodies;
   Vector3<T> gravity;            // world axes, effects included
   std::vector<Vector3<T>> p_BL;  // per link: its origin in its body's frame
-  std::vector<T> tau;            // nv: scratch for efforts
+  std::vector<T> tau;            // efforts of all joints, the followers' last
 
   // One effect bound to this scalar and to its place in the model.
   struct Bound {
@@ -93,7 +93,14 @@ class Workspace {
   };
   std::vector<Bound> effort_effects, link_force_effects, input_effects,
       delay_effects, measurement_effects;
-  std::vector<int> dry_bodies;  // hinges and slides with dry friction
+  // Movers, hinges and slides, that dry friction may hold: their own or that of
+  // their followers.
+  std::vector<int> dry_bodies;
+
+  // Where there are followers: coordinates of all joints, (2.25), and what the
+  // equations of motion become in those of the state, (2.28).
+  std::vector<T> y, yd, ydd, y_tau, force;
+  MatrixX<T> M_y, M, factor;
 
  private:
   void BindEffects();

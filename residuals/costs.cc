@@ -30,7 +30,7 @@ void PlusJacobianAt(const Model& model, const double* x,
   const StateLayout& at = model.layout();
   J.setZero();
   J.block(at.qd(), at.dqd(), at.nv(), at.nv()).setIdentity();
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const int q = at.q(body), dq = at.dq(body);
     if (body.type == JointType::kSpherical) {
       J.block<4, 3>(q, dq) = QuaternionJacobian(x + q);
@@ -60,7 +60,7 @@ void LiftToAmbient(const Model& model, const double* x,
                    const Eigen::Ref<const RowMatrixXd>& J_tangent,
                    Eigen::Ref<RowMatrixXd> J) {
   const StateLayout& at = model.layout();
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const int q = at.q(body), dq = at.dq(body);
     if (body.type == JointType::kSpherical) {
       const Eigen::Vector3d w(x + at.qd(body));
@@ -83,7 +83,7 @@ void StateDefect(const Model& model, const double* x_end, const double* x_next,
   if (J_end == nullptr) return;
   J_end->setIdentity(at.tangent_size(), at.tangent_size());
   *J_next = -*J_end;
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     if (body.type != JointType::kSpherical) continue;
     const int dq = at.dq(body), dqd = at.dqd(body);
     // Log(q0* q1) by q1's tangent: J_r^-1(phi); by q0's: -J_r^-1(-phi).

@@ -120,7 +120,7 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
   const StateLayout& at = model_.layout();
   for (const Body& body : model_.bodies()) {
     Lanes dqd[3];
-    const int v = body.v_index, size = VelocitySize(body.type);
+    const int v = body.v_index, size = VelocitySize(body);
     for (int i = 0; i < size; ++i) dqd[i] = columns_.dqd[v + i];
     if (body.type == JointType::kSpherical) {
       const Vector3d w = Eigen::Map<const Vector3d>(x + at.qd(body));

@@ -233,7 +233,7 @@ Eigen::VectorXd Start(const Model& model, std::vector<std::string>* notices) {
                      "name a run, whose first row is taken, or write random");
   }
   const Run run = ReadRun(FLAGS_initial, {}, model.mechanism(), notices);
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const bool known = std::any_of(
         run.channels.begin(), run.channels.end(), [&](const Channel& c) {
           return (c.kind == ChannelKind::kPosition ||
@@ -302,7 +302,7 @@ void AddNotices(const Model& model, const SimulationOptions& options,
     }
   }
   if (options.excitation == Excitation::kNone) return;
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     if (body.type != JointType::kSpherical) return;
   }
   notices->push_back(

@@ -69,7 +69,7 @@ std::vector<std::string> Catalogue::Targets(const Entry& entry,
     }
   } else {
     for (const Joint& joint : mechanism.joints) {
-      if (joint.type != JointType::kFixed && entry.applies(joint.type)) {
+      if (VelocitySize(joint) > 0 && entry.applies(joint.type)) {
         targets.push_back(joint.name);
       }
     }
@@ -97,6 +97,12 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
     throw InputError(place, "unknown effect '" + kind + "'",
                      NameHint(kind, kinds()));
   }
+  const int follower = mechanism.FindJoint(target);
+  if (entry->target == TargetKind::kJoint && follower >= 0 &&
+      mechanism.joints[follower].mimic &&
+      entry->applies(mechanism.joints[follower].type)) {
+    return MakeOnFollower(*entry, mechanism, target, place);
+  }
   const std::vector<std::string> targets = Targets(*entry, mechanism);
   if (std::find(targets.begin(), targets.end(), target) == targets.end()) {
     const int joint = mechanism.FindJoint(target);
@@ -120,6 +126,26 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                      NameHint(target, targets));
   }
   return entry->make(mechanism, target);
+}
+
+// What a force and an inertia do at a joint that follows another, they do to
+// that one. Candidates they are not: the one that is followed has its own.
+std::shared_ptr<const Effect> Catalogue::MakeOnFollower(
+    const Entry& entry, const Mechanism& mechanism, const std::string& target,
+    const std::string& place) const {
+  std::shared_ptr<const Effect> effect = entry.make(mechanism, target);
+  if (effect->hooks() & (kInputHook | kInputDelayHook | kMeasurementHook)) {
+    const Followed followed =
+        FollowedBy(mechanism, mechanism.FindJoint(target));
+    const std::string& leader = mechanism.joints[followed.joint].name;
+    throw InputError(place,
+                     "effect '" + entry.kind +
+                         "' has no meaning on the joint '" + target +
+                         "': it follows joint '" + leader +
+                         "' (<mimic>) and has no columns of its own",
+                     "name " + entry.kind + "@" + leader);
+  }
+  return effect;
 }
 
 std::vector<std::string> Catalogue::Candidates(

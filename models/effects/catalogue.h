@@ -75,6 +75,10 @@ class Catalogue {
   };
   std::vector<std::string> Targets(const Entry& entry,
                                    const Mechanism& mechanism) const;
+  std::shared_ptr<const Effect> MakeOnFollower(const Entry& entry,
+                                               const Mechanism& mechanism,
+                                               const std::string& target,
+                                               const std::string& place) const;
 
   std::vector<Entry> entries_;
 };

@@ -45,17 +45,15 @@ Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
   return joint;
 }
 
-// Mimics where they are while what they follow is at zero.
-Mechanism HoldMimics(const Mechanism& mechanism) {
+// Mimics of joints that are fixed stay where those put them.
+Mechanism HoldMimicsOfFixed(const Mechanism& mechanism) {
   std::map<int, double> positions;
   for (size_t i = 0; i < mechanism.joints.size(); ++i) {
-    double factor = 1.0, position = 0.0;
-    for (const Joint* at = &mechanism.joints[i]; at->mimic;
-         at = &mechanism.joints[mechanism.FindJoint(at->mimic->joint)]) {
-      position += factor * at->mimic->offset;
-      factor *= at->mimic->multiplier;
-      positions[static_cast<int>(i)] = position;
-    }
+    const Joint& joint = mechanism.joints[i];
+    if (!joint.mimic || joint.type == JointType::kFixed) continue;
+    const Followed followed = FollowedBy(mechanism, static_cast<int>(i));
+    if (mechanism.joints[followed.joint].type != JointType::kFixed) continue;
+    positions[static_cast<int>(i)] = followed.offset;
   }
   return positions.empty() ? mechanism : HoldJoints(mechanism, positions);
 }
@@ -113,7 +111,7 @@ Mechanism LoadUrdfText(const std::string& text, const std::string& path) {
     index[joint.child] = mechanism.joints[added].child_link;
   }
   mechanism.source = std::make_shared<const std::string>(text);
-  return HoldMimics(mechanism);
+  return HoldMimicsOfFixed(mechanism);
 }
 
 }  // namespace sysid

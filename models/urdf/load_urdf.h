@@ -15,9 +15,9 @@ namespace sysid {
 // Bullet's importer reads it: a quaternion, without an axis). <dynamics damping
 // friction> and <limit> are kept in Joint; a <limit> may lack any of its four
 // numbers, and revolute joints may lack the <limit>, as there are no stops in
-// the dynamics. Mimic joints are held still where they are with the joint that
-// they follow at zero. Visual and collision elements and the extensions of
-// others (<gazebo>, <transmission>) are kept as text (Mechanism::source).
+// the dynamics. Mimic joints follow the joint that they name; of one that is
+// fixed, they are held still. Visual and collision elements and the extensions
+// of others (<gazebo>, <transmission>) are kept as text (Mechanism::source).
 //
 // A file that is a tree with a joint that moves loads: masses and inertias that
 // no body has, or none at all, are taken as they stand (physical.h and

@@ -84,29 +84,6 @@ void FindEmpty(const Mechanism& mechanism, const std::string& file,
   findings->push_back(finding);
 }
 
-// Of those whose leader is held or fixed the place is right.
-void FindMimics(const Mechanism& mechanism, const std::string& file,
-                std::vector<Finding>* findings) {
-  std::vector<std::string> names;
-  for (const Joint& joint : mechanism.joints) {
-    const Joint* leader = &joint;
-    while (leader->mimic) {
-      leader = &mechanism.joints[mechanism.FindJoint(leader->mimic->joint)];
-    }
-    if (joint.mimic && leader->type != JointType::kFixed) {
-      names.push_back(joint.name);
-    }
-  }
-  if (names.empty()) return;
-  Finding finding = Note("mimic", file, names);
-  finding.evidence =
-      "held still where it is with the joint that it follows at zero: joints "
-      "do not move with others yet";
-  finding.consequence =
-      "the joint that is followed feels less inertia than it has";
-  findings->push_back(finding);
-}
-
 void FindReversedLimits(const Mechanism& mechanism, const std::string& file,
                         std::vector<Finding>* findings) {
   std::vector<std::string> names;
@@ -134,7 +111,6 @@ std::vector<Finding> ModelFindings(const Model& model,
   std::vector<Finding> findings;
   FindImpossible(model.mechanism(), file, &findings);
   FindEmpty(model.mechanism(), file, &findings);
-  FindMimics(model.mechanism(), file, &findings);
   FindReversedLimits(model.mechanism(), file, &findings);
   return findings;
 }

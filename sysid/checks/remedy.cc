@@ -164,7 +164,7 @@ bool Measures(const CheckInput& input, ChannelKind kind, int target) {
 
 bool IsDriven(const CheckInput& input, const Joint& joint) {
   return std::any_of(input.runs.begin(), input.runs.end(), [&](const Run* run) {
-    return !run->effort.middleCols(joint.v_index, VelocitySize(joint.type))
+    return !run->effort.middleCols(joint.v_index, VelocitySize(joint))
                 .isZero(0.0);
   });
 }

@@ -104,7 +104,7 @@ struct Regressor {
 // Of a body's joint; `axis`: its link's.
 std::vector<Regressor> Regressors(const Body& body, const Vector3d& axis,
                                   bool driven) {
-  const int nv = VelocitySize(body.type);
+  const int nv = VelocitySize(body);
   const bool ball = body.type == JointType::kSpherical;
   const bool slides = body.type == JointType::kPrismatic;
   // Below this speed the sign of a velocity is smooth, as in CoulombFriction.
@@ -164,7 +164,7 @@ std::vector<Regressor> Regressors(const Body& body, const Vector3d& axis,
 // once, and nothing linear tells of it.
 VectorXd ComponentsOf(const SmoothForce& force, const Body& body) {
   constexpr double kNothing = 0.01;
-  VectorXd widths(VelocitySize(body.type));
+  VectorXd widths(VelocitySize(body));
   for (int c = 0; c < widths.size(); ++c) {
     widths[c] = force.width(body.v_index + c);
   }
@@ -180,7 +180,7 @@ MatrixXd AtKnots(const ForceResponse& response,
   const LinearizedFit& fit = response.fit();
   const ForceKnots& knots = response.knots()[run];
   const Model& model = fit.problem().model();
-  const int own = VelocitySize(body.type), nv = model.nv();
+  const int own = VelocitySize(body), nv = model.nv();
   MatrixXd sum = MatrixXd::Zero(knots.count * nv, regressor.columns);
   VectorXd weights = VectorXd::Zero(knots.count);
   for (int s = 0; s < static_cast<int>(motions.size()); ++s) {
@@ -216,7 +216,7 @@ MatrixXd AtKnots(const ForceResponse& response,
 bool IsDriven(const LinearizedFit& fit, const Body& body) {
   for (const auto& data : fit.problem().runs()) {
     const auto effort =
-        data->run.effort.middleCols(body.v_index, VelocitySize(body.type));
+        data->run.effort.middleCols(body.v_index, VelocitySize(body));
     if ((effort.rowwise() - effort.row(0)).cwiseAbs().maxCoeff() > 0) {
       return true;
     }
@@ -311,7 +311,7 @@ std::vector<ForceRegression> Regress(const ForceResponse& response,
     law.label = Label(law);
     // The more weights, the more it must explain (BIC).
     const double determined =
-        std::max(3.0, force.Determined(body.v_index, VelocitySize(body.type)));
+        std::max(3.0, force.Determined(body.v_index, VelocitySize(body)));
     ranked.push_back({determined * std::log(std::max(left, 1e-12)) +
                           qr.rank() * std::log(determined),
                       std::move(law)});

@@ -19,7 +19,7 @@ inline JointMotion MotionAt(const Model& model, const Body& body,
   const double* q = x + model.layout().q(body);
   JointMotion motion;
   motion.velocity = Eigen::Map<const Eigen::VectorXd>(
-      x + model.layout().qd(body), VelocitySize(body.type));
+      x + model.layout().qd(body), VelocitySize(body));
   motion.position = q[0];
   if (body.type == JointType::kSpherical) {
     const Eigen::Vector3d turned =

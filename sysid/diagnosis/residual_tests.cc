@@ -186,8 +186,8 @@ struct Input {
 std::vector<Input> InputsOf(const LinearizedFit& fit) {
   const Model& model = fit.problem().model();
   std::vector<Input> inputs;
-  for (const Body& body : model.bodies()) {
-    for (int c = 0; c < VelocitySize(body.type); ++c) {
+  for (const Body& body : model.movers()) {
+    for (int c = 0; c < VelocitySize(body); ++c) {
       Input input;
       input.name = model.mechanism().joints[body.joint].name;
       if (body.type == JointType::kSpherical) {

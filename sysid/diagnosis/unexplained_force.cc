@@ -141,7 +141,7 @@ std::vector<ForceCurve> CurvesOf(const ForceResponse& response,
   const ShootingProblem& problem = response.fit().problem();
   const std::vector<ForceKnots>& knots = response.knots();
   std::vector<ForceCurve> curves;
-  for (int c = 0; c < VelocitySize(body.type); ++c) {
+  for (int c = 0; c < VelocitySize(body); ++c) {
     if (!force.Seen(body.v_index + c)) continue;
     for (size_t r = 0; r < knots.size(); ++r) {
       const RowMatrixXd values = force.Values(static_cast<int>(r));
@@ -184,7 +184,7 @@ JointForce Summarize(const std::vector<ForceCurve>& curves) {
 UnexplainedForce EstimateForce(const LinearizedFit& fit) {
   UnexplainedForce out;
   if (!fit.Valid() || fit.segments().empty()) return out;
-  const auto& bodies = fit.problem().model().bodies();
+  const auto& bodies = fit.problem().model().movers();
   const ForceResponse response(fit);
   if (!response.Valid()) return out;
   const ForceEquations equations = Assemble(response);
@@ -196,7 +196,7 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
     if (curves.empty()) continue;
     JointForce joint = Summarize(curves);
     const SmoothForce::Weight weight =
-        force.WeightOf(body.v_index, VelocitySize(body.type));
+        force.WeightOf(body.v_index, VelocitySize(body));
     joint.p_value = std::min(1.0, weight.p_value * bodies.size());
     joint.share = weight.share;
     joint.significant = joint.p_value < kSignificant && joint.share > kMaterial;

@@ -188,7 +188,7 @@ Where FindWhere(const EvaluatedModel& evaluated) {
   where.horizon = EvaluateHorizon(problem, evaluated.fit.point);
   const LinearizedFit fit(problem, evaluated.fit.point);
   if (fit.Valid()) {
-    for (const Body& body : problem.model().bodies()) {
+    for (const Body& body : problem.model().movers()) {
       AddBinsOf(fit, body, &where.bins);
     }
     where.whiteness = TestWhiteness(fit);

@@ -89,11 +89,11 @@ bool RollErrors(const SegmentRollout& rollout, const double* x0,
 
 double ObservedStateDof(const ShootingProblem& problem) {
   double dof = 0.0;
-  for (const Body& body : problem.model().bodies()) {
+  for (const Body& body : problem.model().movers()) {
     const bool blind =
         body.type == JointType::kSpherical &&
         problem.options().orientation == OrientationResidual::kHeading;
-    dof += 2.0 * (blind ? 2 : VelocitySize(body.type));
+    dof += 2.0 * (blind ? 2 : VelocitySize(body));
   }
   return dof;
 }

@@ -302,7 +302,7 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
   Eigen::VectorXd q = states->row(0).segment(at.q(), at.nq()).transpose();
   RowMatrixXd solved(run.size(), at.nq());
   for (int k = 0; k < run.size(); ++k) {
-    for (const Body& body : model.bodies()) {
+    for (const Body& body : model.movers()) {
       if (movable[body.v_index]) continue;
       const int size = ConfigurationSize(body.type);
       q.segment(body.q_index, size) =
@@ -311,7 +311,7 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
     kinematics.Solve(k, movable, &q);
     solved.row(k) = q.transpose();
   }
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     if (!movable[body.v_index]) continue;
     const double sigma = problem.data().JointSigma(body.joint);
     if (body.type == JointType::kSpherical) {
@@ -338,9 +338,9 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
   for (const Channel& channel : run.channels) {
     any_frame |= channel.kind == ChannelKind::kFramePosition;
   }
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     auto q = states.middleCols(at.q(body), ConfigurationSize(body.type));
-    auto qd = states.middleCols(at.qd(body), VelocitySize(body.type));
+    auto qd = states.middleCols(at.qd(body), VelocitySize(body));
     const Channel* position = nullptr;
     const Channel* velocity = nullptr;
     for (const Channel& channel : run.channels) {
@@ -368,7 +368,7 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
       }
     } else {
       any_unmeasured = true;
-      for (int i = 0; i < VelocitySize(body.type); ++i) {
+      for (int i = 0; i < VelocitySize(body); ++i) {
         unmeasured[body.v_index + i] = true;
       }
     }

@@ -19,9 +19,9 @@ std::vector<double> DefectSigma(const ShootingProblem& problem) {
   const Model& model = problem.model();
   const StateLayout& at = model.layout();
   std::vector<double> sigma(at.tangent_size());
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const double joint = problem.data().JointSigma(body.joint);
-    for (int i = 0; i < VelocitySize(body.type); ++i) {
+    for (int i = 0; i < VelocitySize(body); ++i) {
       sigma[at.dq(body) + i] = joint;
       sigma[at.dqd(body) + i] = joint / kDefectTime;
     }
@@ -39,11 +39,11 @@ std::vector<double> StateBelief(const ShootingProblem& problem,
   const Model& model = problem.model();
   const StateLayout& at = model.layout();
   std::vector<double> sigma(at.tangent_size());
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const bool blind =
         body.type == JointType::kSpherical &&
         problem.options().orientation == OrientationResidual::kHeading;
-    for (int i = 0; i < VelocitySize(body.type); ++i) {
+    for (int i = 0; i < VelocitySize(body); ++i) {
       sigma[at.dq(body) + i] = blind ? kTwist / twist_hold : kPosition;
       sigma[at.dqd(body) + i] = blind ? kTwistRate / twist_hold : kVelocity;
     }

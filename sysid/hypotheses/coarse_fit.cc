@@ -116,7 +116,7 @@ CoarseModel WithFriction(const Model& model,
                          const std::vector<const Run*>& runs) {
   CoarseModel coarse{model, free};
   for (const Joint& joint : model.mechanism().joints) {
-    if (joint.type == JointType::kFixed) continue;
+    if (VelocitySize(joint) == 0) continue;
     AddFree("viscous_damping@" + joint.name, &coarse);
     if (joint.type == JointType::kSpherical) continue;
     AddFree("coulomb_friction@" + joint.name, &coarse);
@@ -133,7 +133,7 @@ CoarseModel WithFriction(const Model& model,
 CoarseModel Augmented(const CoarseModel& model, bool bodies) {
   CoarseModel augmented = model;
   for (const Joint& joint : model.model.mechanism().joints) {
-    if (joint.type == JointType::kFixed) continue;
+    if (VelocitySize(joint) == 0) continue;
     if (joint.type != JointType::kSpherical) {
       for (const char* kind :
            {"spring@", "sensor_offset@", "armature@", "quadratic_drag@"}) {

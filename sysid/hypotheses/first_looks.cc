@@ -20,7 +20,7 @@ bool EquationsTell(const CheckInput& input) {
   const Mechanism& mechanism = input.model->mechanism();
   const std::vector<int> driven = DrivenJoints(input);
   for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
-    if (mechanism.joints[j].type == JointType::kFixed) continue;
+    if (VelocitySize(mechanism.joints[j]) == 0) continue;
     if (std::find(driven.begin(), driven.end(), j) == driven.end()) {
       return false;
     }

@@ -46,9 +46,9 @@ EffortComparison CompareEfforts(const Model& model,
     times += rows.back().times();
   }
   comparison.left = (left / std::max(1, times)).cwiseSqrt();
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     const Joint& joint = model.mechanism().joints[body.joint];
-    for (int k = 0; k < VelocitySize(body.type); ++k) {
+    for (int k = 0; k < VelocitySize(body); ++k) {
       const int v = body.v_index + k;
       if (!(all[v] > 0.0)) continue;
       std::string name = joint.name;

@@ -120,7 +120,7 @@ std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run) {
     }
   }
   std::vector<std::string> names;
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     if (measured.count(body.joint) == 0) {
       names.push_back(model.mechanism().joints[body.joint].name);
     }

@@ -311,8 +311,8 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
     for (const ColumnGroup* group : GroupsOf(groups, shift.name)) {
       if (group->is_effort) {
         const Joint& joint = mechanism.joints[group->target];
-        ShiftEffort(run->t, shift.delay, joint.v_index,
-                    VelocitySize(joint.type), &run->effort);
+        ShiftEffort(run->t, shift.delay, joint.v_index, VelocitySize(joint),
+                    &run->effort);
         any = true;
       } else if (Channel* channel =
                      FindChannel(run, group->kind, group->target)) {

@@ -48,7 +48,7 @@ std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
       groups.push_back({channel == name + ".tau", kind, target, channel,
                         Columns(name, suffixes), slots});
     };
-    if (joint.type == JointType::kFixed) continue;
+    if (VelocitySize(joint) == 0) continue;
     if (joint.type == JointType::kSpherical) {
       add(ChannelKind::kOrientation, name, {"qw", "qx", "qy", "qz"},
           {3, 0, 1, 2});
@@ -109,6 +109,13 @@ ColumnNameFault ExplainUnknownColumn(const std::string& name,
   const int j = mechanism.FindJoint(base);
   if (j >= 0 && !of_link) {
     const Joint& joint = mechanism.joints[j];
+    if (joint.mimic && !joint.held) {
+      const Followed followed = FollowedBy(mechanism, j);
+      const std::string& leader = mechanism.joints[followed.joint].name;
+      return {"joint '" + base + "' follows joint '" + leader +
+                  "' (<mimic>) and has no column " + quoted,
+              "measure that one, or leave its <mimic> out"};
+    }
     std::vector<std::string> columns;
     for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
       if (group.kind == ChannelKind::kFramePosition || group.target != j)

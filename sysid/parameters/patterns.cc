@@ -125,7 +125,7 @@ Vocabulary JointVocabulary(const Mechanism& mechanism) {
   Vocabulary vocabulary;
   vocabulary.kind = "joint of one degree of freedom";
   for (const Joint& joint : mechanism.joints) {
-    if (VelocitySize(joint.type) == 1) vocabulary.names.push_back(joint.name);
+    if (VelocitySize(joint) == 1) vocabulary.names.push_back(joint.name);
   }
   vocabulary.met = vocabulary.names;
   return vocabulary;

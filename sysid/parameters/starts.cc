@@ -23,18 +23,27 @@ Model AtStarts(const Model& model, const std::vector<FreeParameter>& free) {
   return start;
 }
 
+// The joint that moves a link, itself or by one that follows it; -1: none.
+int JointMoving(const Model& model, int link) {
+  const int body = model.placement(link).body;
+  if (body < 0) return -1;
+  const int leader = model.bodies()[body].leader;
+  return model.bodies()[leader < 0 ? body : leader].joint;
+}
+
 // The joint whose inertia a parameter is when it leaves zero, or -1.
 int JointOf(const Model& model, const Parameter& parameter) {
   if (parameter.kind == ParameterKind::kMass) {
-    const int body = model.placement(parameter.index).body;
-    return body < 0 ? -1 : model.bodies()[body].joint;
+    return JointMoving(model, parameter.index);
   }
   if (parameter.kind != ParameterKind::kEffect) return -1;
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
     const int at = parameter.index - model.effects().offset(i);
     if (at < 0 || at >= static_cast<int>(effect.parameters().size())) continue;
-    return (effect.hooks() & kJointInertiaHook) ? effect.joint() : -1;
+    if (!(effect.hooks() & kJointInertiaHook)) return -1;
+    const Joint& joint = model.mechanism().joints[effect.joint()];
+    return JointMoving(model, joint.child_link);
   }
   return -1;
 }

@@ -10,8 +10,7 @@ namespace {
 
 Json MechanismJson(const Model& model) {
   std::vector<Joint> moving = model.mechanism().joints;
-  std::erase_if(moving,
-                [](const Joint& j) { return j.type == JointType::kFixed; });
+  std::erase_if(moving, [](const Joint& j) { return VelocitySize(j) == 0; });
   const auto shown = [](const Joint& joint) -> Json {
     const bool slides = joint.type == JointType::kPrismatic;
     return {

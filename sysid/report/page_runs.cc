@@ -41,7 +41,7 @@ double SigmaOf(const std::map<std::string, double>& noise,
 Json EffortsJson(const Mechanism& mechanism, const Run& run) {
   Json list = Json::array();
   for (const Joint& joint : mechanism.joints) {
-    const int nv = VelocitySize(joint.type);
+    const int nv = VelocitySize(joint);
     if (nv == 0) continue;
     const RowMatrixXd effort = run.effort.middleCols(joint.v_index, nv);
     if (effort.isZero(0)) continue;

@@ -55,7 +55,7 @@ FitSpecification::Free Described(const FreeList& spec_free,
 bool Moves(const Model& model, const Parameter& parameter) {
   Eigen::VectorXd x(model.state_size() + model.nv());
   for (int i = 0; i < x.size(); ++i) x[i] = std::sin(1.0 + 2.0 * i);
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     if (body.type == JointType::kSpherical) {
       x.segment<4>(model.layout().q(body)).normalize();
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "models/error.h"
 #include "models/hold_joints.h"
@@ -25,6 +26,7 @@ std::vector<NamedValue> ResolveLocks(const Mechanism& mechanism,
                                      const std::vector<NamedValue>& locks) {
   std::vector<std::string> names;
   std::map<std::string, NamedValue> found;
+  std::set<std::string> followers;  // without a position of their own
   for (const Joint& joint : mechanism.joints) {
     if (TypeInFile(joint) != JointType::kFixed) names.push_back(joint.name);
   }
@@ -42,6 +44,8 @@ std::vector<NamedValue> ResolveLocks(const Mechanism& mechanism,
                 ShortestText(*lock.value),
             "write " + joint.name + " alone: it is then held at the identity");
       }
+      if (joint.mimic && !lock.value) followers.insert(joint.name);
+      if (joint.mimic && lock.value) followers.erase(joint.name);
       found[joint.name] = {joint.name, lock.value.value_or(0.0), lock.place};
     }
     if (any) continue;
@@ -50,6 +54,21 @@ std::vector<NamedValue> ResolveLocks(const Mechanism& mechanism,
                      fixed ? "joint '" + lock.name + "' is fixed already"
                            : "no joint that moves is named '" + lock.name + "'",
                      fixed ? "leave it out" : NameHint(lock.name, names));
+  }
+  // Where their leaders put them, if those are held.
+  for (const std::string& name : followers) {
+    const int follower = mechanism.FindJoint(name);
+    const Joint* leader = &mechanism.joints[follower];
+    bool is_led = false;
+    while (leader->mimic) {
+      leader = &mechanism.joints[mechanism.FindJoint(leader->mimic->joint)];
+      is_led |= found.contains(leader->name);
+    }
+    if (is_led) {
+      found.erase(name);
+    } else {
+      found[name].value = FollowedBy(mechanism, follower).offset;
+    }
   }
   std::vector<NamedValue> resolved;
   for (const std::string& name : names) {
@@ -110,13 +129,13 @@ std::string UnmeasuredNotice(const Mechanism& mechanism,
   for (const NamedValue& lock : flag_locks) flags.push_back(Text(lock));
   for (size_t j = 0; j < mechanism.joints.size(); ++j) {
     const Joint& joint = mechanism.joints[j];
-    if (joint.type == JointType::kFixed) continue;
+    if (VelocitySize(joint) == 0) continue;
     const bool has_column = any([&](const Run& run) {
       return has_channel(run,
                          [&](const Channel& channel) {
                            return channel.target == static_cast<int>(j);
                          }) ||
-             !run.effort.middleCols(joint.v_index, VelocitySize(joint.type))
+             !run.effort.middleCols(joint.v_index, VelocitySize(joint))
                   .isZero(0.0);
     });
     if (has_column) continue;

@@ -14,8 +14,10 @@ namespace sysid {
 
 // The joints that `locks` name or match (a pattern of fnmatch(3): * ? [..]),
 // each once with its position, rad or m; without one it is zero, a ball's the
-// identity. Of locks that meet the later wins. Throws InputError at its place
-// for one that meets no joint which moves, and for a ball at a number.
+// identity, and a mimic's where it is with its leader at zero, or nothing where
+// that is held too and puts it somewhere. Of locks that meet the later wins.
+// Throws InputError at its place for one that meets no joint which moves, and
+// for a ball at a number.
 std::vector<NamedValue> ResolveLocks(const Mechanism& mechanism,
                                      const std::vector<NamedValue>& locks);
 

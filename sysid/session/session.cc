@@ -70,7 +70,7 @@ void NoteUndriven(const std::vector<Run>& runs, const std::vector<Run>& holdout,
   for (const Run& run : holdout) all.push_back(&run);
   for (const Joint& joint : mechanism.joints) {
     const auto driven = [&](const Run* run) {
-      return !run->effort.middleCols(joint.v_index, VelocitySize(joint.type))
+      return !run->effort.middleCols(joint.v_index, VelocitySize(joint))
                   .isZero(0.0);
     };
     if (std::none_of(all.begin(), all.end(), driven)) continue;

@@ -37,7 +37,7 @@ std::vector<Sines> DrawSines(const Model& model,
   std::uniform_real_distribution<double> within(0.0, 1.0);
   std::vector<Sines> drawn(model.bodies().size());
   for (size_t b = 0; b < drawn.size(); ++b) {
-    if (model.bodies()[b].type == JointType::kSpherical) continue;
+    if (VelocitySize(model.bodies()[b]) != 1) continue;
     for (int s = 0; s < kSines; ++s) {
       const double f =
           options.lowest * std::pow(options.highest / options.lowest,
@@ -64,6 +64,11 @@ std::vector<double> WeightScale(const Model& model) {
       arm += ws.bodies[j].p_PB.norm();
     }
   }
+  for (const Body& body : model.followers()) {
+    const int child = model.mechanism().joints[body.joint].child_link;
+    scale[body.leader] +=
+        std::abs(body.multiplier) * scale[model.placement(child).body];
+  }
   return scale;
 }
 
@@ -81,7 +86,7 @@ class Excursion {
   // `most_qdd`: the largest acceleration, rad/s^2 or m/s^2.
   Excursion(const Joint& joint, double q0, double most_qdd, const Sines& sines,
             const MultisineOptions& options, const std::vector<double>& times)
-      : joint_(&joint), q0_(q0), sines_(sines) {
+      : joint_(joint), q0_(q0), sines_(sines) {
     // A period of the band's middle.
     blend_s_ = std::min(1.0 / std::sqrt(options.lowest * options.highest),
                         0.25 * times.back());
@@ -126,8 +131,8 @@ class Excursion {
  private:
   void SetHeight(double height) {
     height_ = height;
-    const double low = joint_->lower + margin_ + height_;
-    const double high = joint_->upper - margin_ - height_;
+    const double low = joint_.lower + margin_ + height_;
+    const double high = joint_.upper - margin_ - height_;
     centre_ = low < high ? std::clamp(q0_, low, high) : 0.5 * (low + high);
   }
 
@@ -150,7 +155,7 @@ class Excursion {
     });
   }
 
-  const Joint* joint_;
+  Joint joint_;
   double q0_;
   Sines sines_;
   double blend_s_ = 0.0, margin_ = 0.0, peak_ = 1.0;
@@ -222,7 +227,7 @@ std::string Broken(const Model& model, const ComputedTorque& torque,
                    double noise) {
   for (const ComputedTorque::Tracked& one : torque.tracked) {
     const Body& body = model.bodies()[one.body];
-    const Joint& joint = model.mechanism().joints[body.joint];
+    const Joint joint = LimitedJoint(model, body);
     const auto q = states.col(model.layout().q(body));
     const auto qd = states.col(model.layout().qd(body));
     // A start beside a limit is not the excursion's fault.
@@ -259,7 +264,7 @@ void AddEfforts(const Model& model, double level,
   const std::vector<double> scale = WeightScale(model);
   for (size_t b = 0; b < model.bodies().size(); ++b) {
     const Body& body = model.bodies()[b];
-    if (body.type == JointType::kSpherical) continue;
+    if (VelocitySize(body) != 1) continue;
     const double amplitude = level * scale[b] * std::sqrt(2.0 / kSines);
     for (const Sine& sine : drawn[b]) {
       for (int k = 0; k < run->size(); ++k) {
@@ -297,7 +302,8 @@ RowMatrixXd ExciteWithinLimits(const Model& model, const VectorXd& x0,
   MassMatrix<double>(&ws, x0.data() + model.layout().q(), &M);
   for (size_t b = 0; b < model.bodies().size(); ++b) {
     const Body& body = model.bodies()[b];
-    const Joint& joint = model.mechanism().joints[body.joint];
+    if (VelocitySize(body) != 1) continue;
+    const Joint joint = LimitedJoint(model, body);
     if (!HasPositionLimits(joint)) continue;
     const double q0 = x0[model.layout().q(body)];
     CheckStart(joint, q0);

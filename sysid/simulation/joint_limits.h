@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "models/mechanism.h"
+#include "models/model.h"
 
 namespace sysid {
 
@@ -25,5 +25,10 @@ inline double VelocityLimit(const Joint& joint) {
   return joint.has_limits && joint.velocity_limit > 0 ? joint.velocity_limit
                                                       : HUGE_VAL;
 }
+
+// A mover's joint with its limits of position and velocity narrowed to those
+// that its followers keep with theirs. Where no position is in all of them, the
+// joint's own stay.
+Joint LimitedJoint(const Model& model, const Body& mover);
 
 }  // namespace sysid

@@ -53,14 +53,16 @@ void CheckLimits(const Joint& joint, double q, double t,
 JointReference::JointReference(const Model& model, const Run& run)
     : series_(model.bodies().size()), duration_(run.t.back() - run.t.front()) {
   for (size_t b = 0; b < model.bodies().size(); ++b) {
-    const int joint = model.bodies()[b].joint;
-    const Channel* channel = FindChannel(run, ChannelKind::kPosition, joint);
+    const Body& body = model.bodies()[b];
+    const Channel* channel =
+        FindChannel(run, ChannelKind::kPosition, body.joint);
     if (channel == nullptr) continue;
+    const Joint joint = LimitedJoint(model, body);
     Series series;
     for (int k = 0; k < run.size(); ++k) {
       const double q = channel->values(k, 0);
       if (std::isnan(q)) continue;
-      CheckLimits(model.mechanism().joints[joint], q, run.t[k], run.name);
+      CheckLimits(joint, q, run.t[k], run.name);
       series.t.push_back(run.t[k] - run.t.front());
       series.q.push_back(q);
     }
@@ -71,7 +73,7 @@ JointReference::JointReference(const Model& model, const Run& run)
   if (!bodies_.empty()) return;
   std::vector<std::string> columns;
   for (const Joint& joint : model.mechanism().joints) {
-    if (VelocitySize(joint.type) == 1) columns.push_back(joint.name + ".q");
+    if (VelocitySize(joint) == 1) columns.push_back(joint.name + ".q");
   }
   throw InputError(run.name, "has no position of a joint to follow",
                    columns.empty()
@@ -105,7 +107,7 @@ std::vector<std::string> JointReference::Missing(const Model& model) const {
   std::vector<std::string> missing;
   for (size_t b = 0; b < model.bodies().size(); ++b) {
     const Joint& joint = model.mechanism().joints[model.bodies()[b].joint];
-    if (VelocitySize(joint.type) == 1 && !series_[b]) {
+    if (VelocitySize(joint) == 1 && !series_[b]) {
       missing.push_back(joint.name);
     }
   }
@@ -125,7 +127,7 @@ Eigen::VectorXd JointReference::Start(const Model& model,
 void JointReference::HoldOthers(const Model& model, const Eigen::VectorXd& x0) {
   for (size_t b = 0; b < model.bodies().size(); ++b) {
     const Body& body = model.bodies()[b];
-    if (VelocitySize(body.type) != 1 || series_[b]) continue;
+    if (VelocitySize(body) != 1 || series_[b]) continue;
     series_[b] = Series{{0.0}, {x0[model.layout().q(body)]}, {0.0}};
     bodies_.push_back(static_cast<int>(b));
   }

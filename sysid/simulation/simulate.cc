@@ -48,7 +48,7 @@ void Measure(const Model& model, const RowMatrixXd& states, double noise,
   const int samples = run->size();
   std::normal_distribution<double> normal(0.0, 1.0);
   Workspace<double> ws(model);
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     Channel channel;
     channel.target = body.joint;
     channel.name = model.mechanism().joints[body.joint].name;
@@ -83,7 +83,7 @@ Eigen::VectorXd RandomState(const Model& model, double amplitude,
   std::uniform_real_distribution<double> within(-amplitude, amplitude);
   std::uniform_real_distribution<double> turn(0.0, 2 * M_PI);
   Eigen::VectorXd x = NeutralState(model);
-  for (const Body& body : model.bodies()) {
+  for (const Body& body : model.movers()) {
     if (body.type == JointType::kSpherical) {
       const double direction = turn(random);
       const double tilt = within(random);
@@ -91,7 +91,7 @@ Eigen::VectorXd RandomState(const Model& model, double amplitude,
                                 tilt * std::sin(direction), 0.0);
       x.segment<4>(model.layout().q(body)) = Exp<double>(phi).coeffs();
     } else {
-      const Joint& joint = model.mechanism().joints[body.joint];
+      const Joint joint = LimitedJoint(model, body);
       double& q = x[model.layout().q(body)];
       q = within(random);
       if (!HasPositionLimits(joint)) continue;
@@ -108,8 +108,8 @@ Eigen::VectorXd RandomState(const Model& model, double amplitude,
 
 Eigen::VectorXd NearestToNeutral(const Model& model) {
   Eigen::VectorXd x = NeutralState(model);
-  for (const Body& body : model.bodies()) {
-    const Joint& joint = model.mechanism().joints[body.joint];
+  for (const Body& body : model.movers()) {
+    const Joint joint = LimitedJoint(model, body);
     if (!HasPositionLimits(joint)) continue;
     x[model.layout().q(body)] = std::clamp(0.0, joint.lower, joint.upper);
   }

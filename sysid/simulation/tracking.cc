@@ -83,7 +83,7 @@ Loop LoopOf(const Model& model, const std::vector<Gains>& gains) {
   Loop loop;
   std::vector<double> kp, kd;
   for (size_t b = 0; b < gains.size(); ++b) {
-    if (VelocitySize(model.bodies()[b].type) != 1) continue;
+    if (VelocitySize(model.bodies()[b]) != 1) continue;
     loop.dofs.push_back(model.bodies()[b].v_index);
     kp.push_back(gains[b].kp);
     kd.push_back(gains[b].kd);
@@ -170,7 +170,7 @@ std::vector<Gains> ParseGains(const std::string& text, const Model& model,
                      [&](const auto& one) { return one.joint == name; });
     if (at != list.end()) {
       gains[b] = at->gains;
-    } else if (VelocitySize(model.bodies()[b].type) == 1) {
+    } else if (VelocitySize(model.bodies()[b]) == 1) {
       missing.push_back(name);
     }
   }
@@ -201,7 +201,7 @@ std::string SuggestGains(const Model& model, const JointReference& reference,
     std::vector<std::string> parts;
     for (size_t b = 0; b < gains.size(); ++b) {
       const Body& body = model.bodies()[b];
-      if (VelocitySize(body.type) != 1) continue;
+      if (VelocitySize(body) != 1) continue;
       const double inertia = felt[body.v_index];
       gains[b] = {TwoDigits(inertia * w * w), TwoDigits(2 * inertia * w)};
       parts.push_back(model.mechanism().joints[body.joint].name + "=" +
@@ -319,10 +319,10 @@ DriveLaw Replay(const Run& efforts) {
 
 std::vector<std::string> LimitNotices(const Model& model, const Run& run) {
   std::vector<std::string> notices;
-  for (size_t b = 0; b < model.bodies().size(); ++b) {
-    const Body& body = model.bodies()[b];
-    const Joint& joint = model.mechanism().joints[body.joint];
-    if (VelocitySize(body.type) != 1) continue;
+  for (size_t b = 0; b < model.movers().size(); ++b) {
+    const Body& body = model.movers()[b];
+    const Joint joint = LimitedJoint(model, body);
+    if (VelocitySize(body) != 1) continue;
     const double limit = EffortLimit(joint);
     const auto at_limit =
         (run.effort.col(body.v_index).array().abs() >= limit).count();

@@ -12,7 +12,7 @@ VectorXd Moved(const Mechanism& mechanism, const VectorXd& q,
                const VectorXd& dq) {
   VectorXd out = q;
   for (const Joint& joint : mechanism.joints) {
-    if (joint.type == JointType::kFixed) continue;
+    if (joint.type == JointType::kFixed || joint.mimic) continue;
     if (joint.type != JointType::kSpherical) {
       out[joint.q_index] += dq[joint.v_index];
       continue;
@@ -27,6 +27,17 @@ VectorXd Moved(const Mechanism& mechanism, const VectorXd& q,
   return out;
 }
 
+// Of a hinge or slide: that of the joint which it follows, from one <mimic> to
+// the next.
+double Position(const Mechanism& mechanism, const Joint& joint,
+                const VectorXd& q) {
+  if (joint.type == JointType::kFixed) return 0.0;
+  if (!joint.mimic) return q[joint.q_index];
+  const Mimic& mimic = *joint.mimic;
+  const Joint& leader = mechanism.joints[mechanism.FindJoint(mimic.joint)];
+  return mimic.multiplier * Position(mechanism, leader, q) + mimic.offset;
+}
+
 std::vector<Eigen::Isometry3d> LinkPoses(const Mechanism& mechanism,
                                          const VectorXd& q) {
   std::vector<Eigen::Isometry3d> X(mechanism.links.size(),
@@ -38,9 +49,9 @@ std::vector<Eigen::Isometry3d> LinkPoses(const Mechanism& mechanism,
     if (joint.held) X_PC.translate(joint.held->slide);
     X_PC.rotate(joint.R_PJ);
     if (IsRotation1(joint.type)) {
-      X_PC.rotate(Eigen::AngleAxisd(q[joint.q_index], joint.axis));
+      X_PC.rotate(Eigen::AngleAxisd(Position(mechanism, joint, q), joint.axis));
     } else if (joint.type == JointType::kPrismatic) {
-      X_PC.translate(Vector3d(joint.axis * q[joint.q_index]));
+      X_PC.translate(Vector3d(joint.axis * Position(mechanism, joint, q)));
     } else if (joint.type == JointType::kSpherical) {
       X_PC.rotate(Eigen::Quaterniond(q[joint.q_index + 3], q[joint.q_index],
                                      q[joint.q_index + 1],

@@ -104,7 +104,7 @@ void CheckEffortSpikes(const CheckInput& input,
   for (const Run* run : input.runs) {
     for (const ColumnGroup& group : RunColumnGroups(input.model->mechanism())) {
       const Joint* joint = group.is_effort ? &OfGroup(input, group) : nullptr;
-      if (joint == nullptr || VelocitySize(joint->type) != 1) continue;
+      if (joint == nullptr || VelocitySize(*joint) != 1) continue;
       const Eigen::VectorXd effort = run->effort.col(joint->v_index);
       const std::vector<int> spikes = FindSinglePeaks(effort);
       const size_t most = std::max<size_t>(3, run->t.size() / 50);

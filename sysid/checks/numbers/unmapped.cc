@@ -37,7 +37,7 @@ void CheckRun(const CheckInput& input, const Run& run,
   const std::vector<Joint>& joints = input.model->mechanism().joints;
   for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
     const Joint& joint = joints[j];
-    if (VelocitySize(joint.type) != 1) continue;
+    if (VelocitySize(joint) != 1) continue;
     const auto add = [&](const char* suffix,
                          bool (*looks)(const std::string&)) {
       const std::string column = Take(looks, &unread);

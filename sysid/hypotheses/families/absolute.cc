@@ -19,6 +19,7 @@ Pair PairOf(const Model& model, int joint) {
   for (const Body& body : model.bodies()) {
     if (body.joint != joint || body.parent < 0) continue;
     const Body& parent = model.bodies()[body.parent];
+    if (parent.leader >= 0) return {};
     if (!IsRotation1(body.type) || !IsRotation1(parent.type)) return {};
     const Eigen::Vector3d axis =
         body.turned ? Eigen::Vector3d(body.R_PJ * body.axis) : body.axis;

@@ -6,7 +6,7 @@ std::vector<int> MeasuredJoints(const CheckInput& input) {
   std::vector<int> joints;
   const Mechanism& mechanism = input.model->mechanism();
   for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
-    if (VelocitySize(mechanism.joints[j].type) == 1 &&
+    if (VelocitySize(mechanism.joints[j]) == 1 &&
         Measures(input, ChannelKind::kPosition, j)) {
       joints.push_back(j);
     }
@@ -18,7 +18,7 @@ std::vector<int> DrivenJoints(const CheckInput& input) {
   std::vector<int> joints;
   const Mechanism& mechanism = input.model->mechanism();
   for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
-    if (VelocitySize(mechanism.joints[j].type) == 1 &&
+    if (VelocitySize(mechanism.joints[j]) == 1 &&
         IsDriven(input, mechanism.joints[j])) {
       joints.push_back(j);
     }

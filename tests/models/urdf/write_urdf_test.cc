@@ -298,5 +298,65 @@ TEST(WriteUrdf, HeldJointsAreWhatTheyWere) {
   }
 }
 
+// Two fingers that follow a slide, one of them by way of the other.
+constexpr char kFingers[] = R"(<robot name="gripper">
+  <link name="palm"/>
+  <link name="left"><inertial><mass value="0.2"/><origin xyz="0 0.01 0.05"/>
+    <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/>
+  </inertial></link>
+  <link name="right"><inertial><mass value="0.3"/><origin xyz="0 0.01 0.05"/>
+    <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/>
+  </inertial></link>
+  <link name="slide"><inertial><mass value="0.4"/>
+    <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/>
+  </inertial></link>
+  <joint name="right_finger" type="revolute">
+    <parent link="palm"/><child link="right"/><axis xyz="1 0 0"/>
+    <limit lower="-1" upper="1"/>
+    <dynamics damping="0.02" friction="0.01"/>
+    <mimic joint="left_finger" multiplier="-1" offset="0.125"/>
+  </joint>
+  <joint name="left_finger" type="revolute">
+    <parent link="palm"/><child link="left"/><axis xyz="1 0 0"/>
+    <mimic joint="drive" multiplier="20"/>
+  </joint>
+  <joint name="drive" type="prismatic">
+    <parent link="palm"/><child link="slide"/><axis xyz="0 0 1"/>
+  </joint>
+</robot>)";
+
+TEST(WriteUrdf, KeepsTheJointsThatFollowOthers) {
+  const Mechanism gripper = LoadUrdfText(kFingers, "gripper.urdf");
+  EXPECT_EQ(gripper.nv, 1);
+  EXPECT_EQ(gripper.joints[0].type, JointType::kRevolute);
+  const Followed right = FollowedBy(gripper, 0);
+  EXPECT_EQ(gripper.joints[right.joint].name, "drive");
+  EXPECT_EQ(right.multiplier, -20.0);
+  EXPECT_EQ(right.offset, 0.125);
+  Model model = MakeModel(gripper, Catalogue());
+  model.SetEffectParameter("right_finger.damping", 0.5);
+  const std::string written = WriteUrdf(model);
+  EXPECT_THAT(written, HasSubstr("<mimic joint=\"left_finger\" "
+                                 "multiplier=\"-1\" offset=\"0.125\" />"));
+  EXPECT_THAT(written, HasSubstr("damping=\"0.5\""));
+  EXPECT_THAT(written, HasSubstr("friction=\"0.01\""));
+  ExpectSame(LoadUrdfText(written, "written.urdf"), gripper);
+  // Without the file too.
+  const Mechanism again = LoadUrdfText(
+      WriteUrdf(model, {}, UrdfContent::kDynamics), "written.urdf");
+  ExpectSame(again, gripper);
+  EXPECT_EQ(FollowedBy(again, 0).multiplier, -20.0);
+  EXPECT_EQ(FollowedBy(again, 0).offset, 0.125);
+}
+
+TEST(WriteUrdf, KeepsTheMimicsOfAJointThatIsHeld) {
+  const Mechanism gripper = LoadUrdfText(kFingers, "gripper.urdf");
+  const Mechanism held = HoldJoints(gripper, {{2, 0.01}});
+  EXPECT_EQ(held.nv, 0);
+  EXPECT_NEAR(held.joints[0].held->position, 0.125 - 0.2, 1e-15);
+  ExpectSame(LoadUrdfText(WriteUrdf(MakeModel(held, Catalogue())), "w.urdf"),
+             gripper);
+}
+
 }  // namespace
 }  // namespace sysid

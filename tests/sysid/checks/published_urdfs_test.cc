@@ -188,7 +188,7 @@ const std::vector<Fault>& Faults() {
          r->back().more = "<mimic joint='" + (*r)[1].name +
                           "_joint' multiplier='-1.5' offset='0.2'/>";
        },
-       {"mimic"}},
+       {}},
       {"LimitsReversed",
        [](Robot* r) {
          r->back().more = "<limit lower='1' upper='-1' effort='9'/>";
@@ -201,7 +201,7 @@ const std::vector<Fault>& Faults() {
              "<mimic joint='" + (*r)[1].name + "_joint'/>";
          r->back().inertial = false;
        },
-       {"inertia_not_physical", "no_inertia", "mimic"}},
+       {"inertia_not_physical", "no_inertia"}},
   };
   return faults;
 }
@@ -233,6 +233,7 @@ void FromLinks(const Mechanism& mechanism, const VectorXd& q, MatrixXd* M,
 #ifdef SYSID_HAVE_MUJOCO
 bool MujocoTakes(const Mechanism& mechanism) {
   if (!PhysicalFaults(mechanism, mechanism.nominal).empty()) return false;
+  if (!Model(mechanism).followers().empty()) return false;
   return std::all_of(mechanism.nominal.links.begin() + 1,
                      mechanism.nominal.links.end(),
                      [](const Inertial<double>& body) {

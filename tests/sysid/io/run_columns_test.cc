@@ -41,5 +41,21 @@ TEST(RunColumnsTest, NamesMayHaveDots) {
             "did you mean 'arm.joint1.q'?");
 }
 
+TEST(RunColumnsTest, JointsThatFollowOthersHaveNone) {
+  Mechanism mechanism = Chain(
+      {{"drive", JointType::kPrismatic}, {"finger", JointType::kRevolute}});
+  for (Joint& joint : mechanism.joints) {
+    if (joint.name == "finger") joint.mimic = Mimic{"drive", 2.0, 0.0};
+  }
+  for (const std::string& name : RunColumnNames(mechanism)) {
+    EXPECT_NE(name.substr(0, 7), "finger.") << name;
+  }
+  const ColumnNameFault fault = ExplainUnknownColumn("finger.q", mechanism);
+  EXPECT_EQ(fault.what,
+            "joint 'finger' follows joint 'drive' (<mimic>) and has no column "
+            "'finger.q'");
+  EXPECT_EQ(fault.hint, "measure that one, or leave its <mimic> out");
+}
+
 }  // namespace
 }  // namespace sysid

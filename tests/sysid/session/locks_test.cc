@@ -144,6 +144,23 @@ TEST(HoldJoints, TakesAlongTheMimics) {
   EXPECT_EQ(anew.joints[1].held->position, 0.1);
 }
 
+// With its leader it is where that puts it, alone at its offset.
+TEST(LockJoints, HoldMimicsWhereTheirLeadersPutThem) {
+  Mechanism robot = Robot();
+  robot.joints[1].mimic = Mimic{"wheel_left", -2.0, 0.125};
+  robot = HoldJoints(robot, {});
+  const auto held = [&](const std::string& flag) {
+    std::vector<std::string> notices;
+    return LockJoints(
+        robot, ResolveLocks(robot, SplitAssignments(flag, "--lock")), &notices);
+  };
+  EXPECT_EQ(held("wheel_left=0.5").joints[1].held->position, -0.875);
+  EXPECT_EQ(held("wheel_*=0.5").joints[1].held->position, 0.5);
+  EXPECT_EQ(held("wheel_*").joints[1].held->position, 0.125);
+  EXPECT_EQ(held("wheel_right").joints[1].held->position, 0.125);
+  EXPECT_EQ(held("wheel_right").nv, robot.nv);
+}
+
 TEST(UnmeasuredNotice, NamesThemWithTheFlagToPaste) {
   const Mechanism mechanism = Robot();
   sysid::Run run;

@@ -27,6 +27,8 @@ export function loadRobot(mechanism: MechanismData, ghost: boolean): Robot {
     done(new Group());
   };
   const robot = loader.parse(mechanism.urdf);
+  // Of those that follow others (<mimic>) too, which the loader moves along.
+  for (const j of Object.values(robot.joints)) j.ignoreLimits = true;
   robot.updateMatrixWorld(true);
   const {size, heights} = extent(robot);
   const joints = mechanism.joints.map(j => find(robot, j));
@@ -42,7 +44,6 @@ export function loadRobot(mechanism: MechanismData, ghost: boolean): Robot {
         turn.set(q[0], q[1], q[2], q[3]).normalize();
         joint.quaternion.copy(rest).multiply(turn);
       } else {
-        joint.ignoreLimits = true;
         joint.setJointValue(q[0]);
       }
     },
