@@ -34,18 +34,24 @@ EffortComparison CompareEfforts(const Model& model,
                                 const std::vector<SampledMotion>& sampled,
                                 const MechanismParameters<double>& values) {
   EffortComparison comparison;
-  Eigen::VectorXd left = Eigen::VectorXd::Zero(model.nv()), all = left;
-  int times = 0;
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(model.nv()), all = left,
+                  times = left;
   std::vector<EquationRows> rows;
   for (const SampledMotion& motion : sampled) {
     rows.push_back(EvaluateEquations(model, motion, values));
     const Eigen::Map<const RowMatrixXd> r(rows.back().rows.data(),
                                           rows.back().times(), model.nv());
-    left += r.colwise().squaredNorm().transpose();
-    all += rows.back().effort.colwise().squaredNorm().transpose();
-    times += rows.back().times();
+    const RowMatrixXd& tells = rows.back().tells;
+    left += r.cwiseProduct(tells).colwise().squaredNorm().transpose();
+    all += rows.back()
+               .effort.cwiseProduct(tells)
+               .colwise()
+               .squaredNorm()
+               .transpose();
+    times += tells.colwise().sum().transpose();
   }
-  comparison.left = (left / std::max(1, times)).cwiseSqrt();
+  times = times.cwiseMax(1.0);
+  comparison.left = left.cwiseQuotient(times).cwiseSqrt();
   for (const Body& body : model.bodies()) {
     const Joint& joint = model.mechanism().joints[body.joint];
     for (int k = 0; k < VelocitySize(body.type); ++k) {
@@ -55,8 +61,8 @@ EffortComparison CompareEfforts(const Model& model,
       if (body.type == JointType::kSpherical) {
         name += std::string(".") + "xyz"[k];
       }
-      comparison.errors.push_back({name, std::sqrt(left[v] / times),
-                                   100.0 * std::sqrt(left[v] / all[v])});
+      comparison.errors.push_back(
+          {name, comparison.left[v], 100.0 * std::sqrt(left[v] / all[v])});
       for (size_t i = 0; i < runs.size(); ++i) {
         EffortSeries series{runs[i]->name,
                             name,
