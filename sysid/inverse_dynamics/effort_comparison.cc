@@ -69,11 +69,13 @@ EffortComparison CompareEfforts(const Model& model,
                             body.type == JointType::kPrismatic ? "N" : "N m",
                             rows[i].t,
                             {},
+                            {},
                             {}};
         for (int n = 0; n < rows[i].times(); ++n) {
           const double u = rows[i].effort(n, v);
           series.measured.push_back(u);
           series.predicted.push_back(u - rows[i].rows(n * model.nv() + v, 0));
+          series.tells.push_back(rows[i].tells(n, v) > 0.0);
         }
         comparison.series.push_back(std::move(series));
       }

@@ -16,6 +16,7 @@ struct EffortSeries {
   std::string unit;        // N m or N
   std::vector<double> t;   // s
   std::vector<double> measured, predicted;
+  std::vector<bool> tells;  // not where the joint may rest: is not counted
 };
 
 struct EffortComparison {

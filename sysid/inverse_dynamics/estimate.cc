@@ -302,10 +302,10 @@ bool Minimiser::Descend(double settled, int* iterations) {
   return false;
 }
 
-// Where the data alone would have no possible body, Newton's method creeps
+// Where the data alone would have no possible body, Newton's method may creep
 // along the bound of those that are, by steps that a small weight of the
-// entropy cuts short. So the weight begins where the entropy counts as much as
-// the data and falls by tens (the path of an interior-point method: Boyd and
+// entropy cuts short. Then the weight begins where the entropy counts as much
+// as the data and falls by tens (the path of an interior-point method: Boyd and
 // Vandenberghe 2004, section 11.3).
 RegressionEstimate Minimiser::Run() {
   // Of the cost, which is half a chi-square: a thousandth of a standard error.
@@ -318,17 +318,23 @@ RegressionEstimate Minimiser::Run() {
     start.segment(body.unknown, kTen) = xi0_.segment(body.xi, kTen);
   }
   RegressionEstimate out;
-  const double misfit = 0.5 * triangle_.rightCols(1).squaredNorm();
-  if (!bodies_.empty() && std::isfinite(misfit)) {
-    entropy_ = std::max(kEntropy, misfit / (kTen * bodies_.size()));
-  }
   now_ = At(start);
-  while (std::isfinite(now_.cost)) {
-    const bool last = entropy_ <= kEntropy;
-    out.converged = Descend(last ? kSettled : entropy_, &out.iterations);
-    if (last) break;
-    entropy_ = std::max(kEntropy, kFall * entropy_);
-    now_ = At(now_.unknowns);
+  if (!std::isfinite(now_.cost)) {
+    out.theta = now_.theta;
+    out.xi = now_.xi;
+    return out;
+  }
+  out.converged = Descend(kSettled, &out.iterations);
+  if (!out.converged && !bodies_.empty()) {
+    const double misfit = 0.5 * triangle_.rightCols(1).squaredNorm();
+    entropy_ = std::max(kEntropy, misfit / (kTen * bodies_.size()));
+    now_ = At(start);
+    while (entropy_ > kEntropy) {
+      Descend(entropy_, &out.iterations);
+      entropy_ = std::max(kEntropy, kFall * entropy_);
+      now_ = At(now_.unknowns);
+    }
+    out.converged = Descend(kSettled, &out.iterations);
   }
   out.theta = now_.theta;
   out.xi = now_.xi;

@@ -26,10 +26,13 @@ TEST(CompareEfforts, LeavesNothingOfATrueModel) {
     EXPECT_EQ(series.unit, "N m");
     ASSERT_EQ(series.t.size(), series.predicted.size());
     double left = 0.0;
+    int told = 0;
     for (size_t k = 0; k < series.t.size(); ++k) {
+      if (!series.tells[k]) continue;
+      ++told;
       left += std::pow(series.measured[k] - series.predicted[k], 2);
     }
-    EXPECT_NEAR(std::sqrt(left / series.t.size()), found.errors[j].rms,
+    EXPECT_NEAR(std::sqrt(left / told), found.errors[j].rms,
                 1e-12 + 1e-9 * found.errors[j].rms);
   }
 }
