@@ -45,7 +45,7 @@ std::vector<std::vector<int>> ConnectedGroups(const std::vector<int>& indices,
 
 std::vector<BaseParameter> BaseParameters(
     const EquationCoordinates& coordinates, const RowMatrixXd& R,
-    const Eigen::VectorXd& xi) {
+    const RowMatrixXd& E, const Eigen::VectorXd& xi) {
   const int n = coordinates.size(), rows = static_cast<int>(R.rows());
   const Eigen::VectorXd size = R.leftCols(n).colwise().norm().transpose();
   const double nothing = 1e-10 * size.maxCoeff();
@@ -75,10 +75,9 @@ std::vector<BaseParameter> BaseParameters(
     }
   }
   const int rank = static_cast<int>(kept.size());
-  const Eigen::MatrixXd inverse =
-      T.topLeftCorner(rank, rank)
-          .triangularView<Eigen::Upper>()
-          .solve(Eigen::MatrixXd::Identity(rank, rank));
+  const Eigen::MatrixXd errors = T.topLeftCorner(rank, rank)
+                                     .triangularView<Eigen::Upper>()
+                                     .solve(Q.leftCols(rank).transpose() * E);
   std::vector<BaseParameter> out;
   for (int i = 0; i < rank; ++i) {
     const int c = kept[i];
@@ -92,14 +91,15 @@ std::vector<BaseParameter> BaseParameters(
       base.terms.push_back({coordinates.Name(other), share});
       base.value += share * xi[other];
     }
-    base.std_error = inverse.row(i).norm() / size[c];
+    base.std_error = errors.row(i).norm() / size[c];
     out.push_back(std::move(base));
   }
   return out;
 }
 
 Estimates EstimatesByRank(const ShootingProblem& problem,
-                          const Eigen::VectorXd& theta, const RowMatrixXd& A) {
+                          const Eigen::VectorXd& theta, const RowMatrixXd& A,
+                          const RowMatrixXd& E) {
   // Shares of a parameter's own change, which is rounding below.
   constexpr double kMoves = 1e-3;
   Estimates estimates;
@@ -109,15 +109,16 @@ Estimates EstimatesByRank(const ShootingProblem& problem,
   Eigen::VectorXd scale = A.colwise().norm().transpose();
   const double nothing = 1e-10 * (p > 0 ? scale.maxCoeff() : 0.0);
   for (double& s : scale) s = s > nothing ? 1.0 / s : 1.0;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(A * scale.asDiagonal(),
-                                           Eigen::ComputeFullV);
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(
+      A * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeFullV);
   const Eigen::VectorXd& size = svd.singularValues();
   int rank = 0;
   while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
   const Eigen::MatrixXd D =
       problem.map().ValueJacobian(theta) * scale.asDiagonal();
   const Eigen::MatrixXd known = D * svd.matrixV().leftCols(rank) *
-                                size.head(rank).cwiseInverse().asDiagonal();
+                                size.head(rank).cwiseInverse().asDiagonal() *
+                                svd.matrixU().leftCols(rank).transpose() * E;
   const Eigen::MatrixXd unseen = svd.matrixV().rightCols(p - rank);
   const Eigen::MatrixXd moved = D * unseen;
   estimates.covariance = known * known.transpose();

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "models/dynamics.h"
+#include "models/effects/coulomb_friction.h"
 #include "residuals/acting_effort.h"
 
 namespace sysid {
@@ -50,6 +51,14 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
         qd[v] = T(motion.qd[v]);
         qdd[v] = T(motion.qdd[v]);
       }
+      // The law itself where the direction is known.
+      for (const int i : ws.dry_bodies) {
+        const int v = model.bodies()[i].v_index;
+        ws.bodies[i].dry = std::abs(motion.qd[v]) < grid.slowest[v]
+                               ? DryMode::kSmoothed
+                           : motion.qd[v] > 0.0 ? DryMode::kForward
+                                                : DryMode::kBackward;
+      }
       ActingEffort<T>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
       InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
       for (int v = 0; v < nv; ++v) {
@@ -62,6 +71,32 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
     }
   }
   return rows;
+}
+
+// The speeds below which joints with dry friction may rest,
+//
+//   max(3 s, v_s),                                                   (11.13)
+//
+// s the standard error of a speed, (11.12), as most times have it: kinks leave
+// more; v_s where the law is smoothed.
+Eigen::VectorXd SlowestKnown(const Model& model,
+                             const std::vector<MotionSample>& motion) {
+  constexpr double kErrors = 3.0;
+  Eigen::VectorXd slowest = Eigen::VectorXd::Zero(model.nv());
+  for (const int i : Workspace<double>(model).dry_bodies) {
+    const Body& body = model.bodies()[i];
+    std::vector<double> variances;
+    for (const MotionSample& sample : motion) {
+      if (sample.known) variances.push_back(sample.qd_variance[body.v_index]);
+    }
+    if (variances.empty()) continue;
+    const auto middle = variances.begin() + variances.size() / 2;
+    std::nth_element(variances.begin(), middle, variances.end());
+    slowest[body.v_index] =
+        std::max(kErrors * std::sqrt(*middle),
+                 FrictionSmoothingSpeed(body.type == JointType::kPrismatic));
+  }
+  return slowest;
 }
 
 }  // namespace
@@ -78,6 +113,7 @@ SampledMotion SampleMotion(const Model& model, const Run& run, double from,
                            double to, const EquationFilter& filter) {
   SampledMotion sampled;
   const double step = sampled.step = filter.average / kSteps;
+  sampled.bend = filter.motion;
   const int n = static_cast<int>(std::floor((to - from) / step)) + 1;
   if (n < 1) return sampled;
   sampled.run.effort = RowMatrixXd::Zero(n, model.nv());
@@ -89,6 +125,7 @@ SampledMotion SampleMotion(const Model& model, const Run& run, double from,
     sampled.motion.push_back(SmoothMotion(model, run, time, filter.motion));
   }
   sampled.run.t.push_back(sampled.run.t.back() + step);
+  sampled.slowest = SlowestKnown(model, sampled.motion);
   return sampled;
 }
 
@@ -110,11 +147,17 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
   out.rows.resize(most * nv, columns + 1);
   out.effort.resize(most, nv);
   out.qd.resize(most, nv);
+  out.tells.resize(most, nv);
   RowMatrixXd sum(nv, columns + 2);
+  Eigen::RowVectorXd tells(nv);
+  // How far the fit of the motion carries a kink.
+  const int bend =
+      static_cast<int>(std::ceil(kGaussianReach * sampled.bend / sampled.step));
   for (int k = kReachSteps; k + kReachSteps < sampled.size(); k += kSteps) {
     bool known = true;
     double total = 0.0;
     sum.setZero();
+    tells.setOnes();
     for (int i = -kReachSteps; i <= kReachSteps; ++i) {
       const double weight = GaussianWeight(static_cast<double>(i) / kSteps);
       known = known && sampled.motion[k + i].known;
@@ -123,15 +166,26 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
     }
     if (!known || !sum.allFinite()) continue;
     sum /= total;
+    for (int i = std::max(0, k - kReachSteps - bend);
+         i <= std::min(sampled.size() - 1, k + kReachSteps + bend); ++i) {
+      if (!sampled.motion[i].known) continue;
+      for (int v = 0; v < nv; ++v) {
+        if (std::abs(sampled.motion[i].qd[v]) < sampled.slowest[v]) {
+          tells[v] = 0.0;
+        }
+      }
+    }
     const int at = out.times();
     out.rows.middleRows(at * nv, nv) = sum.leftCols(columns + 1);
     out.effort.row(at) = sum.col(columns + 1).transpose();
     out.qd.row(at) = sampled.motion[k].qd.transpose();
+    out.tells.row(at) = tells;
     out.t.push_back(sampled.run.t[k] + 0.5 * sampled.step);
   }
   out.rows.conservativeResize(out.times() * nv, columns + 1);
   out.effort.conservativeResize(out.times(), nv);
   out.qd.conservativeResize(out.times(), nv);
+  out.tells.conservativeResize(out.times(), nv);
   return out;
 }
 

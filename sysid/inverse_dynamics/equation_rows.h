@@ -34,8 +34,12 @@ double CutOff(double width);
 // the recording alone, whatever the model's values.
 struct SampledMotion {
   double step = 0.0;  // s
+  double bend = 0.0;  // EquationFilter::motion, s
   Run run;            // the efforts of each interval around a time
   std::vector<MotionSample> motion;
+  // Of each joint (nv), rad/s or m/s: at a lower speed its direction is not
+  // known, (11.13); 0 where it has no dry friction.
+  Eigen::VectorXd slowest;
   int size() const { return static_cast<int>(motion.size()); }
 };
 
@@ -58,7 +62,11 @@ struct EquationRows {
   RowMatrixXd rows;       // (times x nv) x (columns + 1): [dr | r], N m or N
   RowMatrixXd effort;     // times x nv: g * u
   RowMatrixXd qd;         // times x nv
-  double work = 0.0;      // evaluations of the inverse dynamics, by Jets
+  // times x nv: 1, or 0 where a joint with dry friction may rest within reach
+  // of g and of the fit of the motion. What holds it then no law says, and its
+  // row tells nothing.
+  RowMatrixXd tells;
+  double work = 0.0;  // evaluations of the inverse dynamics, by Jets
 
   int times() const { return static_cast<int>(t.size()); }
 };

@@ -61,6 +61,8 @@ class Minimiser {
   RegressionEstimate Run();
 
  private:
+  // Newton's method until half the squared decrement is below `settled`.
+  bool Descend(double settled, int* iterations);
   struct Point {
     Eigen::VectorXd unknowns, theta, xi;
     RowMatrixXd D;  // d xi / d unknowns
@@ -77,9 +79,11 @@ class Minimiser {
   const ParameterMap& map_;
   const EquationCoordinates& coordinates_;
   const RowMatrixXd& triangle_;
+  double entropy_ = kEntropy;  // how much it counts now
   std::vector<FreeBody> bodies_;
   std::vector<int> rest_;  // places in theta of the other unknowns, first
   Eigen::VectorXd theta0_, xi0_, lower_, upper_, mean_, weight_;
+  Point now_;
 };
 
 Minimiser::Minimiser(const ShootingProblem& problem,
@@ -180,7 +184,7 @@ Minimiser::Point Minimiser::At(const Eigen::VectorXd& unknowns) const {
     const Eigen::LLT<Eigen::Matrix4d> llt(J);
     if (llt.info() != Eigen::Success) return point;
     const Eigen::Matrix4d L = llt.matrixL();
-    entropy += kEntropy * ((body.J0_inverse * J).trace() -
+    entropy += entropy_ * ((body.J0_inverse * J).trace() -
                            2.0 * L.diagonal().array().log().sum());
     const Inertial<double> as = EquationCoordinates::BodyAt(xi.data());
     const Eigen::Matrix3d& I = as.inertia;
@@ -246,41 +250,32 @@ void Minimiser::Curve(const Point& point, Eigen::VectorXd* g,
     for (int c = 0; c < kTen; ++c) {
       B[c] = J_inverse * Columns()[c];
       (*g)[body.unknown + c] +=
-          kEntropy * ((body.J0_inverse * Columns()[c]).trace() - B[c].trace());
+          entropy_ * ((body.J0_inverse * Columns()[c]).trace() - B[c].trace());
     }
     for (int c = 0; c < kTen; ++c) {
       for (int d = 0; d < kTen; ++d) {
         (*H)(body.unknown + c, body.unknown + d) +=
-            kEntropy * B[c].cwiseProduct(B[d].transpose()).sum();
+            entropy_ * B[c].cwiseProduct(B[d].transpose()).sum();
       }
     }
   }
 }
 
-RegressionEstimate Minimiser::Run() {
+bool Minimiser::Descend(double settled, int* iterations) {
   constexpr int kMost = 100;
-  // Of the cost, which is half a chi-square: a thousandth of a standard error.
-  constexpr double kSettled = 1e-6;
   constexpr double kArmijo = 1e-4;
   const int n = static_cast<int>(mean_.size());
-  Eigen::VectorXd start(n);
-  for (size_t k = 0; k < rest_.size(); ++k) start[k] = theta0_[rest_[k]];
-  for (const FreeBody& body : bodies_) {
-    start.segment(body.unknown, kTen) = xi0_.segment(body.xi, kTen);
-  }
-  RegressionEstimate out;
-  Point now = At(start);
-  while (std::isfinite(now.cost) && !out.converged && out.iterations < kMost) {
-    ++out.iterations;
-    Differentiate(&now);
+  for (int i = 0; i < kMost; ++i) {
+    ++*iterations;
+    Differentiate(&now_);
     Eigen::VectorXd g;
     Eigen::MatrixXd H;
-    Curve(now, &g, &H);
+    Curve(now_, &g, &H);
     // What a bound holds stays (Bertsekas 1982).
     std::vector<int> loose;
     for (int i = 0; i < n; ++i) {
-      const bool held = (now.unknowns[i] <= lower_[i] && g[i] > 0.0) ||
-                        (now.unknowns[i] >= upper_[i] && g[i] < 0.0);
+      const bool held = (now_.unknowns[i] <= lower_[i] && g[i] > 0.0) ||
+                        (now_.unknowns[i] >= upper_[i] && g[i] < 0.0);
       if (!held) loose.push_back(i);
     }
     // Scaled to a unit diagonal: the units of the unknowns differ by 1e6.
@@ -292,21 +287,57 @@ RegressionEstimate Minimiser::Run() {
     step(loose) =
         -scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(g(loose))));
     const double slope = -g.dot(step);
-    if (!(slope > 2.0 * kSettled)) {
-      out.converged = std::isfinite(slope);
-      break;
-    }
+    if (!(slope > 2.0 * settled)) return std::isfinite(slope);
     Point next;
     for (double part = 1.0; part > 1e-10; part *= 0.5) {
-      next = At((now.unknowns + part * step).cwiseMax(lower_).cwiseMin(upper_));
-      if (next.cost <= now.cost - kArmijo * part * slope) break;
+      next =
+          At((now_.unknowns + part * step).cwiseMax(lower_).cwiseMin(upper_));
+      if (next.cost <= now_.cost - kArmijo * part * slope) break;
     }
-    if (!(next.cost < now.cost)) break;
-    out.converged = now.cost - next.cost < kSettled;
-    now = std::move(next);
+    if (!(next.cost < now_.cost)) return false;
+    const bool done = now_.cost - next.cost < settled;
+    now_ = std::move(next);
+    if (done) return true;
   }
-  out.theta = now.theta;
-  out.xi = now.xi;
+  return false;
+}
+
+// Where the data alone would have no possible body, Newton's method may creep
+// along the bound of those that are, by steps that a small weight of the
+// entropy cuts short. Then the weight begins where the entropy counts as much
+// as the data and falls by tens (the path of an interior-point method: Boyd and
+// Vandenberghe 2004, section 11.3).
+RegressionEstimate Minimiser::Run() {
+  // Of the cost, which is half a chi-square: a thousandth of a standard error.
+  constexpr double kSettled = 1e-6;
+  constexpr double kFall = 0.1;
+  const int n = static_cast<int>(mean_.size());
+  Eigen::VectorXd start(n);
+  for (size_t k = 0; k < rest_.size(); ++k) start[k] = theta0_[rest_[k]];
+  for (const FreeBody& body : bodies_) {
+    start.segment(body.unknown, kTen) = xi0_.segment(body.xi, kTen);
+  }
+  RegressionEstimate out;
+  now_ = At(start);
+  if (!std::isfinite(now_.cost)) {
+    out.theta = now_.theta;
+    out.xi = now_.xi;
+    return out;
+  }
+  out.converged = Descend(kSettled, &out.iterations);
+  if (!out.converged && !bodies_.empty()) {
+    const double misfit = 0.5 * triangle_.rightCols(1).squaredNorm();
+    entropy_ = std::max(kEntropy, misfit / (kTen * bodies_.size()));
+    now_ = At(start);
+    while (entropy_ > kEntropy) {
+      Descend(entropy_, &out.iterations);
+      entropy_ = std::max(kEntropy, kFall * entropy_);
+      now_ = At(now_.unknowns);
+    }
+    out.converged = Descend(kSettled, &out.iterations);
+  }
+  out.theta = now_.theta;
+  out.xi = now_.xi;
   return out;
 }
 

@@ -187,13 +187,14 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
       DifferentiateCoordinates(coordinates_, map_, found_.theta.data());
   holds_scale_ = only_ratios_ && MovesScale(at);
   if (holds_scale_) regression_->HoldScale(*inertial_, xi0_);
-  const RowMatrixXd R = regression_->InformationTriangle(d);
+  const RowMatrixXd R = regression_->Triangle();
+  const RowMatrixXd E = regression_->ErrorRoot(d);
   static_cast<Estimates&>(*fit) = EstimatesByRank(
-      problem_, found_.theta, R.leftCols(coordinates_.size()) * at.D);
+      problem_, found_.theta, R.leftCols(coordinates_.size()) * at.D, E);
   // A table of coordinates that theta cannot move one by one would mislead.
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> moved(at.D);
   if (moved.rank() == coordinates_.size()) {
-    fit->base = BaseParameters(coordinates_, R, found_.xi);
+    fit->base = BaseParameters(coordinates_, R, E, found_.xi);
   }
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);

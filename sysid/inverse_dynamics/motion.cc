@@ -12,6 +12,11 @@ namespace {
 constexpr int kCoefficients = 6;  // of a quintic
 constexpr int kEachSide = 3;      // samples that a fit needs
 
+// Of even samples with the weights w = diag(w_k), P their powers, A = P^T w P:
+// sum(w) - kTaken is what E[sum w left^2] is of the noise's variance, kTaken =
+// tr(A^-1 P^T w^2 P), and kSlope = sum(w) [A^-1 P^T w^2 P A^-1]_11.
+constexpr double kTaken = 2.505, kSlope = 5.854;
+
 // The polynomials c of n components that fit values at times around; component
 // k of the i-th derivative is c(i, k) i! / width^i.
 template <int kComponents>
@@ -26,6 +31,7 @@ class LocalQuintic {
         GaussianWeight(distance) * powers;
     A_.noalias() += weighed * powers.transpose();
     b_.noalias() += weighed * value.transpose();
+    squares_ += weighed[0] * value.squaredNorm();
     (distance < 0 ? before_ : after_) += 1;
   }
   bool Solve() {
@@ -36,12 +42,23 @@ class LocalQuintic {
   Eigen::Vector<double, kComponents> Derivative(int i, double width) const {
     return c_.row(i).transpose() * (std::tgamma(i + 1.0) / std::pow(width, i));
   }
+  // Of the first derivative, by what is left:
+  //   s^2 kSlope / (sum(w) width^2),
+  //   s^2 = sum w left^2 / (sum(w) - kTaken).                         (11.12)
+  double SlopeVariance(double width) const {
+    const double left = squares_ - c_.cwiseProduct(b_).sum();
+    const double weight = A_(0, 0);
+    if (!(weight > kTaken)) return 0.0;
+    return std::max(0.0, left) / (weight - kTaken) * kSlope /
+           (weight * width * width);
+  }
 
  private:
   Eigen::Matrix<double, kCoefficients, kCoefficients> A_ =
       Eigen::Matrix<double, kCoefficients, kCoefficients>::Zero();
   using Columns = Eigen::Matrix<double, kCoefficients, kComponents>;
   Columns b_ = Columns::Zero(), c_;
+  double squares_ = 0.0;
   int before_ = 0, after_ = 0;
 };
 
@@ -60,18 +77,22 @@ Around SamplesAround(const std::vector<double>& t, double time, double width) {
 }
 
 bool SmoothScalar(const Run& run, const Channel& channel, const Around& around,
-                  double time, double width, double* q, double* qd,
-                  double* qdd) {
+                  double time, double width, double* q, double* qd, double* qdd,
+                  double* qd_variance) {
   LocalQuintic<1> fit;
+  double origin = NAN;  // near the values: their squares would hide the noise
   for (int k = around.first; k < around.last; ++k) {
     const double value = channel.values(k, 0);
     if (std::isnan(value)) continue;
-    fit.Add((run.t[k] - time) / width, Eigen::Vector<double, 1>(value));
+    if (std::isnan(origin)) origin = value;
+    fit.Add((run.t[k] - time) / width,
+            Eigen::Vector<double, 1>(value - origin));
   }
   if (!fit.Solve()) return false;
-  *q = fit.Derivative(0, width)[0];
+  *q = origin + fit.Derivative(0, width)[0];
   *qd = fit.Derivative(1, width)[0];
   *qdd = fit.Derivative(2, width)[0];
+  *qd_variance = fit.SlopeVariance(width);
   return true;
 }
 
@@ -134,6 +155,7 @@ MotionSample SmoothMotion(const Model& model, const Run& run, double time,
   sample.q.resize(model.nq());
   sample.qd.resize(model.nv());
   sample.qdd.resize(model.nv());
+  sample.qd_variance.setZero(model.nv());
   const Around around = SamplesAround(run.t, time, width);
   for (const Channel& channel : run.channels) {
     const bool turns = channel.kind == ChannelKind::kOrientation;
@@ -144,7 +166,8 @@ MotionSample SmoothMotion(const Model& model, const Run& run, double time,
     double* qdd = &sample.qdd[joint.v_index];
     const bool known =
         turns ? SmoothOrientation(run, channel, around, time, width, q, qd, qdd)
-              : SmoothScalar(run, channel, around, time, width, q, qd, qdd);
+              : SmoothScalar(run, channel, around, time, width, q, qd, qdd,
+                             &sample.qd_variance[joint.v_index]);
     if (!known) return sample;
   }
   sample.known = true;

@@ -20,6 +20,9 @@ struct MotionSample {
   // Whether there are measurements of all joints around.
   bool known = false;
   Eigen::VectorXd q, qd, qdd;  // nq, nv, nv
+  // Variance of qd by what the quintic leaves of the samples, (11.12); 0 of
+  // spherical joints.
+  Eigen::VectorXd qd_variance;  // nv
 };
 
 // Moving joints whose position is not measured, by name.

@@ -1,6 +1,8 @@
 #include "sysid/inverse_dynamics/regression.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -35,10 +37,23 @@ EquationRegression::EquationRegression(std::vector<EquationRows> runs,
   for (const EquationRows& run : runs_) {
     weights_.push_back(Eigen::VectorXd::Ones(run.rows.rows()));
   }
+  LeaveOutRests();
   sigma_ = EffortSize();
   const double most = sigma_.maxCoeff();
   for (double& s : sigma_) s = s > 1e-9 * most ? s : most > 0 ? most : 1.0;
   Triangularise();
+}
+
+void EquationRegression::LeaveOutRests() {
+  times_.setZero(joints_);
+  for (EquationRows& run : runs_) {
+    times_ += run.tells.colwise().sum().transpose();
+    run.effort.array() *= run.tells.array();
+    for (int i = 0; i < run.rows.rows(); ++i) {
+      if (run.tells(i / joints_, i % joints_) == 0.0) run.rows.row(i).setZero();
+    }
+  }
+  times_ = times_.cwiseMax(1.0);
 }
 
 void EquationRegression::Triangularise() {
@@ -112,26 +127,22 @@ RowMatrixXd EquationRegression::Triangle() const {
 
 Eigen::VectorXd EquationRegression::Left(const Eigen::VectorXd& d) const {
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(joints_);
-  int times = 0;
   for (const EquationRows& run : runs_) {
     const Eigen::VectorXd left =
         run.rows.leftCols(columns_) * d + run.rows.col(columns_);
     for (int k = 0; k < run.times(); ++k) {
       squares += left.segment(k * joints_, joints_).cwiseAbs2();
     }
-    times += run.times();
   }
-  return (squares / std::max(1, times)).cwiseSqrt();
+  return squares.cwiseQuotient(times_).cwiseSqrt();
 }
 
 Eigen::VectorXd EquationRegression::EffortSize() const {
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(joints_);
-  int times = 0;
   for (const EquationRows& run : runs_) {
     squares += run.effort.colwise().squaredNorm().transpose();
-    times += run.times();
   }
-  return (squares / std::max(1, times)).cwiseSqrt();
+  return squares.cwiseQuotient(times_).cwiseSqrt();
 }
 
 void EquationRegression::Reweigh(const Eigen::VectorXd& d) {
@@ -155,50 +166,51 @@ void EquationRegression::Reweigh(const Eigen::VectorXd& d) {
   Triangularise();
 }
 
-RowMatrixXd EquationRegression::InformationTriangle(
-    const Eigen::VectorXd& d) const {
+RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
   const RowMatrixXd R = Triangle().leftCols(columns_);
-  // The columns as the data determines them: q = P^T j, of unit information.
+  // The columns as the data determines them, of unit information: R P = U.
   Eigen::VectorXd scale = R.colwise().norm().transpose();
   for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R * scale.asDiagonal(),
-                                              Eigen::ComputeThinV);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(
+      R * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& size = svd.singularValues();
   int rank = 0;
   while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
   const Eigen::MatrixXd P = scale.asDiagonal() * svd.matrixV().leftCols(rank) *
                             size.head(rank).cwiseInverse().asDiagonal();
-  Eigen::VectorXd factor(joints_);
-  for (int v = 0; v < joints_; ++v) {
-    double white = 0.0, all = 0.0;
-    for (size_t r = 0; r < runs_.size(); ++r) {
-      const EquationRows& run = runs_[r];
-      const int n = run.times();
-      RowMatrixXd scores(n, rank);
-      for (int k = 0; k < n; ++k) {
+  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(rank, rank);
+  for (size_t r = 0; r < runs_.size(); ++r) {
+    const EquationRows& run = runs_[r];
+    const int n = run.times();
+    RowMatrixXd scores = RowMatrixXd::Zero(n, rank);
+    for (int k = 0; k < n; ++k) {
+      Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(columns_);
+      for (int v = 0; v < joints_; ++v) {
         const int row = k * joints_ + v;
-        const double w = weights_[r][row] * weights_[r][row];
-        const double left =
-            run.rows.row(row).head(columns_).dot(d) + run.rows(row, columns_);
-        scores.row(k) =
-            w * left * (run.rows.row(row).head(columns_) * P) / sigma_[v];
+        const auto columns = run.rows.row(row).head(columns_);
+        const double weight = weights_[r][row] / sigma_[v];
+        const double left = columns.dot(d) + run.rows(row, columns_);
+        sum += weight * weight * left * columns;
       }
-      // Bartlett's window over a lag that grows as the cube root of n (Newey
-      // and West 1994 give 4 (n / 100)^(2/9) for white scores; what a model
-      // misses is correlated over longer).
-      const int lags = std::min(n - 1, static_cast<int>(2.0 * std::cbrt(n)));
-      white += scores.squaredNorm();
-      all += scores.squaredNorm();
-      for (int lag = 1; lag <= lags; ++lag) {
-        all += 2.0 * (1.0 - lag / (lags + 1.0)) *
-               scores.topRows(n - lag)
-                   .cwiseProduct(scores.bottomRows(n - lag))
-                   .sum();
-      }
+      scores.row(k).noalias() = sum * P;
     }
-    factor[v] = white > 0.0 ? std::max(all / white, 0.05) : 1.0;
+    // Bartlett's window over a lag that grows as the cube root of n (Newey and
+    // West 1994 give 4 (n / 100)^(2/9) for white scores; what a model misses is
+    // correlated over longer).
+    const int lags = std::min(n - 1, static_cast<int>(2.0 * std::cbrt(n)));
+    S.noalias() += scores.transpose() * scores;
+    for (int lag = 1; lag <= lags; ++lag) {
+      const Eigen::MatrixXd moved =
+          (1.0 - lag / (lags + 1.0)) *
+          (scores.topRows(n - lag).transpose() * scores.bottomRows(n - lag));
+      S += moved + moved.transpose();
+    }
   }
-  return Merge(sigma_.cwiseProduct(factor.cwiseSqrt())).topRows(columns_);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+  // Few times do not show all of S.
+  constexpr double kLeast = 0.05;
+  return svd.matrixU().leftCols(rank) * eigen.eigenvectors() *
+         eigen.eigenvalues().cwiseMax(kLeast).cwiseSqrt().asDiagonal();
 }
 
 Eigen::VectorXd SolveUnconstrained(const RowMatrixXd& triangle, int* rank) {

@@ -44,9 +44,9 @@ class EquationRegression {
   void Reweigh(const Eigen::VectorXd& d);
   // [R z] of (11.4), all joints together, square but for z.
   RowMatrixXd Triangle() const;
-  // The same with each joint's errors as much larger as their serial
-  // correlation makes them count, by (11.6).
-  RowMatrixXd InformationTriangle(const Eigen::VectorXd& d) const;
+  // E, with E E^T the covariance of z beside R = Triangle(), by (11.6): errors
+  // are correlated over time and between joints.
+  RowMatrixXd ErrorRoot(const Eigen::VectorXd& d) const;
   // s_v, N m and N.
   const Eigen::VectorXd& sigma() const { return sigma_; }
   // Root mean square of what is left, and of g * u, by joint.
@@ -54,6 +54,8 @@ class EquationRegression {
   Eigen::VectorXd EffortSize() const;
 
  private:
+  // What does not tell is nothing: zeros, and not counted.
+  void LeaveOutRests();
   RowMatrixXd Merge(const Eigen::VectorXd& sigma) const;
   void Triangularise();
 
@@ -61,6 +63,7 @@ class EquationRegression {
   RobustLoss loss_;
   double loss_scale_;
   int columns_ = 0, joints_ = 0;
+  Eigen::VectorXd times_;  // that tell, by joint; at least 1
   Eigen::VectorXd sigma_;
   std::vector<Eigen::VectorXd> weights_;  // of a run: times x joints
   std::vector<RowMatrixXd> triangles_;    // by joint, (columns + 1) square

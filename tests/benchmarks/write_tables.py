@@ -23,6 +23,9 @@ COLUMNS = {
             ("speedup", "speed-up")],
     "growth": [("ns_sample", "ns a sample and linearisation"),
                ("B_sample", "bytes of peak memory a sample")],
+    "inverse_dynamics": [("free", "free parameters"), ("base", "that show"),
+                         ("reference", "NumPy, ms"), ("ratio", "times faster"),
+                         ("iteration", "iteration of lm, ms")],
     "diagnosis": [("candidates", "candidates"), ("iteration", "iteration, ms"),
                   ("ratio", "ratio")],
     "stochastic": [("rollout_us", "rollout, us"), ("ratio", "ratio"),
@@ -66,9 +69,10 @@ def benchmark_table(name, path):
     lines = [["line", "time"] + [title for _, title in columns]]
     for b in found:
         label = f" ({b['label']})" if b.get("label") else ""
-        wall = "real_time" if "real_time" in b["name"] else "cpu_time"
+        wall = ("real_time" if re.search("real_time|manual_time", b["name"])
+                else "cpu_time")
         row_name = b.get("run_name", b["name"])
-        row_name = re.sub(r"/(iterations|repeats):\d+|/real_time", "", row_name)
+        row_name = re.sub(r"/(iterations|repeats):\d+|/(real|manual)_time", "", row_name)
         lines.append([f"`{row_name}`{label}",
                       time(b[wall] * TO_MS[b["time_unit"]])] +
                      [number(b.get(key)) for key, _ in columns])

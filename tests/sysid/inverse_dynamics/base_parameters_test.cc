@@ -29,7 +29,8 @@ TEST(BaseParameters, ADependentColumnIsRegroupedWithThoseBeforeIt) {
       0, 0, 0, 0,   //
       0, 0, 0, 0;
   const std::vector<BaseParameter> base =
-      BaseParameters(coordinates, R, Eigen::Vector4d(1, 10, 100, 1000));
+      BaseParameters(coordinates, R, Eigen::Matrix4d::Identity(),
+                     Eigen::Vector4d(1, 10, 100, 1000));
   ASSERT_EQ(base.size(), 2u);
   EXPECT_THAT(NamesOf(base[0]), ElementsAre("joint2.x", "joint2.z"));
   EXPECT_NEAR(base[0].terms[1].factor, 2.0, 1e-12);
@@ -52,8 +53,8 @@ TEST(EstimatesByRank, TellsSingleParametersFromGroups) {
   RowMatrixXd A(2, 4);
   A << 1, 0, 2, 0,  //
       0, 4, 0, 0;
-  const Estimates estimates =
-      EstimatesByRank(problem, problem.InitialTheta(), A);
+  const Estimates estimates = EstimatesByRank(problem, problem.InitialTheta(),
+                                              A, Eigen::Matrix2d::Identity());
   EXPECT_FALSE(estimates.parameters[0].identifiable);
   EXPECT_TRUE(estimates.parameters[1].identifiable);
   EXPECT_NEAR(estimates.parameters[1].std_error, 0.25, 1e-12);
