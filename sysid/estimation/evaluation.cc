@@ -155,6 +155,7 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
     const Sums& sums = by_channel[places[channel.name]];
     channel.rms = rms(sums.squares, sums.dof);
     channel.normalized_rms = rms(sums.whitened, sums.dof);
+    channel.dof = sums.dof;
   }
   std::erase_if(errors.channels, [&](const ChannelError& channel) {
     return by_channel[places[channel.name]].dof == 0;
@@ -163,6 +164,16 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
     segment.normalized_rms *= inflate;
   }
   return errors;
+}
+
+double WeighedSquare(const ShootingProblem& problem, const RunErrors& errors) {
+  double squares = 0.0, dof = 0.0;
+  for (const ChannelError& channel : errors.channels) {
+    const double error = channel.normalized_rms / problem.Misfit(channel.name);
+    squares += channel.dof * error * error;
+    dof += channel.dof;
+  }
+  return dof > 0.0 ? squares / dof : 0.0;
 }
 
 WhitenedSeries WhitenErrors(const RunData& data, const SegmentRollout& rollout,

@@ -23,6 +23,7 @@ struct ChannelError {
   double rms = 0.0;
   double normalized_rms = 0.0;
   double noise = 0.0;
+  double dof = 0.0;  // numbers measured
 };
 
 struct SegmentError {
@@ -43,6 +44,10 @@ struct RunErrors {
 // Where the dynamics fail the errors are infinite.
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
                          double fitted);
+
+// The mean square of errors as the problem weighs them: beside its noise where
+// it knows no misfit.
+double WeighedSquare(const ShootingProblem& problem, const RunErrors& errors);
 
 // The errors of a segment, SI, from the state x0. False where the dynamics
 // fail.

@@ -23,8 +23,7 @@ void SummarizeFit(const ShootingProblem& problem, const Solution& point,
     fit->converged = false;
   }
   fit->train = EvaluateErrors(problem, point, fitted);
-  const double chi2 =
-      fit->train.total.normalized_rms * fit->train.total.normalized_rms;
+  const double chi2 = WeighedSquare(problem, fit->train);
   const double inflation =
       std::max(1.0, chi2) * AutocorrelationTime(problem, point);
   static_cast<Estimates&>(*fit) =

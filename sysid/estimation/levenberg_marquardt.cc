@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ constexpr double kHopeless = 1.0 / 16.0;  // rad or m
 // Above this many times the noise a model misses something, and one trajectory
 // through all of a chaotic run is not to be had (nor worth anything).
 constexpr double kMissing = 2.0;
+// Rounds of weights and fit, which settle in two or three.
+constexpr int kMostWeighed = 4;
 
 // One stage of a schedule: how tightly its segments hang together, and how long
 // it goes on. What it does is the minimiser's (ShootingStage).
@@ -43,18 +46,26 @@ struct StageGoal {
 // segments grow from stage to stage.
 class Stages {
  public:
-  explicit Stages(const ShootingProblem& problem)
-      : problem_(problem), choose_step_(problem.options().rollout.step <= 0) {}
+  // A search that compares models does so in the noise of all channels, and
+  // does not weigh them.
+  explicit Stages(const ShootingProblem& problem, bool weighs = false)
+      : problem_(problem),
+        choose_step_(problem.options().rollout.step <= 0),
+        weighs_(weighs) {}
 
   // Minimises over the solution as it is cut; again with a shorter step where
   // the solution, or where it was heading, needs one.
   StageSummary Run(const StageGoal& goal);
+  // The same of independent segments without theta.
+  StageSummary RunSegments(const StageGoal& goal);
   void Cut(double length) { solution = Recut(problem_, solution, length); }
   // Cut into whole runs.
   bool IsWhole() const;
   // Shortens the step, where it is ours to choose, to what the solution and the
   // way ahead of it need. True where it changed.
   bool ShortenStep();
+  // Weighs each channel by what is left of it. True where that changed much.
+  bool Weigh();
   // To what theta needs over whole runs (RefineStep).
   void RefineStep(double defect);
   double Error() const;  // normalised
@@ -82,8 +93,8 @@ class Stages {
   int evaluations = 0;
 
  private:
-  const ShootingProblem& problem_;
-  const bool choose_step_;
+  ShootingProblem problem_;  // as weighed now
+  const bool choose_step_, weighs_;
   const double start_s_ = Now(), start_cpu_s_ = CpuSeconds();
   std::shared_ptr<ShootingSegments> segments_;
   std::string doing_;
@@ -102,6 +113,40 @@ const std::shared_ptr<ShootingSegments>& Stages::Segments() {
     segments_ = std::make_shared<ShootingSegments>(problem_, solution);
   }
   return segments_;
+}
+
+// Channels whose errors are not those of the noise have one size each that the
+// data tells: with s_c^2 the mean square of channel c,
+//
+//   max over s of  -sum_c N_c (log s_c + e_c^2 / (2 s_c^2))
+//
+// is at s_c = e_c (Bard 1974, section 4-5: an error covariance that is unknown
+// and diagonal; in flight tests, the relaxation of the output-error method).
+// Only the ratio of the channels counts: what all of them leave inflates the
+// errors.
+bool Stages::Weigh() {
+  constexpr double kSame = 1.25;
+  if (!weighs_) return false;
+  const RunErrors errors = EvaluateErrors(problem_, solution, 0.0);
+  std::map<std::string, double> misfit;
+  double least = kInfinity;
+  for (const ChannelError& channel : errors.channels) {
+    if (!std::isfinite(channel.normalized_rms)) return false;
+    const double s =
+        channel.normalized_rms < kMissing ? 1.0 : channel.normalized_rms;
+    misfit[channel.name] = s;
+    least = std::min(least, s);
+  }
+  bool changed = false;
+  for (auto& [name, s] : misfit) {
+    s /= least;
+    const double ratio = s / problem_.Misfit(name);
+    changed = changed || ratio > kSame || ratio * kSame < 1.0;
+  }
+  if (!changed) return false;
+  problem_ = problem_.Weighing(std::move(misfit));
+  segments_.reset();
+  return true;
 }
 
 bool Stages::IsWhole() const {
@@ -151,8 +196,22 @@ StageSummary Stages::Run(const StageGoal& goal) {
     // only effects can make it.
     if (!ShortenStep() || !FreesEffects(problem_)) break;
   }
-  const double error = Error();
+  const double error = std::sqrt(
+      WeighedSquare(problem_, EvaluateErrors(problem_, solution, 0.0)));
   if (std::isfinite(error)) misfit_ = std::max(1.0, error);
+  return done;
+}
+
+StageSummary Stages::RunSegments(const StageGoal& goal) {
+  doing_ = goal.doing;
+  ThrowIfCancelled(problem_.options().stop);
+  solution = SolveSegments(
+      problem_, solution,
+      {.twist_hold = std::max(1.0, goal.misfit), .tolerance = goal.tolerance});
+  ++iterations;
+  StageSummary done;
+  done.converged = true;
+  done.message = "the states of each segment";
   return done;
 }
 
@@ -169,7 +228,12 @@ Ended SolveIndependent(Stages* stages) {
   constexpr double kNear = 2.0, kThere = 1.3;  // times the noise
   const StageGoal held{"independent segments", kInfinity, kEnough,
                        StageGoal().most, kHeldSpin};
-  StageSummary last = stages->Run(held);
+  const bool states_alone = stages->problem().map().size() == 0;
+  StageSummary last =
+      states_alone ? stages->RunSegments(held) : stages->Run(held);
+  for (int i = 0; i < kMostWeighed && stages->Weigh(); ++i) {
+    last = stages->Run(held);
+  }
   // A model that is nearly right may say itself how it spins, and the errors of
   // the step would look like something missing; one that so comes to the noise
   // was right.
@@ -221,8 +285,10 @@ Ended SolveJoined(Stages* stages) {
     // Joined by degrees: what the short segments leave open (a spin, a stiff
     // damping) would otherwise start the joined ones far off.
     stages->Run({"long segments", stages->Defect(kMiddleDefect), 1e-3, 10});
+    stages->Weigh();
     if (chaotic && stages->Rms() > kHopeless) return SolveIndependent(stages);
     stages->Run({"long segments", stages->Defect(kCloseDefect), 1e-3, 10});
+    stages->Weigh();
     stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
   }
   const bool one_trajectory = !chaotic || stages->Error() < kMissing;
@@ -230,6 +296,9 @@ Ended SolveJoined(Stages* stages) {
   ended.defect = one_trajectory ? TightDefect(stages->solution) : kJoinedDefect;
   stages->RefineStep(ended.defect);
   ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
+  for (int i = 0; i < kMostWeighed && stages->Weigh(); ++i) {
+    ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
+  }
   return ended;
 }
 
@@ -284,7 +353,7 @@ bool StartFromData(Stages* stages, Ended* ended) {
 }  // namespace
 
 Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
-  Stages stages(problem);
+  Stages stages(problem, true);
   Ended ended;
   if (StartFromData(&stages, &ended)) {
     try {
@@ -309,7 +378,12 @@ Fit FitIndependentSegments(const ShootingProblem& problem) {
   Stages stages(problem);
   Ended ended;
   if (StartFromData(&stages, &ended)) {
-    Grow(&stages, stages.IsWhole());
+    if (problem.map().size() > 0) {
+      Grow(&stages, stages.IsWhole());
+    } else {
+      const double given = problem.options().segment;
+      stages.Cut(given > 0 ? given : ChooseSegment(problem, stages.solution));
+    }
     // From the data: what the joined segments made of a spin that no sensor
     // sees is worth nothing.
     stages.solution = WithStatesFromData(problem, stages.solution);
@@ -322,7 +396,7 @@ Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut) {
   Stages stages(problem);
   Solution start = WithStatesFromData(problem, cut);
   start.theta = problem.InitialTheta();
-  stages.solution = SolveStates(problem, start, {.twist_hold = kHeldSpin});
+  stages.solution = SolveSegments(problem, start, {.twist_hold = kHeldSpin});
   return Finish(stages, {});
 }
 

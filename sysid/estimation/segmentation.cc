@@ -62,6 +62,15 @@ Solution CutPoint(const ShootingProblem& problem, const Eigen::VectorXd& theta,
   return point;
 }
 
+Solution ShortSegments(const ShootingProblem& problem) {
+  Solution point = CutPoint(problem, problem.InitialTheta(),
+                            AllStatesFromData(problem), kFirstLength);
+  if (!(point.rollout.step > 0.0)) {
+    point.rollout.step = problem.data().MedianSamplePeriod();
+  }
+  return point;
+}
+
 Solution Recut(const ShootingProblem& problem, const Solution& solution,
                double length) {
   Solution cut = CutPoint(problem, solution.theta,
@@ -206,6 +215,11 @@ Solution SolveOneByOne(const ShootingProblem& problem,
   };
   ParallelFor(static_cast<int>(which.size()), problem.options().threads, solve);
   return solution;
+}
+
+Solution SolveSegments(const ShootingProblem& problem, const Solution& solution,
+                       const StateOptions& options) {
+  return SolveOneByOne(problem, options, {solution}, AllSegments(solution));
 }
 
 Solution StatesFromScratch(const ShootingProblem& problem, double length,

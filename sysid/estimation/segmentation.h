@@ -30,6 +30,10 @@ Solution CutPoint(const ShootingProblem& problem, const Eigen::VectorXd& theta,
 Solution Recut(const ShootingProblem& problem, const Solution& solution,
                double length);
 
+// What a fit starts from: short segments from the states of the data; a step a
+// sample where the options leave it open.
+Solution ShortSegments(const ShootingProblem& problem);
+
 // The same cut with the states that the data gives.
 Solution WithStatesFromData(const ShootingProblem& problem, Solution solution);
 
@@ -52,6 +56,10 @@ struct StateOptions {
 };
 Solution SolveStates(const ShootingProblem& problem, Solution solution,
                      const StateOptions& options);
+// The same of segments that are not joined, each by itself: where there is no
+// theta, one that is hard to reach the data with does not hold up the others.
+Solution SolveSegments(const ShootingProblem& problem, const Solution& solution,
+                       const StateOptions& options);
 
 // Of independent segments, each a problem of its own: together they would share
 // one trust region, and the most crooked of them would hold up all. Each of

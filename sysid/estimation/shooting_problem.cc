@@ -54,6 +54,18 @@ ShootingProblem ShootingProblem::StartingAt(Eigen::VectorXd theta) const {
   return other;
 }
 
+ShootingProblem ShootingProblem::Weighing(
+    std::map<std::string, double> misfit) const {
+  ShootingProblem other = *this;
+  other.misfit_ = std::move(misfit);
+  return other;
+}
+
+double ShootingProblem::Misfit(const std::string& channel) const {
+  const auto found = misfit_.find(channel);
+  return found == misfit_.end() ? 1.0 : found->second;
+}
+
 std::shared_ptr<const DataSet> MakeDataSet(const Model& model,
                                            std::vector<Run> runs,
                                            const EstimationOptions& options) {

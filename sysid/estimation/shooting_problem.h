@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -67,6 +68,8 @@ class ShootingProblem {
   ShootingProblem WithData(std::shared_ptr<const DataSet> data) const;
   // The same question, begun at theta.
   ShootingProblem StartingAt(Eigen::VectorXd theta) const;
+  // The same question, its channels weighed by these errors (Misfit).
+  ShootingProblem Weighing(std::map<std::string, double> misfit) const;
 
   const Model& model() const { return question_->model; }
   const ParameterMap& map() const { return question_->map; }
@@ -82,11 +85,16 @@ class ShootingProblem {
   // values of the free parameters.
   Eigen::VectorXd InitialTheta() const;
 
+  // Standard deviation of a channel's errors as a fit weighs them, in times its
+  // noise: 1 where nothing is known of what the model misses.
+  double Misfit(const std::string& channel) const;
+
  private:
   std::shared_ptr<const Question> question_;
   std::shared_ptr<const DataSet> data_;
   EstimationOptions options_;
   Eigen::VectorXd start_;  // empty: the initial values
+  std::map<std::string, double> misfit_;
 };
 
 // The data set that the options mean: their noise and residual.

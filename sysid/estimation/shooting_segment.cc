@@ -15,7 +15,9 @@ Whitening MakeWhitening(const ShootingProblem& problem, int run,
   std::vector<double> sigma;
   std::vector<Whitening::Group> groups;
   for (const SegmentRow& row : rollout.rows()) {
-    sigma.insert(sigma.end(), row.size, data.sigma[row.channel]);
+    sigma.insert(sigma.end(), row.size,
+                 data.sigma[row.channel] *
+                     problem.Misfit(data.run.channels[row.channel].name));
     groups.push_back({row.first, row.size});
   }
   const EstimationOptions& options = problem.options();

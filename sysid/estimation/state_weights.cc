@@ -15,12 +15,31 @@ double TightDefect(const Solution& solution) {
   return std::min(kJoinedDefect, 0.1 / std::sqrt(samples * segments));
 }
 
+namespace {
+
+// Of the channel that measures the joint, as it is weighed.
+double JointMisfit(const ShootingProblem& problem, int joint) {
+  for (const auto& data : problem.runs()) {
+    for (const Channel& channel : data->run.channels) {
+      if (channel.target == joint &&
+          (channel.kind == ChannelKind::kPosition ||
+           channel.kind == ChannelKind::kOrientation)) {
+        return problem.Misfit(channel.name);
+      }
+    }
+  }
+  return 1.0;
+}
+
+}  // namespace
+
 std::vector<double> DefectSigma(const ShootingProblem& problem) {
   const Model& model = problem.model();
   const StateLayout& at = model.layout();
   std::vector<double> sigma(at.tangent_size());
   for (const Body& body : model.movers()) {
-    const double joint = problem.data().JointSigma(body.joint);
+    const double joint = problem.data().JointSigma(body.joint) *
+                         JointMisfit(problem, body.joint);
     for (int i = 0; i < VelocitySize(body); ++i) {
       sigma[at.dq(body) + i] = joint;
       sigma[at.dqd(body) + i] = joint / kDefectTime;

@@ -116,6 +116,14 @@ std::string EquationCoordinates::Unit(int i) const {
   return model_->effects().parameters()[at.index].unit;
 }
 
+std::vector<int> EquationCoordinates::Links() const {
+  std::vector<int> links;
+  for (const Coordinate& at : coordinates_) {
+    if (at.of == kBody && at.component == 0) links.push_back(at.index);
+  }
+  return links;
+}
+
 int EquationCoordinates::PlaceOf(int link) const {
   for (int i = 0; i < size(); ++i) {
     if (coordinates_[i].of == kBody && coordinates_[i].index == link) return i;

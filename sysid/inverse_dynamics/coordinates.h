@@ -27,6 +27,8 @@ class EquationCoordinates {
   std::string Name(int i) const;
   std::string Unit(int i) const;
 
+  // Those whose ten come first, in this order.
+  std::vector<int> Links() const;
   // The place of the first of a link's ten, or -1.
   int PlaceOf(int link) const;
 

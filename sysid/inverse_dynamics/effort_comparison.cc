@@ -46,15 +46,12 @@ EffortComparison CompareEfforts(const Model& model,
     times += rows.back().times();
   }
   comparison.left = (left / std::max(1, times)).cwiseSqrt();
+  const std::vector<std::string> names = VelocityNames(model);
   for (const Body& body : model.movers()) {
-    const Joint& joint = model.mechanism().joints[body.joint];
     for (int k = 0; k < VelocitySize(body); ++k) {
       const int v = body.v_index + k;
       if (!(all[v] > 0.0)) continue;
-      std::string name = joint.name;
-      if (body.type == JointType::kSpherical) {
-        name += std::string(".") + "xyz"[k];
-      }
+      const std::string& name = names[v];
       comparison.errors.push_back({name, std::sqrt(left[v] / times),
                                    100.0 * std::sqrt(left[v] / all[v])});
       for (size_t i = 0; i < runs.size(); ++i) {

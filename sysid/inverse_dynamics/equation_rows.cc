@@ -6,6 +6,7 @@
 
 #include "models/dynamics.h"
 #include "models/effects/coulomb_friction.h"
+#include "models/inertial_columns.h"
 #include "residuals/acting_effort.h"
 
 namespace sysid {
@@ -29,20 +30,50 @@ void Unmeasure(const Workspace<T>& ws, const Eigen::VectorXd& measured,
   }
 }
 
-// [dr | r | u] before the Gaussian, of each time and joint.
+// Columns of dr by the inertial parameters of links, (2.30), ten a link, of
+// each time and joint.
+void AddInertialColumns(const Model& model, const SampledMotion& grid,
+                        const InertialPart& part, RowMatrixXd* rows) {
+  constexpr int kTen = 10;
+  const int nv = model.nv();
+  std::vector<double> q(model.nq()), needed(nv);
+  Workspace<double> ws(model);
+  ws.SetParameters(part.values);
+  RowMatrixXd columns(nv, kTen);
+  for (int k = 0; k < grid.size(); ++k) {
+    const MotionSample& motion = grid.motion[k];
+    if (!motion.known) continue;
+    Unmeasure(ws, motion.q, &q);
+    InverseDynamics<double>(&ws, q.data(), motion.qd.data(), motion.qdd.data(),
+                            needed.data());
+    for (size_t i = 0; i < part.links.size(); ++i) {
+      InertialColumns(ws, part.links[i], columns);
+      rows->block(k * nv, kTen * i, nv, kTen) = -columns;
+    }
+  }
+}
+
+// [dr | r | u] before the Gaussian, of each time and joint. Derivatives by
+// the inertial part where the model has them, by Jets of the rest.
 template <typename T>
 RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
-                       int columns, const Seeding<T>& seeding) {
-  constexpr int kWidth = T::DIMENSION;
+                       int columns, const Seeding<T>& seeding,
+                       const InertialPart& inertial, double* work) {
+  constexpr bool kJets = !std::is_same_v<T, double>;
   const int nv = model.nv();
   RowMatrixXd rows = RowMatrixXd::Zero(grid.size() * nv, columns + 2);
   std::vector<T> q(model.nq()), qd(nv), qdd(nv), u(nv), needed(nv);
   MechanismParameters<T> values;
   Workspace<T> ws(model);
-  for (int begin = 0; begin == 0 || begin < columns; begin += kWidth) {
+  int first = 0;  // column by Jets
+  if (!inertial.links.empty() && HasInertialColumns(Workspace<double>(model))) {
+    first = 10 * static_cast<int>(inertial.links.size());
+    AddInertialColumns(model, grid, inertial, &rows);
+  }
+  for (int begin = first; begin == first || begin < columns;) {
+    *work += grid.size();
     seeding(begin, &values);
     ws.SetParameters(values);
-    const int count = std::min(kWidth, columns - begin);
     for (int k = 0; k < grid.size(); ++k) {
       const MotionSample& motion = grid.motion[k];
       if (!motion.known) continue;
@@ -64,10 +95,18 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
       for (int v = 0; v < nv; ++v) {
         const T rest = u[v] - needed[v];
         auto row = rows.row(k * nv + v);
-        for (int c = 0; c < count; ++c) row[begin + c] = rest.v[c];
-        row[columns] = rest.a;
-        row[columns + 1] = u[v].a;
+        if constexpr (kJets) {
+          const int count = std::min<int>(T::DIMENSION, columns - begin);
+          for (int c = 0; c < count; ++c) row[begin + c] = rest.v[c];
+        }
+        row[columns] = ValueOf(rest);
+        row[columns + 1] = ValueOf(u[v]);
       }
+    }
+    if constexpr (kJets) {
+      begin += T::DIMENSION;
+    } else {
+      break;
     }
   }
   return rows;
@@ -97,6 +136,19 @@ Eigen::VectorXd SlowestKnown(const Model& model,
                  FrictionSmoothingSpeed(body.type == JointType::kPrismatic));
   }
   return slowest;
+}
+
+// Samples x nv: true where a joint's direction is not known.
+MatrixXb FindSlow(const SampledMotion& sampled) {
+  const int nv = static_cast<int>(sampled.slowest.size());
+  MatrixXb slow(sampled.size(), nv);
+  for (int k = 0; k < sampled.size(); ++k) {
+    const MotionSample& motion = sampled.motion[k];
+    for (int v = 0; v < nv; ++v) {
+      slow(k, v) = motion.known && std::abs(motion.qd[v]) < sampled.slowest[v];
+    }
+  }
+  return slow;
 }
 
 }  // namespace
@@ -136,20 +188,20 @@ SampledMotion SampleMotion(const Model& model, const Run& run,
 
 template <typename T>
 EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
-                              int columns, const Seeding<T>& seeding) {
+                              int columns, const Seeding<T>& seeding,
+                              const InertialPart& inertial) {
   EquationRows out;
   const int nv = out.nv = model.nv();
-  const RowMatrixXd rest = Unfiltered<T>(model, sampled, columns, seeding);
-  constexpr int kWidth = T::DIMENSION;
-  out.work =
-      std::ceil((columns + 1.0) / static_cast<double>(kWidth)) * sampled.size();
+  const RowMatrixXd rest =
+      Unfiltered<T>(model, sampled, columns, seeding, inertial, &out.work);
   const int most = std::max(0, sampled.size() / kSteps + 1);
   out.rows.resize(most * nv, columns + 1);
   out.effort.resize(most, nv);
   out.qd.resize(most, nv);
-  out.tells.resize(most, nv);
+  out.rests.setConstant(most, nv, false);
+  out.qdd.resize(most, nv);
   RowMatrixXd sum(nv, columns + 2);
-  Eigen::RowVectorXd tells(nv);
+  const MatrixXb slow = FindSlow(sampled);
   // How far the fit of the motion carries a kink.
   const int bend =
       static_cast<int>(std::ceil(kGaussianReach * sampled.bend / sampled.step));
@@ -157,7 +209,6 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
     bool known = true;
     double total = 0.0;
     sum.setZero();
-    tells.setOnes();
     for (int i = -kReachSteps; i <= kReachSteps; ++i) {
       const double weight = GaussianWeight(static_cast<double>(i) / kSteps);
       known = known && sampled.motion[k + i].known;
@@ -166,40 +217,39 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
     }
     if (!known || !sum.allFinite()) continue;
     sum /= total;
-    for (int i = std::max(0, k - kReachSteps - bend);
-         i <= std::min(sampled.size() - 1, k + kReachSteps + bend); ++i) {
-      if (!sampled.motion[i].known) continue;
-      for (int v = 0; v < nv; ++v) {
-        if (std::abs(sampled.motion[i].qd[v]) < sampled.slowest[v]) {
-          tells[v] = 0.0;
-        }
-      }
-    }
     const int at = out.times();
+    const int first = std::max(0, k - kReachSteps - bend);
+    const int last = std::min(sampled.size() - 1, k + kReachSteps + bend);
+    out.rests.row(at) =
+        slow.middleRows(first, last - first + 1).colwise().any();
     out.rows.middleRows(at * nv, nv) = sum.leftCols(columns + 1);
     out.effort.row(at) = sum.col(columns + 1).transpose();
     out.qd.row(at) = sampled.motion[k].qd.transpose();
-    out.tells.row(at) = tells;
+    out.qdd.row(at) = sampled.motion[k].qdd.transpose();
     out.t.push_back(sampled.run.t[k] + 0.5 * sampled.step);
   }
   out.rows.conservativeResize(out.times() * nv, columns + 1);
   out.effort.conservativeResize(out.times(), nv);
   out.qd.conservativeResize(out.times(), nv);
-  out.tells.conservativeResize(out.times(), nv);
+  out.rests.conservativeResize(out.times(), nv);
+  out.qdd.conservativeResize(out.times(), nv);
   return out;
 }
 
 EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
                                const MechanismParameters<double>& values) {
-  return MakeEquationRows<Jet8>(
+  return MakeEquationRows<double>(
       model, sampled, 0,
-      [&](int, MechanismParameters<Jet8>* out) { values.CastTo(out); });
+      [&](int, MechanismParameters<double>* out) { *out = values; });
 }
 
-template EquationRows MakeEquationRows<Jet8>(const Model&, const SampledMotion&,
-                                             int, const Seeding<Jet8>&);
-template EquationRows MakeEquationRows<Jet24>(const Model&,
-                                              const SampledMotion&, int,
-                                              const Seeding<Jet24>&);
+#define SYSID_INSTANTIATE(T)                                      \
+  template EquationRows MakeEquationRows<T>(                      \
+      const Model&, const SampledMotion&, int, const Seeding<T>&, \
+      const InertialPart&);
+SYSID_INSTANTIATE(double)
+SYSID_INSTANTIATE(Jet8)
+SYSID_INSTANTIATE(Jet24)
+#undef SYSID_INSTANTIATE
 
 }  // namespace sysid

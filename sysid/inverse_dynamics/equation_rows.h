@@ -19,6 +19,8 @@ namespace sysid {
 // a Gaussian of the same kind as theirs, over efforts and equations alike, so
 // that both lag and lose the same.
 
+using MatrixXb = Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic>;
+
 // Standard deviations, s.
 struct EquationFilter {
   double motion = 0.0;   // of the fit of the motion
@@ -61,20 +63,27 @@ struct EquationRows {
   std::vector<double> t;  // s
   RowMatrixXd rows;       // (times x nv) x (columns + 1): [dr | r], N m or N
   RowMatrixXd effort;     // times x nv: g * u
-  RowMatrixXd qd;         // times x nv
-  // times x nv: 1, or 0 where a joint with dry friction may rest within reach
-  // of g and of the fit of the motion. What holds it then no law says, and its
-  // row tells nothing.
-  RowMatrixXd tells;
+  RowMatrixXd qd, qdd;    // times x nv
+  // times x nv: true where a joint with dry friction may rest within reach of g
+  // and of the fit of the motion. What holds it then no law says.
+  MatrixXb rests;
   double work = 0.0;  // evaluations of the inverse dynamics, by Jets
 
   int times() const { return static_cast<int>(t.size()); }
 };
 
-// For T = Jet8 (few columns) or Jet24.
+// Columns that come first where there are any: of each of these links the ten
+// of (2.29), by (2.30) instead of Jets where the model has them so.
+struct InertialPart {
+  std::vector<int> links;
+  MechanismParameters<double> values;
+};
+
+// For T = double (no columns), Jet8 (few) or Jet24.
 template <typename T>
 EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
-                              int columns, const Seeding<T>& seeding);
+                              int columns, const Seeding<T>& seeding,
+                              const InertialPart& inertial = {});
 
 // Without derivatives.
 EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,

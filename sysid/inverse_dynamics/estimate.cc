@@ -262,7 +262,7 @@ void Minimiser::Curve(const Point& point, Eigen::VectorXd* g,
 }
 
 bool Minimiser::Descend(double settled, int* iterations) {
-  constexpr int kMost = 100;
+  constexpr int kMost = 30;
   constexpr double kArmijo = 1e-4;
   const int n = static_cast<int>(mean_.size());
   for (int i = 0; i < kMost; ++i) {

@@ -141,7 +141,8 @@ EquationRegression InverseDynamicsFit::Regress(
   std::vector<EquationRows> rows;
   for (const SampledMotion& sampled : sampled_) {
     rows.push_back(MakeEquationRows<Jet24>(problem_.model(), sampled,
-                                           coordinates_.size(), seeding));
+                                           coordinates_.size(), seeding,
+                                           {coordinates_.Links(), values}));
     ThrowIfCancelled(problem_.options().stop);
   }
   return EquationRegression(std::move(rows), problem_.options().loss,
@@ -303,17 +304,6 @@ Fit InverseDynamicsFit::Estimate() {
   fit.wall_time_s = Now() - start_s;
   fit.cpu_time_s = CpuSeconds() - start_cpu_s;
   return fit;
-}
-
-// What the motion alone starts from, cut for a comparison.
-Solution ShortSegments(const ShootingProblem& problem) {
-  Solution point = CutPoint(problem, problem.InitialTheta(),
-                            AllStatesFromData(problem), kFirstLength);
-  // One step a sample: what is compared differs by more than its errors.
-  if (!(point.rollout.step > 0.0)) {
-    point.rollout.step = problem.data().MedianSamplePeriod();
-  }
-  return point;
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "models/math/rotation.h"
 
@@ -17,83 +19,98 @@ constexpr int kEachSide = 3;      // samples that a fit needs
 // tr(A^-1 P^T w^2 P), and kSlope = sum(w) [A^-1 P^T w^2 P A^-1]_11.
 constexpr double kTaken = 2.505, kSlope = 5.854;
 
-// The polynomials c of n components that fit values at times around; component
-// k of the i-th derivative is c(i, k) i! / width^i.
-template <int kComponents>
+// The polynomials that fit values at samples around a time, w their Gaussian
+// weights. What they share, A of (P^T w P) c = P^T w y, is there once for all
+// channels that were measured at these samples.
 class LocalQuintic {
  public:
-  void Add(double distance, const Eigen::Vector<double, kComponents>& value) {
-    Eigen::Vector<double, kCoefficients> powers;
-    powers[0] = 1.0;
-    for (int i = 1; i < kCoefficients; ++i)
-      powers[i] = distance * powers[i - 1];
-    const Eigen::Vector<double, kCoefficients> weighed =
-        GaussianWeight(distance) * powers;
-    A_.noalias() += weighed * powers.transpose();
-    b_.noalias() += weighed * value.transpose();
-    squares_ += weighed[0] * value.squaredNorm();
-    (distance < 0 ? before_ : after_) += 1;
+  LocalQuintic(const std::vector<double>& t, std::vector<int> samples,
+               double time, double width)
+      : samples_(std::move(samples)),
+        width_(width),
+        weighed_(kCoefficients, samples_.size()) {
+    int before = 0;
+    Powers A = Powers::Zero();
+    for (size_t i = 0; i < samples_.size(); ++i) {
+      const double distance = (t[samples_[i]] - time) / width;
+      Eigen::Vector<double, kCoefficients> powers;
+      powers[0] = 1.0;
+      for (int k = 1; k < kCoefficients; ++k) {
+        powers[k] = distance * powers[k - 1];
+      }
+      weighed_.col(i) = GaussianWeight(distance) * powers;
+      A.noalias() += weighed_.col(i) * powers.transpose();
+      before += distance < 0 ? 1 : 0;
+    }
+    const int after = static_cast<int>(samples_.size()) - before;
+    if (before < kEachSide || after < kEachSide) return;
+    A_.compute(A);
+    weight_ = A(0, 0);
+    known_ = true;
   }
-  bool Solve() {
-    if (before_ < kEachSide || after_ < kEachSide) return false;
-    c_ = A_.ldlt().solve(b_);
-    return c_.allFinite();
+  bool known() const { return known_; }
+  const std::vector<int>& samples() const { return samples_; }
+
+  // Of values (samples x n): component k of the i-th derivative is
+  // c(i, k) i! / width^i.
+  Eigen::MatrixXd Solve(const Eigen::MatrixXd& values) const {
+    return A_.solve(weighed_ * values);
   }
-  Eigen::Vector<double, kComponents> Derivative(int i, double width) const {
-    return c_.row(i).transpose() * (std::tgamma(i + 1.0) / std::pow(width, i));
+  double Derivative(const Eigen::MatrixXd& c, int i, int k = 0) const {
+    constexpr double kFactorial[] = {1.0, 1.0, 2.0};
+    return c(i, k) * kFactorial[i] / std::pow(width_, i);
   }
-  // Of the first derivative, by what is left:
+  // Of the first derivative, by what is left of one component:
   //   s^2 kSlope / (sum(w) width^2),
   //   s^2 = sum w left^2 / (sum(w) - kTaken).                         (11.12)
-  double SlopeVariance(double width) const {
-    const double left = squares_ - c_.cwiseProduct(b_).sum();
-    const double weight = A_(0, 0);
-    if (!(weight > kTaken)) return 0.0;
-    return std::max(0.0, left) / (weight - kTaken) * kSlope /
-           (weight * width * width);
+  double SlopeVariance(const Eigen::MatrixXd& values,
+                       const Eigen::MatrixXd& c) const {
+    if (!(weight_ > kTaken)) return 0.0;
+    const double left = weighed_.row(0).dot(values.col(0).cwiseAbs2()) -
+                        (weighed_ * values.col(0)).dot(c.col(0));
+    return std::max(0.0, left) / (weight_ - kTaken) * kSlope /
+           (weight_ * width_ * width_);
   }
 
  private:
-  Eigen::Matrix<double, kCoefficients, kCoefficients> A_ =
-      Eigen::Matrix<double, kCoefficients, kCoefficients>::Zero();
-  using Columns = Eigen::Matrix<double, kCoefficients, kComponents>;
-  Columns b_ = Columns::Zero(), c_;
-  double squares_ = 0.0;
-  int before_ = 0, after_ = 0;
+  using Powers = Eigen::Matrix<double, kCoefficients, kCoefficients>;
+  std::vector<int> samples_;
+  double width_, weight_ = 0.0;
+  Eigen::Matrix<double, kCoefficients, Eigen::Dynamic> weighed_;
+  Eigen::LDLT<Powers> A_;
+  bool known_ = false;
 };
 
-// The samples within reach of a time: [first, last).
-struct Around {
-  int first, last;
-};
-
-Around SamplesAround(const std::vector<double>& t, double time, double width) {
+// Samples of a channel within reach of a time.
+std::vector<int> SamplesAround(const std::vector<double>& t,
+                               const Channel& channel, double time,
+                               double width) {
   const auto first =
       std::lower_bound(t.begin(), t.end(), time - kGaussianReach * width);
   const auto last =
       std::upper_bound(first, t.end(), time + kGaussianReach * width);
-  return {static_cast<int>(first - t.begin()),
-          static_cast<int>(last - t.begin())};
+  std::vector<int> samples;
+  for (auto at = first; at != last; ++at) {
+    const int k = static_cast<int>(at - t.begin());
+    if (!std::isnan(channel.values(k, 0))) samples.push_back(k);
+  }
+  return samples;
 }
 
-bool SmoothScalar(const Run& run, const Channel& channel, const Around& around,
-                  double time, double width, double* q, double* qd, double* qdd,
-                  double* qd_variance) {
-  LocalQuintic<1> fit;
-  double origin = NAN;  // near the values: their squares would hide the noise
-  for (int k = around.first; k < around.last; ++k) {
-    const double value = channel.values(k, 0);
-    if (std::isnan(value)) continue;
-    if (std::isnan(origin)) origin = value;
-    fit.Add((run.t[k] - time) / width,
-            Eigen::Vector<double, 1>(value - origin));
+void SmoothScalar(const Channel& channel, const LocalQuintic& fit, double* q,
+                  double* qd, double* qdd, double* qd_variance) {
+  const std::vector<int>& samples = fit.samples();
+  // Near the values: their squares would hide the noise.
+  const double origin = channel.values(samples[0], 0);
+  Eigen::VectorXd values(samples.size());
+  for (size_t i = 0; i < samples.size(); ++i) {
+    values[i] = channel.values(samples[i], 0) - origin;
   }
-  if (!fit.Solve()) return false;
-  *q = origin + fit.Derivative(0, width)[0];
-  *qd = fit.Derivative(1, width)[0];
-  *qdd = fit.Derivative(2, width)[0];
-  *qd_variance = fit.SlopeVariance(width);
-  return true;
+  const Eigen::MatrixXd c = fit.Solve(values);
+  *q = origin + fit.Derivative(c, 0);
+  *qd = fit.Derivative(c, 1);
+  *qdd = fit.Derivative(c, 2);
+  *qd_variance = fit.SlopeVariance(values, c);
 }
 
 Eigen::Quaterniond QuaternionOf(const Channel& channel, int k) {
@@ -102,35 +119,44 @@ Eigen::Quaterniond QuaternionOf(const Channel& channel, int k) {
       .normalized();
 }
 
-bool SmoothOrientation(const Run& run, const Channel& channel,
-                       const Around& around, double time, double width,
+void SmoothOrientation(const std::vector<double>& t, double time,
+                       const Channel& channel, const LocalQuintic& fit,
                        double* q, double* qd, double* qdd) {
-  int nearest = -1;
-  for (int k = around.first; k < around.last; ++k) {
-    if (std::isnan(channel.values(k, 0))) continue;
-    if (nearest < 0 ||
-        std::abs(run.t[k] - time) < std::abs(run.t[nearest] - time)) {
-      nearest = k;
-    }
-  }
-  if (nearest < 0) return false;
+  const std::vector<int>& samples = fit.samples();
+  const int nearest =
+      *std::min_element(samples.begin(), samples.end(), [&](int a, int b) {
+        return std::abs(t[a] - time) < std::abs(t[b] - time);
+      });
   const Eigen::Quaterniond middle = QuaternionOf(channel, nearest);
-  LocalQuintic<3> fit;
-  for (int k = around.first; k < around.last; ++k) {
-    if (std::isnan(channel.values(k, 0))) continue;
+  Eigen::MatrixXd values(samples.size(), 3);
+  for (size_t i = 0; i < samples.size(); ++i) {
     const Eigen::Quaterniond turned =
-        middle.conjugate() * QuaternionOf(channel, k);
-    fit.Add((run.t[k] - time) / width, Log<double>(turned));
+        middle.conjugate() * QuaternionOf(channel, samples[i]);
+    values.row(i) = Log<double>(turned).transpose();
   }
-  if (!fit.Solve()) return false;
-  const Eigen::Quaterniond at = middle * Exp<double>(fit.Derivative(0, width));
-  Eigen::Map<Eigen::Vector4d>(q, 4) = at.coeffs();
-  Eigen::Map<Eigen::Vector3d>(qd, 3) = fit.Derivative(1, width);
-  Eigen::Map<Eigen::Vector3d>(qdd, 3) = fit.Derivative(2, width);
-  return true;
+  const Eigen::MatrixXd c = fit.Solve(values);
+  Eigen::Vector3d turn;
+  for (int k = 0; k < 3; ++k) {
+    turn[k] = fit.Derivative(c, 0, k);
+    qd[k] = fit.Derivative(c, 1, k);
+    qdd[k] = fit.Derivative(c, 2, k);
+  }
+  Eigen::Map<Eigen::Vector4d>(q, 4) = (middle * Exp<double>(turn)).coeffs();
 }
 
 }  // namespace
+
+std::vector<std::string> VelocityNames(const Model& model) {
+  std::vector<std::string> names;
+  for (const Body& body : model.movers()) {
+    const std::string& joint = model.mechanism().joints[body.joint].name;
+    for (int k = 0; k < VelocitySize(body); ++k) {
+      const bool ball = body.type == JointType::kSpherical;
+      names.push_back(ball ? joint + "." + "xyz"[k] : joint);
+    }
+  }
+  return names;
+}
 
 std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run) {
   std::set<int> measured;
@@ -152,23 +178,30 @@ std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run) {
 MotionSample SmoothMotion(const Model& model, const Run& run, double time,
                           double width) {
   MotionSample sample;
-  sample.q.resize(model.nq());
-  sample.qd.resize(model.nv());
-  sample.qdd.resize(model.nv());
+  sample.q.setZero(model.nq());
+  sample.qd.setZero(model.nv());
+  sample.qdd.setZero(model.nv());
   sample.qd_variance.setZero(model.nv());
-  const Around around = SamplesAround(run.t, time, width);
+  std::optional<LocalQuintic> fit;  // of the channel before
   for (const Channel& channel : run.channels) {
     const bool turns = channel.kind == ChannelKind::kOrientation;
     if (!turns && channel.kind != ChannelKind::kPosition) continue;
+    std::vector<int> samples = SamplesAround(run.t, channel, time, width);
+    if (!fit || fit->samples() != samples) {
+      fit.emplace(run.t, std::move(samples), time, width);
+    }
+    if (!fit->known()) return sample;
     const Joint& joint = model.mechanism().joints[channel.target];
     double* q = &sample.q[joint.q_index];
     double* qd = &sample.qd[joint.v_index];
     double* qdd = &sample.qdd[joint.v_index];
-    const bool known =
-        turns ? SmoothOrientation(run, channel, around, time, width, q, qd, qdd)
-              : SmoothScalar(run, channel, around, time, width, q, qd, qdd,
-                             &sample.qd_variance[joint.v_index]);
-    if (!known) return sample;
+    if (turns) {
+      SmoothOrientation(run.t, time, channel, *fit, q, qd, qdd);
+    } else {
+      SmoothScalar(channel, *fit, q, qd, qdd,
+                   &sample.qd_variance[joint.v_index]);
+    }
+    if (!sample.q.allFinite() || !sample.qdd.allFinite()) return sample;
   }
   sample.known = true;
   return sample;

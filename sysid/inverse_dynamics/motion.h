@@ -25,6 +25,9 @@ struct MotionSample {
   Eigen::VectorXd qd_variance;  // nv
 };
 
+// Of each of the nv velocities: the joint, "shoulder.x" of a spherical one.
+std::vector<std::string> VelocityNames(const Model& model);
+
 // Moving joints whose position is not measured, by name.
 std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "residuals/costs.h"
@@ -19,7 +20,9 @@ namespace sysid {
 //   sum_v |R_v d + z_v|^2 / s_v^2,   d = xi - xi_0,                    (11.4)
 //
 // which costs nothing that grows with the samples. s_v is the standard
-// deviation of what is left of joint v, found by iteration.
+// deviation of what is left of joint v, found by iteration. Where a joint with
+// dry friction may rest, no law says what holds it: where twice as much is left
+// there as where it slips, those rows have a standard deviation of their own.
 class EquationRegression {
  public:
   // The runs' rows with derivatives by the coordinates.
@@ -54,20 +57,25 @@ class EquationRegression {
   Eigen::VectorXd EffortSize() const;
 
  private:
-  // What does not tell is nothing: zeros, and not counted.
-  void LeaveOutRests();
-  RowMatrixXd Merge(const Eigen::VectorXd& sigma) const;
+  double Times() const;              // of all runs, at least 1
+  RowMatrixXd OfJoint(int v) const;  // (11.3), of all its rows
+  RowMatrixXd Merge() const;
+  // Of a row, N m or N.
+  double Sigma(const EquationRows& run, int time, int v) const {
+    return run.rests(time, v) ? sigma_[v] * wider_[v] : sigma_[v];
+  }
   void Triangularise();
 
   std::vector<EquationRows> runs_;
   RobustLoss loss_;
   double loss_scale_;
   int columns_ = 0, joints_ = 0;
-  Eigen::VectorXd times_;  // that tell, by joint; at least 1
   Eigen::VectorXd sigma_;
+  Eigen::VectorXd wider_;  // by joint, where it may rest: times sigma_
   std::vector<Eigen::VectorXd> weights_;  // of a run: times x joints
-  std::vector<RowMatrixXd> triangles_;    // by joint, (columns + 1) square
-  Eigen::RowVectorXd held_;               // a, of one sample's size, or empty
+  // By joint; of the times when it slips, and when it may rest.
+  std::vector<std::array<RowMatrixXd, 2>> triangles_;
+  Eigen::RowVectorXd held_;  // a, of one sample's size, or empty
 };
 
 // The least change of the coordinates that solves (11.4): what the data does
