@@ -128,7 +128,7 @@ int Main() {
   const NextStep step = ChooseNext(diagnosis, fitted);
   const std::string next = CommandFromFlags("sysid_fit") +
                            FlagWith("add", step.add) +
-                           FlagWith("fix", step.fix);
+                           FlagWith("fix", step.fix) + step.solver;
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
   PageSource source = PageFromFlags("sysid_diagnose", session);
   if (FLAGS_auto) source.command += " --auto";

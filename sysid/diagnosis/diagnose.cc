@@ -8,6 +8,7 @@
 
 #include "models/error.h"
 #include "sysid/diagnosis/candidate_forces.h"
+#include "sysid/diagnosis/equation_look.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/segmentation.h"
 
@@ -16,6 +17,9 @@ namespace {
 
 constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
 constexpr size_t kMostExchanged = 2;
+// So many effects a search finds by itself, in its first step: what shows in
+// short segments is better judged there than by differentiated positions.
+constexpr size_t kFew = 2;
 constexpr int kMostSteps = 8;
 constexpr int kMostCompared = 12;  // candidates whose forces are shown
 // An effect that explains less of the excess over the noise is not what is
@@ -43,6 +47,7 @@ class Search {
  private:
   void Report(const std::string& doing, double error);
   void SearchOn(Diagnosis* diagnosis);
+  std::shared_ptr<EvaluatedModel> AddByEquations(Diagnosis* diagnosis);
   void KeepEvaluated(Diagnosis* diagnosis) const;
   Screening Screen(const EvaluatedModel& evaluated);
   bool LookBack(const std::vector<std::string>& newest,
@@ -65,6 +70,9 @@ class Search {
   // Every model that the search has come from, by its effects: what led on from
   // there is no reason to go back, or it would go round.
   std::set<std::set<std::string>> been_;
+  // What the equations of motion showed, and looked back at: by name.
+  std::set<std::string> settled_;
+  std::vector<FollowedMotion> followed_;
   std::string doing_;  // as Report() heard last
 };
 
@@ -130,7 +138,8 @@ bool Search::LookBack(const std::vector<std::string>& newest,
   std::vector<std::string> older;
   for (const auto& effect : (*model)->added) {
     if (std::find(newest.begin(), newest.end(), effect->name()) ==
-        newest.end()) {
+            newest.end() &&
+        !settled_.contains(effect->name())) {
       older.push_back(effect->name());
     }
   }
@@ -340,13 +349,86 @@ Diagnosis Search::Run() {
   return diagnosis;
 }
 
+// Where many effects are missing at once, a search one by one judges each while
+// the others still are. The equations of motion, in which each is a column,
+// name them together; a fit of the motion with all of them says whether it is
+// so. Null where they show little, or where the motion is not predicted better.
+std::shared_ptr<EvaluatedModel> Search::AddByEquations(Diagnosis* diagnosis) {
+  const EvaluatedModel& base = diagnosis->base;
+  if (IsAtNoiseFloor(base)) return nullptr;
+  Report("equations of motion", base.train_error());
+  EquationLook look = LookByEquations(problem_, base.fit.model, candidates_);
+  followed_ = look.followed;
+  if (look.effects.size() <= kFew) return nullptr;
+  Report("what the equations of motion show", base.train_error());
+  std::shared_ptr<EvaluatedModel> model;
+  // Without those that end at a bound: no more than a column that helped.
+  for (bool whole = false; !whole;) {
+    std::vector<const ScreenedEffect*> shown;
+    for (const ScreenedEffect& effect : look.effects) shown.push_back(&effect);
+    model = std::make_shared<EvaluatedModel>(
+        EvaluateByEquations(problem_, base, shown));
+    std::set<std::string> bound;
+    for (const ParameterEstimate& p : model->fit.parameters) {
+      if (p.at_bound) bound.insert(p.name);
+    }
+    whole =
+        0 == std::erase_if(look.effects, [&](const ScreenedEffect& effect) {
+          const std::vector<std::string> own = effect.effect->ParameterNames();
+          return std::any_of(
+              own.begin(), own.end(),
+              [&](const std::string& name) { return bound.contains(name); });
+        });
+  }
+  // What follows the motion of another joint no candidate describes. A fit of
+  // the motion would make up for it by all that is free, as the encoder's noise
+  // weighs it: the values stay those of the equations.
+  if (followed_.empty()) *model = EvaluateAgain(problem_, std::move(*model));
+  if (!(model->train_error() < base.train_error()) ||
+      !(model->holdout_error() < base.holdout_error())) {
+    return nullptr;
+  }
+  DiagnosisStep step = StepFrom(base);
+  step.predicted = model->train_error();
+  for (ScreenedEffect& effect : look.effects) {
+    effect.predicted_error = model->train_error();
+    step.effects.push_back(effect.name());
+    step.indistinguishable_from.emplace_back();
+    CandidateEffect candidate{effect, Confirmation{}, {}, "", {}};
+    candidate.confirmed->train = model->train_error();
+    candidate.confirmed->holdout = model->holdout_error();
+    candidate.confirmed->accepted = true;
+    candidate.confirmed->parameters =
+        EstimatesOf(*model, {effect.effect.get()});
+    for (const ParameterEstimate& p : candidate.confirmed->parameters) {
+      step.parameters.push_back(p);
+    }
+    diagnosis->candidates.push_back(std::move(candidate));
+    settled_.insert(effect.name());
+  }
+  diagnosis->tests = look.tests;
+  diagnosis->proposed = step.effects;
+  diagnosis->verdict = Verdict::kMissingEffect;
+  EndAt(model, &step);
+  diagnosis->steps.push_back(std::move(step));
+  return model;
+}
+
 void Search::SearchOn(Diagnosis* result) {
   Diagnosis& diagnosis = *result;
   EvaluatedModel* now = &diagnosis.base;
   // The base in longer segments, or with what was added.
   std::shared_ptr<EvaluatedModel> model;
+  if (options_.add) {
+    model = AddByEquations(result);
+    if (model != nullptr) now = model.get();
+  }
   bool joined = false;  // whether `now` was
-  for (int step = 0; step < kMostSteps;) {
+  // What the catalogue lacks would be taken for what is in it.
+  const bool ends = model != nullptr && !followed_.empty();
+  if (ends) diagnosis.final_verdict = Decide(*now, nullptr);
+  diagnosis.by_equations = ends;
+  for (int step = 0; !ends && step < kMostSteps;) {
     been_.insert(EffectsOf(*now));
     const Screening screening = Screen(*now);
     std::vector<CandidateRefit> refits = ProposeEffects(screening);
@@ -433,6 +515,7 @@ void Search::SearchOn(Diagnosis* result) {
   }
   Report("where it fails", diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);
+  diagnosis.where.followed = followed_;
   AddForcesToCompare(diagnosis.base, kMostCompared, &diagnosis.where.force,
                      &diagnosis.candidates);
 }

@@ -54,6 +54,9 @@ struct Diagnosis {
   // Null where nothing was added.
   std::shared_ptr<const EvaluatedModel> final;
   Verdict final_verdict = Verdict::kAdequate;
+  // The final model's values are those of inverse dynamics, because forces that
+  // no candidate describes would bend a fit of the motion (where.followed).
+  bool by_equations = false;
 
   explicit Diagnosis(const Model& m) : base(m) {}
   const EvaluatedModel& last() const { return final ? *final : base; }

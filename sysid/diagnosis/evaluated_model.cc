@@ -236,9 +236,17 @@ void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
 }
 
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
-  EvaluatedModel base = Open(problem, {}, {}, {}, problem.options);
+  EstimationOptions options = problem.options;
+  const bool states_only = problem.free.empty();
+  if (states_only) {
+    // Nothing will come nearer to the data than the states from the data.
+    const auto posed = Pose(problem, options);
+    options = Coarse(options, EvaluateErrors(*posed, ShortSegments(*posed), 0.0)
+                                  .total.normalized_rms);
+  }
+  EvaluatedModel base = Open(problem, {}, {}, {}, options);
   base.fit = FitIndependentSegments(StartByInverseDynamics(*base.problem));
-  if (base.fit.converged) {
+  if (base.fit.converged && !states_only) {
     // Once more, as every other model will be: a refit holds the spins that no
     // sensor sees to where the last fit left them.
     std::vector<HistoryEntry> history = std::move(base.fit.history);
@@ -247,6 +255,29 @@ EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
   }
   Evaluate(problem, nullptr, &base);
   return base;
+}
+
+EvaluatedModel EvaluateByEquations(
+    const DiagnosisProblem& problem, const EvaluatedModel& before,
+    const std::vector<const ScreenedEffect*>& effects) {
+  std::vector<std::shared_ptr<const Effect>> added = before.added;
+  std::set<std::string> without_influence = before.without_influence;
+  std::map<std::string, double> values = ValuesOf(before);
+  for (const ScreenedEffect* effect : effects) {
+    added.push_back(effect->effect);
+    without_influence.insert(effect->without_influence.begin(),
+                             effect->without_influence.end());
+    for (const ExpectedParameter& expected : effect->parameters) {
+      values[expected.name] = expected.value;
+    }
+  }
+  EvaluatedModel after =
+      Open(problem, std::move(added), std::move(without_influence), values,
+           Coarse(problem.options, before.train_error()));
+  after.fit =
+      StatesAtStart(StartByInverseDynamics(*after.problem), before.fit.point);
+  Evaluate(problem, &before, &after);
+  return after;
 }
 
 EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,

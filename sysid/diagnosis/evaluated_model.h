@@ -53,6 +53,12 @@ struct EvaluatedModel {
 // The problem's own model, from its start.
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);
 
+// The model of `before` with further effects, at the values of the equations of
+// motion (StartByInverseDynamics): the motion is predicted, not fitted.
+EvaluatedModel EvaluateByEquations(
+    const DiagnosisProblem& problem, const EvaluatedModel& before,
+    const std::vector<const ScreenedEffect*>& effects);
+
 // The model of `before` with further effects, which start where the screening
 // expects them; `threads` and `progress` as in `options`.
 EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,

@@ -25,6 +25,13 @@ struct MotionBin {
   double normalized_rms = 0.0;
 };
 
+// A joint of whose effort, by the equations of motion with the effects that
+// they show, what is left follows the motion of another joint.
+struct FollowedMotion {
+  std::string joint, of;
+  double share = 0.0;  // of the mean square that is left
+};
+
 struct Where {
   // Of the training runs, all normalised: 1 is the noise floor.
   std::vector<ChannelError> channels;
@@ -37,6 +44,7 @@ struct Where {
   std::vector<JointForce> joints;        // what the curves of a joint say
   // Of the joints whose force is no chance: by joint, best first.
   std::vector<ForceRegression> regression;
+  std::vector<FollowedMotion> followed;  // LookByEquations; above a half
 };
 
 // Bins and tests stay empty where the dynamics fail at the fit. The force is

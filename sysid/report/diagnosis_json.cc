@@ -10,6 +10,7 @@ SYSID_JSON(MotionBin, joint, over, unit, from, to, samples, normalized_rms)
 SYSID_JSON(InputCorrelation, channel, input, correlation, lag_s, p_value,
            significant)
 SYSID_JSON(JointForce, joint, unit, rms, std, p_value, significant)
+SYSID_JSON(FollowedMotion, joint, of, share)
 SYSID_JSON(ForceRegression, joint, regressor, label, r2, coefficients)
 
 inline void to_json(Json& json, const Whiteness& white) {
@@ -22,7 +23,7 @@ inline void to_json(Json& json, const Whiteness& white) {
 }
 
 SYSID_JSON(Where, channels, segments, horizon, bins, whiteness, inputs, force,
-           joints, regression)
+           joints, regression, followed)
 
 namespace {
 

@@ -16,6 +16,7 @@ namespace sysid {
 // them.
 struct NextStep {
   std::string add, fix;
+  std::string solver;  // a flag more, where the motion is not to be fitted
 };
 // `final`: null where the diagnosis was not fitted once more.
 NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final);

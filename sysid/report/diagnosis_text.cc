@@ -58,6 +58,11 @@ std::string WhereText(const Where& where) {
     }
     text += "\n";
   }
+  for (const FollowedMotion& followed : where.followed) {
+    text += "  what is left of the effort of " + followed.joint +
+            " follows the motion of " + followed.of +
+            Format(" (%.0f %% of it)\n", 100 * followed.share);
+  }
   for (const Whiteness& white : where.whiteness) {
     if (!(white.p_value < 0.01)) continue;
     text += "  errors of " + white.channel +
@@ -250,7 +255,10 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
                 ? "nothing is missing that matters to it. "
                 : "the model still misses something. ");
   }
-  text += "Fitted once more, as one trajectory over each whole run";
+  text += diagnosis.by_equations
+              ? "Fitted once more by the equations of motion, because a fit of "
+                "the motion would make up for forces that follow other joints"
+              : "Fitted once more, as one trajectory over each whole run";
   if (!final.denied.empty()) text += ", without " + Join(final.denied, " and ");
   std::string whole = FitSentence(*final.problem, final.fit,
                                   final.holdout ? &*final.holdout : nullptr);
@@ -304,7 +312,8 @@ NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {
       fix.insert(fix.end(), idle.begin(), idle.end());
     }
   }
-  return {Join(add, ","), Join(fix, ",")};
+  return {Join(add, ","), Join(fix, ","),
+          diagnosis.by_equations ? " --solver inverse_dynamics" : ""};
 }
 
 std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,

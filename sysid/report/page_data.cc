@@ -116,7 +116,8 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
   Json page = PageHeader(source);
   Json& models = page["models"];
   const NextStep next = ChooseNext(diagnosis, final);
-  const std::string command = source.fit_command(next.add, next.fix);
+  const std::string command =
+      source.fit_command(next.add, next.fix) + next.solver;
   const ShownModel base =
       OpenEvaluatedModel(*source.session, problem, diagnosis.base);
   PageFit given = base.Show(0, "as given");

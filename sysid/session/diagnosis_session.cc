@@ -9,6 +9,7 @@
 #include "models/error.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/cancelled.h"
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/io/csv.h"
 #include "sysid/parameters/patterns.h"
 #include "sysid/session/check_runs.h"
@@ -124,22 +125,23 @@ int Thin(DiagnosisProblem* problem) {
   return n;
 }
 
-// The model of a evaluated but for some effects, fitted as sysid_fit does.
+// The final model but for some effects, fitted as sysid_fit does.
 FinalFit FitWithout(const std::set<std::string>& effects,
                     const Session& session,
                     const std::shared_ptr<const DataSet>& data,
                     const DiagnosisProblem& problem,
-                    const EvaluatedModel& evaluated) {
+                    const Diagnosis& diagnosis) {
   Model model = session.model;
   std::vector<FreeParameter> free = session.free;
-  ExtendProblem(problem, evaluated, effects, &model, &free);
+  ExtendProblem(problem, diagnosis.last(), effects, &model, &free);
   FinalFit final{session, nullptr, Fit(model), std::nullopt, {}};
   final.session.model = model;
   final.session.free = free;
   final.session.effects = model.effects().names();
   final.problem = std::make_shared<const ShootingProblem>(model, free, data,
                                                           session.options);
-  final.fit = FitLevenbergMarquardt(*final.problem);
+  final.fit = diagnosis.by_equations ? FitInverseDynamics(*final.problem)
+                                     : FitLevenbergMarquardt(*final.problem);
   return final;
 }
 
@@ -318,7 +320,7 @@ Session StartedFrom(const AddedEffects& added, Session session) {
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
                   const Diagnosis& diagnosis) {
   const auto data = MakeDataSet(session.model, session.runs, session.options);
-  FinalFit final = FitWithout({}, session, data, problem, diagnosis.last());
+  FinalFit final = FitWithout({}, session, data, problem, diagnosis);
   // What segments tell of an effect whole trajectories may deny.
   std::set<std::string> denied;
   while (true) {
@@ -327,8 +329,7 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
     std::set<std::string> without = denied;
     without.insert(least);
     try {
-      FinalFit simpler =
-          FitWithout(without, session, data, problem, diagnosis.last());
+      FinalFit simpler = FitWithout(without, session, data, problem, diagnosis);
       if (!IsAsGood(simpler.fit, final.fit)) break;
       final = std::move(simpler);
     } catch (const Cancelled&) {

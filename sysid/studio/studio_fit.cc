@@ -181,7 +181,7 @@ StudioModel FitStudioModel(
                                     ? "as given"
                                     : "+ " + Join(model.effects, " + "));
   const NextStep next = ChooseNext(diagnosis, &final);
-  fit.next_command = source.fit_command(next.add, next.fix);
+  fit.next_command = source.fit_command(next.add, next.fix) + next.solver;
   model.page = PageModel(source, fit, &diagnosis);
   model.page["wholeRuns"] = PageWholeRuns(final);
   model.step = StepOf(change, diagnosis, id);

@@ -1,0 +1,525 @@
+#include "sysid/diagnosis/equation_look.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "models/error.h"
+#include "models/parameters.h"
+#include "sysid/estimation/cancelled.h"
+#include "sysid/inverse_dynamics/equation_rows.h"
+#include "sysid/inverse_dynamics/filter_choice.h"
+#include "sysid/inverse_dynamics/motion.h"
+
+namespace sysid {
+namespace {
+
+// Stretches of time for cross-validation. Means of so many have a standard
+// error that serial correlation does not spoil (batch means; Schmeiser 1982: 10
+// to 30).
+constexpr int kFolds = 20;
+
+// Columns of (11.2): the free parameters first, then those of each candidate.
+struct Columns {
+  explicit Columns(const Model& m) : model(m) {}
+
+  Model model;  // with all candidates in it, off
+  std::vector<Parameter> parameters;
+  int free = 0;
+  struct Candidate {
+    std::shared_ptr<const Effect> effect;
+    int first, count;
+  };
+  std::vector<Candidate> candidates;
+};
+
+// An effect whose law is linear in its parameters from where it is off.
+bool IsLinear(const Effect& effect) {
+  return std::all_of(
+      effect.parameters().begin(), effect.parameters().end(),
+      [](const EffectParameter& p) { return p.grid.empty() && !p.whole; });
+}
+
+Columns MakeColumns(const DiagnosisProblem& problem, const Model& fitted,
+                    const std::vector<std::shared_ptr<const Effect>>& effects) {
+  Columns columns(fitted);
+  std::vector<std::string> names;
+  for (const FreeParameter& free : problem.free) {
+    names.push_back(free.parameter.name);
+  }
+  columns.free = static_cast<int>(names.size());
+  std::set<std::string> taken(names.begin(), names.end());
+  taken.insert(problem.known.begin(), problem.known.end());
+  for (const auto& effect : effects) {
+    const std::vector<std::string> own = effect->ParameterNames();
+    if (!IsLinear(*effect) || own.empty() ||
+        std::any_of(own.begin(), own.end(), [&](const std::string& name) {
+          return taken.contains(name);
+        })) {
+      continue;
+    }
+    try {
+      columns.model.AddEffect(effect);
+    } catch (const InputError&) {
+      continue;  // another law of the same parameters is there
+    }
+    taken.insert(own.begin(), own.end());
+    columns.candidates.push_back(
+        {effect, static_cast<int>(names.size()), static_cast<int>(own.size())});
+    names.insert(names.end(), own.begin(), own.end());
+  }
+  columns.parameters = FindParameters(columns.model, names, "effects");
+  return columns;
+}
+
+// Sums of products of [J | r] of each joint over a stretch of time.
+struct Products {
+  std::vector<Eigen::MatrixXd> of;  // by joint
+  Eigen::VectorXd times;            // that tell of it
+
+  // |r + J d|^2 of a joint; d of the columns `at`.
+  double Left(int joint, const std::vector<int>& at,
+              const Eigen::VectorXd& d) const {
+    const Eigen::MatrixXd& G = of[joint];
+    const int last = static_cast<int>(G.cols()) - 1;
+    double sum = G(last, last);
+    for (size_t i = 0; i < at.size(); ++i) {
+      sum += 2.0 * d[i] * G(at[i], last);
+      for (size_t k = 0; k < at.size(); ++k) {
+        sum += d[i] * d[k] * G(at[i], at[k]);
+      }
+    }
+    return std::max(sum, 0.0);
+  }
+};
+
+Products Multiply(const EquationRows& rows, int from, int to) {
+  Products products;
+  products.times = Eigen::VectorXd::Constant(rows.nv, to - from);
+  for (int v = 0; v < rows.nv; ++v) {
+    RowMatrixXd own(to - from, rows.rows.cols());
+    for (int t = from; t < to; ++t) {
+      own.row(t - from) = rows.rows.row(t * rows.nv + v);
+    }
+    products.of.push_back(own.transpose() * own);
+  }
+  return products;
+}
+
+void Add(const Products& more, double times, Products* sum) {
+  if (sum->of.empty()) {
+    sum->of.assign(more.of.size(),
+                   Eigen::MatrixXd::Zero(more.of[0].rows(), more.of[0].cols()));
+    sum->times = Eigen::VectorXd::Zero(more.times.size());
+  }
+  for (size_t v = 0; v < more.of.size(); ++v) sum->of[v] += times * more.of[v];
+  sum->times += times * more.times;
+}
+
+// The least x with G x = g, of columns of unit length.
+Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
+                            const Eigen::VectorXd& g) {
+  constexpr double kDependent = 1e-10;
+  if (g.size() == 0) return g;
+  const Eigen::VectorXd scale =
+      G.diagonal()
+          .cwiseSqrt()
+          .cwiseMax(std::numeric_limits<double>::min())
+          .cwiseInverse();
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(G.rows(),
+                                                                 G.cols());
+  solver.setThreshold(kDependent);
+  solver.compute(scale.asDiagonal() * G * scale.asDiagonal());
+  return scale.cwiseProduct(solver.solve(scale.cwiseProduct(g).eval()));
+}
+
+// The least squares of some columns.
+struct Trial {
+  std::vector<int> at;  // columns
+  Eigen::VectorXd d;
+  Eigen::VectorXd variance;  // by joint, of what is left
+  double likelihood = -std::numeric_limits<double>::infinity();  // (11.14)
+  // Of each fold, by the least squares of the others.
+  std::vector<double> predicted;
+};
+
+class EquationSearch {
+ public:
+  EquationSearch(const DiagnosisProblem& problem, const Columns& columns,
+                 const EquationFilter& filter);
+
+  void Run();
+  EquationLook Look() const;
+  MechanismParameters<double> Values() const;
+
+ private:
+  EquationRows Rows(const sysid::Run& run) const;
+  Trial Solve(std::vector<int> at, Eigen::VectorXd variance) const;
+  std::vector<int> With(const std::vector<int>& chosen) const;
+  bool IsPossible(const Trial& trial, const std::vector<int>& chosen) const;
+  void Predict(Trial* trial) const;  // `predicted`
+  // Whether a predicts the folds better than b by more than a standard error.
+  bool IsBetter(Trial* a, Trial* b) const { return Advantage(a, b) > 1.0; }
+  // How much more likely, in standard errors of the difference.
+  double Advantage(Trial* a, Trial* b) const;
+  bool IsEffort(const Columns::Candidate& candidate) const;
+  bool AddOne();
+  bool TakeOutOne();
+  std::vector<FollowedMotion> Followed() const;
+
+  const DiagnosisProblem& problem_;
+  const Columns& columns_;
+  const EquationFilter filter_;
+  const ParameterMap map_;
+  Eigen::VectorXd theta_;
+  std::vector<EquationRows> rows_;  // by run
+  std::vector<Products> folds_;
+  Products all_;
+  std::vector<int> chosen_;        // candidates
+  std::map<int, double> p_value_;  // of the chosen, when they came
+  Trial now_;
+};
+
+EquationSearch::EquationSearch(const DiagnosisProblem& problem,
+                               const Columns& columns,
+                               const EquationFilter& filter)
+    : problem_(problem),
+      columns_(columns),
+      filter_(filter),
+      map_(columns.model, columns.parameters, false) {
+  theta_.resize(map_.size());
+  for (int i = 0; i < map_.size(); ++i) {
+    theta_[i] = map_.parameters()[i].nominal;
+  }
+  int times = 0;
+  for (const auto& data : problem.train->runs()) {
+    rows_.push_back(Rows(data->run));
+    times += rows_.back().times();
+  }
+  for (const EquationRows& rows : rows_) {
+    const double share = rows.times() / std::max(1.0, 1.0 * times);
+    const int folds = std::clamp(static_cast<int>(std::lround(kFolds * share)),
+                                 1, std::max(1, rows.times()));
+    for (int k = 0; k < folds; ++k) {
+      folds_.push_back(Multiply(rows, k * rows.times() / folds,
+                                (k + 1) * rows.times() / folds));
+      Add(folds_.back(), 1.0, &all_);
+    }
+  }
+}
+
+EquationRows EquationSearch::Rows(const sysid::Run& run) const {
+  ThrowIfCancelled(problem_.options.stop);
+  const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
+    std::vector<Jet24> seeded(theta_.data(), theta_.data() + theta_.size());
+    const int end = std::min<int>(begin + Jet24::DIMENSION, map_.size());
+    for (int i = begin; i < end; ++i) seeded[i] = Jet24(theta_[i], i - begin);
+    map_.Apply<Jet24>(seeded.data(), s);
+  };
+  return MakeEquationRows<Jet24>(columns_.model,
+                                 SampleMotion(columns_.model, run, filter_),
+                                 map_.size(), seeding);
+}
+
+std::vector<int> EquationSearch::With(const std::vector<int>& chosen) const {
+  std::vector<int> at;
+  for (int i = 0; i < columns_.free; ++i) at.push_back(i);
+  for (const int k : chosen) {
+    const Columns::Candidate& candidate = columns_.candidates[k];
+    for (int i = 0; i < candidate.count; ++i) {
+      at.push_back(candidate.first + i);
+    }
+  }
+  return at;
+}
+
+// The d that minimises sum_v |r_v + J_v d|^2 / s_v^2.
+Eigen::VectorXd Weighted(const Products& products, const std::vector<int>& at,
+                         const Eigen::VectorXd& variance) {
+  const int n = static_cast<int>(at.size());
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
+  for (int v = 0; v < variance.size(); ++v) {
+    const Eigen::MatrixXd& own = products.of[v];
+    for (int i = 0; i < n; ++i) {
+      g[i] += own(at[i], own.cols() - 1) / variance[v];
+      for (int k = 0; k < n; ++k) G(i, k) += own(at[i], at[k]) / variance[v];
+    }
+  }
+  return -SolveScaled(G, g);
+}
+
+Trial EquationSearch::Solve(std::vector<int> at,
+                            Eigen::VectorXd variance) const {
+  constexpr int kReweighed = 3;  // sizes settle to some per cent
+  Trial trial;
+  trial.at = std::move(at);
+  for (int round = 0; round < kReweighed; ++round) {
+    trial.d = Weighted(all_, trial.at, variance);
+    trial.likelihood = 0.0;
+    for (int v = 0; v < variance.size(); ++v) {
+      // A joint of which nothing is left says nothing.
+      variance[v] = std::max(
+          all_.Left(v, trial.at, trial.d) / std::max(1.0, all_.times[v]),
+          std::numeric_limits<double>::min());
+      trial.likelihood -= 0.5 * all_.times[v] * std::log(variance[v]);
+    }
+  }
+  trial.variance = std::move(variance);
+  return trial;
+}
+
+void EquationSearch::Predict(Trial* trial) const {
+  if (!trial->predicted.empty()) return;
+  for (const Products& fold : folds_) {
+    Products others = all_;
+    Add(fold, -1.0, &others);
+    const Eigen::VectorXd d = Weighted(others, trial->at, trial->variance);
+    double sum = 0.0;
+    for (int v = 0; v < trial->variance.size(); ++v) {
+      sum -= 0.5 * (fold.Left(v, trial->at, d) / trial->variance[v] +
+                    fold.times[v] * std::log(trial->variance[v]));
+    }
+    trial->predicted.push_back(sum);
+  }
+}
+
+bool EquationSearch::IsPossible(const Trial& trial,
+                                const std::vector<int>& chosen) const {
+  int i = columns_.free;
+  for (const int k : chosen) {
+    const Columns::Candidate& candidate = columns_.candidates[k];
+    for (int c = 0; c < candidate.count; ++c, ++i) {
+      const Parameter& parameter = columns_.parameters[candidate.first + c];
+      const double value = theta_[candidate.first + c] + trial.d[i];
+      if (!(value >= parameter.lower && value <= parameter.upper)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+double EquationSearch::Advantage(Trial* a, Trial* b) const {
+  Predict(a);
+  Predict(b);
+  const int n = static_cast<int>(folds_.size());
+  std::vector<double> gains;
+  double mean = 0.0, squares = 0.0;
+  for (int k = 0; k < n; ++k) {
+    gains.push_back(a->predicted[k] - b->predicted[k]);
+    mean += gains.back() / n;
+  }
+  for (const double gain : gains) squares += (gain - mean) * (gain - mean);
+  return n * mean / std::sqrt(squares * n / std::max(1, n - 1));
+}
+
+// Whether a column is the measured effort itself (a gain): nothing would be
+// left without it, and the likelihood of what is left means nothing.
+bool EquationSearch::IsEffort(const Columns::Candidate& candidate) const {
+  constexpr double kSame = 1e-6;
+  for (int c = candidate.first; c < candidate.first + candidate.count; ++c) {
+    double off = 0.0, size = 0.0;
+    for (const EquationRows& rows : rows_) {
+      const Eigen::Map<const RowMatrixXd, 0, Eigen::InnerStride<>> column(
+          rows.rows.data() + c, rows.times(), rows.nv,
+          Eigen::InnerStride<>(rows.rows.cols()));
+      for (int v = 0; v < rows.nv; ++v) {
+        if (column.col(v).isZero(0.0)) continue;
+        off += (column.col(v) - rows.effort.col(v)).squaredNorm();
+        size += column.col(v).squaredNorm();
+      }
+    }
+    if (size > 0.0 && off < kSame * size) return true;
+  }
+  return false;
+}
+
+bool EquationSearch::AddOne() {
+  std::vector<std::pair<double, int>> order;
+  std::map<int, Trial> trials;
+  for (size_t k = 0; k < columns_.candidates.size(); ++k) {
+    const int candidate = static_cast<int>(k);
+    if (std::find(chosen_.begin(), chosen_.end(), candidate) != chosen_.end() ||
+        IsEffort(columns_.candidates[k])) {
+      continue;
+    }
+    std::vector<int> chosen = chosen_;
+    chosen.push_back(candidate);
+    Trial trial = Solve(With(chosen), now_.variance);
+    // By the Bayesian information criterion, or not worth a look.
+    const double penalty =
+        0.5 * columns_.candidates[k].count * std::log(all_.times.maxCoeff());
+    const double gain = trial.likelihood - now_.likelihood - penalty;
+    if (!(gain > 0.0) || !IsPossible(trial, chosen)) continue;
+    order.emplace_back(gain / columns_.candidates[k].count, candidate);
+    trials[candidate] = std::move(trial);
+  }
+  std::sort(order.rbegin(), order.rend());
+  // Of those that are the same to these data the commonest, which the
+  // catalogue lists first.
+  constexpr double kSame = 1e-6;
+  for (size_t i = 0; i < order.size(); ++i) {
+    for (size_t k = i + 1;
+         k < order.size() && order[k].first > (1 - kSame) * order[i].first;
+         ++k) {
+      if (order[k].second < order[i].second) std::swap(order[i], order[k]);
+    }
+  }
+  for (const auto& [gain, candidate] : order) {
+    Trial& trial = trials[candidate];
+    const double advantage = Advantage(&trial, &now_);
+    if (!(advantage > 1.0)) continue;
+    chosen_.push_back(candidate);
+    const double tests = static_cast<double>(columns_.candidates.size());
+    p_value_[candidate] =
+        std::min(1.0, tests * 0.5 * std::erfc(advantage / std::sqrt(2.0)));
+    now_ = std::move(trial);
+    return true;
+  }
+  return false;
+}
+
+bool EquationSearch::TakeOutOne() {
+  for (size_t i = 0; i + 1 < chosen_.size(); ++i) {
+    std::vector<int> chosen = chosen_;
+    chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(i));
+    Trial without = Solve(With(chosen), now_.variance);
+    if (!IsBetter(&without, &now_) || !IsPossible(without, chosen)) continue;
+    chosen_ = std::move(chosen);
+    now_ = std::move(without);
+    return true;
+  }
+  return false;
+}
+
+void EquationSearch::Run() {
+  Eigen::VectorXd variance(all_.of.size());
+  for (int v = 0; v < variance.size(); ++v) {
+    variance[v] = std::max(all_.Left(v, {}, {}) / std::max(1.0, all_.times[v]),
+                           std::numeric_limits<double>::min());
+  }
+  now_ = Solve(With({}), variance);
+  while (AddOne()) {
+    ThrowIfCancelled(problem_.options.stop);
+    while (TakeOutOne()) {
+    }
+  }
+}
+
+MechanismParameters<double> EquationSearch::Values() const {
+  Eigen::VectorXd theta = theta_;
+  for (size_t i = 0; i < now_.at.size(); ++i) theta[now_.at[i]] += now_.d[i];
+  MechanismParameters<double> values;
+  map_.Apply<double>(theta.data(), &values);
+  return values;
+}
+
+// What is left of each joint on the velocity of each other one, its sign and
+// its acceleration.
+std::vector<FollowedMotion> EquationSearch::Followed() const {
+  constexpr double kMost = 0.5;  // of what is left
+  const int nv = static_cast<int>(all_.of.size());
+  const auto left = [&](const EquationRows& rows, int time, int v) {
+    const auto row = rows.rows.row(time * nv + v);
+    double r = row[rows.rows.cols() - 1];
+    for (size_t i = 0; i < now_.at.size(); ++i)
+      r += row[now_.at[i]] * now_.d[i];
+    return r;
+  };
+  const auto motion = [&](const EquationRows& rows, int time, int w) {
+    const double speed = rows.qd(time, w);
+    return Eigen::Vector3d(speed, std::copysign(1.0, speed), rows.qdd(time, w));
+  };
+  const std::vector<std::string> names = VelocityNames(columns_.model);
+  std::vector<FollowedMotion> followed;
+  for (int v = 0; v < nv; ++v) {
+    FollowedMotion best;
+    for (int w = 0; w < nv; ++w) {
+      if (w == v) continue;
+      Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3, 3);
+      Eigen::VectorXd g = Eigen::VectorXd::Zero(3);
+      for (const EquationRows& rows : rows_) {
+        for (int t = 0; t < rows.times(); ++t) {
+          const Eigen::Vector3d a = motion(rows, t, w);
+          G += a * a.transpose();
+          g += a * left(rows, t, v);
+        }
+      }
+      const Eigen::VectorXd c = SolveScaled(G, g);
+      double before = 0.0, after = 0.0;
+      for (const EquationRows& rows : rows_) {
+        for (int t = 0; t < rows.times(); ++t) {
+          const double r = left(rows, t, v);
+          before += r * r;
+          after += std::pow(r - c.dot(motion(rows, t, w)), 2);
+        }
+      }
+      const double share = before > 0.0 ? 1.0 - after / before : 0.0;
+      if (share > best.share) {
+        best = {names[v], names[w], share};
+      }
+    }
+    if (best.share > kMost) followed.push_back(best);
+  }
+  return followed;
+}
+
+EquationLook EquationSearch::Look() const {
+  EquationLook look;
+  int i = columns_.free;
+  for (const int k : chosen_) {
+    const Columns::Candidate& candidate = columns_.candidates[k];
+    ScreenedEffect effect;
+    effect.effect = candidate.effect;
+    effect.dof = candidate.count;
+    effect.p_value = p_value_.at(k);
+    for (int c = 0; c < candidate.count; ++c, ++i) {
+      const Parameter& parameter = columns_.parameters[candidate.first + c];
+      ExpectedParameter expected;
+      expected.name = parameter.name;
+      expected.unit = parameter.unit;
+      expected.null_value = theta_[candidate.first + c];
+      expected.value = expected.null_value + now_.d[i];
+      effect.parameters.push_back(expected);
+    }
+    look.effects.push_back(std::move(effect));
+  }
+  look.tests = static_cast<int>(columns_.candidates.size());
+  look.followed = Followed();
+  return look;
+}
+
+bool IsMeasured(const Model& model, const DataSet& data) {
+  return std::all_of(data.runs().begin(), data.runs().end(),
+                     [&](const auto& one) {
+                       return UnmeasuredJoints(model, one->run).empty() &&
+                              one->run.effort.size() > 0 &&
+                              (one->run.effort.array() != 0.0).any();
+                     });
+}
+
+}  // namespace
+
+EquationLook LookByEquations(
+    const DiagnosisProblem& problem, const Model& fitted,
+    const std::vector<std::shared_ptr<const Effect>>& candidates) {
+  if (!IsMeasured(fitted, *problem.train)) return {};
+  std::vector<const Run*> runs;
+  for (const auto& data : problem.train->runs()) runs.push_back(&data->run);
+  const Columns columns = MakeColumns(problem, fitted, candidates);
+  const EquationFilter first = FirstFilter(runs);
+  EquationSearch slow(problem, columns, first);
+  slow.Run();
+  EquationSearch search(
+      problem, columns,
+      ChooseFilter(columns.model, slow.Values(), runs, first));
+  search.Run();
+  return search.Look();
+}
+
+}  // namespace sysid

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/diagnosis/screening.h"
+#include "sysid/diagnosis/where.h"
+
+namespace sysid {
+
+// What is missing, by the equations of motion alone (docs/inverse_dynamics.md):
+// nothing is rolled out, and each candidate is one or a few columns of
+//
+//   r = u - ID(q, qd, qdd) = -J d + what is left,                      (11.2)
+//
+// J the derivatives of r by the parameters of the candidates, off, and by those
+// that are free. Effects are tried in the order of what they add, for each of
+// their parameters, to the likelihood
+//
+//   L = -1/2 sum_v n_v ln(|r_v + J_v d|^2 / n_v),                     (11.14)
+//
+// n_v the equations of joint v, each joint with the standard deviation that is
+// left of it. The model changes, by an effect more or less, where stretches
+// that were not fitted are then predicted better by more than one standard
+// error of the difference (cross-validation over 20 stretches).
+
+struct EquationLook {
+  // In the order in which they were found, as they are expected.
+  std::vector<ScreenedEffect> effects;
+  std::vector<FollowedMotion> followed;
+  int tests = 0;  // candidates that were looked at
+};
+
+// `fitted` is the problem's model with the fit's values as nominal ones.
+// Nothing where a run does not measure all joints, or where there are no
+// efforts.
+EquationLook LookByEquations(
+    const DiagnosisProblem& problem, const Model& fitted,
+    const std::vector<std::shared_ptr<const Effect>>& candidates);
+
+}  // namespace sysid

@@ -1,0 +1,112 @@
+#include "sysid/diagnosis/equation_look.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "tests/support/tracked_arm.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+// An arm of three axes that is tracked, of which the model knows the bodies and
+// not the drives.
+struct HiddenDrives {
+  explicit HiddenDrives(double noise) {
+    TrackedArmOptions options;
+    options.joints = 3;
+    options.duration = 10.0;
+    options.noise = noise;
+    arm = MakeTrackedArm(options);
+    model.emplace(arm->truth.mechanism());
+    MechanismParameters<double> nominal = arm->truth.nominal();
+    nominal.effects.clear();
+    model->SetNominal(nominal);
+    const Catalogue catalogue;
+    for (const std::string& name : catalogue.Candidates(model->mechanism())) {
+      candidates.push_back(catalogue.Make(name, model->mechanism(), "test"));
+    }
+  }
+  EquationLook Look() const {
+    DiagnosisProblem problem(*model);
+    problem.SetRuns({arm->run}, {});
+    return LookByEquations(problem, *model, candidates);
+  }
+
+  std::optional<TrackedArm> arm;
+  std::optional<Model> model;
+  std::vector<std::shared_ptr<const Effect>> candidates;
+};
+
+std::vector<std::string> NamesOf(const EquationLook& look) {
+  std::vector<std::string> names;
+  for (const ScreenedEffect& effect : look.effects) {
+    names.push_back(effect.name());
+  }
+  return names;
+}
+
+TEST(LookByEquations, NamesTheFrictionOfADriveAndWhatItTurns) {
+  const HiddenDrives hidden(1e-5);
+  const EquationLook look = hidden.Look();
+  EXPECT_THAT(look.followed, IsEmpty());
+  for (int i = 0; i < 3; ++i) {
+    for (const char* effect :
+         {"viscous_damping@", "coulomb_friction@", "armature@"}) {
+      EXPECT_THAT(NamesOf(look), Contains(effect + JointName(i)));
+    }
+  }
+  // And what they are.
+  for (const ScreenedEffect& effect : look.effects) {
+    for (const ExpectedParameter& p : effect.parameters) {
+      const auto names = hidden.arm->truth.effects().parameters();
+      for (size_t k = 0; k < names.size(); ++k) {
+        if (names[k].name != p.name) continue;
+        const double truth = hidden.arm->truth.nominal().effects[k];
+        EXPECT_NEAR(p.value, truth, 0.2 * truth) << p.name;
+      }
+    }
+  }
+}
+
+TEST(LookByEquations, SaysWhichMotionAForceFollows) {
+  HiddenDrives hidden(1e-5);
+  // Gears that drag joint2 along with joint1.
+  sysid::Run& run = hidden.arm->run;
+  const Eigen::VectorXd q = run.channels[0].values.col(0);
+  for (int k = 1; k + 1 < run.size(); ++k) {
+    run.effort(k, 1) +=
+        4.0 * (q[k + 1] - q[k - 1]) / (run.t[k + 1] - run.t[k - 1]);
+  }
+  const EquationLook look = hidden.Look();
+  ASSERT_THAT(look.followed, SizeIs(1));
+  EXPECT_EQ(look.followed[0].joint, "joint2");
+  EXPECT_EQ(look.followed[0].of, "joint1");
+  // The rest is kinks of the friction, which differentiated positions round.
+  EXPECT_GT(look.followed[0].share, 0.6);
+}
+
+TEST(LookByEquations, NamesNothingOfACompleteModel) {
+  HiddenDrives hidden(1e-5);
+  DiagnosisProblem problem(hidden.arm->truth);
+  problem.SetRuns({hidden.arm->run}, {});
+  const EquationLook look =
+      LookByEquations(problem, hidden.arm->truth, hidden.candidates);
+  EXPECT_THAT(NamesOf(look), SizeIs(::testing::Le(2)))
+      << ::testing::PrintToString(NamesOf(look));
+}
+
+TEST(LookByEquations, SaysNothingWithoutEfforts) {
+  HiddenDrives hidden(1e-5);
+  hidden.arm->run.effort.setZero();
+  EXPECT_THAT(hidden.Look().effects, IsEmpty());
+}
+
+}  // namespace
+}  // namespace sysid
