@@ -217,7 +217,8 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
     }
     return text + ".";
   }
-  const std::string proposed = Join(diagnosis.proposed, " and ");
+  const std::string proposed =
+      Join(diagnosis.proposed, diagnosis.proposed.size() > 2 ? ", " : " and ");
   const Confirmation* with = nullptr;
   if (!diagnosis.proposed.empty()) {
     with = &*diagnosis.candidates.front().confirmed;
@@ -255,10 +256,19 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
                 ? "nothing is missing that matters to it. "
                 : "the model still misses something. ");
   }
-  text += diagnosis.by_equations
-              ? "Fitted once more by the equations of motion, because a fit of "
-                "the motion would make up for forces that follow other joints"
-              : "Fitted once more, as one trajectory over each whole run";
+  if (diagnosis.by_equations) {
+    std::vector<std::string> followed;
+    for (const FollowedMotion& one : diagnosis.where.followed) {
+      followed.push_back("the effort of " + one.joint + " the motion of " +
+                         one.of);
+    }
+    text += "What is left follows other joints, which no effect describes: " +
+            Join(followed, " and ") +
+            ". So the values are those of the equations of motion over whole "
+            "runs: a fit of the motion would make up for these forces";
+  } else {
+    text += "Fitted once more, as one trajectory over each whole run";
+  }
   if (!final.denied.empty()) text += ", without " + Join(final.denied, " and ");
   std::string whole = FitSentence(*final.problem, final.fit,
                                   final.holdout ? &*final.holdout : nullptr);
