@@ -95,6 +95,7 @@ class Stages {
  private:
   ShootingProblem problem_;  // as weighed now
   const bool choose_step_, weighs_;
+  bool weighed_ = false;  // not by the noise alone
   const double start_s_ = Now(), start_cpu_s_ = CpuSeconds();
   std::shared_ptr<ShootingSegments> segments_;
   std::string doing_;
@@ -125,7 +126,10 @@ const std::shared_ptr<ShootingSegments>& Stages::Segments() {
 // Only the ratio of the channels counts: what all of them leave inflates the
 // errors.
 bool Stages::Weigh() {
-  constexpr double kSame = 1.25;
+  // Even weights for channels that differ by this much make a standard error a
+  // sixth wider at most, which is not worth a round.
+  constexpr double kWorth = 2.0;
+  constexpr double kSettled = 1.25;
   if (!weighs_) return false;
   const RunErrors errors = EvaluateErrors(problem_, solution, 0.0);
   std::map<std::string, double> misfit;
@@ -137,13 +141,15 @@ bool Stages::Weigh() {
     misfit[channel.name] = s;
     least = std::min(least, s);
   }
+  const double much = weighed_ ? kSettled : kWorth;
   bool changed = false;
   for (auto& [name, s] : misfit) {
     s /= least;
     const double ratio = s / problem_.Misfit(name);
-    changed = changed || ratio > kSame || ratio * kSame < 1.0;
+    changed = changed || ratio > much || ratio * much < 1.0;
   }
   if (!changed) return false;
+  weighed_ = true;
   problem_ = problem_.Weighing(std::move(misfit));
   segments_.reset();
   return true;
@@ -285,10 +291,11 @@ Ended SolveJoined(Stages* stages) {
     // Joined by degrees: what the short segments leave open (a spin, a stiff
     // damping) would otherwise start the joined ones far off.
     stages->Run({"long segments", stages->Defect(kMiddleDefect), 1e-3, 10});
-    stages->Weigh();
-    if (chaotic && stages->Rms() > kHopeless) return SolveIndependent(stages);
+    if (chaotic && stages->Rms() > kHopeless) {
+      stages->Weigh();
+      return SolveIndependent(stages);
+    }
     stages->Run({"long segments", stages->Defect(kCloseDefect), 1e-3, 10});
-    stages->Weigh();
     stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
   }
   const bool one_trajectory = !chaotic || stages->Error() < kMissing;
