@@ -164,8 +164,8 @@ TEST(CompareSolvers, StartsAllOffTheBounds) {
 
 // With a wide start and few epochs a mixture may end wider than it began.
 TEST(CompareSolvers, SaysWhereTheMixtureWidened) {
-  const auto problem = TwoDampings(
-      {{"joint1.damping", 0.0}, {"joint2.damping", 0.0}}, 0.4);
+  const auto problem =
+      TwoDampings({{"joint1.damping", 0.0}, {"joint2.damping", 0.0}}, 0.4);
   ComparisonOptions options = Options();
   options.truth.reset();
   options.mixture.adam.epochs = 10;
