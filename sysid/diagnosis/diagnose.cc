@@ -17,9 +17,6 @@ namespace {
 
 constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
 constexpr size_t kMostExchanged = 2;
-// So many effects a search finds by itself, in its first step: what shows in
-// short segments is better judged there than by differentiated positions.
-constexpr size_t kFew = 2;
 constexpr int kMostSteps = 8;
 constexpr int kMostCompared = 12;  // candidates whose forces are shown
 // An effect that explains less of the excess over the noise is not what is
@@ -349,17 +346,18 @@ Diagnosis Search::Run() {
   return diagnosis;
 }
 
-// Where many effects are missing at once, a search one by one judges each while
-// the others still are. The equations of motion, in which each is a column,
-// name them together; a fit of the motion with all of them says whether it is
-// so. Null where they show little, or where the motion is not predicted better.
+// Where more effects are missing than a search adds one by one, it would judge
+// each while the others still are. The equations of motion, in which each is a
+// column, name them together. Null where they show fewer, which segments judge
+// better than differentiated positions, or where the motion is not predicted
+// better.
 std::shared_ptr<EvaluatedModel> Search::AddByEquations(Diagnosis* diagnosis) {
   const EvaluatedModel& base = diagnosis->base;
   if (IsAtNoiseFloor(base)) return nullptr;
   Report("equations of motion", base.train_error());
   EquationLook look = LookByEquations(problem_, base.fit.model, candidates_);
   followed_ = look.followed;
-  if (look.effects.size() <= kFew) return nullptr;
+  if (look.effects.size() <= size_t{kMostSteps}) return nullptr;
   Report("what the equations of motion show", base.train_error());
   std::shared_ptr<EvaluatedModel> model;
   // Without those that end at a bound: no more than a column that helped.

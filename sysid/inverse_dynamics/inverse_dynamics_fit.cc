@@ -15,6 +15,7 @@
 #include "sysid/estimation/clock.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/step_size.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/estimate.h"
@@ -247,6 +248,11 @@ void InverseDynamicsFit::SayPositions(Fit* fit) const {
     point.runs.push_back(std::move(nodes));
   }
   fit->train = EvaluateErrors(problem_, point, map_.size());
+  if (!std::isfinite(fit->train.total.rms) && !(options.rollout.step > 0.0)) {
+    // A joint that dry friction makes stiff, say.
+    point.rollout.step = ChooseStep(problem_, point, options.step_error);
+    fit->train = EvaluateErrors(problem_, point, map_.size());
+  }
   fit->step_s = point.rollout.step;
   fit->segment_s = MeanSegment(problem_, point);
   fit->point = std::move(point);

@@ -46,8 +46,13 @@ std::string ToAdd(const CandidateEffect& candidate) {
 }  // namespace
 
 std::string ChangeTitle(const DiagnosisStep& step) {
+  constexpr size_t kMost = 3;  // more do not fit
   std::string title;
   if (!step.removed.empty()) title = "- " + step.removed;
+  if (step.effects.size() > kMost) {
+    return title + (title.empty() ? "+ " : " + ") +
+           std::to_string(step.effects.size()) + " effects";
+  }
   for (const std::string& name : step.effects) {
     title += (title.empty() ? "+ " : " + ") + name;
   }
