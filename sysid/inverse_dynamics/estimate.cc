@@ -1,6 +1,7 @@
 #include "sysid/inverse_dynamics/estimate.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,32 +18,39 @@ constexpr double kWide = 10.0;
 // so much as one sample of noise.
 constexpr double kEntropy = 1.0;
 
-// dJ / d xi_c of (11.8).
-std::array<Eigen::Matrix4d, kTen> PseudoInertiaColumns() {
-  std::array<Eigen::Matrix4d, kTen> E;
-  for (Eigen::Matrix4d& e : E) e.setZero();
-  E[0](3, 3) = 1.0;
-  for (int i = 0; i < 3; ++i) {
-    E[1 + i](i, 3) = E[1 + i](3, i) = 1.0;
-    for (int j = 0; j < 3; ++j) E[4 + i](j, j) = i == j ? -0.5 : 0.5;
-  }
-  constexpr int kRow[] = {0, 0, 1}, kColumn[] = {1, 2, 2};
-  for (int i = 0; i < 3; ++i) {
-    E[7 + i](kRow[i], kColumn[i]) = E[7 + i](kColumn[i], kRow[i]) = -1.0;
-  }
-  return E;
-}
+using Ten = Eigen::Matrix<double, kTen, 1>;
 
-const std::array<Eigen::Matrix4d, kTen>& Columns() {
-  static const auto& columns =
-      *new std::array<Eigen::Matrix4d, kTen>(PseudoInertiaColumns());
-  return columns;
-}
-
-Eigen::Matrix4d PseudoInertia(const Eigen::VectorXd& xi) {
-  Eigen::Matrix4d J = Eigen::Matrix4d::Zero();
-  for (int c = 0; c < kTen; ++c) J += xi[c] * Columns()[c];
+// J of (11.8).
+Eigen::Matrix4d PseudoInertia(const Ten& xi) {
+  Eigen::Matrix4d J;
+  const Eigen::Vector3d I = xi.segment<3>(4);
+  J.topLeftCorner<3, 3>() = (0.5 * I.sum() - I.array()).matrix().asDiagonal();
+  J(0, 1) = J(1, 0) = -xi[7];
+  J(0, 2) = J(2, 0) = -xi[8];
+  J(1, 2) = J(2, 1) = -xi[9];
+  J.topRightCorner<3, 1>() = xi.segment<3>(1);
+  J.bottomLeftCorner<1, 3>() = xi.segment<3>(1).transpose();
+  J(3, 3) = xi[0];
   return J;
+}
+
+// The inverse of PseudoInertia().
+Ten CoordinatesOf(const Eigen::Matrix4d& J) {
+  Ten xi;
+  xi << J(3, 3), J.topRightCorner<3, 1>(), J(1, 1) + J(2, 2), J(0, 0) + J(2, 2),
+      J(0, 0) + J(1, 1), -J(0, 1), -J(0, 2), -J(1, 2);
+  return xi;
+}
+
+// S of (11.16), orthonormal in its ten coordinates.
+Eigen::Matrix4d Symmetric(const Ten& s) {
+  Eigen::Matrix4d S;
+  int c = 0;
+  for (int i = 0; i < 4; ++i) {
+    S(i, i) = s[c++];
+    for (int j = 0; j < i; ++j) S(i, j) = S(j, i) = M_SQRT1_2 * s[c++];
+  }
+  return S;
 }
 
 // A link all of whose parameters are free: its place in xi and in the unknowns,
@@ -63,23 +71,30 @@ class Minimiser {
  private:
   // Newton's method until half the squared decrement is below `settled`.
   bool Descend(double settled, int* iterations);
+  // How much of `step` the free bodies bear before one is no longer possible.
+  double ToTheBound(const Eigen::VectorXd& step) const;
   struct Point {
     Eigen::VectorXd unknowns, theta, xi;
-    RowMatrixXd D;  // d xi / d unknowns
+    // d unknowns / d step, (11.16) for the free bodies, and d xi / d step.
+    Eigen::MatrixXd T;
+    RowMatrixXd D;
     double cost = INFINITY;
   };
   void FindFreeBodies();
+  Eigen::VectorXd StartingPoint() const;  // the unknowns of theta0
   // At the unknowns; the cost is infinite where they are no possible body.
   Point At(const Eigen::VectorXd& unknowns) const;
+  // L of (11.16).
+  Eigen::Matrix4d FactorAt(const Point& point, const FreeBody& body) const;
   void Differentiate(Point* point) const;
-  // Gradient and curvature of (11.7).
+  // Gradient and curvature of (11.15) by the step.
   void Curve(const Point& point, Eigen::VectorXd* g, Eigen::MatrixXd* H) const;
 
   const ShootingProblem& problem_;
   const ParameterMap& map_;
   const EquationCoordinates& coordinates_;
   const RowMatrixXd& triangle_;
-  double entropy_ = kEntropy;  // how much it counts now
+  double barrier_ = kEntropy;  // weight of -log det J now, (11.15)
   std::vector<FreeBody> bodies_;
   std::vector<int> rest_;  // places in theta of the other unknowns, first
   Eigen::VectorXd theta0_, xi0_, lower_, upper_, mean_, weight_;
@@ -118,12 +133,12 @@ Minimiser::Minimiser(const ShootingProblem& problem,
     }
   }
   for (FreeBody& body : bodies_) {
-    body.J0_inverse = PseudoInertia(xi0_.segment(body.xi, kTen)).inverse();
+    body.J0_inverse = PseudoInertia(xi0_.segment<kTen>(body.xi)).inverse();
   }
   // Where there is no belief: a wide one, by what the parameter would have to
   // be to make all of the efforts alone.
   Point start;
-  start.unknowns.setZero(n);
+  start.unknowns = StartingPoint();
   start.theta = theta0;
   Differentiate(&start);
   const RowMatrixXd A = triangle.leftCols(coordinates.size()) * start.D;
@@ -179,13 +194,13 @@ Minimiser::Point Minimiser::At(const Eigen::VectorXd& unknowns) const {
   Eigen::VectorXd values(map_.size());
   map_.ValuesOf<double>(theta0_.data(), values.data());
   for (const FreeBody& body : bodies_) {
-    const Eigen::VectorXd xi = unknowns.segment(body.unknown, kTen);
+    const Ten xi = unknowns.segment<kTen>(body.unknown);
     const Eigen::Matrix4d J = PseudoInertia(xi);
     const Eigen::LLT<Eigen::Matrix4d> llt(J);
     if (llt.info() != Eigen::Success) return point;
     const Eigen::Matrix4d L = llt.matrixL();
-    entropy += entropy_ * ((body.J0_inverse * J).trace() -
-                           2.0 * L.diagonal().array().log().sum());
+    entropy += kEntropy * (body.J0_inverse * J).trace() -
+               barrier_ * 2.0 * L.diagonal().array().log().sum();
     const Inertial<double> as = EquationCoordinates::BodyAt(xi.data());
     const Eigen::Matrix3d& I = as.inertia;
     const double ten[] = {as.mass, as.com[0], as.com[1], as.com[2], I(0, 0),
@@ -210,6 +225,12 @@ Minimiser::Point Minimiser::At(const Eigen::VectorXd& unknowns) const {
   return point;
 }
 
+Eigen::Matrix4d Minimiser::FactorAt(const Point& point,
+                                    const FreeBody& body) const {
+  const Ten xi = point.unknowns.segment<kTen>(body.unknown);
+  return PseudoInertia(xi).llt().matrixL();
+}
+
 void Minimiser::Differentiate(Point* point) const {
   constexpr int kWidth = EquationCoordinates::kWidth;
   const int n = coordinates_.size(), rest = static_cast<int>(rest_.size());
@@ -226,11 +247,16 @@ void Minimiser::Differentiate(Point* point) const {
     }
     for (int c = 0; c < count; ++c) theta[rest_[begin + c]].v.setZero();
   }
+  point->T.setIdentity(point->unknowns.size(), point->unknowns.size());
   for (const FreeBody& body : bodies_) {
+    const Eigen::Matrix4d L = FactorAt(*point, body);
     for (int c = 0; c < kTen; ++c) {
-      point->D.row(body.xi + c).setZero();
-      point->D(body.xi + c, body.unknown + c) = 1.0;
+      const Ten column =
+          CoordinatesOf(L * Symmetric(Ten::Unit(c)) * L.transpose());
+      point->T.col(body.unknown + c).segment<kTen>(body.unknown) = column;
     }
+    point->D.middleRows<kTen>(body.xi) =
+        point->T.middleRows<kTen>(body.unknown);
   }
 }
 
@@ -244,26 +270,33 @@ void Minimiser::Curve(const Point& point, Eigen::VectorXd* g,
   *H = A.transpose() * A;
   H->diagonal() += weight_;
   for (const FreeBody& body : bodies_) {
-    const Eigen::Matrix4d J_inverse =
-        PseudoInertia(point.unknowns.segment(body.unknown, kTen)).inverse();
-    std::array<Eigen::Matrix4d, kTen> B;
+    const Eigen::Matrix4d L = FactorAt(point, body);
+    const Eigen::Matrix4d G = L.transpose() * body.J0_inverse * L;
     for (int c = 0; c < kTen; ++c) {
-      B[c] = J_inverse * Columns()[c];
+      const Eigen::Matrix4d S = Symmetric(Ten::Unit(c));
       (*g)[body.unknown + c] +=
-          entropy_ * ((body.J0_inverse * Columns()[c]).trace() - B[c].trace());
-    }
-    for (int c = 0; c < kTen; ++c) {
-      for (int d = 0; d < kTen; ++d) {
-        (*H)(body.unknown + c, body.unknown + d) +=
-            entropy_ * B[c].cwiseProduct(B[d].transpose()).sum();
-      }
+          kEntropy * G.cwiseProduct(S).sum() - barrier_ * S.trace();
+      (*H)(body.unknown + c, body.unknown + c) += barrier_;
     }
   }
 }
 
+double Minimiser::ToTheBound(const Eigen::VectorXd& step) const {
+  double part = INFINITY;
+  for (const FreeBody& body : bodies_) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> along(
+        Symmetric(step.segment<kTen>(body.unknown)), Eigen::EigenvaluesOnly);
+    const double least = along.eigenvalues()[0];
+    if (least < 0.0) part = std::min(part, -1.0 / least);
+  }
+  return part;
+}
+
 bool Minimiser::Descend(double settled, int* iterations) {
-  constexpr int kMost = 30;
+  constexpr int kMost = 100;
   constexpr double kArmijo = 1e-4;
+  // Of the way to the bound of the possible bodies.
+  constexpr double kInside = 0.9;
   const int n = static_cast<int>(mean_.size());
   for (int i = 0; i < kMost; ++i) {
     ++*iterations;
@@ -286,56 +319,65 @@ bool Minimiser::Descend(double settled, int* iterations) {
     Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
     step(loose) =
         -scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(g(loose))));
+    const Eigen::VectorXd move = now_.T * step;
     const double slope = -g.dot(step);
     if (!(slope > 2.0 * settled)) return std::isfinite(slope);
-    Point next;
-    for (double part = 1.0; part > 1e-10; part *= 0.5) {
-      next =
-          At((now_.unknowns + part * step).cwiseMax(lower_).cwiseMin(upper_));
-      if (next.cost <= now_.cost - kArmijo * part * slope) break;
+    const auto after = [&](double part) {
+      return At(
+          (now_.unknowns + part * move).cwiseMax(lower_).cwiseMin(upper_));
+    };
+    const double most_part = kInside * ToTheBound(step);
+    double part = std::min(1.0, most_part);
+    Point next = after(part);
+    while (!(next.cost <= now_.cost - kArmijo * part * slope) && part > 1e-10) {
+      part *= 0.5;
+      next = after(part);
     }
     if (!(next.cost < now_.cost)) return false;
-    const bool done = now_.cost - next.cost < settled;
+    // A step that was cut short gains little wherever it is.
+    const bool done = part == 1.0 && now_.cost - next.cost < settled;
+    // From near the bound Newton's step only doubles the distance to it.
+    while (part >= 1.0 && 2.0 * part <= most_part) {
+      part *= 2.0;
+      Point further = after(part);
+      if (!(further.cost < next.cost)) break;
+      next = std::move(further);
+    }
     now_ = std::move(next);
     if (done) return true;
   }
   return false;
 }
 
-// Where the data alone would have no possible body, Newton's method may creep
-// along the bound of those that are, by steps that a small weight of the
-// entropy cuts short. Then the weight begins where the entropy counts as much
-// as the data and falls by tens (the path of an interior-point method: Boyd and
-// Vandenberghe 2004, section 11.3).
+Eigen::VectorXd Minimiser::StartingPoint() const {
+  Eigen::VectorXd start(mean_.size());
+  for (size_t k = 0; k < rest_.size(); ++k) start[k] = theta0_[rest_[k]];
+  for (const FreeBody& body : bodies_) {
+    start.segment<kTen>(body.unknown) = xi0_.segment<kTen>(body.xi);
+  }
+  return start;
+}
+
 RegressionEstimate Minimiser::Run() {
   // Of the cost, which is half a chi-square: a thousandth of a standard error.
   constexpr double kSettled = 1e-6;
-  constexpr double kFall = 0.1;
-  const int n = static_cast<int>(mean_.size());
-  Eigen::VectorXd start(n);
-  for (size_t k = 0; k < rest_.size(); ++k) start[k] = theta0_[rest_[k]];
-  for (const FreeBody& body : bodies_) {
-    start.segment(body.unknown, kTen) = xi0_.segment(body.xi, kTen);
-  }
+  // The weight falls as the distance to the bound may, kInside. Each time
+  // Newton's method first comes to where it converges quadratically: half the
+  // squared decrement 0.03 of the weight (Boyd and Vandenberghe 2004, 9.6.4).
+  constexpr double kFall = 0.1, kCentred = 0.03;
   RegressionEstimate out;
-  now_ = At(start);
-  if (!std::isfinite(now_.cost)) {
-    out.theta = now_.theta;
-    out.xi = now_.xi;
-    return out;
-  }
-  out.converged = Descend(kSettled, &out.iterations);
-  if (!out.converged && !bodies_.empty()) {
+  if (!bodies_.empty()) {
     const double misfit = 0.5 * triangle_.rightCols(1).squaredNorm();
-    entropy_ = std::max(kEntropy, misfit / (kTen * bodies_.size()));
-    now_ = At(start);
-    while (entropy_ > kEntropy) {
-      Descend(entropy_, &out.iterations);
-      entropy_ = std::max(kEntropy, kFall * entropy_);
-      now_ = At(now_.unknowns);
-    }
-    out.converged = Descend(kSettled, &out.iterations);
+    barrier_ = std::max(kEntropy, misfit / (kTen * bodies_.size()));
   }
+  now_ = At(StartingPoint());
+  while (std::isfinite(now_.cost) && barrier_ > kEntropy) {
+    Descend(kCentred * barrier_, &out.iterations);
+    barrier_ = std::max(kEntropy, kFall * barrier_);
+    now_ = At(now_.unknowns);
+  }
+  out.converged =
+      std::isfinite(now_.cost) && Descend(kSettled, &out.iterations);
   out.theta = now_.theta;
   out.xi = now_.xi;
   return out;

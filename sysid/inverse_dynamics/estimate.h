@@ -19,9 +19,17 @@ namespace sysid {
 // (Lee, Wensing and Park 2020). It is infinite where J is no body's, so that
 // every point on the way is one, and curved like a standard deviation of the
 // order of J_0 itself about the URDF's body, which decides what the data leave
-// open. It is convex in xi: one minimum, found by Newton's method in some ten
-// iterations. v are the other parameters, as the problem's map has them; priors
-// are theirs, and where there is none a wide one (kWide typical sizes).
+// open. It is convex in xi: one minimum. An interior-point method finds it, in
+// some forty steps of Newton's method on
+//
+//   (11.7) - (w - 1) sum_k log det J_k,                                (11.15)
+//   J_k <- L_k (1 + S) L_k^T,   L_k L_k^T = J_k,                       (11.16)
+//
+// the weight w falling by tens to 1 from where log det J counts as much as the
+// data, and the symmetric S in place of J: log det is then curved alike in all
+// directions however near J is to singular. v are the other parameters, as the
+// problem's map has them; priors are theirs, and where there is none a wide one
+// (kWide typical sizes).
 struct RegressionEstimate {
   Eigen::VectorXd theta;
   Eigen::VectorXd xi;

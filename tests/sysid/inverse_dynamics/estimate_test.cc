@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <cmath>
 
 #include "tests/sysid/inverse_dynamics/two_links.h"
 
@@ -38,6 +41,33 @@ class EstimateTest : public testing::Test {
     coordinates_.Read<double>(model_.nominal(), xi.data());
     return xi;
   }
+  // (11.8).
+  static Eigen::Matrix4d PseudoInertia(const Eigen::VectorXd& xi) {
+    const Inertial<double> body = EquationCoordinates::BodyAt(xi.data());
+    const Eigen::Vector3d h = body.mass * body.com;
+    Eigen::Matrix4d J;
+    J << Eigen::Matrix3d(SecondMoments(body.inertia) +
+                         h * body.com.transpose()),
+        h, h.transpose(), body.mass;
+    return J;
+  }
+  static Eigen::VectorXd Coordinates(const Eigen::Matrix4d& J) {
+    Eigen::VectorXd xi(10);
+    const Eigen::Matrix3d S = J.topLeftCorner<3, 3>();
+    const Eigen::Matrix3d I = S.trace() * Eigen::Matrix3d::Identity() - S;
+    xi << J(3, 3), J(0, 3), J(1, 3), J(2, 3), I(0, 0), I(1, 1), I(2, 2),
+        I(0, 1), I(0, 2), I(1, 2);
+    return xi;
+  }
+  // (11.7) of the link with Knowing() rows.
+  double Cost(const Eigen::VectorXd& xi, const Eigen::VectorXd& change,
+              double weight) const {
+    const Eigen::VectorXd xi0 = Xi0().head(10);
+    const Eigen::Matrix4d J = PseudoInertia(xi);
+    return 0.5 * std::pow(weight, 2) * (xi - xi0 - change).squaredNorm() +
+           (PseudoInertia(xi0).inverse() * J).trace() -
+           std::log(J.determinant());
+  }
   const Model model_;
   const ShootingProblem problem_;
   const EquationCoordinates coordinates_;
@@ -70,6 +100,19 @@ TEST_F(EstimateTest, AnImpossibleOneEndsInsideThePossible) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> moments(
       SecondMoments(body.inertia));
   EXPECT_GT(moments.eigenvalues().minCoeff(), 0.0);
+  // (11.7) grows in all directions, of which a body near the bound bears few.
+  const Eigen::VectorXd at = found.xi.head(10);
+  const double least = Cost(at, change.head(10), 1e3);
+  const Eigen::Matrix4d L = PseudoInertia(at).llt().matrixL();
+  for (int trial = 0; trial < 50; ++trial) {
+    const Eigen::Matrix4d random = Eigen::Matrix4d::Random();
+    for (double size : {1e-2, -1e-2}) {
+      const Eigen::Matrix4d S = size * (random + random.transpose());
+      const Eigen::VectorXd there =
+          Coordinates(L * (Eigen::Matrix4d::Identity() + S) * L.transpose());
+      EXPECT_GE(Cost(there, change.head(10), 1e3), least - 1e-5) << trial;
+    }
+  }
 }
 
 TEST_F(EstimateTest, ABoundHoldsAndTheRestMovesOn) {
