@@ -17,7 +17,6 @@ namespace {
 
 constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
 constexpr size_t kMostExchanged = 2;
-constexpr int kMostSteps = 8;
 constexpr int kMostCompared = 12;  // candidates whose forces are shown
 // An effect that explains less of the excess over the noise is not what is
 // missing.
@@ -357,7 +356,7 @@ std::shared_ptr<EvaluatedModel> Search::AddByEquations(Diagnosis* diagnosis) {
   Report("equations of motion", base.train_error());
   EquationLook look = LookByEquations(problem_, base.fit.model, candidates_);
   followed_ = look.followed;
-  if (look.effects.size() <= size_t{kMostSteps}) return nullptr;
+  if (look.effects.size() <= size_t{kMostEffectsBySegments}) return nullptr;
   Report("what the equations of motion show", base.train_error());
   std::shared_ptr<EvaluatedModel> model;
   // Without those that end at a bound: no more than a column that helped.
@@ -426,7 +425,7 @@ void Search::SearchOn(Diagnosis* result) {
   const bool ends = model != nullptr && !followed_.empty();
   if (ends) diagnosis.final_verdict = Decide(*now, nullptr);
   diagnosis.by_equations = ends;
-  for (int step = 0; !ends && step < kMostSteps;) {
+  for (int step = 0; !ends && step < kMostEffectsBySegments;) {
     been_.insert(EffectsOf(*now));
     const Screening screening = Screen(*now);
     std::vector<CandidateRefit> refits = ProposeEffects(screening);
@@ -503,7 +502,8 @@ void Search::SearchOn(Diagnosis* result) {
       LookBack({}, &model, &diagnosis.steps);
     }
     now = model.get();
-    if (++step == kMostSteps) diagnosis.final_verdict = Decide(*now, nullptr);
+    if (++step == kMostEffectsBySegments)
+      diagnosis.final_verdict = Decide(*now, nullptr);
   }
   if (!diagnosis.steps.empty()) diagnosis.final = model;
   // What the first step could not see the later ones did.

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -12,6 +13,10 @@
 #include "sysid/estimation/holdout.h"
 
 namespace sysid {
+
+// So many effects a search by segments adds at most; more are a regression's on
+// the equations of motion.
+inline constexpr int kMostEffectsBySegments = 8;
 
 // What a diagnosis starts from: a model with what is free in it, data to fit
 // and data to judge by (null: none). Every model that is tried shares both.
@@ -52,6 +57,11 @@ struct EvaluatedModel {
 
 // The problem's own model, from its start.
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);
+
+// The same at the values of the equations of motion, its states alone fitted;
+// nothing where those predict no better (StartByInverseDynamics).
+std::optional<EvaluatedModel> EvaluateGivenByEquations(
+    const DiagnosisProblem& problem);
 
 // The model of `before` with further effects, at the values of the equations of
 // motion (StartByInverseDynamics): the motion is predicted, not fitted.

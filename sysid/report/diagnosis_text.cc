@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -31,23 +30,6 @@ std::string Expected(const ScreenedEffect& effect) {
     parts.push_back(part + Behind(p.unit));
   }
   return Join(parts);
-}
-
-// Many by their kind: "viscous_damping (joint1, joint2), armature (joint1)".
-std::string ListEffects(const std::vector<std::string>& names) {
-  constexpr size_t kMost = 3;
-  if (names.size() <= kMost) return Join(names, " and ");
-  std::vector<std::string> kinds;
-  std::map<std::string, std::vector<std::string>> targets;
-  for (const std::string& name : names) {
-    const size_t at = name.find('@');
-    const std::string kind = name.substr(0, at);
-    if (!targets.contains(kind)) kinds.push_back(kind);
-    targets[kind].push_back(at == std::string::npos ? "" : name.substr(at + 1));
-  }
-  for (std::string& kind : kinds)
-    kind += " (" + Join(targets[kind], ", ") + ")";
-  return Join(kinds, ", ");
 }
 
 std::string WhereText(const Where& where) {
@@ -237,7 +219,7 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
     }
     return text + ".";
   }
-  const std::string proposed = ListEffects(diagnosis.proposed);
+  const std::string proposed = ListEffects(diagnosis.proposed, " and ");
   const Confirmation* with = nullptr;
   if (!diagnosis.proposed.empty()) {
     with = &*diagnosis.candidates.front().confirmed;
@@ -266,7 +248,8 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
   if (!diagnosis.steps.empty()) {
     const std::vector<std::string> added = diagnosis.added();
     text = "The search ended with " +
-           (added.empty() ? std::string("no effect") : ListEffects(added)) +
+           (added.empty() ? std::string("no effect")
+                          : ListEffects(added, " and ")) +
            ": over segments of " + SegmentLengths(last.fit) +
            ", each from its own initial state, the error is " +
            Times(last.train_error()) + " times the noise (held out " +

@@ -190,7 +190,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     text += ", derivatives by Jets of whole steps (slow)";
   }
   if (!session.effects.empty()) {
-    text += ", effects: " + Join(session.effects);
+    text += ", effects: " + ListEffects(session.effects, ", ");
   }
   constexpr double kLonger = 1.5;
   if (problem.options().segment > 0 &&
@@ -221,7 +221,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
           Paint(colour, ReachesNoise(problem, fit) ? kGreen : kRed, verdict) +
           "\n";
   if (added != nullptr) {
-    text += "  adding " + Join(added->effects) +
+    text += "  adding " + ListEffects(added->effects, ", ") +
             Format(": error %.3g -> %.3g times the noise", added->train_before,
                    added->train_after);
     if (added->predicted > 0)

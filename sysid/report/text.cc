@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+
+#include "models/error.h"
 
 namespace sysid {
 
@@ -58,6 +61,23 @@ std::string OpenLines(const std::vector<OpenError>& open,
     if (text.back() == ',') text.back() = '\n';
   }
   return text;
+}
+
+std::string ListEffects(const std::vector<std::string>& names,
+                        const char* between) {
+  constexpr size_t kMost = 3;
+  if (names.size() <= kMost) return Join(names, between);
+  std::vector<std::string> kinds;
+  std::map<std::string, std::vector<std::string>> targets;
+  for (const std::string& name : names) {
+    const size_t at = name.find('@');
+    const std::string kind = name.substr(0, at);
+    if (!targets.contains(kind)) kinds.push_back(kind);
+    targets[kind].push_back(at == std::string::npos ? "" : name.substr(at + 1));
+  }
+  for (std::string& kind : kinds)
+    kind += " (" + Join(targets[kind], ", ") + ")";
+  return Join(kinds, ", ");
 }
 
 }  // namespace sysid

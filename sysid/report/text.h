@@ -36,4 +36,9 @@ std::string SegmentLengths(const Fit& fit);
 std::string OpenLines(const std::vector<OpenError>& open,
                       const std::string& label);
 
+// Few with `between` two of them, many by their kind: "viscous_damping (joint1,
+// joint2), armature (joint1)".
+std::string ListEffects(const std::vector<std::string>& names,
+                        const char* between);
+
 }  // namespace sysid

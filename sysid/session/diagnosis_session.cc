@@ -268,7 +268,13 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   problem.known = {session.fixed.begin(), session.fixed.end()};
   problem.SetRuns(session.runs, session.holdout);
   Thin(&problem);
-  const EvaluatedModel before = EvaluateGiven(problem);
+  // A fit without that many would be far off, and long.
+  std::optional<EvaluatedModel> by_equations;
+  if (added.size() > size_t{kMostEffectsBySegments}) {
+    by_equations = EvaluateGivenByEquations(problem);
+  }
+  const EvaluatedModel before =
+      by_equations ? *by_equations : EvaluateGiven(problem);
   const LinearizedFit linearized(*before.problem, before.fit.point);
   if (!linearized.Valid()) return std::nullopt;
   const Screening screening =
@@ -279,7 +285,8 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   }
   if (screened.empty()) return std::nullopt;
   const EvaluatedModel after =
-      EvaluateWith(problem, before, screened, problem.options);
+      by_equations ? EvaluateByEquations(problem, before, screened)
+                   : EvaluateWith(problem, before, screened, problem.options);
   if (!std::isfinite(after.train_error())) return std::nullopt;
   AddedEffects result;
   result.effects = session.added;

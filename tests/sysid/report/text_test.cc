@@ -16,5 +16,13 @@ TEST(Times, HasThreeDigitsAndNoExponentInASentence) {
   EXPECT_EQ(Times(INFINITY), "inf");
 }
 
+TEST(Text, ListsManyEffectsByTheirKind) {
+  EXPECT_EQ(ListEffects({"spring@a", "armature@b"}, " and "),
+            "spring@a and armature@b");
+  EXPECT_EQ(
+      ListEffects({"spring@a", "armature@a", "spring@b", "armature@c"}, ", "),
+      "spring (a, b), armature (a, c)");
+}
+
 }  // namespace
 }  // namespace sysid
