@@ -28,12 +28,6 @@ bool AtBound(double value, double bound, double scale) {
   return std::isfinite(bound) && std::abs(value - bound) <= 1e-6 * scale;
 }
 
-// Whether a value is at one of its bounds.
-bool HeldByBounds(const FreeParameter& free, double value) {
-  const double scale = std::max(std::abs(value), free.parameter.typical_scale);
-  return AtBound(value, free.lower, scale) || AtBound(value, free.upper, scale);
-}
-
 // What the data says of the parameters that no bound holds, as if the others
 // were fixed where they are.
 Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
@@ -65,6 +59,11 @@ Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
 }
 
 }  // namespace
+
+bool HeldByBounds(const FreeParameter& free, double value) {
+  const double scale = std::max(std::abs(value), free.parameter.typical_scale);
+  return AtBound(value, free.lower, scale) || AtBound(value, free.upper, scale);
+}
 
 ParameterEstimate MakeEstimate(const FreeParameter& free, double value,
                                double std_error, bool identifiable) {

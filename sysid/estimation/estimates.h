@@ -28,6 +28,9 @@ struct Estimates {
   Eigen::MatrixXd covariance;  // of the parameters' values
 };
 
+// Whether a value is at one of its bounds.
+bool HeldByBounds(const FreeParameter& free, double value);
+
 // Of one parameter; std_error NaN where it has none.
 ParameterEstimate MakeEstimate(const FreeParameter& free, double value,
                                double std_error, bool identifiable);

@@ -92,15 +92,15 @@ class InverseDynamicsFit {
   std::optional<Eigen::VectorXd> Theta();
 
  private:
-  void Search();
+  bool Search();  // false as Solve()
   void Filter(const EquationFilter& filter);
   EquationRegression Regress(const MechanismParameters<double>& values) const;
   // What is left by joint, without linearising.
   Eigen::VectorXd LeftAt(const Eigen::VectorXd& theta) const;
   std::string Words(const Fit& fit) const;
   // Once more from theta, until nothing moves that the equations are not linear
-  // in.
-  void Solve(Eigen::VectorXd theta);
+  // in. False where no time of the runs has samples enough around it.
+  bool Solve(Eigen::VectorXd theta);
   void SayParameters(Fit* fit);
   void SayPositions(Fit* fit) const;
 
@@ -150,7 +150,7 @@ EquationRegression InverseDynamicsFit::Regress(
                             problem_.options().loss_scale);
 }
 
-void InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
+bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
   constexpr int kReweighed = 3;  // sizes settle to some per cent
   // A length that starts at a hundredth of itself doubles with each (11.10).
   constexpr int kMost = 20;
@@ -160,6 +160,7 @@ void InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
     MechanismParameters<double> values;
     map_.Apply<double>(theta.data(), &values);
     regression_ = Regress(values);
+    if (regression_->times() == 0) return false;
     xi0_.resize(coordinates_.size());
     coordinates_.Read<double>(values, xi0_.data());
     only_ratios_ = regression_->IsHomogeneous(xi0_);
@@ -168,18 +169,24 @@ void InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
       inertial_ = Regress(values);
       regression_->Normalise(*inertial_, xi0_);
     }
+    // By theta to first order. Coordinates that move one by one may meet the
+    // equations of a free swing as no body does.
+    const RowMatrixXd D =
+        DifferentiateCoordinates(coordinates_, map_, theta.data()).D;
     for (int k = 0; k < kReweighed; ++k) {
-      regression_->Reweigh(SolveUnconstrained(regression_->Triangle()));
+      const RowMatrixXd triangle = regression_->Triangle();
+      RowMatrixXd by_theta(triangle.rows(), D.cols() + 1);
+      by_theta << triangle.leftCols(D.rows()) * D, triangle.rightCols(1);
+      regression_->Reweigh(D * SolveUnconstrained(by_theta));
     }
     found_ = EstimateByRegression(problem_, coordinates_,
                                   regression_->Triangle(), theta);
     iterations_ += found_.iterations;
     theta = found_.theta;
     const Eigen::VectorXd expected = regression_->Left(found_.xi - xi0_);
-    if ((LeftAt(theta) - expected).norm() < kLinear * expected.norm()) {
-      return;
-    }
+    if ((LeftAt(theta) - expected).norm() < kLinear * expected.norm()) break;
   }
+  return true;
 }
 
 // Theta, and what the data tell of it.
@@ -276,19 +283,21 @@ std::string InverseDynamicsFit::Words(const Fit& fit) const {
   return words + (found_.converged ? "" : "; the minimum was not reached");
 }
 
-void InverseDynamicsFit::Search() {
+bool InverseDynamicsFit::Search() {
   const EquationFilter first = FirstFilter(runs_);
   Filter(first);
-  Solve(problem_.InitialTheta());
+  if (!Solve(problem_.InitialTheta())) return false;
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
   Filter(ChooseFilter(problem_.model(), values, runs_, first));
-  Solve(found_.theta);
+  if (Solve(found_.theta)) return true;
+  // A wider filter may leave nothing.
+  Filter(first);
+  return Solve(problem_.InitialTheta());
 }
 
 std::optional<Eigen::VectorXd> InverseDynamicsFit::Theta() {
-  Search();
-  if (!found_.theta.allFinite()) return std::nullopt;
+  if (!Search() || !found_.theta.allFinite()) return std::nullopt;
   return found_.theta;
 }
 
@@ -298,7 +307,13 @@ Fit InverseDynamicsFit::Estimate() {
   fit.solver = "inverse_dynamics";
   fit.samples = problem_.data().samples();
   fit.noise = problem_.data().PooledNoise();
-  Search();
+  if (!Search()) {
+    throw InputError("--solver inverse_dynamics",
+                     "the runs are too short to tell accelerations: none has "
+                     "samples enough around a time",
+                     "record for longer, or at a higher rate; --solver lm "
+                     "needs no accelerations");
+  }
   fit.converged = found_.converged;
   fit.iterations = iterations_;
   MechanismParameters<double> values;
@@ -312,6 +327,47 @@ Fit InverseDynamicsFit::Estimate() {
   return fit;
 }
 
+// Whether a value is at a bound that its user gave, who knows no more than that
+// it is not beyond. (Friction may well be zero.)
+bool IsAtGivenBound(const FreeParameter& free, double value) {
+  FreeParameter given = free;
+  if (free.lower <= free.parameter.lower) given.lower = -INFINITY;
+  if (free.upper >= free.parameter.upper) given.upper = INFINITY;
+  return HeldByBounds(given, value);
+}
+
+// Where inverse dynamics ends. A parameter that ends at a given bound is no
+// estimate: the others once more, with such ones at their initial values.
+std::optional<Eigen::VectorXd> ThetaWithinBounds(
+    const ShootingProblem& problem) {
+  const std::optional<Eigen::VectorXd> theta =
+      InverseDynamicsFit(problem).Theta();
+  if (!theta) return theta;
+  const Eigen::VectorXd initial = problem.InitialTheta();
+  Eigen::VectorXd values(theta->size());
+  problem.map().ValuesOf<double>(theta->data(), values.data());
+  std::vector<FreeParameter> within;
+  std::vector<int> places;
+  for (int i = 0; i < values.size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
+    if (IsAtGivenBound(free, values[i]) && (*theta)[i] != initial[i]) continue;
+    within.push_back(free);
+    places.push_back(i);
+  }
+  if (within.size() == problem.free().size()) return theta;
+  Eigen::VectorXd best = initial;
+  if (within.empty()) return best;
+  Model model = problem.model();
+  MechanismParameters<double> held;
+  problem.map().Apply<double>(initial.data(), &held);
+  model.SetNominal(held);
+  const std::optional<Eigen::VectorXd> found = ThetaWithinBounds(
+      ShootingProblem(model, within, problem.shared_data(), problem.options()));
+  if (!found) return std::nullopt;
+  best(places) = *found;
+  return best;
+}
+
 }  // namespace
 
 ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
@@ -319,8 +375,7 @@ ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
   for (const auto& data : problem.runs()) {
     if (!UnmeasuredJoints(problem.model(), data->run).empty()) return problem;
   }
-  const std::optional<Eigen::VectorXd> theta =
-      InverseDynamicsFit(problem).Theta();
+  const std::optional<Eigen::VectorXd> theta = ThetaWithinBounds(problem);
   if (!theta) return problem;
   const Solution nominal = ShortSegments(problem);
   Solution started = nominal;

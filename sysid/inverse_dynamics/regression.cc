@@ -103,6 +103,12 @@ RowMatrixXd EquationRegression::Merge() const {
   return square;
 }
 
+int EquationRegression::times() const {
+  int times = 0;
+  for (const EquationRows& run : runs_) times += run.times();
+  return times;
+}
+
 bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
   constexpr double kRounding = 1e-9;
   const RowMatrixXd all = Merge();

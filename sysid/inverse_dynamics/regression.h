@@ -36,6 +36,7 @@ class EquationRegression {
   // Whether there are no efforts: R xi = 0 (z = R xi_0 here), which tells
   // ratios only.
   bool IsHomogeneous(const Eigen::VectorXd& xi0) const;
+  int times() const;  // of all runs, with a row for each joint
   // (11.10): rows of r_v / |p_v| in place of r_v, p = R_p xi the rows of
   // `inertial`, so that no change of scale lowers them.
   void Normalise(const EquationRegression& inertial,

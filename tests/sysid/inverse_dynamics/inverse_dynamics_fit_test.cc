@@ -124,6 +124,45 @@ TEST(InverseDynamicsFit, AJointThatIsNotMeasuredIsSaid) {
   }
 }
 
+TEST(InverseDynamicsFit, RunsThatAreTooShortAreSaid) {
+  const Model truth = FrictionArm(0.0);
+  sysid::Run run = Shaken(truth, 1e-4, 1, 0.04);  // 9 samples
+  const ShootingProblem problem(truth, FreeNominal(truth, {"link2.mass"}),
+                                {run}, {});
+  try {
+    FitInverseDynamics(problem);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("too short"), std::string::npos)
+        << error.what();
+  }
+  // A fit of the motion starts where it was told.
+  EXPECT_EQ(StartByInverseDynamics(problem).InitialTheta(),
+            problem.InitialTheta());
+}
+
+// The equations of a free swing would be met exactly by a mechanism of moments
+// alone, which no lengths give: what is left of them would be rounding.
+TEST(InverseDynamicsFit, FindsLengthsFromAFreeSwing) {
+  for (const char* name : {"pendulum2_planar", "pendulum3_planar"}) {
+    const Model truth = Shipped(name);
+    Model wrong = truth;
+    Set({{"link1.length", 0.3}, {"link2.length", 0.8}}, &wrong);
+    const sysid::Run run =
+        Simulate(truth, RandomState(truth, 0.5, 1),
+                 {.duration = 10.0, .rate = 100.0, .noise = 1e-4});
+    const ShootingProblem problem(
+        wrong, FreeNominal(wrong, {"link1.length", "link2.length"}), {run}, {});
+    const Fit fit = FitInverseDynamics(problem);
+    EXPECT_TRUE(fit.converged) << name << ": " << fit.termination;
+    for (const char* length : {"link1.length", "link2.length"}) {
+      const double expected = FindParameters(truth, {length}, "")[0].nominal;
+      EXPECT_NEAR(EstimateOf(fit, length).value, expected, 0.05 * expected)
+          << name << " " << length;
+    }
+  }
+}
+
 // A free swing says nothing of scales: all that comes out is in the URDF's.
 TEST(InverseDynamicsFit, WithoutEffortsOnlyRatiosShow) {
   const Model truth = Shipped("pendulum2_planar", {"viscous_damping@joint1"},
