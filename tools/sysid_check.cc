@@ -103,7 +103,7 @@ std::vector<Finding> FindingsOf(const std::vector<Refused>& refused,
 int Main() {
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
-  request.fits_nothing = true;
+  request.may_free_nothing = true;
   Session session = OpenModelSession(request, catalogue);
   std::vector<Refused> refused;
   ReadAll(request.traj, &session, &session.runs, &refused);

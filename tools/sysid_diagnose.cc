@@ -98,8 +98,8 @@ int Main() {
   request.may_free_nothing = true;
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
-      catalogue, session.model.mechanism(),
-      SplitList(FLAGS_candidates, "--candidates"), "--candidates");
+      catalogue, session, SplitList(FLAGS_candidates, "--candidates"),
+      "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);
   Watch watch(&session.options);
@@ -125,7 +125,7 @@ int Main() {
     final->fit.cpu_time_s = CpuSeconds();
   }
   const FinalFit* fitted = final ? &*final : nullptr;
-  const NextStep step = ChooseNext(diagnosis, fitted);
+  const NextStep step = ChooseNext(diagnosis);
   const std::string next = CommandFromFlags("sysid_fit") +
                            FlagWith("add", step.add) +
                            FlagWith("fix", step.fix) + step.solver;

@@ -36,7 +36,8 @@ constexpr char kHelp[] =
   --holdout C.csv            recordings that are only predicted
   --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at):
-                             names, inertial (all of each link), 'link*.mass'
+                             names, inertial (all of each link), 'link*.mass';
+                             --free none compares the model as it stands
   --add effect@target,...    effects to add ('viscous_damping@*');
                              docs/effects.md lists them, sysid_diagnose says
                              which is missing
@@ -127,6 +128,17 @@ void CheckSampling(const std::string& solver) {
   }
 }
 
+// Only the shooting solver estimates states, which are all there is to estimate
+// of a model as it stands.
+void CheckSomethingIsFitted(const Session& session) {
+  const Solver& solver = FindSolver(session.solver);
+  if (!session.free.empty() || solver.kind == SolverKind::kShooting) return;
+  throw InputError("--solver",
+                   session.solver + " has nothing to fit: nothing is free",
+                   "name parameters with --free, or compare the model as it "
+                   "stands by --solver lm");
+}
+
 // The samples are made before any is written: their URDFs and a line each.
 void CheckSampleSize(const Session& session) {
   if (FLAGS_sample == 0) return;
@@ -140,8 +152,10 @@ int Main() {
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.any_solver = true;
+  request.may_free_nothing = true;
   Session session = OpenSession(request, catalogue);
   CheckSolverFlags(session.solver);
+  CheckSomethingIsFitted(session);
   CheckSampling(session.solver);
   const Solver& solver = FindSolver(session.solver);
   const SolverOptions how{AdamOptionsFromFlags(), MixtureOptionsFromFlags()};

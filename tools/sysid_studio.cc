@@ -52,8 +52,8 @@ StudioSetup OpenSetup() {
   request.may_free_nothing = true;
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
-      catalogue, session.model.mechanism(),
-      SplitList(FLAGS_candidates, "--candidates"), "--candidates");
+      catalogue, session, SplitList(FLAGS_candidates, "--candidates"),
+      "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   // Hypotheses about the data take a fit: sysid_check asks them.
   CheckSessionNumbers(&session);

@@ -17,6 +17,7 @@ class Cogging : public EffectOf<Cogging> {
   static constexpr TargetKind kTarget = TargetKind::kJoint;
   static constexpr char kLaw[] = "a sin(n q) + b cos(n q)";
   static constexpr char kShowsIn[] = "slow motion through whole turns";
+  static constexpr bool kNeedsDrive = true;
   static constexpr int kMostDetents = 24;
 
   Cogging(const Mechanism& mechanism, const std::string& joint)

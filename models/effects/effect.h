@@ -157,6 +157,9 @@ class Effect {
   // (A kShowsIn of the derived class.)
   virtual std::string ShowsIn() const = 0;
 
+  // Whether it is a drive's: on a joint without an effort it is none.
+  virtual bool NeedsDrive() const = 0;
+
   // The hooks for a scalar of the closed list.
   virtual const EffectHooks<double>& HooksFor(ScalarTag<double>) const = 0;
   virtual const EffectHooks<Jet8>& HooksFor(ScalarTag<Jet8>) const = 0;
@@ -246,6 +249,11 @@ class EffectOf : public Effect {
     } else {
       return "";
     }
+  }
+  bool NeedsDrive() const override {
+    return (hooks() & (kInputHook | kInputDelayHook)) != 0 || requires {
+      Derived::kNeedsDrive;
+    };
   }
 
   const EffectHooks<double>& HooksFor(ScalarTag<double>) const final {

@@ -7,7 +7,7 @@
 namespace sysid {
 
 // A constant effort on a joint of one degree of freedom, N m or N: a drive's
-// offset, a cable's pull.
+// offset.
 class EffortBias : public EffectOf<EffortBias> {
  public:
   static constexpr char kName[] = "effort_bias";
@@ -15,6 +15,7 @@ class EffortBias : public EffectOf<EffortBias> {
   static constexpr char kLaw[] = "constant effort";
   static constexpr char kShowsIn[] =
       "motion about several positions of the joint, both ways";
+  static constexpr bool kNeedsDrive = true;
 
   EffortBias(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kEffortHook, mechanism, joint) {

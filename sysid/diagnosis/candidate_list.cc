@@ -10,6 +10,9 @@ namespace {
 // A candidate that would explain this part of what another does may stand for
 // it.
 constexpr double kAlike = 0.9;
+// This much, both ways, and they are the same to any eye: chance alone would
+// choose between their refits.
+constexpr double kSame = 0.999;
 
 bool StandsOut(const CandidateEffect& candidate) {
   return candidate.screened.criterion < -kClearly ||
@@ -52,7 +55,7 @@ std::vector<int> RankRefits(const std::vector<CandidateRefit>& refits,
   };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
     if (rank(a) != rank(b)) return rank(a) < rank(b);
-    return refits[a].after->squares() < refits[b].after->squares();
+    return refits[a].after->cv.error() < refits[b].after->cv.error();
   });
   return order;
 }
@@ -127,11 +130,12 @@ std::vector<CandidateEffect> ListCandidates(
     if ((one && !one->accepted()) != (other && !other->accepted())) {
       return false;
     }
+    const double like = screening.confusability(a, b);
+    if (like > kSame && screening.confusability(b, a) > kSame) return true;
     if (one && one->accepted() && other) {
       return StandFor(screening, a, b, *one->after, *other->after);
     }
-    const double like = screening.confusability(a, b);
-    return like > 0.999 ||
+    return like > kSame ||
            (like > kAlike &&
             std::abs(screening.effects[a].criterion -
                      screening.effects[b].criterion) < kClearly);

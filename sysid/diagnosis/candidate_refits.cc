@@ -13,9 +13,6 @@
 namespace sysid {
 namespace {
 
-// In units of the variance that remains, the drop of the held-out sum of
-// squares that is no chance.
-constexpr double kHoldoutDrop = 9.0;
 constexpr int kMostConfirmed = 6;  // candidates that are refitted in a round
 constexpr int kMostPairs = 5;
 
@@ -61,80 +58,21 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
          predicted < kMuch * screening.error;
 }
 
-// Whether a refit tells of an effect: some parameter is clearly off its null,
-// or the errors are clearly lower where standard errors cannot say.
-bool IsIdentified(const EvaluatedModel& before, const EvaluatedModel& evaluated,
-                  const ScreenedEffect& effect) {
-  constexpr double kDeviations = 3.0;
-  constexpr double kMuch = 0.5;
-  // Where the rest of the model is still wrong its standard errors say little.
-  bool hidden = evaluated.train_error() < kMuch * before.train_error();
-  for (const ParameterEstimate& p : evaluated.fit.parameters) {
-    for (const ExpectedParameter& expected : effect.parameters) {
-      if (expected.name != p.name || expected.searched) continue;
-      // What other parameters hide in part: only its effect on the errors says.
-      if (!p.identifiable) hidden = true;
-      if (p.identifiable &&
-          std::abs(p.value - expected.null_value) > kDeviations * p.std_error) {
-        return true;
-      }
-    }
-  }
-  return hidden && !AreAsGood(before, evaluated);
-}
-
-// The effect in a model of which another is an extension, or null.
-const Effect* FindPart(const Model& model, const Effect& whole) {
-  for (int i = 0; i < model.effects().size(); ++i) {
-    const Effect& effect = model.effects().effect(i);
-    if (ArePartOf({&effect}, {&whole})) return &effect;
-  }
-  return nullptr;
-}
-
 std::string WhyRefused(const EvaluatedModel& before,
-                       const CandidateRefit& refit) {
-  // A law with more parameters gains something on most machines. Where the one
-  // that is in the model has reached the noise, that is no effect that is
-  // missing.
-  constexpr double kReached = 1.1;
+                       const CandidateRefit& refit, int tried) {
   const EvaluatedModel& after = *refit.after;
-  for (const ScreenedEffect& effect : refit.expected) {
-    const Effect* part = FindPart(before.fit.model, *effect.effect);
-    if (part != nullptr && before.train_error() < kReached &&
-        before.holdout_error() < kReached) {
-      return part->name() + " reaches the noise without it";
-    }
-  }
-  if (!std::isfinite(after.train_error()) ||
-      !std::isfinite(after.holdout_error())) {
+  if (!std::isfinite(after.cv.error())) {
     return "the motion does not stay finite with it";
-  }
-  if (!(after.train_error() < (1 - kMaterial) * before.train_error())) {
-    return "refitted it gains nothing";
-  }
-  for (const ScreenedEffect& effect : refit.expected) {
-    if (!IsIdentified(before, after, effect)) {
-      return "refitted, " + effect.name() +
-             " is within three standard errors of none";
-    }
   }
   const std::string implausible = WhyImplausible(after);
   if (!implausible.empty()) return implausible;
-  const double variance =
-      std::max(1.0, after.holdout.squares / after.holdout.dof);
-  const double drop =
-      (before.holdout.squares - after.holdout.squares) / variance;
-  if (!(drop > kHoldoutDrop)) {
-    return "it does not lower the error of the held-out runs";
+  if (!IsWorse(before.cv, after.cv, tried)) {
+    return "with it unseen data are not predicted better";
   }
-  return "";
-}
-
-std::vector<const Effect*> AddedTo(const EvaluatedModel& evaluated) {
-  std::vector<const Effect*> effects;
-  for (const auto& effect : evaluated.added) effects.push_back(effect.get());
-  return effects;
+  // Runs of their own say more than stretches of those that were fitted.
+  return after.holdout_error() < before.holdout_error()
+             ? ""
+             : "it does not lower the error of the held-out runs";
 }
 
 }  // namespace
@@ -157,12 +95,14 @@ std::string WhyImplausible(const EvaluatedModel& evaluated) {
 }
 
 bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b) {
-  constexpr double kMost = 0.25;  // of the sums of squares
-  const double ratio = std::abs(std::log(a.squares() / b.squares()));
-  const double independent =
-      a.squares() < b.squares() ? a.independent : b.independent;
-  return ratio < 2 * kMaterial ||
-         (ratio < kMost && independent * ratio < kClearly);
+  if (!std::isfinite(a.cv.error()) || !std::isfinite(b.cv.error())) {
+    return false;
+  }
+  // Fits end with errors that are known to a thousandth: of two that are the
+  // same in other words, one would always be better by less.
+  constexpr double kSettled = 1e-3;
+  const ErrorRatio ratio = Compare(a.cv, b.cv);
+  return std::abs(ratio.log_ratio) <= std::max(ratio.std_error, kSettled);
 }
 
 bool IsAtNoiseFloor(const EvaluatedModel& evaluated) {
@@ -259,7 +199,7 @@ void Refitter::Refit(const EvaluatedModel& before,
     for (const ScreenedEffect& e : refit.expected) effects.push_back(&e);
     refit.after = EvaluateWith(problem_, before, effects,
                                Coarse(options, refit.predicted));
-    refit.refused = WhyRefused(before, refit);
+    refit.refused = WhyRefused(before, refit, count);
     const std::lock_guard lock(mutex);
     ++done;
     report();
@@ -312,7 +252,7 @@ void Refitter::AddRivals(const Screening& screening,
                                    });
     if (same == refits->end()) {
       refits->push_back(std::move(rival));
-    } else if (rival.after->squares() < same->after->squares()) {
+    } else if (rival.after->cv.error() < same->after->cv.error()) {
       *same = std::move(rival);
     }
   }
@@ -329,21 +269,17 @@ int Refitter::Choose(const std::vector<CandidateRefit>& refits) const {
   return best;
 }
 
-// Of two at the noise, the one that is part of the other: no law is refined to
-// fit what is left there. Of two that are as good, the one with fewer
-// parameters, then the more common kind.
+// The one with fewer parameters, unless it is worse. Of as many parameters the
+// more common kind, where neither predicts better.
 bool Refitter::IsBetter(const EvaluatedModel& a,
                         const EvaluatedModel& b) const {
-  if (IsAtNoiseFloor(a) && IsAtNoiseFloor(b)) {
-    if (ArePartOf(AddedTo(a), AddedTo(b))) return true;
-    if (ArePartOf(AddedTo(b), AddedTo(a))) return false;
-  }
-  if (!AreAsGood(a, b)) return a.squares() < b.squares();
   const size_t parameters_a = a.fit.parameters.size();
   const size_t parameters_b = b.fit.parameters.size();
-  if (parameters_a != parameters_b) return parameters_a < parameters_b;
+  if (parameters_a < parameters_b) return !IsWorse(a.cv, b.cv);
+  if (parameters_b < parameters_a) return IsWorse(b.cv, a.cv);
   const int rarity_a = Rarity(a), rarity_b = Rarity(b);
-  return rarity_a != rarity_b ? rarity_a < rarity_b : a.squares() < b.squares();
+  return AreAsGood(a, b) && rarity_a != rarity_b ? rarity_a < rarity_b
+                                                 : a.cv.error() < b.cv.error();
 }
 
 // How far down the catalogue the kinds of its effects are, which goes from the

@@ -12,8 +12,8 @@ namespace sysid {
 // What the screening proposes is tried: refitted from the fitted point, and
 // judged by the held-out runs (docs/theory.md section 7).
 
-// An effect must lower the training error by this part of it: less is of no use
-// even where it is certain.
+// A refit is worth its time where the screening expects it to lower the error
+// by this part of it.
 inline constexpr double kMaterial = 0.01;
 // Of the screening's criterion: twice a log-likelihood.
 inline constexpr double kClearly = 10.0;
@@ -37,10 +37,8 @@ std::vector<CandidateRefit> ProposeEffects(const Screening& screening);
 // Two that together explain what neither does alone.
 std::vector<CandidateRefit> ProposePairs(const Screening& screening);
 
-// Whether neither of two models is clearly the better: by their likelihoods, of
-// as many samples as are independent under the better one (of a model that
-// misses much those are few, so only up to a limit), or by too little to
-// matter.
+// Whether neither of two models predicts better by more than one standard error
+// of the difference.
 bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b);
 
 // Whether the errors may be noise alone, on both kinds of runs.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <set>
 #include <string>
 
@@ -45,6 +46,7 @@ class Search {
   void SearchOn(Diagnosis* diagnosis);
   std::shared_ptr<EvaluatedModel> AddByEquations(Diagnosis* diagnosis);
   void KeepEvaluated(Diagnosis* diagnosis) const;
+  void FindRivals(Diagnosis* diagnosis) const;
   Screening Screen(const EvaluatedModel& evaluated);
   bool LookBack(const std::vector<std::string>& newest,
                 std::shared_ptr<EvaluatedModel>* model,
@@ -149,9 +151,8 @@ bool Search::LookBack(const std::vector<std::string>& newest,
     if (!std::isfinite(without.train_error())) continue;
     DiagnosisStep step = StepFrom(*now);
     step.removed = name;
-    const bool needed =
-        WasHere(without) || !WhyImplausible(without).empty() ||
-        without.squares() > (1 + 2 * kMaterial) * now->squares();
+    const bool needed = WasHere(without) || !WhyImplausible(without).empty() ||
+                        IsWorse(without.cv, now->cv);
     if (!needed) {
       step.predicted = without.train_error();
       *model = std::make_shared<EvaluatedModel>(std::move(without));
@@ -279,25 +280,28 @@ std::optional<EvaluatedModel> Search::FromWholeRuns(const EvaluatedModel& now) {
   return joined;
 }
 
-// The model in segments four times as long, where the motion is regular over
-// that time; nothing where it is not, or where a segment is a whole run
-// already.
+// The model in segments twice as long, where its motion can be followed so far;
+// nothing where it cannot, or where too few segments would be left.
 std::optional<EvaluatedModel> Search::Lengthen(const EvaluatedModel& now) {
+  constexpr double kFewest = 4.0;  // segments, to predict some from the others
+  // What a constant force is missed by grows with the square of the time; more
+  // is chaos, or a wrong minimum.
   constexpr double kGrowth = 4.0;
-  constexpr double kRegular = 0.6;  // of the longest that is chosen
   const double length = now.fit.segment_s;
-  const double longest = now.problem->data().LongestDuration();
+  double all = 0.0;
+  for (const auto& data : now.problem->runs()) {
+    all += data->run.t.back() - data->run.t.front();
+  }
+  const double longest =
+      std::min(now.problem->data().LongestDuration(), all / kFewest);
   if (problem_.options.segment > 0 || !now.fit.converged ||
-      length < kRegular * kLongestLength || length > 0.9 * longest) {
+      length > 0.9 * longest) {
     return std::nullopt;
   }
   Report("longer segments", now.train_error());
   EvaluatedModel longer =
-      EvaluateLonger(problem_, now, std::min(kGrowth * length, longest));
-  // A wrong minimum, or chaos: the errors of longer predictions grow, but not
-  // without measure.
-  if (!longer.fit.converged || !std::isfinite(longer.train_error()) ||
-      !std::isfinite(longer.holdout_error()) ||
+      EvaluateLonger(problem_, now, std::min(2.0 * length, longest));
+  if (!longer.fit.converged || !std::isfinite(longer.cv.error()) ||
       longer.train_error() > kGrowth * now.train_error() ||
       longer.fit.segment_s < 1.1 * length) {
     return std::nullopt;
@@ -471,7 +475,13 @@ void Search::SearchOn(Diagnosis* result) {
           continue;
         }
       }
-      // What is too small for a segment adds up over a longer one.
+      // What is too small for a segment adds up over a longer one. So does what
+      // no candidate describes: not of motion that the given model follows for
+      // no longer.
+      constexpr double kRegular = 0.6;
+      const bool regular = now->fit.segment_s >= kRegular * kLongestLength;
+      const bool better = !diagnosis.steps.empty() && !IsAtNoiseFloor(*now);
+      if (!regular && !better) break;
       std::optional<EvaluatedModel> next = Lengthen(*now);
       if (!next) break;
       model = std::make_shared<EvaluatedModel>(std::move(*next));
@@ -501,6 +511,14 @@ void Search::SearchOn(Diagnosis* result) {
     if (LookBack(added.effects, &model, &diagnosis.steps)) {
       LookBack({}, &model, &diagnosis.steps);
     }
+    // A better model can be followed for longer, and what is needed shows
+    // there.
+    std::optional<EvaluatedModel> next;
+    if (!IsAtNoiseFloor(*model)) next = Lengthen(*model);
+    if (next) {
+      model = std::make_shared<EvaluatedModel>(std::move(*next));
+      LookBack({}, &model, &diagnosis.steps);
+    }
     now = model.get();
     if (++step == kMostEffectsBySegments)
       diagnosis.final_verdict = Decide(*now, nullptr);
@@ -511,11 +529,47 @@ void Search::SearchOn(Diagnosis* result) {
       diagnosis.final_verdict == Verdict::kAdequate) {
     diagnosis.verdict = Verdict::kMissingEffect;
   }
+  FindRivals(result);
   Report("where it fails", diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);
   diagnosis.where.followed = followed_;
   AddForcesToCompare(diagnosis.base, kMostCompared, &diagnosis.where.force,
                      &diagnosis.candidates);
+}
+
+// What could stand in the place of each effect of the answer: no law that needs
+// more parameters, which would be an extension and no rival.
+void Search::FindRivals(Diagnosis* diagnosis) const {
+  const auto parameters = [&](const std::string& name) {
+    for (const auto& effect : candidates_) {
+      if (effect->name() == name) return effect->ParameterNames().size();
+    }
+    return size_t{0};
+  };
+  std::map<std::string, std::vector<std::string>> alternatives;
+  if (diagnosis->steps.empty() && !diagnosis->candidates.empty()) {
+    const CandidateEffect& first = diagnosis->candidates.front();
+    alternatives[first.screened.name()] = first.indistinguishable_from;
+  }
+  for (const DiagnosisStep& step : diagnosis->steps) {
+    for (size_t k = 0; k < step.effects.size(); ++k) {
+      alternatives[step.effects[k]] = step.indistinguishable_from[k];
+    }
+  }
+  const std::vector<std::string> answer =
+      diagnosis->steps.empty() ? diagnosis->proposed : diagnosis->added();
+  for (size_t k = 0; k < answer.size(); ++k) {
+    for (const std::string& other : alternatives[answer[k]]) {
+      if (parameters(other) > parameters(answer[k])) continue;
+      if (diagnosis->rivals.empty()) diagnosis->rivals.push_back(answer);
+      diagnosis->rivals.push_back(answer);
+      diagnosis->rivals.back()[k] = other;
+    }
+  }
+  if (diagnosis->rivals.empty()) return;
+  if (diagnosis->verdict == Verdict::kMissingEffect) {
+    diagnosis->verdict = Verdict::kUndecided;
+  }
 }
 
 }  // namespace
@@ -526,6 +580,8 @@ std::string ToString(Verdict verdict) {
       return "adequate";
     case Verdict::kMissingEffect:
       return "missing_effect";
+    case Verdict::kUndecided:
+      return "undecided";
     case Verdict::kUnexplained:
       return "unexplained";
   }

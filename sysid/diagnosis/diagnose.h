@@ -28,7 +28,12 @@ struct DiagnosisStep {
   std::shared_ptr<const EvaluatedModel> after;  // the model that it led to
 };
 
-enum class Verdict { kAdequate, kMissingEffect, kUnexplained };
+enum class Verdict {
+  kAdequate,
+  kMissingEffect,
+  kUndecided,  // which of several effects is missing (Diagnosis::rivals)
+  kUnexplained
+};
 std::string ToString(Verdict verdict);  // as diagnosis.json says it
 
 struct Diagnosis {
@@ -48,6 +53,10 @@ struct Diagnosis {
   // only together explain it; the first of the candidates. Empty: none.
   std::vector<std::string> proposed;
   int tests = 0;  // that the p-values corrected for
+  // Where the data do not decide between models of as many effects: the effects
+  // that are proposed, or that were added, and then those of each other model
+  // within one standard error of it. Else empty.
+  std::vector<std::vector<std::string>> rivals;
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;

@@ -79,10 +79,20 @@ void Keep(Holdout holdout, EvaluatedModel* evaluated) {
   evaluated->holdout_point = std::move(holdout.point);
 }
 
-void SetIndependent(EvaluatedModel* evaluated) {
-  evaluated->independent =
-      (evaluated->fit.train.dof + evaluated->holdout.dof) /
-      AutocorrelationTime(*evaluated->problem, evaluated->fit.point);
+void SetCrossValidation(const DiagnosisProblem& problem,
+                        EvaluatedModel* evaluated) {
+  evaluated->cv = {};
+  const ShootingProblem& posed = *evaluated->problem;
+  const LinearizedFit linearized(posed, evaluated->fit.point);
+  if (!linearized.Valid()) return;
+  if (problem.holdout != nullptr &&
+      !std::isfinite(evaluated->holdout_error())) {
+    return;
+  }
+  evaluated->cv = CrossValidate(linearized);
+  if (problem.holdout == nullptr) return;
+  AddHeldOut(*problem.holdout, evaluated->holdout, ObservedStateDof(posed),
+             &evaluated->cv);
 }
 
 // The held-out runs' states start from those of `before`, where there is one.
@@ -105,7 +115,7 @@ void Evaluate(const DiagnosisProblem& problem, const EvaluatedModel* before,
       judge(nullptr);
     }
   }
-  SetIndependent(evaluated);
+  SetCrossValidation(problem, evaluated);
 }
 
 bool HasBound(const Fit& fit) {
@@ -368,7 +378,7 @@ EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,
   if (problem.holdout != nullptr) {
     Keep(EvaluateJoinedHoldout(OpenHoldoutOf(problem, after)), &after);
   }
-  SetIndependent(&after);
+  SetCrossValidation(problem, &after);
   return after;
 }
 
@@ -383,14 +393,11 @@ EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
 }
 
 void ExtendProblem(const DiagnosisProblem& problem,
-                   const EvaluatedModel& evaluated,
-                   const std::set<std::string>& without, Model* model,
+                   const EvaluatedModel& evaluated, Model* model,
                    std::vector<FreeParameter>* free) {
-  std::vector<std::shared_ptr<const Effect>> effects = evaluated.added;
-  std::map<std::string, double> values = ValuesOf(evaluated);
-  TakeOut(without, &effects, &values);
   DiagnosisProblem with =
-      WithEffects(problem, effects, evaluated.without_influence, values);
+      WithEffects(problem, evaluated.added, evaluated.without_influence,
+                  ValuesOf(evaluated));
   *model = with.model;
   *free = std::move(with.free);
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/diagnosis/cross_validation.h"
 #include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
@@ -45,13 +46,11 @@ struct EvaluatedModel {
   Fit fit;
   RunErrors holdout;
   Solution holdout_point;  // its states
-  // How many of the numbers of both are as good as independent, errors being
-  // correlated in time (6.3).
-  double independent = 1.0;
+  // What models are chosen by; no stretches where the dynamics fail.
+  CrossValidation cv;
 
   explicit EvaluatedModel(const Model& m) : fit(m) {}
   double train_error() const { return fit.train.total.normalized_rms; }
-  double squares() const { return fit.train.squares + holdout.squares; }
   double holdout_error() const { return holdout.total.normalized_rms; }
 };
 
@@ -106,12 +105,10 @@ EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,
 // Whether there are states of a joint that the data does not show.
 bool HasBlindStates(const EvaluatedModel& evaluated);
 
-// The problem's own model with the effects of a evaluated but those named in
-// `without`, their parameters free and starting where it ended: for a fit of
-// other runs.
+// The problem's own model with the effects that were added, their parameters
+// free and starting where the fit ended: for a fit of other runs.
 void ExtendProblem(const DiagnosisProblem& problem,
-                   const EvaluatedModel& evaluated,
-                   const std::set<std::string>& without, Model* model,
+                   const EvaluatedModel& evaluated, Model* model,
                    std::vector<FreeParameter>* free);
 
 // The problem with effects in its model: all parameters start at `values`, by

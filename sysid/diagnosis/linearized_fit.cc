@@ -198,14 +198,19 @@ void LinearizedFit::ProjectOutTheta(
   });
 }
 
+double LinearizedFit::Segment::numbers() const {
+  const auto& residuals = rollout->measurements().residuals;
+  double numbers = 0.0;
+  for (const SegmentRow& row : rollout->rows()) {
+    numbers += ResidualDof(residuals[row.channel]);
+  }
+  return numbers;
+}
+
 double LinearizedFit::DegreesOfFreedom() const {
   double dof = -theta_rank_;
   for (const auto& segment : segments_) {
-    dof -= ObservedStateDof(problem_);
-    const auto& residuals = segment->rollout->measurements().residuals;
-    for (const SegmentRow& row : segment->rollout->rows()) {
-      dof += ResidualDof(residuals[row.channel]);
-    }
+    dof += segment->numbers() - ObservedStateDof(problem_);
   }
   return std::max(1.0, dof);
 }

@@ -42,6 +42,7 @@ class LinearizedFit {
     Eigen::MatrixXd theta_basis;
     Eigen::VectorXd r;  // without states and Theta
     int rows() const { return static_cast<int>(errors.size()); }
+    double numbers() const;  // measured, that are independent
   };
   const std::vector<std::unique_ptr<Segment>>& segments() const {
     return segments_;

@@ -50,6 +50,17 @@ std::vector<std::vector<double>> SmoothComponents(const Mechanism& mechanism,
   return components;
 }
 
+// Quaternions, each with the sign that is nearer to the one before.
+RowMatrixXd Continuous(RowMatrixXd quaternions) {
+  Eigen::RowVectorXd before = Eigen::RowVectorXd::Zero(quaternions.cols());
+  for (auto row : quaternions.rowwise()) {
+    if (row.hasNaN()) continue;
+    if (row.dot(before) < 0.0) row = -row;
+    before = row;
+  }
+  return quaternions;
+}
+
 double ChannelNoise(const Mechanism& mechanism, const Run& run,
                     const Channel& channel) {
   const auto components = SmoothComponents(mechanism, channel);
@@ -70,6 +81,36 @@ double ChannelNoise(const Mechanism& mechanism, const Run& run,
                          ? 2.0
                          : static_cast<double>(components.size());
   return std::max({std::sqrt(sum / dof), kNoiseFloor * range, 1e-12});
+}
+
+// (8.1) of a channel. Two rotations of which one is turned by a small angle e
+// against the other differ by e / 2 as quaternions.
+double ChannelMotion(const Mechanism& mechanism, const Channel& channel,
+                     const ChannelResidual& residual) {
+  std::vector<std::vector<double>> components;
+  if (std::holds_alternative<RotationResidual>(residual)) {
+    const RowMatrixXd turned = 2.0 * Continuous(channel.values);
+    for (const auto& column : turned.colwise()) {
+      components.emplace_back(column.begin(), column.end());
+    }
+  } else {
+    components = SmoothComponents(mechanism, channel);
+  }
+  double variance = 0.0;
+  for (const std::vector<double>& y : components) {
+    double sum = 0.0, squares = 0.0;
+    int count = 0;
+    for (const double value : y) {
+      if (std::isnan(value)) continue;
+      sum += value;
+      ++count;
+    }
+    for (const double value : y) {
+      if (!std::isnan(value)) squares += std::pow(value - sum / count, 2);
+    }
+    variance += squares / count;
+  }
+  return std::sqrt(variance / ResidualDof(residual));
 }
 
 // One sensor, one noise: the same channel of several runs is pooled.
@@ -119,6 +160,8 @@ std::vector<std::unique_ptr<RunData>> MakeRuns(
       const bool given = options.noise > 0 && IsPositionLike(channel.kind);
       data->sigma.push_back(
           given ? options.noise : ChannelNoise(mechanism, data->run, channel));
+      data->motion.push_back(ChannelMotion(
+          mechanism, channel, data->measurements.residuals.back()));
     }
     all.push_back(std::move(data));
   }

@@ -13,6 +13,9 @@ struct RunData {
   Run run;
   Measurements measurements;
   std::vector<double> sigma;  // per channel, SI
+  // Per channel, how much there is to predict: the root mean square about its
+  // mean, per independent number, SI (8.1). NaN where nothing was measured.
+  std::vector<double> motion;
 };
 
 // How the numbers of a recording count.

@@ -19,14 +19,22 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct Sums {
   double squares = 0.0;  // SI
   double whitened = 0.0;
+  double motion = 0.0;  // SI, (8.1)
   double dof = 0.0;
 
   void operator+=(const Sums& other) {
     squares += other.squares;
     whitened += other.whitened;
+    motion += other.motion;
     dof += other.dof;
   }
 };
+
+// (8.1) and (8.2), of mean squares.
+double FitPercent(double ratio_squared) {
+  return std::isfinite(ratio_squared) ? 100.0 * (1.0 - std::sqrt(ratio_squared))
+                                      : std::nan("");
+}
 
 double SquaredNorm(const SegmentRow& row, const std::vector<double>& errors) {
   double squares = 0.0;
@@ -44,9 +52,10 @@ std::vector<Sums> SumByChannel(const RunData& data,
   for (const SegmentRow& row : rollout.rows()) {
     const double squares = SquaredNorm(row, r);
     const double sigma = data.sigma[row.channel];
+    const double motion = data.motion[row.channel];
+    const double dof = ResidualDof(data.measurements.residuals[row.channel]);
     sums[row.channel] +=
-        {squares, squares / (sigma * sigma),
-         1.0 * ResidualDof(data.measurements.residuals[row.channel])};
+        {squares, squares / (sigma * sigma), dof * motion * motion, dof};
   }
   return sums;
 }
@@ -110,8 +119,10 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
       const Channel& channel = data.run.channels[c];
       if (!places.emplace(channel.name, places.size()).second) continue;
       errors.channels.push_back(
-          {channel.name, ResidualUnit(problem.model().mechanism(), channel), 0,
-           0, data.sigma[c]});
+          {.name = channel.name,
+           .unit = ResidualUnit(problem.model().mechanism(), channel),
+           .position_like = IsPositionLike(channel.kind),
+           .noise = data.sigma[c]});
     }
   }
   by_channel.resize(places.size());
@@ -137,7 +148,8 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
       const int k = all[i].segment;
       errors.segments.push_back({data.run.name, data.run.t[samples[k]],
                                  data.run.t[samples[k + 1]],
-                                 std::sqrt(segment.whitened / segment.dof)});
+                                 std::sqrt(segment.whitened / segment.dof),
+                                 segment.whitened, segment.dof});
     }
   }
   // What was fitted took up this much of the noise, evenly over the samples.
@@ -149,14 +161,22 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   errors.squares = failed ? kInfinity : total.whitened;
   errors.dof = left;
   const Sums& shown = position.dof > 0 ? position : total;
-  errors.total = {rms(shown.squares, shown.dof),
-                  rms(total.whitened, total.dof)};
+  errors.total.rms = rms(shown.squares, shown.dof);
+  errors.total.normalized_rms = rms(total.whitened, total.dof);
+  double ratios = 0.0, moving = 0.0;
   for (ChannelError& channel : errors.channels) {
     const Sums& sums = by_channel[places[channel.name]];
     channel.rms = rms(sums.squares, sums.dof);
     channel.normalized_rms = rms(sums.whitened, sums.dof);
+    const double ratio = inflate * inflate * sums.squares / sums.motion;
+    if (!failed) channel.fit_percent = FitPercent(ratio);
     channel.dof = sums.dof;
+    if (std::isfinite(ratio) && channel.position_like == (position.dof > 0)) {
+      ratios += sums.dof * ratio;
+      moving += sums.dof;
+    }
   }
+  if (!failed) errors.total.fit_percent = FitPercent(ratios / moving);
   std::erase_if(errors.channels, [&](const ChannelError& channel) {
     return by_channel[places[channel.name]].dof == 0;
   });
@@ -268,14 +288,18 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
             2.0 * std::asin(std::min(1.0, 0.5 * std::sqrt(norm2)));
         norm2 = angle * angle;
       }
-      sums[row.channel] += {.squares = norm2, .dof = 1.0};
+      const double motion = data.motion[row.channel];
+      sums[row.channel] += {.squares = norm2,
+                            .motion = ResidualDof(residual) * motion * motion,
+                            .dof = 1.0};
     }
     for (size_t c = 0; c < data.run.channels.size(); ++c) {
       if (sums[c].dof == 0) continue;
       const Channel& channel = data.run.channels[c];
       open.channels.push_back(
           {channel.name, ResidualUnit(problem.model().mechanism(), channel),
-           ok ? std::sqrt(sums[c].squares / sums[c].dof) : kInfinity});
+           ok ? std::sqrt(sums[c].squares / sums[c].dof) : kInfinity,
+           ok ? FitPercent(sums[c].squares / sums[c].motion) : std::nan("")});
     }
     result.push_back(std::move(open));
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,17 +13,21 @@ namespace sysid {
 // channels (rad and m; over all where there is none), `normalized_rms` over
 // all, each divided by its noise: 1 is the noise floor. Both are corrected for
 // the numbers that were fitted: they estimate the standard deviation of what
-// the model does not explain.
+// the model does not explain. `fit_percent` is (8.2), NaN where nothing moves
+// or the dynamics fail.
 struct ErrorSummary {
   double rms = 0.0;
   double normalized_rms = 0.0;
+  double fit_percent = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct ChannelError {
   std::string name, unit;
+  bool position_like = true;
   double rms = 0.0;
   double normalized_rms = 0.0;
   double noise = 0.0;
+  double fit_percent = std::numeric_limits<double>::quiet_NaN();  // (8.1)
   double dof = 0.0;  // numbers measured
 };
 
@@ -30,6 +35,7 @@ struct SegmentError {
   std::string trajectory;
   double t_start = 0.0, t_end = 0.0;
   double normalized_rms = 0.0;
+  double squares = 0.0, dof = 0.0;  // whitened errors, and numbers measured
 };
 
 struct RunErrors {
@@ -92,6 +98,7 @@ struct OpenError {
   struct Channel {
     std::string name, unit;
     double rms = 0.0;  // infinity where the dynamics fail
+    double fit_percent = std::numeric_limits<double>::quiet_NaN();  // (8.1)
   };
   std::vector<Channel> channels;
 };

@@ -30,7 +30,7 @@ std::vector<double> HorizonReach(const std::vector<double>& t,
 // by its tangent, B the inverse standard deviations of StateBelief, and w
 // standard normal,
 //
-//   dx = (J^T J + B^T B)^-1 J^T w,                                      (8.1)
+//   dx = (J^T J + B^T B)^-1 J^T w,                                      (8.3)
 //   rms(h)^2 = mean |y(x [+] dx, h) - y(x, h)|^2 + sigma^2,
 //
 // in a few draws a state, always the same ones. Only an estimate: of the growth

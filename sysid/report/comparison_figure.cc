@@ -235,7 +235,7 @@ std::string ComparisonFigure(const Session& session,
   }
   const int rows = (static_cast<int>(panels.size()) + 1) / 2;
   return SvgFigure(kLeft + 2 * kColumn - 60, kTop + kRow * rows + 4,
-                   session.model_name + ": three solvers from the same start",
+                   session.model_name + ": three solvers from the same values",
                    panels, legend);
 }
 

@@ -178,8 +178,9 @@ std::string ComparisonText(const Session& session,
       CountOf(comparison.names.size(), "parameter") + ", " +
       CountOf(session.runs.size(), "run") + ", " +
       CountOf(comparison.runs[0].fit.samples, "sample") +
-      ", three solvers from the same start\n" + CheckedLine(session) + "\n" +
-      SolverTable(comparison) + "\n" + ParameterTable(comparison) + "\n" +
+      ", three solvers from the same values (lm: inverse dynamics first)\n" +
+      CheckedLine(session) + "\n" + SolverTable(comparison) + "\n" +
+      ParameterTable(comparison) + "\n" +
       "  the mixture's deviation beside Levenberg-Marquardt's standard "
       "error:\n";
   for (const UncertaintyComparison& u : comparison.uncertainty) {

@@ -83,6 +83,25 @@ Json Errors(const DiagnosisStep& step) {
           {"holdout_after", Finite(step.holdout_after)}};
 }
 
+std::vector<std::string> Extended(std::vector<std::string> given,
+                                  const std::vector<std::string>& added) {
+  given.insert(given.end(), added.begin(), added.end());
+  return given;
+}
+
+// A model on the way: its error where it was not fitted decides.
+Json PathEntry(const EvaluatedModel& evaluated,
+               const std::vector<std::string>& given) {
+  std::vector<std::string> added;
+  for (const auto& effect : evaluated.added) added.push_back(effect->name());
+  return {{"effects", Extended(given, added)},
+          {"segment_s", Finite(evaluated.fit.segment_s)},
+          {"cv_error", Finite(evaluated.cv.error())},
+          {"cv_error_se", Finite(evaluated.cv.std_error())},
+          {"train", Finite(evaluated.train_error())},
+          {"holdout", Finite(evaluated.holdout_error())}};
+}
+
 }  // namespace
 
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
@@ -109,6 +128,14 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["added"] = Json::array();
   json["steps"] = Json::array();
   const std::vector<std::string> kept = diagnosis.added();
+  // What was taken out and added again was added by the last step that did.
+  const auto added_last_by = [&](const std::string& name) {
+    const DiagnosisStep* last = nullptr;
+    for (const DiagnosisStep& step : diagnosis.steps) {
+      if (Contains(step.effects, name)) last = &step;
+    }
+    return last;
+  };
   for (const DiagnosisStep& step : diagnosis.steps) {
     Json entry = {{"added", step.effects}, {"removed", step.removed}};
     entry.update(Errors(step));
@@ -116,23 +143,32 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
     json["steps"].push_back(entry);
     for (size_t k = 0; k < step.effects.size(); ++k) {
       const std::string& name = step.effects[k];
-      if (!Contains(kept, name)) continue;
+      if (!Contains(kept, name) || added_last_by(name) != &step) continue;
       Json added = NameAndTarget(name);
       added.update(Errors(step));
       added["indistinguishable_from"] = step.indistinguishable_from[k];
       json["added"].push_back(added);
     }
   }
-  json["final"] = nullptr;
+  json["models"] = {PathEntry(diagnosis.base, session.effects)};
+  for (const DiagnosisStep& step : diagnosis.steps) {
+    json["models"].push_back(PathEntry(*step.after, session.effects));
+  }
+  json["rivals"] =
+      List(diagnosis.rivals, [&](const std::vector<std::string>& added) {
+        return Json(Extended(session.effects, added));
+      });
+  json["final"] = Extended(session.effects, diagnosis.added());
+  json["next_experiment"] = nullptr;
+  json["final_fit"] = nullptr;
   if (final != nullptr) {
-    json["final"] = {{"verdict", ToString(diagnosis.final_verdict)},
-                     {"train", diagnosis.last().fit.train.total},
-                     {"holdout", diagnosis.last().holdout.total},
-                     {"effects", final->session.effects},
-                     {"denied", final->denied},
-                     {"parameters", Values(final->fit.parameters)},
-                     {"converged", final->fit.converged},
-                     {"open", OpenJson(final->fit.open, false)}};
+    json["final_fit"] = {{"verdict", ToString(diagnosis.final_verdict)},
+                         {"train", diagnosis.last().fit.train.total},
+                         {"holdout", diagnosis.last().holdout.total},
+                         {"effects", final->session.effects},
+                         {"parameters", Values(final->fit.parameters)},
+                         {"converged", final->fit.converged},
+                         {"open", OpenJson(final->fit.open, false)}};
   }
   json["next_command"] = next;
   json["findings"] = session.findings;

@@ -18,8 +18,7 @@ struct NextStep {
   std::string add, fix;
   std::string solver;  // a flag more, where the motion is not to be fitted
 };
-// `final`: null where the diagnosis was not fitted once more.
-NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final);
+NextStep ChooseNext(const Diagnosis& diagnosis);
 
 // The verdict in words.
 std::string DiagnosisSentence(const Diagnosis& diagnosis);

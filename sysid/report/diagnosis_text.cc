@@ -181,13 +181,33 @@ std::string StepsText(const Diagnosis& diagnosis) {
   return text;
 }
 
-// Where the search ended, if it went further than the first candidate.
-std::string AfterSteps(const Diagnosis& diagnosis) {
-  const std::vector<std::string> added = diagnosis.added();
-  if (added.empty() || added == diagnosis.proposed) return "";
-  return " With " + Join(added) + " it ends at " +
-         Times(diagnosis.last().train_error()) + " (held out " +
-         Times(diagnosis.last().holdout_error()) + ").";
+// What is missing, and the errors with it: of all steps, or else of the first
+// candidate.
+struct Answer {
+  std::vector<std::string> effects;
+  double train = 0.0, holdout = 0.0;
+};
+
+Answer AnswerOf(const Diagnosis& diagnosis) {
+  if (!diagnosis.steps.empty()) {
+    return {diagnosis.added(), diagnosis.last().train_error(),
+            diagnosis.last().holdout_error()};
+  }
+  if (diagnosis.proposed.empty()) return {};
+  const Confirmation& first = *diagnosis.candidates.front().confirmed;
+  return {diagnosis.proposed, first.train, first.holdout};
+}
+
+std::string WithThem(const Answer& answer, const char* them) {
+  return "; with " + std::string(them) + " the error is " +
+         Times(answer.train) + " (held out " + Times(answer.holdout) + ").";
+}
+
+// Where a search ended that does not explain the data.
+std::string AfterSteps(const Diagnosis& diagnosis, const Answer& answer) {
+  if (diagnosis.steps.empty() || answer.effects.empty()) return "";
+  return " With " + ListEffects(answer.effects, " and ") + " it ends at " +
+         Times(answer.train) + " (held out " + Times(answer.holdout) + ").";
 }
 
 }  // namespace
@@ -205,7 +225,7 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
       text +=
           "; " + Join(diagnosis.proposed, " and ") + " was the best by then";
     }
-    return text + "." + AfterSteps(diagnosis);
+    return text + "." + AfterSteps(diagnosis, AnswerOf(diagnosis));
   }
   if (diagnosis.verdict == Verdict::kAdequate) {
     text += ": nothing is missing that matters to it";
@@ -219,27 +239,32 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
     }
     return text + ".";
   }
-  const std::string proposed = ListEffects(diagnosis.proposed, " and ");
-  const Confirmation* with = nullptr;
-  if (!diagnosis.proposed.empty()) {
-    with = &*diagnosis.candidates.front().confirmed;
-  }
+  const Answer answer = AnswerOf(diagnosis);
   if (diagnosis.verdict == Verdict::kUnexplained) {
     text += ", and no effect of the catalogue explains it";
-    if (with != nullptr) {
-      text += "; " + proposed + ", the best of them, leaves " +
-              Times(with->holdout);
+    if (diagnosis.steps.empty() && !answer.effects.empty()) {
+      text += "; " + ListEffects(answer.effects, " and ") +
+              ", the best of them, leaves " + Times(answer.holdout);
     }
     return text + ": the unexplained forces show what is left." +
-           AfterSteps(diagnosis);
+           AfterSteps(diagnosis, answer);
   }
-  text += ": " + proposed +
-          (diagnosis.proposed.size() > 1 ? " are missing, which only together "
-                                           "explain it; with them"
-                                         : " is missing; with it");
-  text += " the error is " + Times(with->train) + " (held out " +
-          Times(with->holdout) + ").";
-  return text + AfterSteps(diagnosis);
+  if (diagnosis.verdict == Verdict::kUndecided) {
+    std::vector<std::string> rivals;
+    for (const std::vector<std::string>& rival : diagnosis.rivals) {
+      rivals.push_back(ListEffects(rival, " and "));
+    }
+    return text +
+           ": an effect is missing, and this data does not decide which: " +
+           Join(rivals, ", or ") + WithThem(answer, "the first");
+  }
+  text += ": " + ListEffects(answer.effects, " and ");
+  if (answer.effects.size() < 2) {
+    return text + " is missing" + WithThem(answer, "it");
+  }
+  return text + " are missing" +
+         (diagnosis.steps.empty() ? ", which only together explain it" : "") +
+         WithThem(answer, "them");
 }
 
 std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
@@ -271,7 +296,6 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
   } else {
     text += "Fitted once more, as one trajectory over each whole run";
   }
-  if (!final.denied.empty()) text += ", without " + Join(final.denied, " and ");
   std::string whole = FitSentence(*final.problem, final.fit,
                                   final.holdout ? &*final.holdout : nullptr);
   whole[0] = 't';
@@ -292,13 +316,9 @@ bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final) {
          ReachesNoise(*final.problem, final.fit);
 }
 
-NextStep ChooseNext(const Diagnosis& diagnosis, const FinalFit* final) {
-  const auto is_denied = [&](const std::string& name) {
-    return final != nullptr && Contains(final->denied, name);
-  };
+NextStep ChooseNext(const Diagnosis& diagnosis) {
   std::vector<std::string> add, fix;
   for (const auto& effect : diagnosis.last().added) {
-    if (is_denied(effect->name())) continue;
     add.push_back(effect->name());
     for (const std::string& name : effect->ParameterNames()) {
       if (diagnosis.last().without_influence.count(name) > 0)
@@ -357,10 +377,6 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
             (diagnosis.final_verdict == Verdict::kAdequate
                  ? ": adequate\n"
                  : ": still misses something\n");
-    if (!final->denied.empty()) {
-      text += "  without " + Join(final->denied) +
-              ": over whole runs not told from none\n";
-    }
     for (const ParameterEstimate& p : final->fit.parameters) {
       text +=
           "  " + p.name + " = " + Value(p.value, p.std_error) +

@@ -3,6 +3,7 @@
 
 #include "models/error.h"
 #include "models/integrator.h"
+#include "models/parameters.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/text.h"
 #include "sysid/session/check_session.h"
@@ -12,6 +13,7 @@ namespace sysid {
 namespace {
 
 std::string ParameterTable(const Fit& fit) {
+  if (fit.parameters.empty()) return "";
   size_t name_width = 9;
   for (const ParameterEstimate& p : fit.parameters) {
     name_width = std::max(name_width, p.name.size());
@@ -36,6 +38,19 @@ std::string ParameterTable(const Fit& fit) {
             remark + "\n";
   }
   return text;
+}
+
+std::string SomeParameters(const Model& model) {
+  constexpr size_t kShown = 8;
+  const std::vector<Parameter> all = AllParameters(model);
+  std::vector<std::string> names;
+  for (size_t i = 0; i < std::min(all.size(), kShown); ++i) {
+    names.push_back(all[i].name);
+  }
+  return Join(names) +
+         (all.size() > kShown
+              ? Format(" and %d more", static_cast<int>(all.size() - kShown))
+              : "");
 }
 
 // What the equations of motion determine: "link2.Jyy + 0.0506 link3.m + 4
@@ -121,13 +136,34 @@ std::string ErrorVerdict(const Fit& fit, Floor floor) {
                "given by the data here, are off (--solver lm estimates them)";
 }
 
-// Whether one number is the noise of all channels, as nearly as it is printed.
-bool OneNoise(const Fit& fit) {
-  for (const ChannelError& channel : fit.train.channels) {
-    if (channel.unit != fit.train.channels.front().unit) return false;
-    if (std::abs(channel.noise - fit.noise) > 0.1 * fit.noise) return false;
+// The error in its unit, as a share of the motion, beside the noise.
+std::string ErrorLine(const std::string& label, const RunErrors& errors) {
+  std::string unit;  // of the positions, where they have one
+  bool one_unit = true;
+  for (const ChannelError& channel : errors.channels) {
+    if (!channel.position_like) continue;
+    one_unit = one_unit && (unit.empty() || unit == channel.unit);
+    unit = channel.unit;
   }
-  return true;
+  const std::string share = OfTheMotion(errors.total.fit_percent);
+  const std::string beside =
+      Format("%.3g times the noise", errors.total.normalized_rms);
+  return label + "error " +
+         (one_unit && !unit.empty()
+              ? Format("%.3g ", errors.total.rms) + unit + share + ", " + beside
+              : beside + share);
+}
+
+std::string ChannelLine(const RunErrors& errors) {
+  if (errors.channels.size() < 2) return "";
+  std::string text = "  by channel:";
+  for (const ChannelError& channel : errors.channels) {
+    text += " " + channel.name + Format(" %.3g ", channel.rms) + channel.unit +
+            OfTheMotion(channel.fit_percent) +
+            Format(", %.3g times its noise;", channel.normalized_rms);
+  }
+  text.back() = '\n';
+  return text;
 }
 
 std::string WorstLine(const RunErrors& errors) {
@@ -175,7 +211,9 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   const SolverKind kind = FindSolver(fit.solver).kind;
   std::string text =
       Paint(colour, kBold, session.model_name) + ": " +
-      CountOf(fit.parameters.size(), "parameter") + " fitted to " +
+      (fit.parameters.empty()
+           ? "as it stands, nothing is free: compared with "
+           : CountOf(fit.parameters.size(), "parameter") + " fitted to ") +
       CountOf(problem.runs().size(), "run") + ", " +
       CountOf(fit.samples, "sample") + ", " +
       CountOf(fit.iterations,
@@ -200,22 +238,13 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
         "the shortest that do)",
         problem.options().segment);
   }
+  if (fit.parameters.empty()) {
+    text += "\n  free with --free what is not known: this model has " +
+            SomeParameters(problem.model());
+  }
   text += "\n" + CheckedLine(session) + "\n" +
           (regrouped ? BaseTable(fit) : ParameterTable(fit)) + "\n";
-  std::string verdict =
-      Format("error %.3g times the noise", fit.train.total.normalized_rms);
-  if (OneNoise(fit)) {
-    verdict += Format(" (rms %.3g beside a noise of %.3g)", fit.train.total.rms,
-                      fit.noise);
-  } else {
-    verdict += ", each channel by its own:";
-    for (const ChannelError& channel : fit.train.channels) {
-      verdict += " " + channel.name +
-                 Format(" %.3g beside %.3g ", channel.rms, channel.noise) +
-                 channel.unit + ",";
-    }
-    verdict.pop_back();
-  }
+  std::string verdict = ErrorLine("", fit.train);
   verdict += ": " + ErrorVerdict(fit, FloorOf(problem, fit));
   text += "  " +
           Paint(colour, ReachesNoise(problem, fit) ? kGreen : kRed, verdict) +
@@ -232,12 +261,10 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     }
     text += ", each segment from its own initial state\n";
   }
-  text += EffortLine(fit) + WorstLine(fit.train);
+  text += ChannelLine(fit.train) + EffortLine(fit) + WorstLine(fit.train);
   if (holdout) {
-    text += Format(
-        "  held out: error %.3g times the noise (rms %.3g), each "
-        "segment from its own initial state\n",
-        holdout->errors.total.normalized_rms, holdout->errors.total.rms);
+    text += ErrorLine("  held out: ", holdout->errors) +
+            ", each segment from its own initial state\n";
   }
   text += OpenLines(fit.open, "open prediction of ");
   if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");

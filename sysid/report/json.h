@@ -58,15 +58,15 @@ Json Written(const T& value) {
     NLOHMANN_JSON_EXPAND(NLOHMANN_JSON_PASTE(SYSID_JSON_MEMBER, __VA_ARGS__)) \
   }
 
-SYSID_JSON(ErrorSummary, rms, normalized_rms)
-SYSID_JSON(ChannelError, name, unit, rms, normalized_rms, noise)
+SYSID_JSON(ErrorSummary, rms, normalized_rms, fit_percent)
+SYSID_JSON(ChannelError, name, unit, rms, normalized_rms, fit_percent, noise)
 SYSID_JSON(SegmentError, trajectory, t_start, t_end, normalized_rms)
 SYSID_JSON(HorizonError, horizon_s, rms)
 SYSID_JSON(EffortError, joint, rms, percent)
 SYSID_JSON(BaseParameter::Term, name, factor)
 SYSID_JSON(BaseParameter, terms, unit, value, std_error)
 SYSID_JSON(HistoryEntry, iteration, cost, time_s)
-SYSID_JSON(OpenError::Channel, name, rms, unit)
+SYSID_JSON(OpenError::Channel, name, rms, fit_percent, unit)
 
 inline Json OpenJson(const std::vector<OpenError>& open, bool held_out) {
   return List(open, [&](const OpenError& run) -> Json {

@@ -164,6 +164,10 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["holdoutError"] = fit.holdout
                               ? Finite(fit.holdout->errors.total.normalized_rms)
                               : Json(nullptr);
+  model["trainFitPercent"] = Finite(found.train.total.fit_percent);
+  model["holdoutFitPercent"] =
+      fit.holdout ? Finite(fit.holdout->errors.total.fit_percent)
+                  : Json(nullptr);
   model["verdict"] =
       diagnosis ? Json(ToString(diagnosis->verdict)) : Json(nullptr);
   model["sentence"] = diagnosis ? DiagnosisSentence(*diagnosis)

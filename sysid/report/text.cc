@@ -46,6 +46,11 @@ std::string SegmentLengths(const Fit& fit) {
   return Format("%.3g to %.3g s", least, most);
 }
 
+std::string OfTheMotion(double fit_percent) {
+  return std::isfinite(fit_percent) ? Format(" (fit %.3g %%)", fit_percent)
+                                    : "";
+}
+
 std::string OpenLines(const std::vector<OpenError>& open,
                       const std::string& label) {
   std::string text;
@@ -56,7 +61,7 @@ std::string OpenLines(const std::vector<OpenError>& open,
       text += " " + channel.name +
               (std::isfinite(channel.rms) ? Format(" %.3g ", channel.rms)
                                           : std::string(" diverges ")) +
-              channel.unit + ",";
+              channel.unit + OfTheMotion(channel.fit_percent) + ",";
     }
     if (text.back() == ',') text.back() = '\n';
   }

@@ -25,6 +25,8 @@ std::string Paint(bool colour, const char* code, const std::string& text);
 
 // " m", of a unit behind a number; "" where it has none ("-").
 std::string Behind(const std::string& unit);
+// " (fit 99.2 %)", (8.1); nothing where nothing moved or the dynamics fail.
+std::string OfTheMotion(double fit_percent);
 
 // As many digits as the standard error makes meaningful, and two more.
 std::string Value(double value, double std_error);

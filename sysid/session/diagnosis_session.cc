@@ -8,7 +8,7 @@
 
 #include "models/error.h"
 #include "sysid/diagnosis/search_runs.h"
-#include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/io/csv.h"
 #include "sysid/parameters/patterns.h"
@@ -17,9 +17,9 @@
 namespace sysid {
 namespace {
 
-// Fewer samples of a training run decide nothing: a few segments, each with
-// more numbers than its state.
-constexpr int kFewestSamples = 60;
+// So many of the shortest segments, each with more numbers than its state, a
+// run must have: two give the parameters, two show how well they predict.
+constexpr int kFewestSegments = 4;
 // More samples than this are thinned to this rate, Hz, for the search.
 constexpr int kManySamples = 6000;
 constexpr double kSearchRate = 100.0;
@@ -37,16 +37,19 @@ double MotionOverNoise(const RunData& data) {
 
 void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
                     std::vector<std::string>* notices) {
+  const int fewest =
+      kFewestSegments * MinSegmentSamples(ShootingProblem(
+                            problem.model, {}, problem.train, problem.options));
   int longest = 0;
   for (const auto& data : problem.train->runs()) {
     longest = std::max(longest, data->run.size());
   }
-  if (longest < kFewestSamples) {
+  if (longest < fewest) {
     throw InputError(
         "--traj",
         "too short to decide anything: the longest run has " +
             std::to_string(longest) + " samples to fit, and " +
-            std::to_string(kFewestSamples) + " are the fewest",
+            std::to_string(fewest) + " are the fewest",
         "record some seconds of motion, and hold out another run (--holdout)");
   }
   double motion = 0.0;
@@ -67,11 +70,11 @@ void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
   if (!judged_by_others) return;
   for (const auto& data : problem.holdout->runs()) {
     const Run& run = data->run;
-    if (run.size() < kFewestSamples) {
+    if (run.size() < fewest) {
       throw InputError("--holdout",
                        run.name + " is too short to judge by: it has " +
                            std::to_string(run.size()) + " samples, and " +
-                           std::to_string(kFewestSamples) + " are the fewest",
+                           std::to_string(fewest) + " are the fewest",
                        "hold out some seconds of motion, or nothing: then the "
                        "last quarter of every run is");
     }
@@ -125,69 +128,14 @@ int Thin(DiagnosisProblem* problem) {
   return n;
 }
 
-// The final model but for some effects, fitted as sysid_fit does.
-FinalFit FitWithout(const std::set<std::string>& effects,
-                    const Session& session,
-                    const std::shared_ptr<const DataSet>& data,
-                    const DiagnosisProblem& problem,
-                    const Diagnosis& diagnosis) {
-  Model model = session.model;
-  std::vector<FreeParameter> free = session.free;
-  ExtendProblem(problem, diagnosis.last(), effects, &model, &free);
-  FinalFit final{session, nullptr, Fit(model), std::nullopt, {}};
-  final.session.model = model;
-  final.session.free = free;
-  final.session.effects = model.effects().names();
-  final.problem = std::make_shared<const ShootingProblem>(model, free, data,
-                                                          session.options);
-  final.fit = diagnosis.by_equations ? FitInverseDynamics(*final.problem)
-                                     : FitLevenbergMarquardt(*final.problem);
-  return final;
-}
-
-// How many standard errors the clearest parameter of an effect is off its null;
-// infinite where that cannot be said.
-double DeviationsOffNull(const Fit& fit, const Effect& effect) {
-  double most = 0.0;
-  int judged = 0;
-  for (const EffectParameter& own : effect.parameters()) {
-    if (!own.grid.empty()) continue;
-    for (const ParameterEstimate& p : fit.parameters) {
-      if (p.name != own.name || !(p.std_error > 0)) continue;
-      most = std::max(most, std::abs(p.value - own.null_value) / p.std_error);
-      ++judged;
-    }
-  }
-  return judged > 0 ? most : std::numeric_limits<double>::infinity();
-}
-
-// The effect that a fit tells least from none; empty where it tells all.
-std::string LeastSignificant(
-    const FinalFit& final,
-    const std::vector<std::shared_ptr<const Effect>>& added) {
-  double least = 3.0;  // standard errors
-  std::string name;
-  if (!final.fit.converged) return name;
-  const std::vector<std::string>& present = final.session.effects;
-  for (const auto& effect : added) {
-    if (std::find(present.begin(), present.end(), effect->name()) ==
-        present.end()) {
-      continue;
-    }
-    const double off = DeviationsOffNull(final.fit, *effect);
-    if (off < least) {
-      least = off;
-      name = effect->name();
-    }
-  }
-  return name;
-}
-
-bool IsAsGood(const Fit& simpler, const Fit& fit) {
-  // More than the standard errors promise: they were wrong.
-  constexpr double kMost = 1.05;
-  return simpler.converged && simpler.train.total.normalized_rms <
-                                  kMost * fit.train.total.normalized_rms;
+// Whether an effort of the joint, -1: of any, was measured.
+bool IsDriven(const Mechanism& mechanism, int joint,
+              const std::vector<Run>& runs) {
+  return std::any_of(runs.begin(), runs.end(), [&](const Run& run) {
+    if (joint < 0) return !run.effort.isZero(0.0);
+    const Joint& at = mechanism.joints[joint];
+    return !run.effort.middleCols(at.v_index, VelocitySize(at)).isZero(0.0);
+  });
 }
 
 }  // namespace
@@ -216,8 +164,9 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
 }
 
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
-    const Catalogue& catalogue, const Mechanism& mechanism,
+    const Catalogue& catalogue, const Session& session,
     const std::vector<std::string>& names, const std::string& place) {
+  const Mechanism& mechanism = session.model.mechanism();
   const Vocabulary vocabulary = EffectVocabulary(catalogue, mechanism);
   const std::vector<std::string> kinds = catalogue.kinds();
   std::vector<Located<std::string>> listed;
@@ -235,6 +184,12 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
   for (const Located<std::string>& one :
        ExpandPatterns(listed, &Located<std::string>::value, vocabulary)) {
     candidates.push_back(catalogue.Make(one.value, mechanism, place));
+  }
+  if (names.empty()) {
+    std::erase_if(candidates, [&](const auto& effect) {
+      return effect->NeedsDrive() &&
+             !IsDriven(mechanism, effect->joint(), session.runs);
+    });
   }
   return candidates;
 }
@@ -326,32 +281,23 @@ Session StartedFrom(const AddedEffects& added, Session session) {
 
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
                   const Diagnosis& diagnosis) {
-  const auto data = MakeDataSet(session.model, session.runs, session.options);
-  FinalFit final = FitWithout({}, session, data, problem, diagnosis);
-  // What segments tell of an effect whole trajectories may deny.
-  std::set<std::string> denied;
-  while (true) {
-    const std::string least = LeastSignificant(final, diagnosis.last().added);
-    if (least.empty()) break;
-    std::set<std::string> without = denied;
-    without.insert(least);
-    try {
-      FinalFit simpler = FitWithout(without, session, data, problem, diagnosis);
-      if (!IsAsGood(simpler.fit, final.fit)) break;
-      final = std::move(simpler);
-    } catch (const Cancelled&) {
-      if (!session.options.keep_best) throw;
-      break;
-    }
-    denied = without;
-  }
-  final.denied = {denied.begin(), denied.end()};
+  Model model = session.model;
+  std::vector<FreeParameter> free = session.free;
+  ExtendProblem(problem, diagnosis.last(), &model, &free);
+  FinalFit final{session, nullptr, Fit(model), std::nullopt};
+  final.session.model = model;
+  final.session.free = free;
+  final.session.effects = model.effects().names();
+  final.problem = std::make_shared<const ShootingProblem>(
+      model, free, session.runs, session.options);
+  final.fit = diagnosis.by_equations ? FitInverseDynamics(*final.problem)
+                                     : FitLevenbergMarquardt(*final.problem);
   if (!session.holdout.empty()) {
-    final.holdout = PredictHoldout(OpenHoldout(
-        final.fit.model,
-        MakeDataSetLike(session.model, session.holdout, session.options, *data),
-        final.problem->options(), final.fit.point.rollout,
-        final.fit.segment_s));
+    const auto held_out = MakeDataSetLike(
+        session.model, session.holdout, session.options, final.problem->data());
+    final.holdout = PredictHoldout(
+        OpenHoldout(final.fit.model, held_out, final.problem->options(),
+                    final.fit.point.rollout, final.fit.segment_s));
   }
   return final;
 }

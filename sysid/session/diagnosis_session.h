@@ -19,10 +19,11 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
                                std::vector<std::string>* notices);
 
 // The candidates by name ("coulomb_friction@joint1", or a kind for all its
-// targets) or pattern of either; all of the catalogue's where `names` is empty.
-// Throws InputError at `place`.
+// targets) or pattern of either; all of the catalogue's where `names` is empty,
+// those of a drive only where an effort was measured. Throws InputError at
+// `place`.
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
-    const Catalogue& catalogue, const Mechanism& mechanism,
+    const Catalogue& catalogue, const Session& session,
     const std::vector<std::string>& names, const std::string& place);
 
 // What effects do to a fit that a user adds to a model by name: the errors
@@ -45,14 +46,12 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
 Session StartedFrom(const AddedEffects& added, Session session);
 
 // The model that a diagnosis ended with, fitted as sysid_fit does: one
-// trajectory a run, whole runs where parts of them were held out; without the
-// effects that so are not told from none.
+// trajectory a run, whole runs where parts of them were held out.
 struct FinalFit {
   Session session;  // with the effects, what is free, and the starting values
   std::shared_ptr<const ShootingProblem> problem;
   Fit fit;
-  std::optional<Holdout> holdout;   // where there were held-out runs
-  std::vector<std::string> denied;  // effects of the diagnosis it does without
+  std::optional<Holdout> holdout;  // where there were held-out runs
 };
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
                   const Diagnosis& diagnosis);

@@ -16,6 +16,8 @@
 namespace sysid {
 namespace {
 
+constexpr char kNone[] = "none";  // of --free
+
 std::string Number(double value) { return ShortestText(value); }
 
 bool IsWhole(const Model& model, const Parameter& parameter) {
@@ -260,7 +262,9 @@ class NamedChoice {
   NamedChoice(const FitRequest& request, const FitSpecification& spec,
               const Model& model)
       : vocabulary_(ParameterVocabulary(model)),
-        flag_free_(SplitAssignments(request.free, "--free")),
+        frees_none_(request.free == kNone),
+        flag_free_(frees_none_ ? std::vector<NamedValue>()
+                               : SplitAssignments(request.free, "--free")),
         spec_fix_(spec.fix),
         flag_fix_(SplitAssignments(request.fix, "--fix")),
         spec_free_(ExpandPatterns(spec.free, &FitSpecification::Free::name,
@@ -279,7 +283,7 @@ class NamedChoice {
   // What is free by --free, or else by the specification.
   FreeList Free() const {
     FreeList free;
-    if (flag_free_.empty()) {
+    if (!ByFlag()) {
       for (const FitSpecification::Free& f : spec_free_) Add(f, &free);
     }
     for (const NamedValue& name :
@@ -299,8 +303,7 @@ class NamedChoice {
   // hold what is free by its name, unless that is the file's and it the flag's.
   std::vector<NamedValue> Fixes() const {
     std::vector<NamedValue> fixes;
-    const std::set<std::string>& chosen =
-        flag_free_.empty() ? spec_named_ : flag_named_;
+    const std::set<std::string>& chosen = ByFlag() ? flag_named_ : spec_named_;
     for (const NamedValue& fix : Held(spec_fix_, chosen)) fixes.push_back(fix);
     for (const NamedValue& fix : flag_fix_) {
       if (flag_named_.count(fix.name) == 0) continue;
@@ -315,6 +318,8 @@ class NamedChoice {
   }
 
  private:
+  bool ByFlag() const { return frees_none_ || !flag_free_.empty(); }
+
   std::vector<NamedValue> Held(const std::vector<NamedValue>& fix,
                                const std::set<std::string>& free) const {
     std::set<std::string> written;
@@ -328,16 +333,17 @@ class NamedChoice {
   }
 
   Vocabulary vocabulary_;
+  bool frees_none_;
   std::vector<NamedValue> flag_free_, spec_fix_, flag_fix_;
   FreeList spec_free_;
   std::set<std::string> spec_named_, flag_named_;  // free, written out
 };
 
+// Throws InputError where nothing is free and something must be.
 void CheckSomethingIsFree(const FitRequest& request,
                           const FitSpecification& spec, const Model& model,
                           const FreeList& free) {
-  const bool deliberate = request.may_free_nothing && !spec.path.empty();
-  if (!free.empty() || deliberate || request.fits_nothing) return;
+  if (!free.empty() || request.may_free_nothing) return;
   std::vector<std::string> names;
   for (const Parameter& parameter : AllParameters(model)) {
     names.push_back(parameter.name);

@@ -27,11 +27,8 @@ struct FitRequest {
   std::optional<double> step, segment, noise;
   int threads = 0;  // 0: all cores
   std::string check = "all";
-  // Whether a specification may leave nothing to fit: a diagnosis of a model
-  // whose values are all known.
+  // Whether nothing need be free: a model is then compared as it stands.
   bool may_free_nothing = false;
-  // Whether nothing need be free at all: a check of the data.
-  bool fits_nothing = false;
   // Whether the program has other solvers than lm.
   bool any_solver = false;
 };

@@ -41,7 +41,7 @@ Session Simulated(const std::string& model, std::uint64_t seed, bool driven,
   const Catalogue catalogue;
   FitRequest request;
   request.model = model;
-  request.fits_nothing = true;
+  request.may_free_nothing = true;
   request.traj = {"simulated.csv"};
   Session session = OpenModelSession(request, catalogue);
   Model truth = session.model;

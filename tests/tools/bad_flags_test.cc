@@ -116,22 +116,8 @@ TEST_F(BadFlagsTest, Parameters) {
               "'link1.length' is also in --free", "one of them");
   ExpectFlags({"--free", "link1.length=1,link1.length=2"}, "--free",
               "'link1.length' is named twice", "once");
-  ExpectFlags({"--fix", "link1.length"}, "--fix", "holds all that was free",
-              "--free");
   // Spin without inertia.
   ExpectFlags({"--fix", "link1.izz=0"}, "--fix", "link1", "");
-}
-
-TEST_F(BadFlagsTest, ABareUrdfListsItsParameters) {
-  folder_->Write("bare.urdf", R"(<robot name="r"><link name="base"/>
-<joint name="j" type="continuous"><parent link="base"/><child link="arm"/>
-<axis xyz="0 1 0"/></joint>
-<link name="arm"><inertial><origin xyz="0 0 -1"/><mass value="1"/>
-<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
-</robot>)");
-  ExpectFitRefused(*folder_, {"--model", "bare.urdf", "--traj", "run.csv"},
-                   "--free", "nothing is free",
-                   "this model has arm.length, arm.mass, arm.com_x");
 }
 
 TEST_F(BadFlagsTest, Effects) {

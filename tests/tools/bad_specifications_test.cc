@@ -81,16 +81,6 @@ TEST_F(BadSpecificationsTest, BoundsThatExcludeTheStart) {
              "widen the bounds", {"--free", "link1.length=0.2"});
 }
 
-TEST_F(BadSpecificationsTest, NothingIsFree) {
-  for (const std::string yaml : {"", "free: {}\n", "free: []\n"}) {
-    ExpectSpec(yaml, "fit.yaml", "nothing is free, so there is nothing to fit",
-               "this model has link1.length, link1.mass");
-  }
-  ExpectSpec("free: [link1.length]\n", "--fix",
-             "holds all that was free, so there is nothing to fit",
-             "name parameters with --free", {"--fix", "link1.length"});
-}
-
 TEST_F(BadSpecificationsTest, FreeAndFixed) {
   ExpectSpec("free: [link1.length]\nfix: {link1.length: 1}\n", "fit.yaml:2:7",
              "'link1.length' is both free and fixed", "keep one of them");

@@ -369,16 +369,16 @@ TEST_F(DiagnoseTest, RefusesRunsThatDoNotFit) {
 // A verdict on nothing would be a lie: it is said what is lacking.
 TEST_F(DiagnoseTest, RefusesRunsThatDecideNothing) {
   SimulateInto(*folder_, "short.csv",
-               {"--model", "pendulum2_planar", "--duration", "0.5"});
+               {"--model", "pendulum2_planar", "--duration", "0.15"});
   ExpectDiagnosisRefused(
       {"--model", "pendulum2_planar", "--traj", "short.csv", "--holdout",
        "1.csv"},
       "--traj",
-      "too short to decide anything: the longest run has 51 samples to fit, "
-      "and 60 are the fewest",
+      "too short to decide anything: the longest run has 16 samples to fit, "
+      "and 20 are the fewest",
       "record some seconds of motion");
   SimulateInto(*folder_, "quarter.csv",
-               {"--model", "pendulum2_planar", "--duration", "0.7"});
+               {"--model", "pendulum2_planar", "--duration", "0.22"});
   ExpectDiagnosisRefused(
       {"--model", "pendulum2_planar", "--traj", "quarter.csv"}, "--traj",
       "too short to decide anything", "hold out another run (--holdout)");
@@ -392,8 +392,8 @@ TEST_F(DiagnoseTest, RefusesRunsThatDecideNothing) {
   const Arguments fitted = {"--model", "pendulum2_planar", "--traj", "1.csv"};
   ExpectDiagnosisRefused(fitted + Arguments{"--holdout", "short.csv"},
                          "--holdout",
-                         "short.csv is too short to judge by: it has 51 "
-                         "samples, and 60 are the fewest",
+                         "short.csv is too short to judge by: it has 16 "
+                         "samples, and 20 are the fewest",
                          "then the last quarter of every run is");
   ExpectDiagnosisRefused(fitted + Arguments{"--holdout", "still.csv"},
                          "--holdout", "still.csv is too still to judge by",

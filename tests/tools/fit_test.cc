@@ -103,6 +103,38 @@ TEST_F(FitTest, NamesMassesThatCannotBeToldApart) {
   ExpectNear(fit, "gravity", 9.81);
 }
 
+TEST_F(FitTest, ComparesAModelAsItStands) {
+  SimulateInto(folder_, "run.csv", {"--model", "pendulum1", "--seed", "3"});
+  const Arguments compare{"--model", "pendulum1", "--traj", "run.csv",
+                          "--free",  "none",      "--fix"};
+  // The truth leaves noise; a wrong length does not. Nothing is fitted.
+  const Json truth = Fit(compare + Arguments{"link1.length=0.5"});
+  EXPECT_THAT(result_.out, HasSubstr("as it stands, nothing is free: compared "
+                                     "with 1 run"));
+  EXPECT_THAT(result_.out, HasSubstr("this model has link1.length, "));
+  EXPECT_EQ(truth["parameters"], Json::array());
+  EXPECT_NEAR(truth["error"]["train"]["normalized_rms"], 1.0, 0.1);
+  EXPECT_GT(truth["error"]["train"]["fit_percent"], 99.0);
+  EXPECT_GT(truth["error"]["open"][0]["channels"][0]["fit_percent"], 99.0);
+  const Json wrong = Fit(compare + Arguments{"link1.length=0.6"});
+  EXPECT_GT(wrong["error"]["train"]["normalized_rms"], 3.0);
+  EXPECT_LT(wrong["error"]["open"][0]["channels"][0]["fit_percent"], 50.0);
+  // Whatever a specification frees, or none there is.
+  EXPECT_EQ(Fit({"--model", "pendulum1", "--traj", "run.csv", "--fix",
+                 "link1.length=0.5"})["parameters"],
+            Json::array());
+}
+
+TEST_F(FitTest, HasSomethingToFitByOtherSolvers) {
+  SimulateInto(folder_, "run.csv", {"--model", "pendulum1"});
+  for (const std::string solver : {"adam", "gmm", "inverse_dynamics"}) {
+    ExpectRefused(folder_, SYSID_FIT,
+                  {"--model", "pendulum1", "--traj", "run.csv", "--free",
+                   "none", "--solver", solver},
+                  "--solver", solver + " has nothing to fit", "--solver lm");
+  }
+}
+
 TEST_F(FitTest, GivesTheSameForOneThreadAndTwo) {
   for (const std::string seed : {"1", "2", "3"}) {
     SimulateInto(

@@ -34,6 +34,10 @@ export function fmtTimes(x: number | null | undefined): string {
   return text === '–' ? text : `${text} × noise`;
 }
 
+export function fmtPercent(x: number | null): string {
+  return x === null || !Number.isFinite(x) ? '–' : `${x.toPrecision(3)} %`;
+}
+
 // Below 1e-12 only rounding is left.
 export function fmtP(p: number | null): string {
   if (p === null || !Number.isFinite(p)) return '–';

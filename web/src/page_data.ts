@@ -80,7 +80,10 @@ export interface ModelData {
   termination: string;
   trainError: number | null;
   holdoutError: number | null;
-  verdict: "adequate" | "missing_effect" | "unexplained" | null; // null: not asked
+  // As shares of the motion: 100 is perfect, 0 no better than the mean.
+  trainFitPercent: number | null;
+  holdoutFitPercent: number | null;
+  verdict: "adequate" | "missing_effect" | "undecided" | "unexplained" | null; // null: not asked
   sentence: string; // the verdict in words, with the numbers
   doubts: string[];
   segment_s: number; // over which errors and predictions are
@@ -93,7 +96,7 @@ export interface ModelData {
   // runs; null: none were measured, or a joint's position was not.
   efforts: EffortErrorsData | null;
   holdoutEfforts: EffortErrorsData | null;
-  channels: { name: string; unit: string; rms: number; normalized_rms: number; noise: number }[];
+  channels: { name: string; unit: string; rms: number; normalized_rms: number; fit_percent: number | null; noise: number }[];
   segments: { trajectory: string; t_start: number; t_end: number; normalized_rms: number }[];
   // `noise_rms`: what noise alone would make of it, were the model true.
   horizon: { horizon_s: number; rms: number; noise_rms: number | null }[];

@@ -50,6 +50,54 @@ TEST(PredictHoldout, IsAtTheNoiseFloorForTheRightModel) {
   }
 }
 
+// (8.1) and (8.2) by their definitions.
+TEST(FitPercent, IsTheErrorAsAShareOfTheMotion) {
+  const Model model = Shipped("pendulum2_planar");
+  sysid::Run run = Simulated(model, 1);
+  for (const sysid::Channel& channel : run.channels) {
+    const auto y = channel.values.col(0).array();
+    const double motion = std::sqrt((y - y.mean()).square().mean());
+    const auto data = MakeDataSet(model, {run}, {});
+    const int c = static_cast<int>(&channel - run.channels.data());
+    EXPECT_NEAR(data->runs()[0]->motion[c], motion, 1e-9 * motion);
+  }
+  const Holdout holdout = Predict(model, run, run);
+  double ratios = 0.0;
+  for (size_t c = 0; c < run.channels.size(); ++c) {
+    const ChannelError& channel = holdout.errors.channels[c];
+    const double ratio = channel.rms / holdout.problem->runs()[0]->motion[c];
+    EXPECT_NEAR(channel.fit_percent, 100.0 * (1.0 - ratio), 1e-9);
+    ratios += ratio * ratio / run.channels.size();
+  }
+  EXPECT_NEAR(holdout.errors.total.fit_percent,
+              100.0 * (1.0 - std::sqrt(ratios)), 1e-6);
+}
+
+TEST(FitPercent, OfATurnThatIsSeenTwiceIsTheSame) {
+  // A joint that spins: its angle is unwrapped, whatever the file does.
+  const Model model = Shipped("pendulum2_planar");
+  sysid::Run run = Simulated(model, 1);
+  sysid::Run wrapped = run;
+  for (int k = 0; k < run.size(); ++k) {
+    const double angle = 3.0 * run.t[k];
+    run.channels[0].values(k, 0) = angle;
+    wrapped.channels[0].values(k, 0) = std::remainder(angle, 2.0 * M_PI);
+  }
+  EXPECT_NEAR(MakeDataSet(model, {run}, {})->runs()[0]->motion[0],
+              MakeDataSet(model, {wrapped}, {})->runs()[0]->motion[0], 1e-9);
+}
+
+TEST(FitPercent, IsNoneWhereNothingMoves) {
+  const Model model = Shipped("pendulum2_planar");
+  sysid::Run run = Simulated(model, 1);
+  for (sysid::Channel& channel : run.channels) channel.values.setZero();
+  const Holdout holdout = Predict(model, run, Simulated(model, 2));
+  for (const ChannelError& channel : holdout.errors.channels) {
+    EXPECT_TRUE(std::isnan(channel.fit_percent));
+  }
+  EXPECT_TRUE(std::isnan(holdout.errors.total.fit_percent));
+}
+
 TEST(PredictHoldout, IsFarAboveItForAWrongLength) {
   const Model truth = Shipped("pendulum2_planar", {}, {{"link1.length", 0.4}});
   const Model model = Shipped("pendulum2_planar");

@@ -12,9 +12,11 @@
 namespace sysid {
 namespace {
 
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
 // A question of a shipped model, and what was chosen.
@@ -248,21 +250,25 @@ TEST(ChooseFree, RefusesBoundsOfAWholeInertia) {
             "inertia_scale instead to bound them");
 }
 
-TEST(ChooseFree, AsksForSomethingToFitUnlessNothingIsMeant) {
+TEST(ChooseFree, AsksForSomethingToFitWhereSomethingMustBe) {
   Asked asked;
   EXPECT_THAT(asked.Error(),
               HasSubstr("--free: nothing is free, so there is nothing to fit\n"
                         "  hint: name parameters with --free; this model has "
                         "link1.length, "));
-  asked.request.may_free_nothing = true;
-  EXPECT_THAT(asked.Error(), HasSubstr("--free: nothing is free"));
-  // A specification that frees nothing says so on purpose.
   asked.spec.path = "fit.yaml";
-  EXPECT_EQ(asked.Error(), "no error");
-  asked.request.may_free_nothing = false;
   EXPECT_THAT(asked.Error(), HasSubstr("fit.yaml: nothing is free"));
-  asked.request.fits_nothing = true;
+  asked.request.may_free_nothing = true;
   EXPECT_EQ(asked.Error(), "no error");
+}
+
+TEST(ChooseFree, FreesNothingOfTheSpecificationByNone) {
+  Asked asked;
+  asked.spec.free = {Free("link1.length")};
+  EXPECT_EQ(asked.Choose().free.size(), 1u);
+  asked.request.free = "none";
+  asked.request.may_free_nothing = true;
+  EXPECT_TRUE(asked.Choose().free.empty());
 }
 
 TEST(CheckValue, RefusesWhatAParameterCannotBe) {
@@ -383,15 +389,29 @@ TEST(ChooseFree, DoesNotBlameAFixForTheFile) {
 
 TEST(ChooseCandidates, KnowsKindsNamesAndPatterns) {
   const Catalogue catalogue;
-  const Mechanism mechanism = LoadUrdf(FindModel("pendulum2_planar"));
+  Session session(
+      MakeModel(LoadUrdf(FindModel("pendulum2_planar")), catalogue));
+  const Mechanism& mechanism = session.model.mechanism();
   const auto chosen = [&](const std::vector<std::string>& names) {
     std::vector<std::string> effects;
     for (const auto& effect :
-         ChooseCandidates(catalogue, mechanism, names, "--candidates")) {
+         ChooseCandidates(catalogue, session, names, "--candidates")) {
       effects.push_back(effect->name());
     }
     return effects;
   };
+  // A drive's effects only where there is one, or where they are named.
+  EXPECT_THAT(chosen({}), Not(Contains("effort_bias@joint1")));
+  EXPECT_THAT(chosen({"effort_bias@joint1"}),
+              ElementsAre("effort_bias@joint1"));
+  sysid::Run run;
+  run.effort.setZero(3, 2);
+  run.effort(1, 0) = 0.1;
+  session.runs = {run};
+  EXPECT_THAT(chosen({}), Contains("effort_bias@joint1"));
+  EXPECT_THAT(chosen({}), Not(Contains("cogging@joint2")));
+  run.effort(2, 1) = 0.1;
+  session.runs.push_back(run);
   EXPECT_EQ(chosen({}).size(), catalogue.Candidates(mechanism).size());
   EXPECT_THAT(chosen({"spring", "spring@joint2"}),
               UnorderedElementsAre("spring@joint1", "spring@joint2"));

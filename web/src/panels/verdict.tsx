@@ -1,13 +1,13 @@
 // Panel 1: how good is the model, in one sentence and a few numbers.
 import type {ComponentChildren} from 'preact';
 import {candidateName, errorsOver, positionUnit, prediction, runLabel, worstChannel, worstSegment} from '../data';
-import {fmt, fmtError, fmtTime, fmtTimes, fmtUnit, list, sentence} from '../format';
+import {fmt, fmtError, fmtPercent, fmtTime, fmtTimes, fmtUnit, list, sentence} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {current, setCursor, setRun, setZoom, useStore} from '../state';
 import {Panel} from './panel';
 
 const kWords = {
-  adequate: 'Adequate', missing_effect: 'An effect is missing', unexplained: 'Unexplained',
+  adequate: 'Adequate', missing_effect: 'An effect is missing', undecided: 'Undecided', unexplained: 'Unexplained',
 };
 
 export function Verdict({page}: {page: PageData}) {
@@ -22,9 +22,9 @@ export function Verdict({page}: {page: PageData}) {
       </p>
       <End page={page} model={model} />
       <dl class="tiles">
-        <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} note={errorsOver(model)} />
+        <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} note={fitOf(model.trainFitPercent) + errorsOver(model)} />
         <Tile name="Error of the held-out runs" value={fmtTimes(model.holdoutError)}
-          note={model.holdoutError === null ? 'nothing was held out' : `over segments of ${fmt(model.segment_s, 3)} s, each from its own state`} />
+          note={model.holdoutError === null ? 'nothing was held out' : `${fitOf(model.holdoutFitPercent)}over segments of ${fmt(model.segment_s, 3)} s, each from its own state`} />
         {first && model.verdict !== 'adequate' && <FirstTile model={model} first={first} />}
         <WorstTile page={page} model={model} />
         <Tile name="Noise" value={fmtUnit(page.noise, positionUnit(page), 3)} note="standard deviation of a measured position" />
@@ -34,6 +34,10 @@ export function Verdict({page}: {page: PageData}) {
       <Channels model={model} />
     </Panel>
   );
+}
+
+function fitOf(percent: number | null): string {
+  return percent === null ? '' : `fit ${fmtPercent(percent)}, `;
 }
 
 // Why the fit is not to be trusted: before all else, for all else is its word.
@@ -124,11 +128,11 @@ function Channels({model}: {model: ModelData}) {
     <details>
       <summary>Errors of all channels</summary>
       <div class="table-scroll"><table>
-        <caption>Errors over segments of {fmt(model.segment_s, 3)} s{model.joined ? ', joined to one trajectory a run' : ', each predicted from its own state'}</caption>
-        <thead><tr><th scope="col">channel</th><th scope="col" class="number">error, × noise</th><th scope="col" class="number">rms</th><th scope="col" class="number">noise</th></tr></thead>
+        <caption>Errors over segments of {fmt(model.segment_s, 3)} s{model.joined ? ', joined to one trajectory a run' : ', each predicted from its own state'}; the fit is the error as a share of the motion: 100 % is perfect, 0 % no better than the mean</caption>
+        <thead><tr><th scope="col">channel</th><th scope="col" class="number">error, × noise</th><th scope="col" class="number">rms</th><th scope="col" class="number">fit</th><th scope="col" class="number">noise</th></tr></thead>
         <tbody>{model.channels.map(c => <tr key={c.name}>
           <th scope="row">{c.name}</th><td class="number">{fmtError(c.normalized_rms)}</td>
-          <td class="number">{fmtUnit(c.rms, c.unit, 3)}</td><td class="number">{fmtUnit(c.noise, c.unit, 3)}</td>
+          <td class="number">{fmtUnit(c.rms, c.unit, 3)}</td><td class="number">{fmtPercent(c.fit_percent)}</td><td class="number">{fmtUnit(c.noise, c.unit, 3)}</td>
         </tr>)}</tbody>
       </table></div>
     </details>

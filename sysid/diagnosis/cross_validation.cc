@@ -1,0 +1,183 @@
+#include "sysid/diagnosis/cross_validation.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "glog/logging.h"
+
+namespace sysid {
+namespace {
+
+// Stretches in all: enough for a standard error to be known to a sixth, and
+// each still longer than errors stay correlated.
+constexpr int kStretches = 20;
+
+using Stretch = CrossValidation::Stretch;
+
+// ln of the error of a stretch; NaN where there is none.
+double LogError(const Stretch& stretch) {
+  return stretch.dof > 0.0 ? 0.5 * std::log(stretch.squares / stretch.dof)
+                           : std::numeric_limits<double>::quiet_NaN();
+}
+
+struct Mean {
+  double value, std_error;  // infinite where there is too little of it
+};
+
+Mean MeanOf(const std::vector<double>& numbers) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double sum = 0.0, squares = 0.0, n = 0.0;
+  for (const double x : numbers) {
+    if (!std::isnan(x)) sum += x, ++n;
+  }
+  if (n < 1.0) return {kInfinity, kInfinity};
+  const double mean = sum / n;
+  for (const double x : numbers) {
+    if (!std::isnan(x)) squares += (x - mean) * (x - mean);
+  }
+  return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : kInfinity};
+}
+
+Mean MeanLogError(const CrossValidation& all) {
+  std::vector<double> logs;
+  for (const Stretch& one : all.stretches) logs.push_back(LogError(one));
+  return MeanOf(logs);
+}
+
+// The stretches of runs in order, about as long each, one at least a run; they
+// do not depend on how the runs are cut into segments.
+class StretchGrid {
+ public:
+  explicit StretchGrid(const DataSet& data) {
+    double all = 0.0;
+    for (const auto& run : data.runs()) all += Duration(*run);
+    for (const auto& run : data.runs()) {
+      const double part = kStretches * Duration(*run) / all;
+      runs_.push_back({size_, std::max(1, static_cast<int>(std::lround(part))),
+                       run->run.t.front(), Duration(*run)});
+      size_ += runs_.back().parts;
+    }
+  }
+  int size() const { return size_; }
+  int At(int run, double t) const {
+    const Part& at = runs_[run];
+    const int k = static_cast<int>(at.parts * (t - at.begin) / at.duration);
+    return at.first + std::clamp(k, 0, at.parts - 1);
+  }
+
+ private:
+  struct Part {
+    int first, parts;
+    double begin, duration;
+  };
+  static double Duration(const RunData& data) {
+    return data.run.t.back() - data.run.t.front();
+  }
+
+  int size_ = 0;
+  std::vector<Part> runs_;
+};
+
+}  // namespace
+
+double CrossValidation::error() const {
+  return std::exp(MeanLogError(*this).value);
+}
+
+double CrossValidation::std_error() const {
+  return error() * MeanLogError(*this).std_error;
+}
+
+ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b) {
+  CHECK_EQ(a.stretches.size(), b.stretches.size());
+  std::vector<double> ratios;
+  for (size_t j = 0; j < a.stretches.size(); ++j) {
+    ratios.push_back(LogError(a.stretches[j]) - LogError(b.stretches[j]));
+  }
+  const Mean mean = MeanOf(ratios);
+  return {mean.value, mean.std_error};
+}
+
+bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried) {
+  if (!std::isfinite(b.error())) return false;
+  if (!std::isfinite(a.error())) return true;
+  const double deviations = std::max(1.0, std::sqrt(2.0 * std::log(tried)));
+  const ErrorRatio ratio = Compare(a, b);
+  return ratio.log_ratio >
+         std::max(deviations * ratio.std_error, std::log1p(kMatters));
+}
+
+CrossValidation CrossValidate(const LinearizedFit& fit) {
+  // What only the stretch that is left out tells of stays where it is: (7.11)
+  // would divide by zero.
+  constexpr double kMostOfIt = 0.99;
+  const auto& segments = fit.segments();
+  const ShootingProblem& problem = fit.problem();
+  const StretchGrid grid(problem.data());
+  const double state_dof = ObservedStateDof(problem);
+  const int count = static_cast<int>(segments.size());
+  CrossValidation result;
+  result.stretches.resize(grid.size());
+  // With other runs, those alone give the parameters.
+  const bool by_run = problem.runs().size() > 1;
+  std::vector<int> stretch_of, fold_of;
+  for (const auto& segment : segments) {
+    const std::vector<double>& t = problem.runs()[segment->run]->run.t;
+    const std::vector<int>& samples = fit.point().runs[segment->run].samples;
+    const double middle =
+        0.5 * (t[samples[segment->index]] + t[samples[segment->index + 1]]);
+    stretch_of.push_back(grid.At(segment->run, middle));
+    fold_of.push_back(by_run ? segment->run : stretch_of.back());
+  }
+  for (int first = 0, end = 0; first < count; first = end) {
+    const int rank = static_cast<int>(segments[first]->theta_basis.cols());
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(rank, rank);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(rank);
+    for (; end < count && fold_of[end] == fold_of[first]; ++end) {
+      const Eigen::MatrixXd& B = segments[end]->theta_basis;
+      H.noalias() += B.transpose() * B;
+      g.noalias() += B.transpose() * segments[end]->r;
+    }
+    Eigen::VectorXd change = g;
+    if (rank > 0) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(H);
+      const auto others = 1.0 - eigen.eigenvalues().array().min(kMostOfIt);
+      change =
+          eigen.eigenvectors() *
+          (eigen.eigenvectors().transpose() * g).cwiseQuotient(others.matrix());
+    }
+    for (int s = first; s < end; ++s) {
+      const Eigen::VectorXd e =
+          segments[s]->r + segments[s]->theta_basis * change;
+      const int rows = segments[s]->rows();
+      Stretch& stretch = result.stretches[stretch_of[s]];
+      stretch.squares += e.head(rows).squaredNorm();
+      stretch.dof += segments[s]->numbers() - state_dof;
+    }
+  }
+  return result;
+}
+
+void AddHeldOut(const DataSet& data, const RunErrors& errors, double state_dof,
+                CrossValidation* to) {
+  const StretchGrid grid(data);
+  std::map<std::string, int> runs;
+  for (const auto& run : data.runs()) {
+    runs.emplace(run->run.name, static_cast<int>(runs.size()));
+  }
+  const size_t before = to->stretches.size();
+  to->stretches.resize(before + grid.size());
+  for (const SegmentError& segment : errors.segments) {
+    const double middle = 0.5 * (segment.t_start + segment.t_end);
+    Stretch& stretch =
+        to->stretches[before + grid.At(runs.at(segment.trajectory), middle)];
+    stretch.squares += segment.squares;
+    stretch.dof += segment.dof - state_dof;
+  }
+}
+
+}  // namespace sysid

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <vector>
+
+#include "sysid/diagnosis/linearized_fit.h"
+#include "sysid/estimation/evaluation.h"
+
+namespace sysid {
+
+// How well a model predicts what its parameters were not fitted to
+// (docs/theory.md, section 7): over stretches of the fitted runs, each with the
+// parameters of the other runs, or of the other stretches where there is one
+// run; and over the held-out runs. Each segment starts from its own state.
+struct CrossValidation {
+  // Whitened errors, and numbers measured less those of the states, of the
+  // segments whose middle is in the stretch; both zero where there is none.
+  struct Stretch {
+    double squares = 0.0, dof = 0.0;
+  };
+  std::vector<Stretch> stretches;
+
+  // The geometric mean of the stretches' normalised errors: none of them, where
+  // all models fail alike, hides the others.
+  double error() const;
+  // Of that, as it varies from stretch to stretch; infinite for one of them.
+  double std_error() const;
+};
+
+// ln(error of a / error of b), the mean over the same stretches, and its
+// standard error (7.12).
+struct ErrorRatio {
+  double log_ratio = 0.0, std_error = 0.0;
+};
+ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b);
+
+// What matters: a twentieth of the error. An effect that lowers it by less does
+// next to nothing, however certain it is.
+inline constexpr double kMatters = 0.05;
+// Whether a is worse than b by more than one standard error of the difference
+// (the rule of Breiman et al. 1984), and by more than what matters. Where b is
+// the best of `tried` models: by more than the largest of as many standard
+// normal deviates, about sqrt(2 ln tried), which is what chance makes of it.
+bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried = 1);
+
+// Of the fitted runs, from one linearisation of the fit: (7.11).
+CrossValidation CrossValidate(const LinearizedFit& fit);
+// Adds the stretches of runs that were not fitted at all. Each segment's state
+// took up `state_dof` numbers (ObservedStateDof).
+void AddHeldOut(const DataSet& data, const RunErrors& errors, double state_dof,
+                CrossValidation* to);
+
+}  // namespace sysid
