@@ -116,8 +116,11 @@ def said(programs, program, flags, folder):
                              if p["at_bound"]]
     if program == "diagnose":
         words["verdict"] = document["verdict"]
-        words["added"] = [[a["effect"], a["target"]]
-                          for a in document["added"]]
+        # On an edge it is said that the data do not decide: not which of the
+        # rivals comes first.
+        if document["verdict"] != "undecided":
+            words["added"] = [[a["effect"], a["target"]]
+                              for a in document["added"]]
     return words
 
 
