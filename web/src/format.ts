@@ -34,8 +34,8 @@ export function fmtTimes(x: number | null | undefined): string {
   return text === '–' ? text : `${text} × noise`;
 }
 
-export function fmtPercent(x: number | null): string {
-  return x === null || !Number.isFinite(x) ? '–' : `${x.toPrecision(3)} %`;
+export function fmtPercent(x: number | null | undefined): string {
+  return x === null || x === undefined || !Number.isFinite(x) ? '–' : `${x.toPrecision(3)} %`;
 }
 
 // Below 1e-12 only rounding is left.

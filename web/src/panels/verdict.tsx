@@ -37,7 +37,7 @@ export function Verdict({page}: {page: PageData}) {
 }
 
 function fitOf(percent: number | null): string {
-  return percent === null ? '' : `fit ${fmtPercent(percent)}, `;
+  return percent === null || percent === undefined ? '' : `fit ${fmtPercent(percent)}, `;
 }
 
 // Why the fit is not to be trusted: before all else, for all else is its word.
