@@ -10,7 +10,7 @@
 namespace sysid {
 
 // What the screening proposes is tried: refitted from the fitted point, and
-// judged by the held-out runs (docs/theory.md section 7).
+// judged by cross-validation (docs/theory.md section 7).
 
 // A refit is worth its time where the screening expects it to lower the error
 // by this part of it.

@@ -12,8 +12,7 @@
 namespace sysid {
 namespace {
 
-// Stretches in all: enough for a standard error to be known to a sixth, and
-// each still longer than errors stay correlated.
+// Stretches in all: enough for a standard error to be known to a sixth.
 constexpr int kStretches = 20;
 
 using Stretch = CrossValidation::Stretch;

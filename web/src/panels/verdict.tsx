@@ -36,7 +36,7 @@ export function Verdict({page}: {page: PageData}) {
   );
 }
 
-function fitOf(percent: number | null): string {
+function fitOf(percent: number | null | undefined): string {
   return percent === null || percent === undefined ? '' : `fit ${fmtPercent(percent)}, `;
 }
 
