@@ -9,6 +9,7 @@
 #include "gflags/gflags.h"
 #include "models/error.h"
 #include "models/urdf/write_urdf.h"
+#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/io/memory.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
@@ -184,6 +185,8 @@ int Main() {
     holdout = PredictHoldout(OpenHoldout(fit.model, held_out, session.options,
                                          fit.point.rollout, fit.segment_s));
   }
+  if (solver.kind == SolverKind::kShooting)
+    AddDiscrepancy(problem, &solved.fit);
   watch.ClearLine();
   PrintNotices(session.notices,
                CheckSessionData(&session, OutcomeOf(fit, problem)));

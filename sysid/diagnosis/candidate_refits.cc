@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "sysid/diagnosis/discrepancy.h"
+#include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -15,10 +17,6 @@ namespace {
 
 constexpr int kMostConfirmed = 6;  // candidates that are refitted in a round
 constexpr int kMostPairs = 5;
-
-// The largest normalised error that may still be noise, with `dof` numbers:
-// three standard deviations above 1.1.
-double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }
 
 // The names of all parameters of effects.
 std::set<std::string> NamesOf(const std::vector<const Effect*>& effects) {
@@ -103,6 +101,43 @@ bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b) {
   constexpr double kSettled = 1e-3;
   const ErrorRatio ratio = Compare(a.cv, b.cv);
   return std::abs(ratio.log_ratio) <= std::max(ratio.std_error, kSettled);
+}
+
+std::string LikeliestChance(const DiagnosisProblem& problem,
+                            const EvaluatedModel& evaluated,
+                            size_t candidates) {
+  constexpr double kSignificant = 0.05;
+  constexpr double kFollowed = 4.0;  // times the error over the segments
+  EstimationOptions quiet = evaluated.problem->options();
+  quiet.progress = nullptr;
+  std::vector<Run> runs = RunsOf(*problem.train);
+  if (problem.holdout != nullptr) {
+    for (Run& run : RunsOf(*problem.holdout)) runs.push_back(std::move(run));
+  }
+  const ShootingProblem all =
+      evaluated.problem->With(quiet)
+          .WithData(MakeDataSetLike(problem.model, std::move(runs), quiet,
+                                    *problem.train))
+          .StartingAt(evaluated.fit.point.theta);
+  Fit fit = FitLevenbergMarquardt(all);
+  const double followed =
+      kFollowed * std::max(evaluated.train_error(), evaluated.holdout_error());
+  if (fit.converged && fit.train.total.normalized_rms < followed) {
+    AddDiscrepancy(all, &fit);
+  } else {
+    fit = evaluated.fit;
+    AddDiscrepancy(*evaluated.problem, &fit);
+  }
+  std::string likeliest;
+  double most = kSignificant;
+  for (const auto& effect : evaluated.added) {
+    const double p = candidates * PValueOf(effect, problem.model, fit);
+    if (p > most) {
+      most = p;
+      likeliest = effect->name();
+    }
+  }
+  return likeliest;
 }
 
 bool IsAtNoiseFloor(const EvaluatedModel& evaluated) {

@@ -51,6 +51,9 @@ class Search {
   bool LookBack(const std::vector<std::string>& newest,
                 std::shared_ptr<EvaluatedModel>* model,
                 std::vector<DiagnosisStep>* steps);
+  bool MayBeChance(const EvaluatedModel& evaluated) const;
+  void TakeOutChance(std::shared_ptr<EvaluatedModel>* model,
+                     std::vector<DiagnosisStep>* steps);
   bool WasHere(const EvaluatedModel& evaluated) const {
     return been_.contains(EffectsOf(evaluated));
   }
@@ -197,6 +200,33 @@ bool Search::LookBack(const std::vector<std::string>& newest,
     any = true;
   }
   return any;
+}
+
+bool Search::MayBeChance(const EvaluatedModel& evaluated) const {
+  return !IsAtNoiseFloor(evaluated) &&
+         !LikeliestChance(problem_, evaluated, candidates_.size()).empty();
+}
+
+// Takes out, one after another, what may be no more than chance beside what is
+// still missing. The search itself adds it all the same: until all that is
+// missing is in the model, that is no random force.
+void Search::TakeOutChance(std::shared_ptr<EvaluatedModel>* model,
+                           std::vector<DiagnosisStep>* steps) {
+  for (;;) {
+    const EvaluatedModel& now = **model;
+    Report("significance of the effects", now.train_error());
+    const std::string name = LikeliestChance(problem_, now, candidates_.size());
+    if (name.empty()) return;
+    EstimationOptions options = problem_.options;
+    options.progress = nullptr;
+    DiagnosisStep step = StepFrom(now);
+    step.removed = name;
+    *model = std::make_shared<EvaluatedModel>(
+        EvaluateWithout(problem_, now, name, options));
+    step.predicted = (*model)->train_error();
+    EndAt(*model, &step);
+    steps->push_back(std::move(step));
+  }
 }
 
 Verdict Search::Decide(const EvaluatedModel& evaluated,
@@ -449,6 +479,11 @@ void Search::SearchOn(Diagnosis* result) {
       refits_.AddRivals(screening, *now, best, &refits);
       best = refits_.Choose(refits);
     }
+    if (best >= 0 && !options_.add && MayBeChance(*refits[best].after)) {
+      refits[best].refused =
+          "a random force like what is still missing may make it up";
+      best = -1;
+    }
     const CandidateRefit* found = best >= 0 ? &refits[best] : nullptr;
     const std::vector<CandidateEffect> candidates =
         ListCandidates(screening, refits, best);
@@ -523,11 +558,19 @@ void Search::SearchOn(Diagnosis* result) {
     if (++step == kMostEffectsBySegments)
       diagnosis.final_verdict = Decide(*now, nullptr);
   }
-  if (!diagnosis.steps.empty()) diagnosis.final = model;
-  // What the first step could not see the later ones did.
-  if (!diagnosis.steps.empty() &&
-      diagnosis.final_verdict == Verdict::kAdequate) {
-    diagnosis.verdict = Verdict::kMissingEffect;
+  if (!diagnosis.steps.empty()) {
+    if (!ends && MayBeChance(*model)) {
+      TakeOutChance(&model, &diagnosis.steps);
+      diagnosis.final_verdict = Decide(*model, nullptr);
+    }
+    diagnosis.final = model;
+    // What the first step could not see the later ones did; or took back.
+    if (diagnosis.final_verdict == Verdict::kAdequate) {
+      diagnosis.verdict = Verdict::kMissingEffect;
+    } else if (model->added.empty()) {
+      diagnosis.verdict = Decide(diagnosis.base, nullptr);
+      diagnosis.proposed.clear();
+    }
   }
   FindRivals(result);
   Report("where it fails", diagnosis.base.train_error());

@@ -57,14 +57,12 @@ struct UnitPrior {
   }
 };
 
-// P0^-1 far from the ends of a run: the correlation of two forces that are so
-// many time scales apart.
-double Correlation(double apart) {
+}  // namespace
+
+double ForceCorrelation(double apart) {
   const double x = std::abs(apart) / std::sqrt(2.0);
   return std::exp(-x) * (std::cos(x) + std::sin(x));
 }
-
-}  // namespace
 
 SmoothForce::SmoothForce(const ForceEquations& equations)
     : equations_(equations) {
@@ -109,7 +107,7 @@ VectorXd SmoothForce::Reach(double ell) const {
         const int start = ((d - row) % nv + nv) % nv;
         for (int r = start; r < part.rows(); r += nv) {
           reach[d] +=
-              times * part(r, c) * Correlation(((row + r) / nv - l) / ell);
+              times * part(r, c) * ForceCorrelation(((row + r) / nv - l) / ell);
         }
       }
     };

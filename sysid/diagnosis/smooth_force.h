@@ -26,6 +26,10 @@ struct ForceEquations {
   double squares = 0.0, dof = 0.0;  // of r, less what was fitted
 };
 
+// P0^-1 far from the ends of a run: the correlation of two forces that are so
+// many time scales apart.
+double ForceCorrelation(double apart);
+
 // The forces with the prior (7.8) whose widths s, one for each degree of
 // freedom, and time scale ell make the data most likely.
 class SmoothForce {
@@ -58,6 +62,8 @@ class SmoothForce {
     double share = 0.0;
   };
   Weight WeightOf(int first, int count) const;
+  // tr(G P0^-1): by how much a force of unit width changes the sum of squares.
+  double reach(int dof) const { return point_.reach[dof]; }
   double variance() const { return point_.variance; }  // of what remains
   double width(int dof) const { return std::sqrt(point_.s2[dof]); }
   double time_scale() const { return point_.ell; }  // in knots

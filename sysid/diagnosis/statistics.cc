@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 namespace sysid {
@@ -62,5 +63,11 @@ WaldTest TestWeights(const Eigen::MatrixXd& C, const Eigen::VectorXd& alpha,
   if (clustered.trace() > test.covariance.trace()) test.covariance = clustered;
   return test;
 }
+
+double StudentQuantile(double probability, double nu) {
+  return boost::math::quantile(boost::math::students_t(nu), probability);
+}
+
+double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }
 
 }  // namespace sysid

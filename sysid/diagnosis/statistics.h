@@ -29,6 +29,13 @@ class BlockScores {
   double squares_ = 0.0;
 };
 
+// Of Student's distribution with nu degrees of freedom.
+double StudentQuantile(double probability, double nu);
+
+// The largest normalised error that may still be noise, with `dof` numbers:
+// three standard deviations above 1.1.
+double NoiseFloor(double dof);
+
 // The Wald test of weights alpha = -C^-1 A' r of columns A, C = A' A, against
 // none, when the errors e = r + A alpha that remain are serially correlated.
 // `scores` holds A' e of each block of time, blocks x columns, which sum to

@@ -85,7 +85,7 @@ ParameterEstimate MakeEstimate(const FreeParameter& free, double value,
 
 Estimates MakeEstimates(const ShootingProblem& problem,
                         const Eigen::VectorXd& theta, const RowMatrixXd& R,
-                        double inflation) {
+                        const Eigen::MatrixXd& score_covariance) {
   Estimates estimates;
   const int n = problem.map().size();
   Eigen::VectorXd values(n);
@@ -100,7 +100,8 @@ Estimates MakeEstimates(const ShootingProblem& problem,
   const Identifiability known = AnalyseLoose(R, scale, held);
   const Eigen::MatrixXd D = problem.map().ValueJacobian(theta);
   const Eigen::MatrixXd blur = D * known.undetermined;
-  estimates.covariance = D * known.covariance * D.transpose() * inflation;
+  const Eigen::MatrixXd moved = D * known.covariance;
+  estimates.covariance = moved * score_covariance * moved.transpose();
   for (int i = 0; i < n; ++i) {
     const FreeParameter& free = problem.free()[i];
     bool identifiable = known.identifiable[i];

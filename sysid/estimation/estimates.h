@@ -35,11 +35,16 @@ bool HeldByBounds(const FreeParameter& free, double value);
 ParameterEstimate MakeEstimate(const FreeParameter& free, double value,
                                double std_error, bool identifiable);
 
-// From the triangular factor R of theta's information (EliminateStates). The
-// covariance is (R^T R)^-1 times `inflation`, over the directions that the data
-// determines, with parameters at a bound held there.
+// From the triangular factor R of theta's information (EliminateStates) and the
+// covariance of the score J^T r, R^T R where the residuals are white and of
+// unit variance. Theta's covariance is
+//
+//   (R^T R)^-1 score_covariance (R^T R)^-1
+//
+// (Huber 1967; White 1982), over the directions that the data determines, with
+// parameters at a bound held there.
 Estimates MakeEstimates(const ShootingProblem& problem,
                         const Eigen::VectorXd& theta, const RowMatrixXd& R,
-                        double inflation);
+                        const Eigen::MatrixXd& score_covariance);
 
 }  // namespace sysid

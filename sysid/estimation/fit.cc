@@ -26,8 +26,10 @@ void SummarizeFit(const ShootingProblem& problem, const Solution& point,
   const double chi2 = WeighedSquare(problem, fit->train);
   const double inflation =
       std::max(1.0, chi2) * AutocorrelationTime(problem, point);
-  static_cast<Estimates&>(*fit) =
-      MakeEstimates(problem, point.theta, R.leftCols(n), inflation);
+  const RowMatrixXd root = R.leftCols(n);
+  static_cast<Estimates&>(*fit) = MakeEstimates(
+      problem, point.theta, root, inflation * root.transpose() * root);
+  fit->misfit = problem.misfit();
   MechanismParameters<double> values;
   problem.map().Apply<double>(point.theta.data(), &values);
   fit->model.SetNominal(values);

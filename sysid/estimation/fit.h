@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,14 @@ namespace sysid {
 struct EffortError {
   std::string joint;
   double rms = 0.0, percent = 0.0;
+};
+
+// What the model misses of a joint, as a random force (docs/theory.md, 6.6):
+// its standard deviation, N m or N, and the time after which it is correlated
+// by 1/e.
+struct Discrepancy {
+  std::string joint;
+  double force_std = 0.0, correlation_time_s = 0.0;
 };
 
 // A combination of parameters that the equations of motion determine, by the
@@ -50,6 +59,10 @@ struct Fit : Estimates {
   std::vector<HistoryEntry> history;
   std::vector<EffortError> effort;  // where efforts were measured
   std::vector<BaseParameter> base;  // of inverse_dynamics
+  // Of the joints where a force is missing; with it the covariance is (6.7).
+  std::vector<Discrepancy> discrepancy;
+  // What the channels were weighed by at the end (ShootingProblem::Weighing).
+  std::map<std::string, double> misfit;
 
   Solution point;
   Model model;  // with the estimates as nominal values

@@ -88,6 +88,7 @@ class ShootingProblem {
   // Standard deviation of a channel's errors as a fit weighs them, in times its
   // noise: 1 where nothing is known of what the model misses.
   double Misfit(const std::string& channel) const;
+  const std::map<std::string, double>& misfit() const { return misfit_; }
 
  private:
   std::shared_ptr<const Question> question_;

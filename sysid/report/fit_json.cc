@@ -125,6 +125,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
         {"holdout_after", held(added->holdout_after)}};
   }
   json["noise"] = Finite(fit.noise);
+  json["discrepancy"] = fit.discrepancy;
   json["error"] = error;
   if (mixture != nullptr) {
     json["mixture"] = mixture->mixture;

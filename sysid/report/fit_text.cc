@@ -101,6 +101,23 @@ std::string EffortLine(const Fit& fit) {
   return text;
 }
 
+std::string DiscrepancyLine(const Fit& fit) {
+  if (fit.discrepancy.empty()) return "";
+  std::string text = "  missing beside the noise, as a random force:";
+  for (const Discrepancy& missing : fit.discrepancy) {
+    const auto& joints = fit.model.mechanism().joints;
+    const auto joint =
+        std::find_if(joints.begin(), joints.end(),
+                     [&](const Joint& j) { return j.name == missing.joint; });
+    const bool slide =
+        joint != joints.end() && joint->type == JointType::kPrismatic;
+    text += " " + missing.joint + Format(" %.3g ", missing.force_std) +
+            (slide ? "N," : "N m,");
+  }
+  return text + Format(" correlated over %.2g s\n",
+                       fit.discrepancy[0].correlation_time_s);
+}
+
 // Whether the error is no more than noise: up to 1.1, and three standard
 // deviations of what chance makes of the residuals. An estimated noise is
 // itself uncertain, about three times as much as its number of measurements
@@ -261,7 +278,8 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     }
     text += ", each segment from its own initial state\n";
   }
-  text += ChannelLine(fit.train) + EffortLine(fit) + WorstLine(fit.train);
+  text += ChannelLine(fit.train) + DiscrepancyLine(fit) + EffortLine(fit) +
+          WorstLine(fit.train);
   if (holdout) {
     text += ErrorLine("  held out: ", holdout->errors) +
             ", each segment from its own initial state\n";

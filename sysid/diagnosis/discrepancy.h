@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+
+#include "sysid/estimation/fit.h"
+
+namespace sysid {
+
+// What the model misses, beside the sensors' noise: a random generalised force
+// on each degree of freedom, with a standard deviation and one correlation
+// time, the likeliest ones (docs/theory.md, section 6). The residuals are then
+//
+//   r = e + A phi,   e white, of variance v,   phi ~ N(0, P^-1), (7.8),   (6.6)
+//
+// A what forces do to them. The estimate of least squares moves with both:
+//
+//   Cov = N^-1 [ (A' W)' P^-1 (A' W) + v N ] N^-1,   N = W' W,            (6.7)
+//
+// W the derivatives of all residuals by theta where the states follow it.
+// (Huber 1967; White 1982.) A' W takes one pass backwards through each segment.
+
+// Fills in `discrepancy` and, with it, the standard errors of a fit by shooting
+// of this problem. Of one whose error is that of the noise nothing changes, nor
+// where the dynamics fail.
+void AddDiscrepancy(const ShootingProblem& problem, Fit* fit);
+
+// That an effect of the fit's model is none: Wald's test of those of its
+// parameters in which the law is linear against their nominal values in `given`,
+// a model without it, by the fit's covariance. 0 where a bound holds them.
+double PValueOf(std::shared_ptr<const Effect> effect, Model given,
+                const Fit& fit);
+
+}  // namespace sysid
