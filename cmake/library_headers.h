@@ -1,5 +1,8 @@
-// Precompiled for the libraries and programs (cmake/SysidTarget.cmake): what most
-// of their files include. No file may count on it.
+// Precompiled for the libraries and programs (cmake/SysidTarget.cmake): what
+// most of their files include. No file may count on it.
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -15,6 +18,3 @@
 #include <string>
 #include <thread>
 #include <vector>
-
-#include <Eigen/Dense>
-#include <ceres/ceres.h>

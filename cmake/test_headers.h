@@ -1,5 +1,6 @@
 // Precompiled for the tests (cmake/SysidTarget.cmake).
 #include <gmock/gmock.h>
+
 #include <nlohmann/json.hpp>
 
 #include "cmake/library_headers.h"

@@ -8,8 +8,11 @@
 #include <string>
 
 #include "models/error.h"
+#include "sysid/diagnosis/base_fit.h"
 #include "sysid/diagnosis/candidate_forces.h"
 #include "sysid/diagnosis/equation_look.h"
+#include "sysid/diagnosis/longer_segments.h"
+#include "sysid/diagnosis/rivals.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/segmentation.h"
 
@@ -43,10 +46,14 @@ class Search {
 
  private:
   void Report(const std::string& doing, double error);
+  ReportDoing Reporting() {
+    return [this](const std::string& doing, double error) {
+      Report(doing, error);
+    };
+  }
   void SearchOn(Diagnosis* diagnosis);
   std::shared_ptr<EvaluatedModel> AddByEquations(Diagnosis* diagnosis);
   void KeepEvaluated(Diagnosis* diagnosis) const;
-  void FindRivals(Diagnosis* diagnosis) const;
   Screening Screen(const EvaluatedModel& evaluated);
   bool LookBack(const std::vector<std::string>& newest,
                 std::shared_ptr<EvaluatedModel>* model,
@@ -59,10 +66,6 @@ class Search {
   }
   Verdict Decide(const EvaluatedModel& evaluated,
                  const CandidateRefit* best) const;
-  void Doubt(Diagnosis* diagnosis) const;
-  void Shorten(Diagnosis* diagnosis) const;
-  std::optional<EvaluatedModel> FromWholeRuns(const EvaluatedModel& now);
-  std::optional<EvaluatedModel> Lengthen(const EvaluatedModel& now);
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
@@ -110,24 +113,6 @@ void EndAt(std::shared_ptr<const EvaluatedModel> after, DiagnosisStep* step) {
   step->train_after = after->train_error();
   step->holdout_after = after->holdout_error();
   step->after = std::move(after);
-}
-
-// Of an effect that was added, what else could stand in its place.
-void AddAlternatives(const std::string& effect,
-                     const std::vector<std::string>& alternatives,
-                     std::vector<DiagnosisStep>* steps) {
-  for (auto step = steps->rbegin(); step != steps->rend(); ++step) {
-    for (size_t k = 0; k < step->effects.size(); ++k) {
-      if (step->effects[k] != effect) continue;
-      std::vector<std::string>& known = step->indistinguishable_from[k];
-      for (const std::string& name : alternatives) {
-        if (std::find(known.begin(), known.end(), name) == known.end()) {
-          known.push_back(name);
-        }
-      }
-      return;
-    }
-  }
 }
 
 // Takes out what the newest effects made useless, and exchanges what another
@@ -242,103 +227,6 @@ Verdict Search::Decide(const EvaluatedModel& evaluated,
   return IsAtNoiseFloor(evaluated) ? Verdict::kAdequate : Verdict::kUnexplained;
 }
 
-void Search::Doubt(Diagnosis* diagnosis) const {
-  const Fit& fit = diagnosis->base.fit;
-  std::vector<std::string>& doubts = diagnosis->doubts;
-  if (!fit.converged) {
-    doubts.push_back("the fit did not converge: " + fit.termination);
-  }
-  for (const ParameterEstimate& p : fit.parameters) {
-    if (p.at_bound) doubts.push_back(p.name + " ended at its bound");
-  }
-  // Another model, or motion unlike that of the fit.
-  constexpr double kForeign = 5.0;
-  const double train = std::max(1.0, diagnosis->base.train_error());
-  if (diagnosis->base.holdout_error() > kForeign * train) {
-    doubts.push_back(
-        "the held-out runs are predicted much worse than the fitted ones: are "
-        "they of the same machine?");
-  }
-  for (const std::vector<std::string>& group : fit.not_identifiable) {
-    doubts.push_back(group.size() == 1
-                         ? "the data does not determine " + group[0]
-                         : "the data cannot tell apart " + Join(group));
-  }
-}
-
-// A fit that does not converge is tried in shorter segments, which ask less of
-// a wrong model.
-void Search::Shorten(Diagnosis* diagnosis) const {
-  const auto failed = [](const EvaluatedModel& evaluated) {
-    return !evaluated.fit.converged ||
-           !std::isfinite(evaluated.train_error()) ||
-           !std::isfinite(evaluated.holdout_error());
-  };
-  if (!failed(diagnosis->base)) return;
-  DiagnosisProblem shorter = problem_;
-  const double before = diagnosis->base.fit.segment_s;
-  shorter.options.segment = std::max(0.1, before / 4.0);
-  EvaluatedModel again = EvaluateGiven(shorter);
-  if (failed(again)) {
-    // No step was taken where the start is hopeless.
-    diagnosis->usable = diagnosis->base.fit.iterations > 0 &&
-                        std::isfinite(diagnosis->base.train_error()) &&
-                        std::isfinite(diagnosis->base.holdout_error());
-    return;
-  }
-  char text[160];
-  std::snprintf(text, sizeof(text),
-                "the fit did not converge in segments of %.3g s; this is of "
-                "segments of %.3g s",
-                before, again.fit.segment_s);
-  diagnosis->doubts.push_back(text);
-  diagnosis->base = std::move(again);
-}
-
-// The model from whole trajectories, where its states may be caught in wrong
-// ones; nothing where that does not help.
-std::optional<EvaluatedModel> Search::FromWholeRuns(const EvaluatedModel& now) {
-  constexpr double kMuch = 0.8;  // of the error
-  if (IsAtNoiseFloor(now) || !HasBlindStates(now)) return std::nullopt;
-  Report("joined segments", now.train_error());
-  EvaluatedModel joined = EvaluateJoined(problem_, now);
-  if (!joined.fit.converged ||
-      !(joined.train_error() < kMuch * now.train_error()) ||
-      !(joined.holdout_error() < now.holdout_error())) {
-    return std::nullopt;
-  }
-  return joined;
-}
-
-// The model in segments twice as long, where its motion can be followed so far;
-// nothing where it cannot, or where too few segments would be left.
-std::optional<EvaluatedModel> Search::Lengthen(const EvaluatedModel& now) {
-  constexpr double kFewest = 4.0;  // segments, to predict some from the others
-  // What a constant force is missed by grows with the square of the time; more
-  // is chaos, or a wrong minimum.
-  constexpr double kGrowth = 4.0;
-  const double length = now.fit.segment_s;
-  double all = 0.0;
-  for (const auto& data : now.problem->runs()) {
-    all += data->run.t.back() - data->run.t.front();
-  }
-  const double longest =
-      std::min(now.problem->data().LongestDuration(), all / kFewest);
-  if (problem_.options.segment > 0 || !now.fit.converged ||
-      length > 0.9 * longest) {
-    return std::nullopt;
-  }
-  Report("longer segments", now.train_error());
-  EvaluatedModel longer =
-      EvaluateLonger(problem_, now, std::min(2.0 * length, longest));
-  if (!longer.fit.converged || !std::isfinite(longer.cv.error()) ||
-      longer.train_error() > kGrowth * now.train_error() ||
-      longer.fit.segment_s < 1.1 * length) {
-    return std::nullopt;
-  }
-  return longer;
-}
-
 // What a search that was stopped may still say. The model of the last step is
 // whole: a later one was in the making.
 void Search::KeepEvaluated(Diagnosis* diagnosis) const {
@@ -363,8 +251,8 @@ Diagnosis Search::Run() {
   doing_ = "fitting the model as given";
   diagnosis.base = EvaluateGiven(problem_);
   try {
-    Shorten(&diagnosis);
-    Doubt(&diagnosis);
+    ShortenSegments(problem_, &diagnosis);
+    AddDoubts(&diagnosis);
     if (!diagnosis.usable) {
       diagnosis.verdict = diagnosis.final_verdict = Verdict::kUnexplained;
       diagnosis.where.channels = diagnosis.base.fit.train.channels;
@@ -503,7 +391,8 @@ void Search::SearchOn(Diagnosis* result) {
     if (found == nullptr) {
       if (!joined) {
         joined = true;  // once for each model
-        if (std::optional<EvaluatedModel> next = FromWholeRuns(*now)) {
+        if (std::optional<EvaluatedModel> next =
+                FromWholeRuns(problem_, *now, Reporting())) {
           *now = std::move(*next);
           if (!diagnosis.steps.empty()) EndAt(model, &diagnosis.steps.back());
           diagnosis.final_verdict = Decide(*now, nullptr);
@@ -517,7 +406,8 @@ void Search::SearchOn(Diagnosis* result) {
       const bool regular = now->fit.segment_s >= kRegular * kLongestLength;
       const bool better = !diagnosis.steps.empty() && !IsAtNoiseFloor(*now);
       if (!regular && !better) break;
-      std::optional<EvaluatedModel> next = Lengthen(*now);
+      std::optional<EvaluatedModel> next =
+          Lengthen(problem_, *now, Reporting());
       if (!next) break;
       model = std::make_shared<EvaluatedModel>(std::move(*next));
       now = model.get();
@@ -549,7 +439,7 @@ void Search::SearchOn(Diagnosis* result) {
     // A better model can be followed for longer, and what is needed shows
     // there.
     std::optional<EvaluatedModel> next;
-    if (!IsAtNoiseFloor(*model)) next = Lengthen(*model);
+    if (!IsAtNoiseFloor(*model)) next = Lengthen(problem_, *model, Reporting());
     if (next) {
       model = std::make_shared<EvaluatedModel>(std::move(*next));
       LookBack({}, &model, &diagnosis.steps);
@@ -572,47 +462,12 @@ void Search::SearchOn(Diagnosis* result) {
       diagnosis.proposed.clear();
     }
   }
-  FindRivals(result);
+  FindRivals(candidates_, result);
   Report("where it fails", diagnosis.base.train_error());
   diagnosis.where = FindWhere(diagnosis.base);
   diagnosis.where.followed = followed_;
   AddForcesToCompare(diagnosis.base, kMostCompared, &diagnosis.where.force,
                      &diagnosis.candidates);
-}
-
-// What could stand in the place of each effect of the answer: no law that needs
-// more parameters, which would be an extension and no rival.
-void Search::FindRivals(Diagnosis* diagnosis) const {
-  const auto parameters = [&](const std::string& name) {
-    for (const auto& effect : candidates_) {
-      if (effect->name() == name) return effect->ParameterNames().size();
-    }
-    return size_t{0};
-  };
-  std::map<std::string, std::vector<std::string>> alternatives;
-  if (diagnosis->steps.empty() && !diagnosis->candidates.empty()) {
-    const CandidateEffect& first = diagnosis->candidates.front();
-    alternatives[first.screened.name()] = first.indistinguishable_from;
-  }
-  for (const DiagnosisStep& step : diagnosis->steps) {
-    for (size_t k = 0; k < step.effects.size(); ++k) {
-      alternatives[step.effects[k]] = step.indistinguishable_from[k];
-    }
-  }
-  const std::vector<std::string> answer =
-      diagnosis->steps.empty() ? diagnosis->proposed : diagnosis->added();
-  for (size_t k = 0; k < answer.size(); ++k) {
-    for (const std::string& other : alternatives[answer[k]]) {
-      if (parameters(other) > parameters(answer[k])) continue;
-      if (diagnosis->rivals.empty()) diagnosis->rivals.push_back(answer);
-      diagnosis->rivals.push_back(answer);
-      diagnosis->rivals.back()[k] = other;
-    }
-  }
-  if (diagnosis->rivals.empty()) return;
-  if (diagnosis->verdict == Verdict::kMissingEffect) {
-    diagnosis->verdict = Verdict::kUndecided;
-  }
 }
 
 }  // namespace

@@ -80,7 +80,8 @@ MatrixXd CovarianceOfScores(const MatrixXd& C, const RandomForce& random,
   return C.transpose() * smoothed;
 }
 
-// Paths of the random force, (knots * widths) x draws: of each degree of freedom
+// Paths of the random force, (knots * widths) x draws: of each degree of
+// freedom
 //   ell^2 f'' + sqrt(2) ell f' + f = white noise,
 // whose correlation is that of (7.8), exactly from knot to knot.
 MatrixXd DrawForces(const RandomForce& random, const ForceKnots& knots,
@@ -130,8 +131,8 @@ class ForcedSegment {
   }
   bool Valid() const { return valid_; }
 
-  // A phi: what forces at knots do to the rows of the segment, `rows` with those
-  // of its defect or belief.
+  // A phi: what forces at knots do to the rows of the segment, `rows` with
+  // those of its defect or belief.
   MatrixXd Forward(const MatrixXd& phi, const ForceKnots& knots, int rows,
                    const VectorXd& defect_weight) const {
     const int nv = static_cast<int>(phi.rows()) / knots.count;
@@ -209,9 +210,9 @@ class ForcedSegment {
 
 // What a run says of theta and of random forces.
 struct RunScores {
-  RowMatrixXd root;       // RunReduction's
-  RowMatrixXd drawn;      // the same with a column of theta for each draw
-  MatrixXd scores;        // the covariance of W' A phi
+  RowMatrixXd root;   // RunReduction's
+  RowMatrixXd drawn;  // the same with a column of theta for each draw
+  MatrixXd scores;    // the covariance of W' A phi
 };
 
 bool ScoresOf(const ShootingProblem& problem, const Fit& fit, int run,
@@ -226,15 +227,15 @@ bool ScoresOf(const ShootingProblem& problem, const Fit& fit, int run,
   for (int i = 0; i < n; ++i) {
     dx[i] = reduction.SubstituteBack(VectorXd::Unit(n, i)) - still;
   }
-  const ForceKnots knots = KnotsFor(problem.runs()[run]->run, random.time_scale);
+  const ForceKnots knots =
+      KnotsFor(problem.runs()[run]->run, random.time_scale);
   std::mt19937_64 generator(run + 1);
   const MatrixXd paths = DrawForces(random, knots, kDraws, &generator);
   MatrixXd C = MatrixXd::Zero(paths.rows(), n);
   RunLinearization drawn = linearization;
   for (size_t k = 0; k < linearization.segments.size(); ++k) {
     const SegmentLinearization& segment = linearization.segments[k];
-    const ForcedSegment forced(problem, fit.point,
-                               {run, static_cast<int>(k)});
+    const ForcedSegment forced(problem, fit.point, {run, static_cast<int>(k)});
     if (!forced.Valid()) return false;
     const bool joined = segment.J_next.size() > 0;
     MatrixXd W = segment.J_theta;
@@ -274,8 +275,7 @@ double Widening(const MatrixXd& products) {
 // The root of N, and the covariance of the score by (6.7), with the force as
 // large as (6.8) has it. False where the dynamics fail.
 bool ScoreCovariance(const ShootingProblem& problem, const Fit& fit,
-                     RandomForce* random, RowMatrixXd* root,
-                     MatrixXd* scores) {
+                     RandomForce* random, RowMatrixXd* root, MatrixXd* scores) {
   std::vector<RunLinearization> runs;
   if (!Linearize(problem, fit.point,
                  {.defect = fit.defect, .triangular = false}, &runs)) {
@@ -350,7 +350,11 @@ std::vector<Discrepancy> ByJoint(const Model& model,
 
 void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
   if (!(fit->train.total.normalized_rms > NoiseFloor(fit->train.dof))) return;
-  const ShootingProblem problem = given.Weighing(fit->misfit);
+  // What is left is short: a fit that may be stopped with a point to keep keeps
+  // it.
+  EstimationOptions options = given.options();
+  if (options.keep_best) options.stop = {};
+  const ShootingProblem problem = given.With(options).Weighing(fit->misfit);
   RandomForce random = EstimateRandomForce(LinearizedFit(problem, fit->point));
   RowMatrixXd root;
   MatrixXd scores;

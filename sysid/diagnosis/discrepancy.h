@@ -25,8 +25,9 @@ namespace sysid {
 void AddDiscrepancy(const ShootingProblem& problem, Fit* fit);
 
 // That an effect of the fit's model is none: Wald's test of those of its
-// parameters in which the law is linear against their nominal values in `given`,
-// a model without it, by the fit's covariance. 0 where a bound holds them.
+// parameters in which the law is linear against their nominal values in
+// `given`, a model without it, by the fit's covariance. 0 where a bound holds
+// them.
 double PValueOf(std::shared_ptr<const Effect> effect, Model given,
                 const Fit& fit);
 

@@ -1,6 +1,5 @@
 #include "sysid/diagnosis/equation_look.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +9,7 @@
 
 #include "models/error.h"
 #include "models/parameters.h"
+#include "sysid/diagnosis/equation_products.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
@@ -76,67 +76,6 @@ Columns MakeColumns(const DiagnosisProblem& problem, const Model& fitted,
   return columns;
 }
 
-// Sums of products of [J | r] of each joint over a stretch of time.
-struct Products {
-  std::vector<Eigen::MatrixXd> of;  // by joint
-  Eigen::VectorXd times;            // that tell of it
-
-  // |r + J d|^2 of a joint; d of the columns `at`.
-  double Left(int joint, const std::vector<int>& at,
-              const Eigen::VectorXd& d) const {
-    const Eigen::MatrixXd& G = of[joint];
-    const int last = static_cast<int>(G.cols()) - 1;
-    double sum = G(last, last);
-    for (size_t i = 0; i < at.size(); ++i) {
-      sum += 2.0 * d[i] * G(at[i], last);
-      for (size_t k = 0; k < at.size(); ++k) {
-        sum += d[i] * d[k] * G(at[i], at[k]);
-      }
-    }
-    return std::max(sum, 0.0);
-  }
-};
-
-Products Multiply(const EquationRows& rows, int from, int to) {
-  Products products;
-  products.times = Eigen::VectorXd::Constant(rows.nv, to - from);
-  for (int v = 0; v < rows.nv; ++v) {
-    RowMatrixXd own(to - from, rows.rows.cols());
-    for (int t = from; t < to; ++t) {
-      own.row(t - from) = rows.rows.row(t * rows.nv + v);
-    }
-    products.of.push_back(own.transpose() * own);
-  }
-  return products;
-}
-
-void Add(const Products& more, double times, Products* sum) {
-  if (sum->of.empty()) {
-    sum->of.assign(more.of.size(),
-                   Eigen::MatrixXd::Zero(more.of[0].rows(), more.of[0].cols()));
-    sum->times = Eigen::VectorXd::Zero(more.times.size());
-  }
-  for (size_t v = 0; v < more.of.size(); ++v) sum->of[v] += times * more.of[v];
-  sum->times += times * more.times;
-}
-
-// The least x with G x = g, of columns of unit length.
-Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
-                            const Eigen::VectorXd& g) {
-  constexpr double kDependent = 1e-10;
-  if (g.size() == 0) return g;
-  const Eigen::VectorXd scale =
-      G.diagonal()
-          .cwiseSqrt()
-          .cwiseMax(std::numeric_limits<double>::min())
-          .cwiseInverse();
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(G.rows(),
-                                                                 G.cols());
-  solver.setThreshold(kDependent);
-  solver.compute(scale.asDiagonal() * G * scale.asDiagonal());
-  return scale.cwiseProduct(solver.solve(scale.cwiseProduct(g).eval()));
-}
-
 // The least squares of some columns.
 struct Trial {
   std::vector<int> at;  // columns
@@ -177,8 +116,8 @@ class EquationSearch {
   const ParameterMap map_;
   Eigen::VectorXd theta_;
   std::vector<EquationRows> rows_;  // by run
-  std::vector<Products> folds_;
-  Products all_;
+  std::vector<EquationProducts> folds_;
+  EquationProducts all_;
   std::vector<int> chosen_;        // candidates
   std::map<int, double> p_value_;  // of the chosen, when they came
   Trial now_;
@@ -205,9 +144,9 @@ EquationSearch::EquationSearch(const DiagnosisProblem& problem,
     const int folds = std::clamp(static_cast<int>(std::lround(kFolds * share)),
                                  1, std::max(1, rows.times()));
     for (int k = 0; k < folds; ++k) {
-      folds_.push_back(Multiply(rows, k * rows.times() / folds,
-                                (k + 1) * rows.times() / folds));
-      Add(folds_.back(), 1.0, &all_);
+      folds_.push_back(MultiplyRows(rows, k * rows.times() / folds,
+                                    (k + 1) * rows.times() / folds));
+      AddProducts(folds_.back(), 1.0, &all_);
     }
   }
 }
@@ -237,29 +176,13 @@ std::vector<int> EquationSearch::With(const std::vector<int>& chosen) const {
   return at;
 }
 
-// The d that minimises sum_v |r_v + J_v d|^2 / s_v^2.
-Eigen::VectorXd Weighted(const Products& products, const std::vector<int>& at,
-                         const Eigen::VectorXd& variance) {
-  const int n = static_cast<int>(at.size());
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
-  for (int v = 0; v < variance.size(); ++v) {
-    const Eigen::MatrixXd& own = products.of[v];
-    for (int i = 0; i < n; ++i) {
-      g[i] += own(at[i], own.cols() - 1) / variance[v];
-      for (int k = 0; k < n; ++k) G(i, k) += own(at[i], at[k]) / variance[v];
-    }
-  }
-  return -SolveScaled(G, g);
-}
-
 Trial EquationSearch::Solve(std::vector<int> at,
                             Eigen::VectorXd variance) const {
   constexpr int kReweighed = 3;  // sizes settle to some per cent
   Trial trial;
   trial.at = std::move(at);
   for (int round = 0; round < kReweighed; ++round) {
-    trial.d = Weighted(all_, trial.at, variance);
+    trial.d = SolveWeighted(all_, trial.at, variance);
     trial.likelihood = 0.0;
     for (int v = 0; v < variance.size(); ++v) {
       // A joint of which nothing is left says nothing.
@@ -275,10 +198,10 @@ Trial EquationSearch::Solve(std::vector<int> at,
 
 void EquationSearch::Predict(Trial* trial) const {
   if (!trial->predicted.empty()) return;
-  for (const Products& fold : folds_) {
-    Products others = all_;
-    Add(fold, -1.0, &others);
-    const Eigen::VectorXd d = Weighted(others, trial->at, trial->variance);
+  for (const EquationProducts& fold : folds_) {
+    EquationProducts others = all_;
+    AddProducts(fold, -1.0, &others);
+    const Eigen::VectorXd d = SolveWeighted(others, trial->at, trial->variance);
     double sum = 0.0;
     for (int v = 0; v < trial->variance.size(); ++v) {
       sum -= 0.5 * (fold.Left(v, trial->at, d) / trial->variance[v] +

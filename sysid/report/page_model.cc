@@ -179,6 +179,7 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["predictions"] = PredictionsJson(source, fit, efforts);
   model["efforts"] = EffortErrorsJson(efforts.fitted);
   model["holdoutEfforts"] = EffortErrorsJson(efforts.held_out);
+  model["discrepancy"] = found.discrepancy;
   model["channels"] = found.train.channels;
   model["segments"] = found.train.segments;
   model["horizon"] = HorizonJson(source, fit, diagnosis);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "models/error.h"
+#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
@@ -290,8 +291,12 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
   final.session.effects = model.effects().names();
   final.problem = std::make_shared<const ShootingProblem>(
       model, free, session.runs, session.options);
-  final.fit = diagnosis.by_equations ? FitInverseDynamics(*final.problem)
-                                     : FitLevenbergMarquardt(*final.problem);
+  if (diagnosis.by_equations) {
+    final.fit = FitInverseDynamics(*final.problem);
+  } else {
+    final.fit = FitLevenbergMarquardt(*final.problem);
+    AddDiscrepancy(*final.problem, &final.fit);
+  }
   if (!session.holdout.empty()) {
     const auto held_out = MakeDataSetLike(
         session.model, session.holdout, session.options, final.problem->data());

@@ -1,8 +1,9 @@
+#include "tests/support/random_force.h"
+
 #include <gtest/gtest.h>
 
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/diagnosis/discrepancy.h"
-#include "tests/support/random_force.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
 // What is said of a machine on which a force acts that no law describes.
@@ -47,7 +48,8 @@ TEST(RandomForce, IsNotTakenForAnEffect) {
   const Model model = ForcedPendulum();
   int named = 0;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    sysid::Run run = RecordUnderRandomForce({.std = 0.1, .correlation_s = 0.3, .seed = seed});
+    sysid::Run run = RecordUnderRandomForce(
+        {.std = 0.1, .correlation_s = 0.3, .seed = seed});
     sysid::Run other = RecordUnderRandomForce(
         {.std = 0.1, .correlation_s = 0.3, .seed = kSeeds + seed});
     DiagnosisProblem problem =

@@ -38,7 +38,8 @@ inline Run RecordUnderRandomForce(const RandomForceCase& c) {
   const int samples = SampleCount(options);
   std::mt19937_64 random(c.seed);
   std::normal_distribution<double> normal;
-  std::uniform_real_distribution<double> frequency(0.1, 1.5), phase(0, 2 * M_PI);
+  std::uniform_real_distribution<double> frequency(0.1, 1.5),
+      phase(0, 2 * M_PI);
   RowMatrixXd known = RowMatrixXd::Zero(samples, 2), unknown = known;
   for (int j = 0; j < 2; ++j) {
     const double share = j == 0 ? 1.0 : kElbow;

@@ -96,6 +96,9 @@ export interface ModelData {
   // runs; null: none were measured, or a joint's position was not.
   efforts: EffortErrorsData | null;
   holdoutEfforts: EffortErrorsData | null;
+  // What the model misses beside the noise, as a random force: its standard
+  // deviation, SI. Empty where the error is that of the noise.
+  discrepancy: { joint: string; force_std: number; correlation_time_s: number }[];
   channels: { name: string; unit: string; rms: number; normalized_rms: number; fit_percent: number | null; noise: number }[];
   segments: { trajectory: string; t_start: number; t_end: number; normalized_rms: number }[];
   // `noise_rms`: what noise alone would make of it, were the model true.

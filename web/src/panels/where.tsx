@@ -10,6 +10,7 @@ import type {ForceData, JointData, ModelData, PageData} from '../page_data';
 import {ErrorScale, HeatMap} from '../plots/heat_map';
 import {XyChart, type Layer} from '../plots/xy_chart';
 import {compared, current, joint, run, useStore} from '../state';
+import {Discrepancy} from './discrepancy';
 import {Efforts} from './efforts';
 import {forceLayers, kQuantities, lawsOf, quantityName} from './force_layers';
 import {Choice, Empty, Panel} from './panel';
@@ -31,6 +32,7 @@ export function Where({page}: {page: PageData}) {
         {page.mechanism.joints.length > 0 && <Phase page={page} m={m} r={r} />}
         <Horizon page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       </div>
+      <Discrepancy page={page} model={model} />
       <Efforts page={page} r={r} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       <Force page={page} model={model} />
     </Panel>

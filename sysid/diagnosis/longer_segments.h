@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "sysid/diagnosis/evaluated_model.h"
+
+namespace sysid {
+
+// A model that is right can be followed for longer, and what is too small for a
+// segment adds up over a longer one.
+
+// What is being done, and the error so far.
+using ReportDoing = std::function<void(const std::string& doing, double error)>;
+
+// The model in segments twice as long, where its motion can be followed so far;
+// nothing where it cannot, or where too few segments would be left.
+std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
+                                       const EvaluatedModel& now,
+                                       const ReportDoing& report);
+
+// The model from whole trajectories, where its states may be caught in wrong
+// ones; nothing where that does not help.
+std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
+                                            const EvaluatedModel& now,
+                                            const ReportDoing& report);
+
+}  // namespace sysid
