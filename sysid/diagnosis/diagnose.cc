@@ -58,8 +58,8 @@ class Search {
   bool LookBack(const std::vector<std::string>& newest,
                 std::shared_ptr<EvaluatedModel>* model,
                 std::vector<DiagnosisStep>* steps);
-  bool MayBeChance(const EvaluatedModel& evaluated) const;
-  void TakeOutChance(std::shared_ptr<EvaluatedModel>* model,
+  std::string Chance(const EvaluatedModel& evaluated);
+  bool TakeOutChance(std::shared_ptr<EvaluatedModel>* model,
                      std::vector<DiagnosisStep>* steps);
   bool WasHere(const EvaluatedModel& evaluated) const {
     return been_.contains(EffectsOf(evaluated));
@@ -187,27 +187,27 @@ bool Search::LookBack(const std::vector<std::string>& newest,
   return any;
 }
 
-bool Search::MayBeChance(const EvaluatedModel& evaluated) const {
-  return !IsAtNoiseFloor(evaluated) &&
-         !LikeliestChance(problem_, evaluated, candidates_.size()).empty();
+std::string Search::Chance(const EvaluatedModel& evaluated) {
+  if (IsAtNoiseFloor(evaluated)) return "";
+  Report("significance of the effects", evaluated.train_error());
+  return LikeliestChance(problem_, evaluated, candidates_.size());
 }
 
 // Takes out, one after another, what may be no more than chance beside what is
 // still missing. The search itself adds it all the same: until all that is
-// missing is in the model, that is no random force.
-void Search::TakeOutChance(std::shared_ptr<EvaluatedModel>* model,
+// missing is in the model, that is no random force. True where it took any.
+bool Search::TakeOutChance(std::shared_ptr<EvaluatedModel>* model,
                            std::vector<DiagnosisStep>* steps) {
-  for (;;) {
+  bool any = false;
+  for (;; any = true) {
     const EvaluatedModel& now = **model;
-    Report("significance of the effects", now.train_error());
-    const std::string name = LikeliestChance(problem_, now, candidates_.size());
-    if (name.empty()) return;
+    DiagnosisStep step = StepFrom(now);
+    step.removed = Chance(now);
+    if (step.removed.empty()) return any;
     EstimationOptions options = problem_.options;
     options.progress = nullptr;
-    DiagnosisStep step = StepFrom(now);
-    step.removed = name;
     *model = std::make_shared<EvaluatedModel>(
-        EvaluateWithout(problem_, now, name, options));
+        EvaluateWithout(problem_, now, step.removed, options));
     step.predicted = (*model)->train_error();
     EndAt(*model, &step);
     steps->push_back(std::move(step));
@@ -367,7 +367,7 @@ void Search::SearchOn(Diagnosis* result) {
       refits_.AddRivals(screening, *now, best, &refits);
       best = refits_.Choose(refits);
     }
-    if (best >= 0 && !options_.add && MayBeChance(*refits[best].after)) {
+    if (best >= 0 && !options_.add && !Chance(*refits[best].after).empty()) {
       refits[best].refused =
           "a random force like what is still missing may make it up";
       best = -1;
@@ -449,8 +449,7 @@ void Search::SearchOn(Diagnosis* result) {
       diagnosis.final_verdict = Decide(*now, nullptr);
   }
   if (!diagnosis.steps.empty()) {
-    if (!ends && MayBeChance(*model)) {
-      TakeOutChance(&model, &diagnosis.steps);
+    if (!ends && TakeOutChance(&model, &diagnosis.steps)) {
       diagnosis.final_verdict = Decide(*model, nullptr);
     }
     diagnosis.final = model;

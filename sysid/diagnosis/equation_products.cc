@@ -19,7 +19,8 @@ EquationProducts MultiplyRows(const EquationRows& rows, int from, int to) {
   return products;
 }
 
-void AddProducts(const EquationProducts& more, double times, EquationProducts* sum) {
+void AddProducts(const EquationProducts& more, double times,
+                 EquationProducts* sum) {
   if (sum->of.empty()) {
     sum->of.assign(more.of.size(),
                    Eigen::MatrixXd::Zero(more.of[0].rows(), more.of[0].cols()));
@@ -45,8 +46,9 @@ Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
   return scale.cwiseProduct(solver.solve(scale.cwiseProduct(g).eval()));
 }
 
-Eigen::VectorXd SolveWeighted(const EquationProducts& products, const std::vector<int>& at,
-                         const Eigen::VectorXd& variance) {
+Eigen::VectorXd SolveWeighted(const EquationProducts& products,
+                              const std::vector<int>& at,
+                              const Eigen::VectorXd& variance) {
   const int n = static_cast<int>(at.size());
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(n);

@@ -8,7 +8,8 @@
 namespace sysid {
 
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
- const EvaluatedModel& now, const ReportDoing& report) {
+                                       const EvaluatedModel& now,
+                                       const ReportDoing& report) {
   constexpr double kFewest = 4.0;  // segments, to predict some from the others
   // What a constant force is missed by grows with the square of the time; more
   // is chaos, or a wrong minimum.
@@ -36,7 +37,8 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
 }
 
 std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
- const EvaluatedModel& now, const ReportDoing& report) {
+                                            const EvaluatedModel& now,
+                                            const ReportDoing& report) {
   constexpr double kMuch = 0.8;  // of the error
   if (IsAtNoiseFloor(now) || !HasBlindStates(now)) return std::nullopt;
   report("joined segments", now.train_error());

@@ -23,9 +23,8 @@ void AddAlternatives(const std::string& effect,
   }
 }
 
-void FindRivals(
-    const std::vector<std::shared_ptr<const Effect>>& candidates,
-    Diagnosis* diagnosis) {
+void FindRivals(const std::vector<std::shared_ptr<const Effect>>& candidates,
+                Diagnosis* diagnosis) {
   const auto parameters = [&](const std::string& name) {
     for (const auto& effect : candidates) {
       if (effect->name() == name) return effect->ParameterNames().size();

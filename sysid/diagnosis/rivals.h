@@ -14,9 +14,9 @@ void AddAlternatives(const std::string& effect,
                      const std::vector<std::string>& alternatives,
                      std::vector<DiagnosisStep>* steps);
 
-// Fills in `rivals`: what could stand in the place of each effect of the answer,
-// but no law that needs more parameters, which would be an extension and no
-// rival. With rivals a missing effect is undecided.
+// Fills in `rivals`: what could stand in the place of each effect of the
+// answer, but no law that needs more parameters, which would be an extension
+// and no rival. With rivals a missing effect is undecided.
 void FindRivals(const std::vector<std::shared_ptr<const Effect>>& candidates,
                 Diagnosis* diagnosis);
 
