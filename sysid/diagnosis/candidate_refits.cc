@@ -107,7 +107,9 @@ std::string LikeliestChance(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated,
                             size_t candidates) {
   constexpr double kSignificant = 0.05;
-  constexpr double kFollowed = 4.0;  // times the error over the segments
+  // Times the error over segments, which a constant force makes of twice the
+  // time: more is another minimum, or chaos.
+  constexpr double kFollowed = 4.0;
   EstimationOptions quiet = evaluated.problem->options();
   quiet.progress = nullptr;
   std::vector<Run> runs = RunsOf(*problem.train);
@@ -131,7 +133,7 @@ std::string LikeliestChance(const DiagnosisProblem& problem,
   std::string likeliest;
   double most = kSignificant;
   for (const auto& effect : evaluated.added) {
-    const double p = candidates * PValueOf(effect, problem.model, fit);
+    const double p = candidates * PValueOf(*effect, problem.model, fit);
     if (p > most) {
       most = p;
       likeliest = effect->name();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 
 #include "models/parameters.h"
@@ -322,6 +323,7 @@ bool ScoreCovariance(const ShootingProblem& problem, const Fit& fit,
   const MatrixXd R = MergeRoots(drawn).block(n, n, draws, draws);
   const MatrixXd products = R.transpose() * R;  // of what is left of the draws
   const double expected = products.trace() / draws;
+  if (!(expected > 0)) return false;
   const double size =
       std::max(0.0, squares - random->variance * fit.train.dof) / expected;
   random->width *= std::sqrt(size);
@@ -367,21 +369,22 @@ void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
       MakeEstimates(problem, fit->point.theta, root, scores);
 }
 
-double PValueOf(std::shared_ptr<const Effect> effect, Model given,
-                const Fit& fit) {
-  std::vector<std::string> names;
-  for (const EffectParameter& own : effect->parameters()) {
-    if (own.grid.empty() && !own.whole) names.push_back(own.name);
+double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
+  std::map<std::string, double> nominal;
+  for (const Parameter& parameter : AllParameters(given)) {
+    nominal[parameter.name] = parameter.nominal;
   }
-  given.AddEffect(effect);
   std::vector<int> at;
   std::vector<double> moved;
-  for (const Parameter& none : FindParameters(given, names, effect->name())) {
+  for (const EffectParameter& own : effect.parameters()) {
+    if (!own.grid.empty() || own.whole) continue;
+    const auto known = nominal.find(own.name);
+    const double none = known != nominal.end() ? known->second : own.null_value;
     for (size_t i = 0; i < fit.parameters.size(); ++i) {
       const ParameterEstimate& estimate = fit.parameters[i];
-      if (estimate.name != none.name || estimate.at_bound) continue;
+      if (estimate.name != own.name || estimate.at_bound) continue;
       at.push_back(static_cast<int>(i));
-      moved.push_back(estimate.value - none.nominal);
+      moved.push_back(estimate.value - none);
     }
   }
   if (at.empty()) return 0.0;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <memory>
-
 #include "sysid/estimation/fit.h"
 
 namespace sysid {
@@ -25,10 +23,9 @@ namespace sysid {
 void AddDiscrepancy(const ShootingProblem& problem, Fit* fit);
 
 // That an effect of the fit's model is none: Wald's test of those of its
-// parameters in which the law is linear against their nominal values in
-// `given`, a model without it, by the fit's covariance. 0 where a bound holds
+// parameters in which the law is linear, by the fit's covariance, against their
+// nominal values in `given`, or where the law is off. 0 where a bound holds
 // them.
-double PValueOf(std::shared_ptr<const Effect> effect, Model given,
-                const Fit& fit);
+double PValueOf(const Effect& effect, const Model& given, const Fit& fit);
 
 }  // namespace sysid

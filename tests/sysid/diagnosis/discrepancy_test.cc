@@ -79,7 +79,7 @@ TEST(Discrepancy, TestsEffectsBesideIt) {
   const Model none = Shipped("pendulum2_planar");
   const auto damping =
       catalogue.Make("viscous_damping@joint1", none.mechanism(), "test");
-  EXPECT_LT(PValueOf(damping, none, fit), 0.01);
+  EXPECT_LT(PValueOf(*damping, none, fit), 0.01);
 }
 
 }  // namespace
