@@ -228,6 +228,7 @@ export function planarPage({seconds = 8, live = false} = {}) {
       horizon: [0.1, 0.2, 0.5, 1, 2].map(h => ({horizon_s: h, rms: kNoise * (withEffect ? 1.02 : 1 + 12 * h ** 1.6), noise_rms: kNoise * (1 + 0.3 * h)})),
       parameters: parameters(withEffect),
       efforts: null, holdoutEfforts: null,
+      discrepancy: withEffect ? [] : [{joint: 'joint2', force_std: 0.0471, correlation_time_s: 0.32}],
       correlation: withEffect ? [[1, -0.83, 0.21], [-0.83, 1, null], [0.21, null, 1]] : [[1, -0.82], [-0.82, 1]],
       correlationNames: parameters(withEffect).map(p => p.name), notIdentifiable: [['link1.mass', 'link2.mass']],
       histories: [stages('lm'), history('Adam', 80, 0.09, 900)],

@@ -113,6 +113,14 @@ test('the error against the horizon stands beside what noise makes of it', {skip
     assert.doesNotMatch(where, /one that stays there, of a complete model/);
   }));
 
+test('what the model misses stands beside the noise, as a random force, where it misses anything', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    assert.match(await text(page, '#where .discrepancy'), /joint2\s+0\.001 rad\s+0\.0471 N m\s+0\.32/);
+    await page.locator('.controls').getByLabel('Model', {exact: true}).selectOption({index: 1});
+    await settled(page);
+    assert.equal(await page.locator('#where .discrepancy').count(), 0);
+  }));
+
 const efforts = page => text(page, '#where .efforts');
 
 test('what the inverse dynamics leave of the efforts is said and drawn, joint by joint', {skip}, () =>
