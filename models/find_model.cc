@@ -43,9 +43,12 @@ std::string FindModel(const std::string& name_or_file) {
     const fs::path file = folder / (name_or_file + ".urdf");
     if (fs::is_regular_file(file, error)) return file.string();
   }
+  const bool yaml =
+      name_or_file.ends_with(".yaml") || name_or_file.ends_with(".yml");
   throw InputError("--model",
                    "no shipped model is named '" + name_or_file + "'",
-                   NameHint(name_or_file, ShippedModels()));
+                   yaml ? "a fit specification is given by --spec"
+                        : NameHint(name_or_file, ShippedModels()));
 }
 
 std::vector<std::string> ShippedModels() {

@@ -11,6 +11,7 @@
 #include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/parallel.h"
+#include "sysid/estimation/segmentation.h"
 
 namespace sysid {
 namespace {
@@ -110,26 +111,30 @@ std::string LikeliestChance(const DiagnosisProblem& problem,
   // Times the error over segments, which a constant force makes of twice the
   // time: more is another minimum, or chaos.
   constexpr double kFollowed = 4.0;
-  EstimationOptions quiet = evaluated.problem->options();
-  quiet.progress = nullptr;
-  std::vector<Run> runs = RunsOf(*problem.train);
-  if (problem.holdout != nullptr) {
-    for (Run& run : RunsOf(*problem.holdout)) runs.push_back(std::move(run));
-  }
-  const ShootingProblem all =
-      evaluated.problem->With(quiet)
-          .WithData(MakeDataSetLike(problem.model, std::move(runs), quiet,
-                                    *problem.train))
-          .StartingAt(evaluated.fit.point.theta);
-  Fit fit = FitLevenbergMarquardt(all);
   const double followed =
       kFollowed * std::max(evaluated.train_error(), evaluated.holdout_error());
-  if (fit.converged && fit.train.total.normalized_rms < followed) {
-    AddDiscrepancy(all, &fit);
-  } else {
-    fit = evaluated.fit;
-    AddDiscrepancy(*evaluated.problem, &fit);
+  Fit fit = evaluated.fit;
+  bool joined = false;
+  if (IsRegular(*evaluated.problem, evaluated.fit.point)) {
+    EstimationOptions quiet = evaluated.problem->options();
+    quiet.progress = nullptr;
+    std::vector<Run> runs = RunsOf(*problem.train);
+    if (problem.holdout != nullptr) {
+      for (Run& run : RunsOf(*problem.holdout)) runs.push_back(std::move(run));
+    }
+    const ShootingProblem all =
+        evaluated.problem->With(quiet)
+            .WithData(MakeDataSetLike(problem.model, std::move(runs), quiet,
+                                      *problem.train))
+            .StartingAt(evaluated.fit.point.theta);
+    Fit whole = FitLevenbergMarquardtFrom(all, evaluated.fit.segment_s);
+    joined = whole.converged && whole.train.total.normalized_rms < followed;
+    if (joined) {
+      fit = std::move(whole);
+      AddDiscrepancy(all, &fit);
+    }
   }
+  if (!joined) AddDiscrepancy(*evaluated.problem, &fit);
   std::string likeliest;
   double most = kSignificant;
   for (const auto& effect : evaluated.added) {

@@ -66,6 +66,8 @@ class Search {
   }
   Verdict Decide(const EvaluatedModel& evaluated,
                  const CandidateRefit* best) const;
+  bool ExplainsMost(const EvaluatedModel& base,
+                    const EvaluatedModel& found) const;
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;
@@ -225,6 +227,17 @@ Verdict Search::Decide(const EvaluatedModel& evaluated,
     }
   }
   return IsAtNoiseFloor(evaluated) ? Verdict::kAdequate : Verdict::kUnexplained;
+}
+
+// Whether the found model accounts for most of what the given one misses of
+// unseen data, over the same segments: (7.14). Else what is missing is
+// something that no candidate is, and each of them stands in for a part of it.
+bool Search::ExplainsMost(const EvaluatedModel& base,
+                          const EvaluatedModel& found) const {
+  constexpr double kMost = 0.75;  // of the excess: half of the error
+  const double before = base.cv.error();
+  const double after = EvaluateOver(problem_, found, base).cv.error();
+  return after * after - 1.0 < (1.0 - kMost) * (before * before - 1.0);
 }
 
 // What a search that was stopped may still say. The model of the last step is
@@ -432,16 +445,17 @@ void Search::SearchOn(Diagnosis* result) {
     added.parameters = EstimatesOf(*model, effects);
     EndAt(model, &added);
     diagnosis.steps.push_back(added);
-    // What was exchanged changes what the newest is good for.
-    if (LookBack(added.effects, &model, &diagnosis.steps)) {
-      LookBack({}, &model, &diagnosis.steps);
-    }
     // A better model can be followed for longer, and what is needed shows
-    // there.
+    // there: the newest too.
+    std::vector<std::string> newest = added.effects;
     std::optional<EvaluatedModel> next;
     if (!IsAtNoiseFloor(*model)) next = Lengthen(problem_, *model, Reporting());
     if (next) {
       model = std::make_shared<EvaluatedModel>(std::move(*next));
+      newest.clear();
+    }
+    // What was exchanged changes what the newest is good for.
+    if (LookBack(newest, &model, &diagnosis.steps)) {
       LookBack({}, &model, &diagnosis.steps);
     }
     now = model.get();
@@ -459,6 +473,8 @@ void Search::SearchOn(Diagnosis* result) {
     } else if (model->added.empty()) {
       diagnosis.verdict = Decide(diagnosis.base, nullptr);
       diagnosis.proposed.clear();
+    } else if (!ends && !ExplainsMost(diagnosis.base, *model)) {
+      diagnosis.verdict = Verdict::kUnexplained;
     }
   }
   FindRivals(candidates_, result);

@@ -392,6 +392,17 @@ EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
   return evaluated;
 }
 
+EvaluatedModel EvaluateOver(const DiagnosisProblem& problem,
+                            const EvaluatedModel& evaluated,
+                            const EvaluatedModel& segments) {
+  EvaluatedModel over = OpenAgain(problem, evaluated);
+  Solution cut = segments.fit.point;
+  cut.rollout = evaluated.fit.point.rollout;
+  over.fit = StatesAtStart(*over.problem, cut);
+  Evaluate(problem, nullptr, &over);
+  return over;
+}
+
 void ExtendProblem(const DiagnosisProblem& problem,
                    const EvaluatedModel& evaluated, Model* model,
                    std::vector<FreeParameter>* free) {

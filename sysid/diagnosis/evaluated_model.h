@@ -105,6 +105,12 @@ EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,
 // Whether there are states of a joint that the data does not show.
 bool HasBlindStates(const EvaluatedModel& evaluated);
 
+// A model at its values over the segments of another, its states alone fitted:
+// errors of the same horizon.
+EvaluatedModel EvaluateOver(const DiagnosisProblem& problem,
+                            const EvaluatedModel& evaluated,
+                            const EvaluatedModel& segments);
+
 // The problem's own model with the effects that were added, their parameters
 // free and starting where the fit ended: for a fit of other runs.
 void ExtendProblem(const DiagnosisProblem& problem,

@@ -103,11 +103,17 @@ void AddBinsOf(const LinearizedFit& fit, const Body& body,
   AddBins(like, by_velocity, bins);
 }
 
-// The furthest that a parameter ended from where it started, over its size.
+bool IsOfEffect(const FreeParameter& free) {
+  return free.parameter.kind == ParameterKind::kEffect;
+}
+
+// The furthest that a parameter ended from where it started, over its size. An
+// effect starts where it does nothing, and has to move.
 double FurthestMove(const EvaluatedModel& evaluated) {
   double most = 0.0;
   for (size_t i = 0; i < evaluated.fit.parameters.size(); ++i) {
     const FreeParameter& free = evaluated.problem->free()[i];
+    if (IsOfEffect(free)) continue;
     const double moved = evaluated.fit.parameters[i].value - free.initial;
     const double size =
         std::max(std::abs(free.initial), free.parameter.typical_scale);
@@ -115,6 +121,20 @@ double FurthestMove(const EvaluatedModel& evaluated) {
     most = std::isfinite(part) ? std::max(most, part) : 1e9;
   }
   return most;
+}
+
+// Where the parameters started, effects as they were found.
+Eigen::VectorXd StartOf(const EvaluatedModel& evaluated) {
+  const ShootingProblem& problem = *evaluated.problem;
+  Eigen::VectorXd values(problem.free().size());
+  for (int i = 0; i < values.size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
+    values[i] =
+        IsOfEffect(free) ? evaluated.fit.parameters[i].value : free.initial;
+  }
+  Eigen::VectorXd theta = problem.InitialTheta();
+  problem.map().ThetaOf(values, &theta);
+  return theta;
 }
 
 // 1 where one joint alone has the force, less the more they share it.
@@ -149,7 +169,6 @@ UnexplainedForce ForceOf(const EvaluatedModel& evaluated,
                          const LinearizedFit& fitted) {
   constexpr double kSomeWay = 0.25, kRanAway = 1.0;  // of its size
   constexpr double kHuge = 20.0;                     // times the noise
-  const ShootingProblem& problem = *evaluated.problem;
   const double moved = FurthestMove(evaluated);
   const bool trusted =
       fitted.Valid() && !IsDoubtful(evaluated.fit) && moved < kRanAway;
@@ -167,7 +186,7 @@ UnexplainedForce ForceOf(const EvaluatedModel& evaluated,
   }
   if (wavering) {
     UnexplainedForce start =
-        ForceFrom(evaluated, problem.InitialTheta(), length, enough, none);
+        ForceFrom(evaluated, StartOf(evaluated), length, enough, none);
     if (best.curves.empty() ||
         (!start.curves.empty() &&
          start.variance < std::max(enough, best.variance) &&

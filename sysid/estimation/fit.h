@@ -86,6 +86,12 @@ struct Fit : Estimates {
 // asks for it; with keep_best only before the first step that was taken.
 Fit FitLevenbergMarquardt(const ShootingProblem& problem);
 
+// The same from parameters that are known to predict independent segments of
+// `length` seconds, as a search found them: states first, then joined. Short
+// segments would move the parameters to where a long run is in a wrong
+// frequency.
+Fit FitLevenbergMarquardtFrom(const ShootingProblem& problem, double length);
+
 // The same without joining the segments of the last length: each keeps a state
 // of its own. What the model lacks then spoils no more than the length of a
 // segment, so that such a fit converges where one trajectory does not exist,

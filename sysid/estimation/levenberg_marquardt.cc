@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -58,6 +59,8 @@ class Stages {
   StageSummary Run(const StageGoal& goal);
   // The same of independent segments without theta.
   StageSummary RunSegments(const StageGoal& goal);
+  // Takes what the solution leaves of the data for that of the last stage.
+  void Measure();
   void Cut(double length) { solution = Recut(problem_, solution, length); }
   // Cut into whole runs.
   bool IsWhole() const;
@@ -202,10 +205,14 @@ StageSummary Stages::Run(const StageGoal& goal) {
     // only effects can make it.
     if (!ShortenStep() || !FreesEffects(problem_)) break;
   }
+  Measure();
+  return done;
+}
+
+void Stages::Measure() {
   const double error = std::sqrt(
       WeighedSquare(problem_, EvaluateErrors(problem_, solution, 0.0)));
   if (std::isfinite(error)) misfit_ = std::max(1.0, error);
-  return done;
 }
 
 StageSummary Stages::RunSegments(const StageGoal& goal) {
@@ -270,8 +277,6 @@ bool Grow(Stages* stages, bool whole) {
     stages->Run({"short segments", stages->Defect(kLooseDefect), 1e-3, 30});
   }
   const double regular = ChooseSegment(problem, stages->solution);
-  const double possible =
-      std::min(kLongestLength, problem.data().LongestDuration());
   const double given = problem.options().segment;
   const double last_length = given > 0 ? given : regular;
   for (double length = kFirstLength * kStageGrowth;
@@ -281,15 +286,14 @@ bool Grow(Stages* stages, bool whole) {
   }
   stages->Cut(last_length);
   stages->ShortenStep();
-  return regular < possible * (1 - 1e-9);
+  return regular < LongestSegment(problem) * (1 - 1e-9);
 }
 
-Ended SolveJoined(Stages* stages) {
-  const bool whole = stages->IsWhole();
-  const bool chaotic = Grow(stages, whole);
-  if (!whole) {
-    // Joined by degrees: what the short segments leave open (a spin, a stiff
-    // damping) would otherwise start the joined ones far off.
+// Joins the segments of the solution as it is cut, by degrees: what independent
+// ones leave open (a spin, a stiff damping) would otherwise start the joined
+// ones far off.
+Ended Join(Stages* stages, bool chaotic) {
+  if (!stages->IsWhole()) {
     stages->Run({"long segments", stages->Defect(kMiddleDefect), 1e-3, 10});
     if (chaotic && stages->Rms() > kHopeless) {
       stages->Weigh();
@@ -307,6 +311,12 @@ Ended SolveJoined(Stages* stages) {
     ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
   }
   return ended;
+}
+
+// From the data to one trajectory a run.
+Ended SolveJoined(Stages* stages) {
+  const bool chaotic = Grow(stages, stages->IsWhole());
+  return Join(stages, chaotic);
 }
 
 // What a fit says of where its stages ended.
@@ -357,18 +367,16 @@ bool StartFromData(Stages* stages, Ended* ended) {
   return ended->last.message.empty();
 }
 
-}  // namespace
-
-Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
+// A fit by a schedule that joins its segments.
+Fit FitJoined(const ShootingProblem& problem,
+              const std::function<Ended(Stages*)>& solve) {
   Stages stages(problem, true);
   Ended ended;
-  if (StartFromData(&stages, &ended)) {
-    try {
-      ended = SolveJoined(&stages);
-    } catch (const Cancelled&) {
-      if (!KeepBest(stages, &ended)) throw;
-      stages.iterations = stages.history.back().iteration;
-    }
+  try {
+    ended = solve(&stages);
+  } catch (const Cancelled&) {
+    if (!KeepBest(stages, &ended)) throw;
+    stages.iterations = stages.history.back().iteration;
   }
   Fit fit = Finish(stages, ended);
   // What is left is short, and makes the point one that is worth keeping.
@@ -379,6 +387,24 @@ Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
   fit.open = EvaluateOpen(rest, stages.solution);
   stages.ReadClocks(&fit);
   return fit;
+}
+
+}  // namespace
+
+Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
+  return FitJoined(problem, [](Stages* stages) {
+    Ended ended;
+    return StartFromData(stages, &ended) ? SolveJoined(stages) : ended;
+  });
+}
+
+Fit FitLevenbergMarquardtFrom(const ShootingProblem& problem, double length) {
+  return FitJoined(problem, [&](Stages* stages) {
+    stages->solution = StatesFromScratch(problem, length, kInfinity);
+    stages->ShortenStep();
+    stages->Measure();
+    return Join(stages, !IsRegular(problem, stages->solution));
+  });
 }
 
 Fit FitIndependentSegments(const ShootingProblem& problem) {

@@ -105,13 +105,24 @@ double MeanSegment(const ShootingProblem& problem, const Solution& point) {
   return duration / segments;
 }
 
+double LongestSegment(const ShootingProblem& problem) {
+  return std::min(problem.data().LongestDuration(), kLongestLength);
+}
+
+bool IsRegular(const ShootingProblem& problem, const Solution& point) {
+  return ChooseSegment(problem, point) >= LongestSegment(problem) * (1 - 1e-9);
+}
+
 double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
-  constexpr double kGrowth = 4.0;
-  constexpr int kStarts = 12;  // of a run, evenly spread
+  // Where |dq/dq0| grows by more than this from half of a length to the length,
+  // it grows faster than linearly: a regular motion (of a wide swing the period
+  // depends on its width) about doubles it, chaos squares it.
+  constexpr double kLinear = 3.0;
+  constexpr double kLittle = 4.0;  // in all, whatever it grows like
+  constexpr int kStarts = 12;      // of a run, evenly spread
   const Model& model = problem.model();
   const StateLayout& at = model.layout();
-  const double longest =
-      std::min(problem.data().LongestDuration(), kLongestLength);
+  const double longest = LongestSegment(problem);
   // How far each of some segments has been followed, and how the state there
   // moves with that at the start; lengths double, so each goes on from there.
   struct Walk {
@@ -119,6 +130,7 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
     int sample;
     Eigen::VectorXd x;
     RowMatrixXd phi;
+    double growth = 1.0;  // the most so far
   };
   std::vector<Walk> walks;
   for (size_t r = 0; r < point.runs.size(); ++r) {
@@ -133,32 +145,43 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
            RowMatrixXd::Identity(at.tangent_size(), at.tangent_size())});
     }
   }
+  // Goes on to a sample; false where the dynamics fail.
+  const auto go = [&](Walk* walk, int sample) {
+    const RunData& data = *problem.runs()[walk->start.run];
+    const SegmentRollout rollout(&model, &problem.map(), &data.measurements,
+                                 walk->sample, sample, point.rollout);
+    Eigen::VectorXd errors(rollout.num_residuals());
+    Eigen::VectorXd x_end(model.state_size());
+    RowMatrixXd J, J_end;
+    if (!rollout.Linearize(walk->x.data(), point.theta.data(), false,
+                           errors.data(), x_end.data(), &J, &J_end)) {
+      return false;
+    }
+    walk->sample = sample;
+    walk->x = x_end;
+    walk->phi = J_end * walk->phi;
+    const double growth =
+        walk->phi.block(at.dq(), at.dq(), at.nv(), at.nv()).operatorNorm();
+    walk->growth = std::max(walk->growth, growth);
+    return true;
+  };
   double best = kFirstLength;
   while (best < longest) {
     const double length = 2.0 * best;
     const auto regular = [&](int i) {
       Walk& walk = walks[i];
-      const int run = walk.start.run;
-      const RunData& data = *problem.runs()[run];
-      const std::vector<double>& t = data.run.t;
-      const double t0 = t[point.runs[run].samples[walk.start.segment]];
-      const auto end = std::upper_bound(t.begin(), t.end(), t0 + length);
-      const int last = static_cast<int>(end - t.begin()) - 1;
-      if (last <= walk.sample) return true;
-      const SegmentRollout rollout(&model, &problem.map(), &data.measurements,
-                                   walk.sample, last, point.rollout);
-      Eigen::VectorXd errors(rollout.num_residuals());
-      Eigen::VectorXd x_end(model.state_size());
-      RowMatrixXd J, J_end;
-      if (!rollout.Linearize(walk.x.data(), point.theta.data(), false,
-                             errors.data(), x_end.data(), &J, &J_end)) {
-        return false;
+      const std::vector<double>& t = problem.runs()[walk.start.run]->run.t;
+      const double t0 =
+          t[point.runs[walk.start.run].samples[walk.start.segment]];
+      const double before = walk.growth;
+      // By short ways: |dq/dq0| swings, and its greatest counts.
+      for (double s = kFirstLength; s < length + kFirstLength / 2;
+           s += kFirstLength) {
+        const auto end = std::upper_bound(t.begin(), t.end(), t0 + s);
+        const int sample = static_cast<int>(end - t.begin()) - 1;
+        if (sample > walk.sample && !go(&walk, sample)) return false;
       }
-      walk.sample = last;
-      walk.x = x_end;
-      walk.phi = J_end * walk.phi;
-      return walk.phi.block(at.dq(), at.dq(), at.nv(), at.nv()).operatorNorm() <
-             kGrowth;
+      return walk.growth < std::max(kLittle, kLinear * before);
     };
     if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
                      regular)) {

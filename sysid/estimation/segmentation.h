@@ -41,10 +41,17 @@ bool SameCut(const Solution& a, const Solution& b);
 double MeanSegment(const ShootingProblem& problem,
                    const Solution& point);  // s
 
-// The longest length, doubling from kFirstLength up to kLongestLength or the
-// whole run, over which a change of the initial position grows less than
-// fourfold anywhere: chaos asks for short segments.
+// kLongestLength or the longest run.
+double LongestSegment(const ShootingProblem& problem);
+
+// How long the motion can be followed: the longest length, doubling from
+// kFirstLength up to LongestSegment(), over which a change of the initial
+// position grows no faster than linearly anywhere, or little. A regular motion
+// drifts from its neighbours linearly (of a wide swing the period depends on
+// the width), a chaotic one exponentially, which asks for short segments.
 double ChooseSegment(const ShootingProblem& problem, const Solution& point);
+// Whether that is as long as may be.
+bool IsRegular(const ShootingProblem& problem, const Solution& point);
 
 // The best states for the parameters as they are (theta stays), by one stage of
 // the same cut.

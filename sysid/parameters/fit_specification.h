@@ -24,7 +24,7 @@ struct NamedValue {
   std::string place;
 };
 
-// What a fit is asked to do, as written (docs/interface.md section 4). Names
+// What a fit is asked to do, as written (docs/specification.md). Names
 // are not checked against a model here. SI units. What the file does not say is
 // empty.
 struct FitSpecification {

@@ -317,6 +317,8 @@ bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final) {
 }
 
 NextStep ChooseNext(const Diagnosis& diagnosis) {
+  // What does not explain the data is not recommended.
+  if (diagnosis.verdict == Verdict::kUnexplained) return {};
   std::vector<std::string> add, fix;
   for (const auto& effect : diagnosis.last().added) {
     add.push_back(effect->name());

@@ -294,7 +294,8 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
   if (diagnosis.by_equations) {
     final.fit = FitInverseDynamics(*final.problem);
   } else {
-    final.fit = FitLevenbergMarquardt(*final.problem);
+    final.fit = FitLevenbergMarquardtFrom(*final.problem,
+                                          diagnosis.last().fit.segment_s);
     AddDiscrepancy(*final.problem, &final.fit);
   }
   if (!session.holdout.empty()) {

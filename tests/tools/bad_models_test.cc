@@ -87,6 +87,8 @@ TEST_F(BadModelsTest, AFolder) {
 }
 
 TEST_F(BadModelsTest, AnUnknownName) {
+  ExpectFile("fit.sysid.yaml", "--model",
+             "no shipped model is named 'fit.sysid.yaml'", "given by --spec");
   ExpectFile("pendulm1", "--model", "no shipped model is named 'pendulm1'",
              "did you mean 'pendulum1'?");
 }
