@@ -50,7 +50,8 @@ function(sysid_compile_options target)
     $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
     $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread>
     $<$<NOT:$<CONFIG:Release>>:-Wno-uninitialized>)
-  # Collecting its garbage below a GB is an eighth of g++'s time.
+  # Collecting garbage below a GB is 4 % of what g++ takes for all of it, and up
+  # to an eighth of what it takes for a file.
   target_compile_options(${target} PRIVATE
     "$<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-heapsize=1000000>")
   if(SYSID_PRECOMPILE)  # as ccache's manual asks

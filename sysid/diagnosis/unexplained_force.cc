@@ -75,6 +75,7 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
   const ForceEquations equations = MakeForceEquations(response);
   const SmoothForce force(equations);
   out.variance = force.variance();
+  out.before = std::max(1.0, equations.squares / equations.dof);
   std::vector<const Body*> moved;  // by forces that are significant
   for (const Body& body : bodies) {
     std::vector<ForceCurve> curves = CurvesOf(response, force, body);

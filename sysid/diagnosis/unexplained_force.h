@@ -55,6 +55,7 @@ struct UnexplainedForce {
   std::vector<ForceRegression> regression;  // by joint, best first
   // Of the whitened errors that remain with the forces; no less than 1.
   double variance = 1.0;
+  double before = 1.0;  // without the forces
 };
 
 // Beside forces the free parameters may move: a force that a parameter can

@@ -15,8 +15,8 @@ namespace {
 constexpr int kBins = 8;
 constexpr int kFewestInBin = 10;
 // Forces that leave more of the errors' variance than this, in units of the
-// noise, or than this part of it, are not those of the machine: the segments
-// are too long for what is linear.
+// noise, or than this part of what those segments miss without them, are not
+// those of the machine: the segments are too long for what is linear.
 constexpr double kExplained = 1.2;
 constexpr double kUnexplained = 0.003;
 constexpr double kShorter = 2.0;   // times
@@ -144,13 +144,17 @@ double Concentration(const UnexplainedForce& force) {
   return sum;
 }
 
+bool Explains(const UnexplainedForce& force) {
+  return force.variance <= std::max(kExplained, kUnexplained * force.before);
+}
+
 // With the parameters theta, in segments from `length` down to as short as it
 // takes to explain the errors; `best` where none does better.
 UnexplainedForce ForceFrom(const EvaluatedModel& evaluated,
                            const Eigen::VectorXd& theta, double length,
-                           double enough, UnexplainedForce best) {
+                           UnexplainedForce best) {
   const ShootingProblem& problem = *evaluated.problem;
-  for (; best.variance > enough && length > kShortest; length /= kShorter) {
+  for (; !Explains(best) && length > kShortest; length /= kShorter) {
     // States from the data, then the best for the parameters as they are.
     Solution cut = CutPoint(problem, theta, AllStatesFromData(problem), length);
     cut.rollout = evaluated.fit.point.rollout;
@@ -174,22 +178,20 @@ UnexplainedForce ForceOf(const EvaluatedModel& evaluated,
       fitted.Valid() && !IsDoubtful(evaluated.fit) && moved < kRanAway;
   const bool wavering =
       !trusted || (moved > kSomeWay && evaluated.train_error() > kHuge);
-  const double enough =
-      std::max(kExplained, kUnexplained * std::pow(evaluated.train_error(), 2));
   const double length = evaluated.fit.segment_s;
   UnexplainedForce none;
   none.variance = std::numeric_limits<double>::infinity();
   UnexplainedForce best = none;
   if (trusted) {
     best = ForceFrom(evaluated, evaluated.fit.point.theta, length / kShorter,
-                     enough, EstimateForce(fitted));
+                     EstimateForce(fitted));
   }
   if (wavering) {
     UnexplainedForce start =
-        ForceFrom(evaluated, StartOf(evaluated), length, enough, none);
+        ForceFrom(evaluated, StartOf(evaluated), length, none);
     if (best.curves.empty() ||
         (!start.curves.empty() &&
-         start.variance < std::max(enough, best.variance) &&
+         (Explains(start) || start.variance < best.variance) &&
          Concentration(start) > Concentration(best))) {
       best = std::move(start);
     }
