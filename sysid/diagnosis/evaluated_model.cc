@@ -245,6 +245,18 @@ void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
   }
 }
 
+double DiagnosisProblem::LongestToJudge() const {
+  constexpr double kFewest = 4.0;  // segments
+  double all = 0.0;
+  for (const DataSet* data : {train.get(), holdout.get()}) {
+    if (data == nullptr) continue;
+    for (const auto& run : data->runs()) {
+      all += run->run.t.back() - run->run.t.front();
+    }
+  }
+  return std::min(train->LongestDuration(), all / kFewest);
+}
+
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
   EstimationOptions options = problem.options;
   const bool states_only = problem.free.empty();
@@ -255,7 +267,8 @@ EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
                                   .total.normalized_rms);
   }
   EvaluatedModel base = Open(problem, {}, {}, {}, options);
-  base.fit = FitIndependentSegments(StartByInverseDynamics(*base.problem));
+  base.fit = FitIndependentSegments(StartByInverseDynamics(*base.problem),
+                                    problem.LongestToJudge());
   if (base.fit.converged && !states_only) {
     // Once more, as every other model will be: a refit holds the spins that no
     // sensor sees to where the last fit left them.

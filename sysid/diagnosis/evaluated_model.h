@@ -32,6 +32,9 @@ struct DiagnosisProblem {
   explicit DiagnosisProblem(const Model& m) : model(m) {}
   // The data sets of runs; those that are held out have the others' noise.
   void SetRuns(std::vector<Run> train_runs, std::vector<Run> holdout_runs);
+  // As long, in s, as segments may be at first to leave enough of them, fitted
+  // and held out, to judge models by; and no longer than the longest run.
+  double LongestToJudge() const;
 };
 
 // A model that was fitted to the training runs, in independent segments, and

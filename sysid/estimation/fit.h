@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -96,8 +97,11 @@ Fit FitLevenbergMarquardtFrom(const ShootingProblem& problem, double length);
 // of its own. What the model lacks then spoils no more than the length of a
 // segment, so that such a fit converges where one trajectory does not exist,
 // and its errors are those of prediction over that length, as held-out runs are
-// judged. `horizon` and `open` stay empty.
-Fit FitIndependentSegments(const ShootingProblem& problem);
+// judged. `horizon` and `open` stay empty. Segments that are chosen from the
+// data are no longer than `longest` seconds.
+Fit FitIndependentSegments(
+    const ShootingProblem& problem,
+    double longest = std::numeric_limits<double>::infinity());
 
 // The states alone, of independent segments cut like `cut`, with the parameters
 // where the problem starts.

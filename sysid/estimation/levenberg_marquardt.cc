@@ -265,9 +265,9 @@ Ended SolveIndependent(Stages* stages) {
   return {kInfinity, last};
 }
 
-// From short segments to those over which the motion is regular. Returns
-// whether that is less than could be.
-bool Grow(Stages* stages, bool whole) {
+// From short segments to those over which the motion is regular, `longest` at
+// most. Returns whether that is less than could be.
+bool Grow(Stages* stages, bool whole, double longest) {
   const ShootingProblem& problem = stages->problem();
   if (whole) {
     // No shorter segments to begin with: hold the spin instead.
@@ -278,7 +278,7 @@ bool Grow(Stages* stages, bool whole) {
   }
   const double regular = ChooseSegment(problem, stages->solution);
   const double given = problem.options().segment;
-  const double last_length = given > 0 ? given : regular;
+  const double last_length = given > 0 ? given : std::min(regular, longest);
   for (double length = kFirstLength * kStageGrowth;
        length * kStageGrowth < last_length; length *= kStageGrowth) {
     stages->Cut(length);
@@ -315,7 +315,7 @@ Ended Join(Stages* stages, bool chaotic) {
 
 // From the data to one trajectory a run.
 Ended SolveJoined(Stages* stages) {
-  const bool chaotic = Grow(stages, stages->IsWhole());
+  const bool chaotic = Grow(stages, stages->IsWhole(), kInfinity);
   return Join(stages, chaotic);
 }
 
@@ -407,15 +407,17 @@ Fit FitLevenbergMarquardtFrom(const ShootingProblem& problem, double length) {
   });
 }
 
-Fit FitIndependentSegments(const ShootingProblem& problem) {
+Fit FitIndependentSegments(const ShootingProblem& problem, double longest) {
   Stages stages(problem);
   Ended ended;
   if (StartFromData(&stages, &ended)) {
     if (problem.map().size() > 0) {
-      Grow(&stages, stages.IsWhole());
+      Grow(&stages, stages.IsWhole(), longest);
     } else {
       const double given = problem.options().segment;
-      stages.Cut(given > 0 ? given : ChooseSegment(problem, stages.solution));
+      stages.Cut(given > 0 ? given
+                           : std::min(ChooseSegment(problem, stages.solution),
+                                      longest));
     }
     // From the data: what the joined segments made of a spin that no sensor
     // sees is worth nothing.

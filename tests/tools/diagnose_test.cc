@@ -254,6 +254,22 @@ TEST_F(DiagnoseTest, HoldsOutTheLastQuarterAndSaysSo) {
   EXPECT_EQ(json["candidates"][0]["effect"], "viscous_damping");
 }
 
+// 45 samples are a recording: what they cannot decide is undecided.
+TEST_F(DiagnoseTest, JudgesAShortRecording) {
+  SimulateInto(*folder_, "short.csv",
+               {"--model", "pendulum2_planar", "--duration", "0.22", "--rate",
+                "200", "--noise", "5e-5", "--seed", "4", "--tilt", "1.2",
+                "--add", "armature@joint1=0.05"});
+  const ProgramResult result =
+      Diagnose({"--model", "pendulum2_planar", "--traj", "short.csv", "--auto",
+                "--json", "short.json"});
+  EXPECT_EQ(result.exit_code, 0);
+  const Json json = Json::parse(folder_->Read("short.json"));
+  EXPECT_EQ(json["verdict"], "undecided") << json["sentence"];
+  EXPECT_THAT(json["rivals"], Contains(Json({"armature@joint1"})));
+  EXPECT_LT(json["segment_s"], 0.06);
+}
+
 TEST_F(DiagnoseTest, ConsidersWhatItIsToldTo) {
   const ProgramResult result =
       Diagnose(Damped() + Arguments{"--candidates",
