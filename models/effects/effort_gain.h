@@ -19,7 +19,7 @@ class EffortGain : public EffectOf<EffortGain> {
   EffortGain(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kInputHook, mechanism, joint),
         nv_(VelocitySize(mechanism.joints[this->joint()].type)) {
-    AddParameter(joint + ".effort_gain", "-", 0.1, -10.0, 10.0);
+    AddParameter(joint + ".effort_gain", "-", 0.1, -1e3, 1e3);
   }
 
   template <typename T>

@@ -13,7 +13,6 @@ namespace sysid {
 namespace {
 
 std::string ParameterTable(const Fit& fit) {
-  if (fit.parameters.empty()) return "";
   size_t name_width = 9;
   for (const ParameterEstimate& p : fit.parameters) {
     name_width = std::max(name_width, p.name.size());
@@ -259,8 +258,10 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     text += "\n  free with --free what is not known: this model has " +
             SomeParameters(problem.model());
   }
-  text += "\n" + CheckedLine(session) + "\n" +
-          (regrouped ? BaseTable(fit) : ParameterTable(fit)) + "\n";
+  text += "\n" + CheckedLine(session);
+  if (!fit.parameters.empty()) {
+    text += "\n" + (regrouped ? BaseTable(fit) : ParameterTable(fit)) + "\n";
+  }
   std::string verdict = ErrorLine("", fit.train);
   verdict += ": " + ErrorVerdict(fit, FloorOf(problem, fit));
   text += "  " +

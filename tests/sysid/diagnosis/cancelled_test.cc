@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "sysid/diagnosis/diagnose.h"
@@ -41,7 +42,10 @@ struct Stopper {
 
 TEST(Cancelled, EndsAFitAtItsNextIteration) {
   const DiagnosisProblem runs = Rubbing();
-  for (const auto fit : {FitLevenbergMarquardt, FitIndependentSegments}) {
+  const std::function<Fit(const ShootingProblem&)> fits[] = {
+      FitLevenbergMarquardt,
+      [](const ShootingProblem& p) { return FitIndependentSegments(p); }};
+  for (const auto& fit : fits) {
     for (const int at : {1, 4}) {
       EstimationOptions options = runs.options;
       Stopper stopper(&options);
