@@ -267,7 +267,7 @@ Ended SolveIndependent(Stages* stages) {
 
 // From short segments to those over which the motion is regular, `longest` at
 // most. Returns whether that is less than could be.
-bool Grow(Stages* stages, bool whole, double longest) {
+bool Grow(Stages* stages, bool whole, double longest, Drift allowed) {
   const ShootingProblem& problem = stages->problem();
   if (whole) {
     // No shorter segments to begin with: hold the spin instead.
@@ -276,7 +276,7 @@ bool Grow(Stages* stages, bool whole, double longest) {
   } else {
     stages->Run({"short segments", stages->Defect(kLooseDefect), 1e-3, 30});
   }
-  const double regular = ChooseSegment(problem, stages->solution);
+  const double regular = ChooseSegment(problem, stages->solution, allowed);
   const double given = problem.options().segment;
   const double last_length = given > 0 ? given : std::min(regular, longest);
   for (double length = kFirstLength * kStageGrowth;
@@ -315,7 +315,8 @@ Ended Join(Stages* stages, bool chaotic) {
 
 // From the data to one trajectory a run.
 Ended SolveJoined(Stages* stages) {
-  const bool chaotic = Grow(stages, stages->IsWhole(), kInfinity);
+  const bool chaotic =
+      Grow(stages, stages->IsWhole(), kInfinity, Drift::kLinear);
   return Join(stages, chaotic);
 }
 
@@ -412,11 +413,12 @@ Fit FitIndependentSegments(const ShootingProblem& problem, double longest) {
   Ended ended;
   if (StartFromData(&stages, &ended)) {
     if (problem.map().size() > 0) {
-      Grow(&stages, stages.IsWhole(), longest);
+      Grow(&stages, stages.IsWhole(), longest, Drift::kLittle);
     } else {
       const double given = problem.options().segment;
       stages.Cut(given > 0 ? given
-                           : std::min(ChooseSegment(problem, stages.solution),
+                           : std::min(ChooseSegment(problem, stages.solution,
+                                                    Drift::kLittle),
                                       longest));
     }
     // From the data: what the joined segments made of a spin that no sensor

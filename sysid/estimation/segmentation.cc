@@ -110,10 +110,12 @@ double LongestSegment(const ShootingProblem& problem) {
 }
 
 bool IsRegular(const ShootingProblem& problem, const Solution& point) {
-  return ChooseSegment(problem, point) >= LongestSegment(problem) * (1 - 1e-9);
+  return ChooseSegment(problem, point, Drift::kLinear) >=
+         LongestSegment(problem) * (1 - 1e-9);
 }
 
-double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
+double ChooseSegment(const ShootingProblem& problem, const Solution& point,
+                     Drift allowed) {
   // Where |dq/dq0| grows by more than this from half of a length to the length,
   // it grows faster than linearly: a regular motion (of a wide swing the period
   // depends on its width) about doubles it, chaos squares it.
@@ -181,7 +183,8 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point) {
         const int sample = static_cast<int>(end - t.begin()) - 1;
         if (sample > walk.sample && !go(&walk, sample)) return false;
       }
-      return walk.growth < std::max(kLittle, kLinear * before);
+      return walk.growth < kLittle ||
+             (allowed == Drift::kLinear && walk.growth < kLinear * before);
     };
     if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
                      regular)) {

@@ -49,7 +49,9 @@ double LongestSegment(const ShootingProblem& problem);
 // position grows no faster than linearly anywhere, or little. A regular motion
 // drifts from its neighbours linearly (of a wide swing the period depends on
 // the width), a chaotic one exponentially, which asks for short segments.
-double ChooseSegment(const ShootingProblem& problem, const Solution& point);
+enum class Drift { kLittle, kLinear };
+double ChooseSegment(const ShootingProblem& problem, const Solution& point,
+                     Drift allowed);
 // Whether that is as long as may be.
 bool IsRegular(const ShootingProblem& problem, const Solution& point);
 

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "models/error.h"
@@ -112,6 +113,7 @@ class ExpressionParser {
     if (c == '(' || c == '-' || c == '+') return SignOrParenthesis(c);
     if (c == '\'' || c == '"') return Quoted(c);
     if (const int number = Number(); number >= 0) return number;
+    if (const int number = Pi(); number >= 0) return number;
     if (c == '*' || c == '/' || c == ')') {
       return Fail(at_, std::string("a column, a number or '(' is expected "
                                    "before '") +
@@ -192,6 +194,15 @@ class ExpressionParser {
     }
     at_ = end;
     return Add({Op::kNumber, 0, 0, value});
+  }
+
+  int Pi() {
+    const std::string_view rest = text_.substr(at_);
+    if (!rest.starts_with("pi") || (rest.size() > 2 && !EndsOperand(rest[2]))) {
+      return kNone;
+    }
+    at_ += 2;
+    return Add({Op::kNumber, 0, 0, std::numbers::pi});
   }
 
   // A name that is no column. "run-2" is rather a slip for the column "run-1"

@@ -11,7 +11,8 @@ namespace sysid {
 //
 //   sum     = product { (+|-) product }
 //   product = factor { (*|/) factor }
-//   factor  = column | number | 'column' | "column" | ( sum ) | (+|-) factor
+//   factor  = column | number | pi | 'column' | "column" | ( sum ) |
+//             (+|-) factor
 //
 // The columns are those of the header, so their names need no form: a column
 // that has exactly the name of the whole expression wins, then, at each factor,

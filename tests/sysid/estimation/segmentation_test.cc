@@ -18,7 +18,7 @@ double LengthOf(const Model& model, const std::vector<double>& q) {
   const ShootingProblem problem(model, FreeFrom(model, {{"link1.length", 0.5}}),
                                 {Simulate(model, x, simulation)},
                                 EstimationOptions{});
-  return ChooseSegment(problem, ShortSegments(problem));
+  return ChooseSegment(problem, ShortSegments(problem), Drift::kLinear);
 }
 
 // The period of a wide swing depends on its width: neighbours drift apart
