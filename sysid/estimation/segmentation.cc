@@ -132,7 +132,7 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
     int sample;
     Eigen::VectorXd x;
     RowMatrixXd phi;
-    double growth = 1.0;  // the most so far
+    double last = 1.0, growth = 1.0;  // there, and the most so far
   };
   std::vector<Walk> walks;
   for (size_t r = 0; r < point.runs.size(); ++r) {
@@ -162,9 +162,9 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
     walk->sample = sample;
     walk->x = x_end;
     walk->phi = J_end * walk->phi;
-    const double growth =
+    walk->last =
         walk->phi.block(at.dq(), at.dq(), at.nv(), at.nv()).operatorNorm();
-    walk->growth = std::max(walk->growth, growth);
+    walk->growth = std::max(walk->growth, walk->last);
     return true;
   };
   double best = kFirstLength;
@@ -183,8 +183,9 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
         const int sample = static_cast<int>(end - t.begin()) - 1;
         if (sample > walk.sample && !go(&walk, sample)) return false;
       }
-      return walk.growth < kLittle ||
-             (allowed == Drift::kLinear && walk.growth < kLinear * before);
+      return allowed == Drift::kLittle
+                 ? walk.last < kLittle
+                 : walk.growth < std::max(kLittle, kLinear * before);
     };
     if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
                      regular)) {

@@ -44,15 +44,16 @@ double MeanSegment(const ShootingProblem& problem,
 // kLongestLength or the longest run.
 double LongestSegment(const ShootingProblem& problem);
 
-// How long the motion can be followed: the longest length, doubling from
-// kFirstLength up to LongestSegment(), over which a change of the initial
-// position grows no faster than linearly anywhere, or little. A regular motion
-// drifts from its neighbours linearly (of a wide swing the period depends on
-// the width), a chaotic one exponentially, which asks for short segments.
+// How far neighbours may drift apart over a segment: fourfold at its end,
+// within which models are linear enough to be judged by independent segments;
+// or linearly in time, as those of any regular motion do (of a wide swing the
+// period depends on the width) and those of chaos do not, which can be joined.
 enum class Drift { kLittle, kLinear };
+// The longest length, doubling from kFirstLength up to LongestSegment(), over
+// which a change of the initial position grows no more than that anywhere.
 double ChooseSegment(const ShootingProblem& problem, const Solution& point,
                      Drift allowed);
-// Whether that is as long as may be.
+// Whether that is, linearly, as long as may be.
 bool IsRegular(const ShootingProblem& problem, const Solution& point);
 
 // The best states for the parameters as they are (theta stays), by one stage of
