@@ -28,7 +28,8 @@ elseif(SYSID_SANITIZE STREQUAL "thread")
   set(sysid_sanitize_flags -fsanitize=thread -fno-omit-frame-pointer)
 elseif(SYSID_SANITIZE STREQUAL "fuzzer")
   # libFuzzer's counters with the address and undefined-behaviour sanitizers. Not
-  # vptr: it takes for wrong that EffectOf's base part keeps a reference to the effect that is made.
+  # vptr: it takes for wrong that EffectOf's base part keeps a reference to the
+  # effect that is made.
   set(sysid_sanitize_flags -fsanitize=fuzzer-no-link,address,undefined
     -fno-sanitize=vptr -fno-sanitize-recover=all -fno-omit-frame-pointer)
 elseif(SYSID_SANITIZE)
