@@ -19,6 +19,7 @@ class EffortGain : public EffectOf<EffortGain> {
   EffortGain(const Mechanism& mechanism, const std::string& joint)
       : EffectOf(kName, kInputHook, mechanism, joint),
         nv_(VelocitySize(mechanism.joints[this->joint()].type)) {
+    // Wide: efforts may be recorded in volts, amperes or per mille.
     AddParameter(joint + ".effort_gain", "-", 0.1, -1e3, 1e3);
   }
 

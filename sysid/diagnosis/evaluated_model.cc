@@ -246,7 +246,9 @@ void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
 }
 
 double DiagnosisProblem::LongestToJudge() const {
-  constexpr double kFewest = 4.0;  // segments
+  // Segments: three to fit when one is left out, so that a standard error
+  // exists.
+  constexpr double kFewest = 4.0;
   double all = 0.0;
   for (const DataSet* data : {train.get(), holdout.get()}) {
     if (data == nullptr) continue;
