@@ -6,6 +6,7 @@
 
 #include "sysid/diagnosis/candidate_list.h"
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/diagnosis/verdict.h"
 #include "sysid/diagnosis/where.h"
 
 namespace sysid {
@@ -27,14 +28,6 @@ struct DiagnosisStep {
   std::vector<std::vector<std::string>> indistinguishable_from;
   std::shared_ptr<const EvaluatedModel> after;  // the model that it led to
 };
-
-enum class Verdict {
-  kAdequate,
-  kMissingEffect,
-  kUndecided,  // which of several effects is missing (Diagnosis::rivals)
-  kUnexplained
-};
-std::string ToString(Verdict verdict);  // as diagnosis.json says it
 
 struct Diagnosis {
   Verdict verdict = Verdict::kAdequate;  // of the model as it was given

@@ -246,17 +246,9 @@ void DiagnosisProblem::SetRuns(std::vector<Run> train_runs,
 }
 
 double DiagnosisProblem::LongestToJudge() const {
-  // Segments: three to fit when one is left out, so that a standard error
-  // exists.
-  constexpr double kFewest = 4.0;
-  double all = 0.0;
-  for (const DataSet* data : {train.get(), holdout.get()}) {
-    if (data == nullptr) continue;
-    for (const auto& run : data->runs()) {
-      all += run->run.t.back() - run->run.t.front();
-    }
-  }
-  return std::min(train->LongestDuration(), all / kFewest);
+  const double held_out = holdout != nullptr ? holdout->TotalDuration() : 0.0;
+  return std::min(train->LongestDuration(),
+                  (train->TotalDuration() + held_out) / kFewestSegments);
 }
 
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {

@@ -19,6 +19,10 @@ namespace sysid {
 // the equations of motion.
 inline constexpr int kMostEffectsBySegments = 8;
 
+// Models are judged over so many segments at least: three to fit where one is
+// left out, so that there is a standard error.
+inline constexpr double kFewestSegments = 4.0;
+
 // What a diagnosis starts from: a model with what is free in it, data to fit
 // and data to judge by (null: none). Every model that is tried shares both.
 struct DiagnosisProblem {

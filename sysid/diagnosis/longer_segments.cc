@@ -10,17 +10,13 @@ namespace sysid {
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
                                        const ReportDoing& report) {
-  constexpr double kFewest = 4.0;  // segments, to predict some from the others
   // What a constant force is missed by grows with the square of the time; more
   // is chaos, or a wrong minimum.
   constexpr double kGrowth = 4.0;
   const double length = now.fit.segment_s;
-  double all = 0.0;
-  for (const auto& data : now.problem->runs()) {
-    all += data->run.t.back() - data->run.t.front();
-  }
+  const DataSet& data = now.problem->data();
   const double longest =
-      std::min(now.problem->data().LongestDuration(), all / kFewest);
+      std::min(data.LongestDuration(), data.TotalDuration() / kFewestSegments);
   if (problem.options.segment > 0 || !now.fit.converged ||
       length > 0.9 * longest) {
     return std::nullopt;

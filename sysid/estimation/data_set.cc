@@ -190,6 +190,7 @@ DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
     const std::vector<double>& t = data->run.t;
     samples_ += data->run.size();
     longest_ = std::max(longest_, t.back() - t.front());
+    duration_ += t.back() - t.front();
     for (size_t k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
     for (size_t c = 0; c < data->run.channels.size(); ++c) {
       const auto first = data->run.channels[c].values.col(0);

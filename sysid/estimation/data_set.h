@@ -47,6 +47,7 @@ class DataSet {
   // fit.json.
   double PooledNoise() const;
   double LongestDuration() const { return longest_; }    // of a run, s
+  double TotalDuration() const { return duration_; }     // of all runs, s
   double MedianSamplePeriod() const { return period_; }  // over all runs, s
   // Independent numbers that an average sample of all runs measures.
   double DofPerSample() const { return dof_per_sample_; }
@@ -55,7 +56,8 @@ class DataSet {
  private:
   MeasurementOptions options_;
   std::vector<std::shared_ptr<const RunData>> runs_;
-  double longest_ = 0.0, period_ = 0.0, dof_per_sample_ = 0.0;
+  double longest_ = 0.0, duration_ = 0.0;
+  double period_ = 0.0, dof_per_sample_ = 0.0;
   int samples_ = 0;
 };
 

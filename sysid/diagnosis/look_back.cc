@@ -1,0 +1,110 @@
+// The part of the search that takes effects out again.
+
+#include <algorithm>
+#include <cmath>
+
+#include "sysid/diagnosis/rivals.h"
+#include "sysid/diagnosis/search.h"
+
+namespace sysid {
+namespace {
+
+constexpr size_t kMostExchanged = 2;
+
+}  // namespace
+
+bool Search::LookBack(const std::vector<std::string>& newest) {
+  std::vector<std::string> older;
+  for (const auto& effect : now().added) {
+    if (std::find(newest.begin(), newest.end(), effect->name()) ==
+            newest.end() &&
+        !settled_.contains(effect->name())) {
+      older.push_back(effect->name());
+    }
+  }
+  bool any = false;
+  for (const std::string& name : older) any = LookBackAt(name) || any;
+  return any;
+}
+
+bool Search::LookBackAt(const std::string& name) {
+  const EvaluatedModel& with = now();
+  Report("looking back at " + name, with.train_error());
+  EstimationOptions options = Coarse(problem_.options, with.train_error());
+  options.progress = nullptr;
+  options.max_iterations = kRefitIterations;
+  EvaluatedModel without = EvaluateWithout(problem_, with, name, options);
+  if (!std::isfinite(without.train_error())) return false;
+  DiagnosisStep step = StepFrom(with);
+  step.removed = name;
+  std::shared_ptr<EvaluatedModel> next;
+  const bool needed = WasHere(without) || !WhyImplausible(without).empty() ||
+                      IsWorse(without.cv, with.cv);
+  if (!needed) {
+    step.predicted = without.train_error();
+    next = std::make_shared<EvaluatedModel>(std::move(without));
+  } else {
+    const Screening screening = Screen(without);
+    std::vector<CandidateRefit> refits = ProposeEffects(screening);
+    const int own = screening.IndexOf(name);
+    std::erase_if(refits, [&](const CandidateRefit& refit) {
+      return refit.effects[0] == own;
+    });
+    if (refits.size() > kMostExchanged) refits.resize(kMostExchanged);
+    refits_.Confirm(without, &refits);
+    std::vector<std::string> alternatives;
+    for (const CandidateRefit& refit : refits) {
+      if (own < 0 || !refit.accepted()) continue;
+      if (StandFor(screening, own, refit.effects[0], with, *refit.after)) {
+        alternatives.push_back(refit.expected[0].name());
+      }
+    }
+    const int best = refits_.Choose(refits);
+    if (best < 0 || WasHere(*refits[best].after) ||
+        !refits_.IsBetter(*refits[best].after, with)) {
+      AddAlternatives(name, alternatives, &diagnosis_.steps);
+      return false;
+    }
+    const ScreenedEffect& effect = refits[best].expected[0];
+    // The one that goes then stands for the one that comes.
+    if (std::erase(alternatives, effect.name()) > 0) {
+      alternatives.push_back(name);
+    }
+    step.effects = {effect.name()};
+    step.indistinguishable_from = {alternatives};
+    step.predicted = refits[best].predicted;
+    step.parameters = EstimatesOf(*refits[best].after, {effect.effect.get()});
+    next = std::make_shared<EvaluatedModel>(std::move(*refits[best].after));
+  }
+  model_ = std::move(next);
+  if (!model_->fit.converged) {
+    *model_ = EvaluateAgain(problem_, std::move(*model_));
+  }
+  EndAt(model_, &step);
+  diagnosis_.steps.push_back(step);
+  return true;
+}
+
+std::string Search::Chance(const EvaluatedModel& evaluated) {
+  if (IsAtNoiseFloor(evaluated)) return "";
+  Report("significance of the effects", evaluated.train_error());
+  return LikeliestChance(problem_, evaluated, candidates_.size());
+}
+
+bool Search::TakeOutChance() {
+  bool any = false;
+  for (;; any = true) {
+    DiagnosisStep step = StepFrom(now());
+    step.removed = Chance(now());
+    if (step.removed.empty()) return any;
+    EstimationOptions options = problem_.options;
+    options.progress = nullptr;
+    model_ = std::make_shared<EvaluatedModel>(
+        EvaluateWithout(problem_, now(), step.removed, options));
+    step.predicted = model_->train_error();
+    EndAt(model_, &step);
+    diagnosis_.steps.push_back(std::move(step));
+  }
+}
+
+}  // namespace sysid

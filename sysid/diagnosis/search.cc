@@ -1,0 +1,337 @@
+#include "sysid/diagnosis/search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "models/error.h"
+#include "sysid/diagnosis/base_fit.h"
+#include "sysid/diagnosis/candidate_forces.h"
+#include "sysid/diagnosis/equation_look.h"
+#include "sysid/diagnosis/rivals.h"
+#include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/segmentation.h"
+
+namespace sysid {
+namespace {
+
+constexpr int kMostCompared = 12;  // candidates whose forces are shown
+
+std::set<std::string> EffectsOf(const EvaluatedModel& evaluated) {
+  std::set<std::string> names;
+  for (const auto& effect : evaluated.added) names.insert(effect->name());
+  return names;
+}
+
+// A place without a force that is missing, for a base that was not looked at.
+Where NowhereOf(const EvaluatedModel& base) {
+  Where where;
+  where.channels = base.fit.train.channels;
+  where.segments = base.fit.train.segments;
+  return where;
+}
+
+// Drops the effects that ended at a bound: each is no more than a column that
+// helped. True where there were any.
+bool DropAtBound(const EvaluatedModel& model,
+                 std::vector<ScreenedEffect>* effects) {
+  std::set<std::string> bound;
+  for (const ParameterEstimate& p : model.fit.parameters) {
+    if (p.at_bound) bound.insert(p.name);
+  }
+  return 0 < std::erase_if(*effects, [&](const ScreenedEffect& effect) {
+           const std::vector<std::string> own = effect.effect->ParameterNames();
+           return std::any_of(
+               own.begin(), own.end(),
+               [&](const std::string& name) { return bound.contains(name); });
+         });
+}
+
+}  // namespace
+
+DiagnosisStep StepFrom(const EvaluatedModel& before) {
+  DiagnosisStep step;
+  step.segment_s = before.fit.segment_s;
+  step.train_before = before.train_error();
+  step.holdout_before = before.holdout_error();
+  return step;
+}
+
+void EndAt(std::shared_ptr<const EvaluatedModel> after, DiagnosisStep* step) {
+  step->train_after = after->train_error();
+  step->holdout_after = after->holdout_error();
+  step->after = std::move(after);
+}
+
+void Search::Report(const std::string& doing, double error) {
+  ThrowIfCancelled(problem_.options.stop);
+  doing_ = doing;
+  if (problem_.options.progress) {
+    problem_.options.progress({doing, 0, 0, error});
+  }
+}
+
+ReportDoing Search::Reporting() {
+  return
+      [this](const std::string& doing, double error) { Report(doing, error); };
+}
+
+bool Search::WasHere(const EvaluatedModel& evaluated) const {
+  return been_.contains(EffectsOf(evaluated));
+}
+
+Diagnosis Search::Run() {
+  doing_ = "fitting the model as given";
+  diagnosis_.base = EvaluateGiven(problem_);
+  try {
+    ShortenSegments(problem_, &diagnosis_);
+    AddDoubts(&diagnosis_);
+    if (diagnosis_.usable) {
+      RunFromBase();
+    } else {
+      diagnosis_.verdict = diagnosis_.final_verdict = Verdict::kUnexplained;
+      diagnosis_.where = NowhereOf(diagnosis_.base);
+    }
+  } catch (const Cancelled&) {
+    if (!options_.keep_evaluated) throw;
+    Keep();
+  }
+  return std::move(diagnosis_);
+}
+
+void Search::RunFromBase() {
+  if (options_.add) AddByEquations();
+  // What the catalogue lacks would be taken for what is in it.
+  diagnosis_.by_equations = model_ != nullptr && !followed_.empty();
+  if (diagnosis_.by_equations) {
+    diagnosis_.final_verdict = Judge(now(), nullptr);
+  } else {
+    AddOneByOne();
+  }
+  if (!diagnosis_.steps.empty()) Conclude();
+  FindRivals(candidates_, &diagnosis_);
+  Report("where it fails", diagnosis_.base.train_error());
+  diagnosis_.where = FindWhere(diagnosis_.base);
+  diagnosis_.where.followed = followed_;
+  AddForcesToCompare(diagnosis_.base, kMostCompared, &diagnosis_.where.force,
+                     &diagnosis_.candidates);
+}
+
+void Search::AddByEquations() {
+  const EvaluatedModel& base = diagnosis_.base;
+  if (IsAtNoiseFloor(base)) return;
+  Report("equations of motion", base.train_error());
+  EquationLook look = LookByEquations(problem_, base.fit.model, candidates_);
+  followed_ = look.followed;
+  if (look.effects.size() <= size_t{kMostEffectsBySegments}) return;
+  Report("what the equations of motion show", base.train_error());
+  std::shared_ptr<EvaluatedModel> model;
+  do {
+    std::vector<const ScreenedEffect*> shown;
+    for (const ScreenedEffect& effect : look.effects) shown.push_back(&effect);
+    model = std::make_shared<EvaluatedModel>(
+        EvaluateByEquations(problem_, base, shown));
+  } while (DropAtBound(*model, &look.effects));
+  // What follows the motion of another joint no candidate describes. A fit of
+  // the motion would make up for it by all that is free, as the encoder's noise
+  // weighs it: the values stay those of the equations.
+  if (followed_.empty()) *model = EvaluateAgain(problem_, std::move(*model));
+  if (!(model->train_error() < base.train_error()) ||
+      !(model->holdout_error() < base.holdout_error())) {
+    return;
+  }
+  DiagnosisStep step = StepFrom(base);
+  step.predicted = model->train_error();
+  for (ScreenedEffect& effect : look.effects) {
+    effect.predicted_error = model->train_error();
+    step.effects.push_back(effect.name());
+    step.indistinguishable_from.emplace_back();
+    CandidateEffect candidate{effect, Confirmation{}, {}, "", {}};
+    candidate.confirmed->train = model->train_error();
+    candidate.confirmed->holdout = model->holdout_error();
+    candidate.confirmed->accepted = true;
+    candidate.confirmed->parameters =
+        EstimatesOf(*model, {effect.effect.get()});
+    for (const ParameterEstimate& p : candidate.confirmed->parameters) {
+      step.parameters.push_back(p);
+    }
+    diagnosis_.candidates.push_back(std::move(candidate));
+    settled_.insert(effect.name());
+  }
+  diagnosis_.tests = look.tests;
+  diagnosis_.proposed = step.effects;
+  diagnosis_.verdict = Verdict::kMissingEffect;
+  EndAt(model, &step);
+  diagnosis_.steps.push_back(std::move(step));
+  model_ = std::move(model);
+}
+
+void Search::AddOneByOne() {
+  bool joined = false;  // whether now() was
+  for (int step = 0; step < kMostEffectsBySegments;) {
+    been_.insert(EffectsOf(now()));
+    Found found = Find();
+    const std::vector<CandidateEffect> listed =
+        ListCandidates(found.screening, found.refits, found.best);
+    Note(&found, listed);
+    if (found.best < 0) {
+      if (!LookFarther(&joined)) return;
+      continue;
+    }
+    if (!options_.add) return;
+    joined = false;
+    Add(found.get(), listed);
+    ++step;
+  }
+  diagnosis_.final_verdict = Judge(now(), nullptr);
+}
+
+Screening Search::Screen(const EvaluatedModel& evaluated) {
+  Report("screening effects", evaluated.train_error());
+  // Parameters that ran away for want of an effect are no place to look from:
+  // from where they started.
+  const Fit from = IsDoubtful(evaluated.fit)
+                       ? StatesAtStart(*evaluated.problem, evaluated.fit.point)
+                       : evaluated.fit;
+  const LinearizedFit linearized(*evaluated.problem, from.point);
+  if (!linearized.Valid()) return {};
+  return ScreenEffects(linearized, from.model, candidates_, problem_.known);
+}
+
+Search::Found Search::Find() {
+  Found found{Screen(now()), {}, -1};
+  std::vector<CandidateRefit>& refits = found.refits;
+  refits = ProposeEffects(found.screening);
+  refits_.Confirm(now(), &refits);
+  found.best = refits_.Choose(refits);
+  if (found.best < 0 || Judge(now(), found.get()) != Verdict::kMissingEffect) {
+    std::vector<CandidateRefit> pairs = ProposePairs(found.screening);
+    refits_.Confirm(now(), &pairs);
+    const int pair = refits_.Choose(pairs);
+    if (pair >= 0 && (found.best < 0 ||
+                      Judge(now(), &pairs[pair]) == Verdict::kMissingEffect)) {
+      found.best = static_cast<int>(refits.size());
+      refits.push_back(std::move(pairs[pair]));
+    }
+  }
+  if (found.best >= 0) {
+    refits_.AddRivals(found.screening, now(), found.best, &refits);
+    found.best = refits_.Choose(refits);
+  }
+  if (found.best >= 0 && !options_.add &&
+      !Chance(*found.get()->after).empty()) {
+    found.get()->refused =
+        "a random force like what is still missing may make it up";
+    found.best = -1;
+  }
+  return found;
+}
+
+void Search::Note(Found* found, const std::vector<CandidateEffect>& listed) {
+  const CandidateRefit* best = found->get();
+  diagnosis_.final_verdict = Judge(now(), best);
+  if (!diagnosis_.candidates.empty() &&
+      (best == nullptr || !diagnosis_.steps.empty())) {
+    return;
+  }
+  diagnosis_.candidates = listed;
+  diagnosis_.tests = found->screening.tests;
+  diagnosis_.verdict = diagnosis_.final_verdict;
+  diagnosis_.proposed.clear();
+  if (best == nullptr) return;
+  for (const ScreenedEffect& effect : best->expected) {
+    diagnosis_.proposed.push_back(effect.name());
+  }
+}
+
+bool Search::LookFarther(bool* joined) {
+  if (!*joined) {
+    *joined = true;  // once for each model
+    if (std::optional<EvaluatedModel> next =
+            FromWholeRuns(problem_, now(), Reporting())) {
+      now() = std::move(*next);
+      if (!diagnosis_.steps.empty()) EndAt(model_, &diagnosis_.steps.back());
+      diagnosis_.final_verdict = Judge(now(), nullptr);
+      return true;
+    }
+  }
+  // What is too small for a segment adds up over a longer one. So does what no
+  // candidate describes: not of motion that the given model follows for no
+  // longer.
+  constexpr double kRegular = 0.6;
+  const bool regular = now().fit.segment_s >= kRegular * kLongestLength;
+  const bool better = !diagnosis_.steps.empty() && !IsAtNoiseFloor(now());
+  if (!regular && !better) return false;
+  std::optional<EvaluatedModel> next = Lengthen(problem_, now(), Reporting());
+  if (!next) return false;
+  model_ = std::make_shared<EvaluatedModel>(std::move(*next));
+  return true;
+}
+
+void Search::Add(CandidateRefit* chosen,
+                 const std::vector<CandidateEffect>& listed) {
+  DiagnosisStep added = StepFrom(now());
+  std::vector<const Effect*> effects;
+  for (size_t k = 0; k < chosen->effects.size(); ++k) {
+    effects.push_back(chosen->expected[k].effect.get());
+    added.effects.push_back(chosen->expected[k].name());
+    // The chosen are the first of the list.
+    added.indistinguishable_from.push_back(listed[k].indistinguishable_from);
+  }
+  added.predicted = chosen->predicted;
+  model_ = std::make_shared<EvaluatedModel>(std::move(*chosen->after));
+  if (!model_->fit.converged) {
+    *model_ = EvaluateAgain(problem_, std::move(*model_));
+  }
+  added.parameters = EstimatesOf(*model_, effects);
+  EndAt(model_, &added);
+  diagnosis_.steps.push_back(added);
+  // A better model can be followed for longer, and what is needed shows there:
+  // the newest too.
+  std::vector<std::string> newest = added.effects;
+  std::optional<EvaluatedModel> next;
+  if (!IsAtNoiseFloor(*model_)) {
+    next = Lengthen(problem_, *model_, Reporting());
+  }
+  if (next) {
+    model_ = std::make_shared<EvaluatedModel>(std::move(*next));
+    newest.clear();
+  }
+  // What was exchanged changes what the newest is good for.
+  if (LookBack(newest)) LookBack({});
+}
+
+void Search::Conclude() {
+  const bool by_equations = diagnosis_.by_equations;
+  if (!by_equations && TakeOutChance()) {
+    diagnosis_.final_verdict = Judge(*model_, nullptr);
+  }
+  diagnosis_.final = model_;
+  // What the first step could not see the later ones did; or took back.
+  if (diagnosis_.final_verdict == Verdict::kAdequate) {
+    diagnosis_.verdict = Verdict::kMissingEffect;
+  } else if (model_->added.empty()) {
+    diagnosis_.verdict = Judge(diagnosis_.base, nullptr);
+    diagnosis_.proposed.clear();
+  } else if (!by_equations &&
+             !ExplainsMost(problem_, diagnosis_.base, *model_)) {
+    diagnosis_.verdict = Verdict::kUnexplained;
+  }
+}
+
+// The model of the last step is whole: a later one was in the making.
+void Search::Keep() {
+  diagnosis_.interrupted = doing_;
+  diagnosis_.doubts.insert(
+      diagnosis_.doubts.begin(),
+      "interrupted while " + doing_ + ": the search is not complete");
+  if (diagnosis_.candidates.empty()) {
+    diagnosis_.verdict = Judge(diagnosis_.base, nullptr);
+  }
+  if (!diagnosis_.steps.empty()) {
+    diagnosis_.final = diagnosis_.steps.back().after;
+  }
+  diagnosis_.final_verdict = Judge(diagnosis_.last(), nullptr);
+  diagnosis_.where = NowhereOf(diagnosis_.base);
+}
+
+}  // namespace sysid

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/diagnose.h"
+#include "sysid/diagnosis/longer_segments.h"
+#include "sysid/diagnosis/screening.h"
+
+namespace sysid {
+
+// The search for what is missing. From the model as given it adds what the
+// equations of motion show, or what the best refit of the screening's proposals
+// finds, one step at a time; after each it looks whether what was added before
+// is still needed, and at the end whether chance may have made it up.
+class Search {
+ public:
+  // What it is made from must outlive it.
+  Search(const DiagnosisProblem& problem,
+         const std::vector<std::shared_ptr<const Effect>>& candidates,
+         const DiagnosisOptions& options)
+      : problem_(problem),
+        candidates_(candidates),
+        options_(options),
+        refits_(problem, candidates),
+        diagnosis_(problem.model) {}
+
+  Diagnosis Run();
+
+ private:
+  // What may be added next: every refit, and which of them is the best (-1:
+  // none helps), with the screening that proposed them.
+  struct Found {
+    Screening screening;
+    std::vector<CandidateRefit> refits;
+    int best = -1;
+
+    CandidateRefit* get() { return best >= 0 ? &refits[best] : nullptr; }
+  };
+
+  void Report(const std::string& doing, double error);
+  ReportDoing Reporting();
+  // The model so far: as given, in longer segments, or with what was added.
+  EvaluatedModel& now() { return model_ ? *model_ : diagnosis_.base; }
+
+  void RunFromBase();
+  // Adds what the equations of motion show together, where those show more than
+  // a search adds one by one, which would judge each while the others are still
+  // missing. Segments judge fewer better than differentiated positions do.
+  void AddByEquations();
+  void AddOneByOne();
+  Found Find();
+  void Note(Found* found, const std::vector<CandidateEffect>& listed);
+  // Where nothing is found: the same model from whole runs, or in longer
+  // segments. False where there is no more to see.
+  bool LookFarther(bool* joined);
+  void Add(CandidateRefit* chosen, const std::vector<CandidateEffect>& listed);
+  void Conclude();
+  void Keep();  // what a search that was stopped may still say
+
+  // In look_back.cc.
+  // Takes out what the newest effects made useless, and exchanges what another
+  // candidate now does better. True where it made another model.
+  bool LookBack(const std::vector<std::string>& newest);
+  // True where the model without `name` took the place of the one with it, or
+  // one with another effect instead.
+  bool LookBackAt(const std::string& name);
+  std::string Chance(const EvaluatedModel& evaluated);
+  // Takes out, one after another, what may be no more than chance beside what
+  // is still missing. The search itself adds it all the same: until all that is
+  // missing is in the model, that is no random force. True where it took any.
+  bool TakeOutChance();
+
+  Screening Screen(const EvaluatedModel& evaluated);
+  bool WasHere(const EvaluatedModel& evaluated) const;
+
+  const DiagnosisProblem& problem_;
+  const std::vector<std::shared_ptr<const Effect>>& candidates_;
+  const DiagnosisOptions& options_;
+  const Refitter refits_;
+  Diagnosis diagnosis_;
+  // The base in longer segments, or with what was added; null: the base.
+  std::shared_ptr<EvaluatedModel> model_;
+  // Every model that the search has come from, by its effects: what led on from
+  // there is no reason to go back, or it would go round.
+  std::set<std::set<std::string>> been_;
+  // What the equations of motion showed, and looked back at: by name.
+  std::set<std::string> settled_;
+  std::vector<FollowedMotion> followed_;
+  std::string doing_;  // as Report() heard last
+};
+
+// A step from a model, and its end at another.
+DiagnosisStep StepFrom(const EvaluatedModel& before);
+void EndAt(std::shared_ptr<const EvaluatedModel> after, DiagnosisStep* step);
+
+}  // namespace sysid

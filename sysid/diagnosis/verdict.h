@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/evaluated_model.h"
+
+namespace sysid {
+
+enum class Verdict {
+  kAdequate,
+  kMissingEffect,
+  kUndecided,  // which of several effects is missing (Diagnosis::rivals)
+  kUnexplained
+};
+std::string ToString(Verdict verdict);  // as diagnosis.json says it
+
+// Of a model and the best refit of candidates from it (null: none helped).
+Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best);
+
+// Whether the found model accounts for most of what the given one misses of
+// unseen data, over the same segments: (7.14). Else what is missing is
+// something that no candidate is, and each of them stands in for a part of it.
+bool ExplainsMost(const DiagnosisProblem& problem, const EvaluatedModel& given,
+                  const EvaluatedModel& found);
+
+}  // namespace sysid
