@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "models/error.h"
+#include "sysid/io/cell.h"
 
 namespace sysid {
 namespace {
@@ -174,10 +175,20 @@ MatContents ListMatFile(const std::string& path, uint64_t size) {
   const File file = Open(path);
   MatContents contents;
   std::set<std::string> seen;
+  size_t objects = 0;
   while (true) {
     const Variable v(Mat_VarReadNextInfo(file.get()), &Mat_VarFree);
-    if (v == nullptr) return contents;
+    if (v == nullptr) break;
     const std::string name = v->name == nullptr ? "" : v->name;
+    if (name.empty() && v->class_type == MAT_C_OPAQUE) {
+      ++objects;
+      continue;
+    }
+    // Bytes without a name, behind all variables: the data of the objects.
+    if (name.empty() && v->class_type == MAT_C_UINT8 &&
+        seen.insert("").second) {
+      continue;
+    }
     if (name.empty() || !seen.insert(name).second) {
       throw InputError(path, "a variable without a name of its own", kMatHint);
     }
@@ -186,6 +197,11 @@ MatContents ListMatFile(const std::string& path, uint64_t size) {
       AddArray(name, array, a, &contents);
     });
   }
+  if (objects > 0) {
+    contents.left_out.push_back(CountOf(objects, "object") +
+                                " (timeseries, table, string, ...)");
+  }
+  return contents;
 }
 
 std::vector<std::vector<double>> ReadMatColumns(

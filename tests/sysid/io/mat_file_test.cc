@@ -25,6 +25,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 matvar_t* Matrix(const char* name, size_t rows, size_t columns,
                  std::vector<double> numbers) {
@@ -127,6 +128,69 @@ TEST_P(MatFileTest, LeavesOutWhatIsNoArrayOfNumbers) {
   EXPECT_THAT(file->header(), ElementsAre("t"));
   EXPECT_THAT(file->notices(),
               ElementsAre("left out what is no array of real numbers: note"));
+}
+
+// A data element: MAT-File Format, MathWorks, chapter 1.
+std::string Element(char type, std::string data) {
+  std::string tag(8, '\0');
+  tag[0] = type;
+  tag[4] = static_cast<char>(data.size());
+  data.resize((data.size() + 7) / 8 * 8);
+  return tag + data;
+}
+
+std::string Flags(char array_class) {
+  return Element(6, std::string({array_class, 0, 0, 0, 0, 0, 0, 0}));
+}
+
+// As MATLAB saves a timeseries: a variable without dimensions, and after all
+// variables the objects' bytes, without a name.
+TEST(MatFileObjectTest, LeavesOutObjects) {
+  const ScratchFile plain("plain.mat"), file("run.mat");
+  WriteMat(plain.path(), {MAT_FT_MAT5, MAT_COMPRESSION_NONE},
+           {Matrix("t", 2, 1, {0, 1}), Matrix("q", 2, 1, {5, 6})});
+  const std::string object = Element(
+      14, Flags(17) + Element(1, "ts") + Element(1, "MCOS") +
+              Element(1, "timeseries") +
+              Element(14, Flags(13) +
+                              Element(5, std::string("\1\0\0\0\1\0\0\0", 8)) +
+                              Element(1, "") + Element(6, "abcd")));
+  const std::string data =
+      Element(14, Flags(9) + Element(5, std::string("\1\0\0\0\4\0\0\0", 8)) +
+                      Element(1, "") + Element(2, "data"));
+  const std::string all = Bytes(plain.path());
+  const size_t second = 128 + (all.size() - 128) / 2;
+  std::ofstream(file.path(), std::ios::binary)
+      << all.substr(0, second) << object << all.substr(second) << object
+      << data;
+  const auto table = OpenTable(file.path());
+  EXPECT_THAT(table->header(), ElementsAre("t", "q"));
+  EXPECT_THAT(table->notices(),
+              ElementsAre("left out what is no array of real numbers: 2 "
+                          "objects (timeseries, table, string, ...)"));
+  EXPECT_THAT(ReadColumns(*table, {0, 1}).columns[1], ElementsAre(5, 6));
+}
+
+TEST_P(MatFileTest, LeavesOutCells) {
+  size_t two[2] = {2, 1};
+  matvar_t* const cell =
+      Mat_VarCreate("c", MAT_C_CELL, MAT_T_CELL, 2, two, nullptr, 0);
+  Mat_VarSetCell(cell, 0, Matrix("", 2, 1, {0, 1}));
+  Mat_VarSetCell(cell, 1, Matrix("", 2, 1, {0, 1}));
+  const char* fields[] = {"q", "c"};
+  size_t one[2] = {1, 1};
+  matvar_t* const log = Mat_VarCreateStruct("log", 2, one, fields, 2);
+  Mat_VarSetStructFieldByName(log, "q", 0, Matrix("q", 2, 1, {3, 4}));
+  matvar_t* const inner =
+      Mat_VarCreate("c", MAT_C_CELL, MAT_T_CELL, 2, one, nullptr, 0);
+  Mat_VarSetCell(inner, 0, Matrix("", 2, 1, {0, 1}));
+  Mat_VarSetStructFieldByName(log, "c", 0, inner);
+  Write({Matrix("t", 2, 1, {0, 1}), cell, log});
+  const auto file = Open();
+  EXPECT_THAT(file->header(), UnorderedElementsAre("t", "log.q"));
+  EXPECT_THAT(
+      file->notices(),
+      ElementsAre("left out what is no array of real numbers: c, log.c"));
 }
 
 TEST_P(MatFileTest, ReportsColumnsOfOtherLengths) {
