@@ -1,14 +1,33 @@
 #include "residuals/channel_residual.h"
 
+#include <algorithm>
+
 #include "glog/logging.h"
 
 namespace sysid {
+namespace {
+
+template <int kNumbers>
+ChannelResidual FrameResidual(const Channel& channel) {
+  FramePositionResidual<kNumbers> residual{channel.target, {}};
+  std::copy_n(channel.axes.begin(), kNumbers, residual.axes.begin());
+  return residual;
+}
+
+}  // namespace
 
 ChannelResidual MakeChannelResidual(const Mechanism& mechanism,
                                     const Channel& channel,
                                     OrientationResidual orientation) {
   if (channel.kind == ChannelKind::kFramePosition) {
-    return FramePositionResidual{channel.target};
+    switch (channel.axes.size()) {
+      case 1:
+        return FrameResidual<1>(channel);
+      case 2:
+        return FrameResidual<2>(channel);
+      default:
+        return FrameResidual<3>(channel);
+    }
   }
   const Joint& joint = mechanism.joints[channel.target];
   switch (channel.kind) {

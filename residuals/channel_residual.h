@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <variant>
@@ -110,17 +111,19 @@ struct VelocityResidualOf {
 using VelocityResidual = VelocityResidualOf<1>;         // rad/s or m/s
 using AngularVelocityResidual = VelocityResidualOf<3>;  // child's axes, rad/s
 
-// p_WL - p^, m, of a link's origin in the world.
+// p_WL - p^, m, of a link's origin along so many of the world's axes.
+template <int kNumbers>
 struct FramePositionResidual {
-  static constexpr int kSize = 3;
-  static constexpr int kDof = 3;
+  static constexpr int kSize = kNumbers;
+  static constexpr int kDof = kNumbers;
   int link;
+  std::array<int, kNumbers> axes;
 
   template <typename T>
   void operator()(const PredictedState<T>& state, const double* measured,
                   T* r) const {
     const Vector3<T> p = LinkPosition<T>(*state.workspace, link);
-    for (int k = 0; k < 3; ++k) r[k] = p[k] - measured[k];
+    for (int k = 0; k < kSize; ++k) r[k] = p[axes[k]] - measured[k];
   }
 };
 
@@ -128,7 +131,8 @@ struct FramePositionResidual {
 using ChannelResidual =
     std::variant<PlanarHeadingResidual, HeadingResidual, RotationResidual,
                  PositionResidual, VelocityResidual, AngularVelocityResidual,
-                 FramePositionResidual>;
+                 FramePositionResidual<1>, FramePositionResidual<2>,
+                 FramePositionResidual<3>>;
 
 // What a spherical joint's orientation is compared by (flag --residual).
 enum class OrientationResidual { kHeading, kRotation };

@@ -13,16 +13,19 @@ enum class ChannelKind {
   kVelocity,         // J.qd: 1 number, rad/s or m/s
   kOrientation,      // J.qx ..: 4 numbers x, y, z, w; unit
   kAngularVelocity,  // J.wx ..: 3 numbers, child's axes, rad/s
-  kFramePosition,    // F.px ..: 3 numbers, world axes, m
+  kFramePosition,    // F.px ..: 1 to 3 numbers, world axes, m
 };
 
 // One measured quantity over time. A missing measurement is a row of NaN (the
 // whole row, also where only one of its cells was empty).
 struct Channel {
   ChannelKind kind = ChannelKind::kPosition;
-  int target = -1;     // joint index, or link index of a frame position
-  std::string name;    // "joint1", "joint1.qd", "tip"
-  RowMatrixXd values;  // samples x 1, 3 or 4
+  int target = -1;   // joint index, or link index of a frame position
+  std::string name;  // "joint1", "joint1.qd", "tip"
+  // The world axes that each number of a frame position is along, 0 to 2
+  // rising: a camera sees two of them. Else empty.
+  std::vector<int> axes;
+  RowMatrixXd values;  // samples x 1 to 4
 };
 
 // A recording: what sysid_fit fits. SI units throughout.

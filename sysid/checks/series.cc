@@ -85,24 +85,19 @@ void Describe(Series* series) {
 
 std::vector<Series> AllSeries(const CheckInput& input) {
   const Mechanism& mechanism = input.model->mechanism();
-  const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
   std::vector<Series> all;
   for (const Run* run : input.runs) {
     for (const Channel& channel : run->channels) {
       if (channel.kind == ChannelKind::kOrientation) continue;
-      const auto group =
-          std::find_if(groups.begin(), groups.end(), [&](const ColumnGroup& g) {
-            return !g.is_effort && g.kind == channel.kind &&
-                   g.target == channel.target;
-          });
+      const ColumnGroup group = GroupOf(mechanism, channel);
       const bool wraps = channel.kind == ChannelKind::kPosition &&
                          IsRotation1(mechanism.joints[channel.target].type);
-      for (size_t c = 0; c < group->columns.size(); ++c) {
+      for (size_t c = 0; c < group.columns.size(); ++c) {
         Series series = ReadColumn(
-            *run, channel, group->slots[c], [&](double value, double last) {
+            *run, channel, group.slots[c], [&](double value, double last) {
               return wraps ? Unwrapped(value, last) : value;
             });
-        series.column = group->columns[c];
+        series.column = group.columns[c];
         if (series.y.size() < 5) continue;
         Describe(&series);
         all.push_back(std::move(series));

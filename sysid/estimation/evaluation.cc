@@ -331,7 +331,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
       const int columns = static_cast<int>(channel.values.cols());
       if (channel.kind == ChannelKind::kFramePosition) {
         predicted[c].row(k) =
-            LinkPosition<double>(ws, channel.target).transpose();
+            LinkPosition<double>(ws, channel.target)(channel.axes).transpose();
         continue;
       }
       const Joint& joint = model.mechanism().joints[channel.target];

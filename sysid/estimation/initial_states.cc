@@ -256,16 +256,18 @@ class FrameKinematics {
   void Evaluate(int k, const Eigen::VectorXd& q, Eigen::VectorXd* r,
                 Eigen::MatrixXd* J) const {
     std::vector<const Channel*> frames;
+    int rows = 0;
     for (const Channel& channel : run_.channels) {
       if (channel.kind == ChannelKind::kFramePosition &&
           !std::isnan(channel.values(k, 0))) {
         frames.push_back(&channel);
+        rows += static_cast<int>(channel.axes.size());
       }
     }
     const StateLayout& at = model_.layout();
     const int nv = at.nv();
-    r->resize(3 * frames.size());
-    J->resize(3 * frames.size(), nv);
+    r->resize(rows);
+    J->resize(rows, nv);
     Workspace<Jet24> ws(model_);
     ws.SetParameters(values_);
     for (int first = 0; first < nv; first += 24) {
@@ -276,12 +278,14 @@ class FrameKinematics {
       }
       BoxPlus<Jet24>(model_, x.data(), dx.data(), x.data());
       ForwardKinematics<Jet24>(&ws, x.data() + at.q());
-      for (size_t f = 0; f < frames.size(); ++f) {
-        const Vector3<Jet24> p = LinkPosition<Jet24>(ws, frames[f]->target);
-        for (int i = 0; i < 3; ++i) {
-          (*r)[3 * f + i] = p[i].a - frames[f]->values(k, i);
+      int row = 0;
+      for (const Channel* frame : frames) {
+        const Vector3<Jet24> p = LinkPosition<Jet24>(ws, frame->target);
+        for (size_t i = 0; i < frame->axes.size(); ++i, ++row) {
+          const Jet24& along = p[frame->axes[i]];
+          (*r)[row] = along.a - frame->values(k, i);
           for (int c = 0; c < 24 && first + c < nv; ++c) {
-            (*J)(3 * f + i, first + c) = p[i].v[c];
+            (*J)(row, first + c) = along.v[c];
           }
         }
       }

@@ -68,16 +68,20 @@ ColumnOf<R> Find(const Mechanism& mechanism,
   };
   if (name == "t") return of(run->t.data(), 1);
   for (const ColumnGroup& group : groups) {
-    const auto at = std::find(group.columns.begin(), group.columns.end(), name);
-    if (at == group.columns.end()) continue;
-    const int slot = group.slots[at - group.columns.begin()];
+    if (!Contains(group.columns, name)) continue;
+    const auto slot_in = [&](const ColumnGroup& own) {
+      const auto at = std::find(own.columns.begin(), own.columns.end(), name);
+      return at == own.columns.end() ? -1 : own.slots[at - own.columns.begin()];
+    };
     if (group.is_effort) {
       const int v = mechanism.joints[group.target].v_index;
-      return of(run->effort.data() + v + slot, run->effort.cols());
+      return of(run->effort.data() + v + slot_in(group), run->effort.cols());
     }
     for (auto& channel : run->channels) {
       if (channel.kind != group.kind || channel.target != group.target)
         continue;
+      const int slot = slot_in(AlongAxes(group, channel.axes));
+      if (slot < 0) continue;  // an axis that was not measured
       return of(channel.values.data() + slot, channel.values.cols());
     }
   }
@@ -206,18 +210,10 @@ double LogUnit(const Supposition& supposed, const std::string& column) {
 double LogUnit(const Supposition& supposed, const Mechanism& mechanism,
                const Channel& channel) {
   if (supposed.hypothesis == nullptr) return 0.0;
-  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-    if (group.is_effort || group.kind != channel.kind ||
-        group.target != channel.target) {
-      continue;
-    }
-    double sum = 0.0;
-    for (const std::string& column : group.columns) {
-      sum += LogUnit(supposed, column);
-    }
-    return sum / static_cast<double>(group.columns.size());
-  }
-  return 0.0;
+  const std::vector<std::string> columns = GroupOf(mechanism, channel).columns;
+  double sum = 0.0;
+  for (const std::string& column : columns) sum += LogUnit(supposed, column);
+  return sum / static_cast<double>(columns.size());
 }
 
 std::vector<std::string> FixTexts(const CheckInput& input,

@@ -259,7 +259,9 @@ class ExpressionParser {
     const bool zero_b = IsNumber(right) && b == 0.0;
     if (op == Op::kDivide && zero_b) return Fail(at, "a division by zero");
     if (op == Op::kMultiply && (zero_a || zero_b)) {
-      return Fail(at, "a factor that is zero");
+      return Fail(at, "a factor that is zero",
+                  "leave out what was not measured: of a frame's px, py, pz "
+                  "one or two are enough");
     }
     if (!IsNumber(left) || !IsNumber(right)) {
       return Add({op, left, right, 0.0});

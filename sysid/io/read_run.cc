@@ -61,6 +61,7 @@ class RunReader {
       channel.kind = found.group.kind;
       channel.target = found.group.target;
       channel.name = found.group.name;
+      channel.axes = found.axes;
       channel.values.resize(0, found.group.columns.size());
       run->channels.push_back(std::move(channel));
     }

@@ -72,6 +72,31 @@ std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
   return groups;
 }
 
+ColumnGroup AlongAxes(const ColumnGroup& group, const std::vector<int>& axes) {
+  if (group.is_effort || group.kind != ChannelKind::kFramePosition) {
+    return group;
+  }
+  ColumnGroup along = group;
+  along.columns.clear();
+  along.slots.clear();
+  for (const int axis : axes) {
+    along.slots.push_back(static_cast<int>(along.columns.size()));
+    along.columns.push_back(group.columns[axis]);
+  }
+  return along;
+}
+
+ColumnGroup GroupOf(const Mechanism& mechanism, const Channel& channel) {
+  const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
+  const auto group =
+      std::find_if(groups.begin(), groups.end(), [&](const ColumnGroup& g) {
+        return !g.is_effort && g.kind == channel.kind &&
+               g.target == channel.target;
+      });
+  CHECK(group != groups.end()) << channel.name;
+  return AlongAxes(*group, channel.axes);
+}
+
 const Channel* FindChannel(const Run& run, ChannelKind kind, int target) {
   for (const Channel& channel : run.channels) {
     if (channel.kind == kind && channel.target == target) return &channel;

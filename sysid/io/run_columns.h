@@ -25,6 +25,13 @@ struct ColumnGroup {
 // in order, then the links.
 std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism);
 
+// Of a frame position's group what is measured along these of its axes; any
+// other group as it is.
+ColumnGroup AlongAxes(const ColumnGroup& group, const std::vector<int>& axes);
+
+// The columns of a channel.
+ColumnGroup GroupOf(const Mechanism& mechanism, const Channel& channel);
+
 // The channel of a run that measures this; null where none does.
 Channel* FindChannel(Run* run, ChannelKind kind, int target);
 const Channel* FindChannel(const Run& run, ChannelKind kind, int target);

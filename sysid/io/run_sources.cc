@@ -33,21 +33,28 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
                 const Mechanism& mechanism, RunContent content,
                 RunSources* in) {
   std::vector<std::string> efforts;
+  const auto is_frame = [](const ColumnGroup& group) {
+    return !group.is_effort && group.kind == ChannelKind::kFramePosition;
+  };
   for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-    RunSources::Group found{group, {}};
+    RunSources::Group found{group, {}, {}};
     if (group.is_effort) efforts.push_back(group.columns.front());
     std::string missing;
     int present = -1;
-    for (const std::string& column : group.columns) {
-      found.sources.push_back(in->Find(column));
-      if (found.sources.back() >= 0) {
-        present = found.sources.back();
+    for (size_t i = 0; i < group.columns.size(); ++i) {
+      const int source = in->Find(group.columns[i]);
+      if (source >= 0) {
+        present = source;
+        found.sources.push_back(source);
+        if (is_frame(group)) found.axes.push_back(static_cast<int>(i));
       } else if (missing.empty()) {
-        missing = column;
+        missing = group.columns[i];
       }
     }
     if (present < 0) continue;
-    if (!missing.empty()) {
+    found.group = AlongAxes(group, found.axes);
+    // A camera sees a frame in a plane.
+    if (!missing.empty() && !is_frame(group)) {
       throw InputError(file.HeaderPlace(in->sources[present].column()),
                        "there is " + in->sources[present].Describe() +
                            ", but no column '" + missing + "'",

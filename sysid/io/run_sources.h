@@ -12,9 +12,11 @@ namespace sysid {
 
 // What a file has of a run of a mechanism, and from where.
 struct RunSources {
-  // A group of the mechanism's columns that the file has, all of it.
+  // A group of the mechanism's columns that the file has: all of it, or of a
+  // frame position those along some axes.
   struct Group {
     ColumnGroup group;
+    std::vector<int> axes;     // as of the channel
     std::vector<int> sources;  // of group.columns: indices into `sources`
   };
 

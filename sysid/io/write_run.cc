@@ -16,8 +16,9 @@ struct Source {
 
 void AddSources(const Mechanism& mechanism, const Run& run, std::string* header,
                 std::vector<Source>* sources) {
-  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+  for (const ColumnGroup& whole : RunColumnGroups(mechanism)) {
     const RowMatrixXd* values = nullptr;
+    ColumnGroup group = whole;
     int first = 0;
     if (group.is_effort) {
       first = mechanism.joints[group.target].v_index;
@@ -27,7 +28,10 @@ void AddSources(const Mechanism& mechanism, const Run& run, std::string* header,
       if (measured) values = &run.effort;
     } else {
       const Channel* channel = FindChannel(run, group.kind, group.target);
-      if (channel != nullptr) values = &channel->values;
+      if (channel != nullptr) {
+        values = &channel->values;
+        group = AlongAxes(whole, channel->axes);
+      }
     }
     if (values == nullptr) continue;
     for (size_t i = 0; i < group.columns.size(); ++i) {

@@ -18,15 +18,10 @@ namespace {
 // Names of a channel's numbers, as docs/interface.md calls the columns.
 std::vector<std::string> ColumnNames(const Channel& channel,
                                      const Mechanism& mechanism) {
-  std::vector<std::string> names(channel.values.cols());
-  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-    if (group.is_effort || group.kind != channel.kind ||
-        group.target != channel.target) {
-      continue;
-    }
-    for (size_t i = 0; i < names.size(); ++i) {
-      names[group.slots[i]] = group.columns[i];
-    }
+  const ColumnGroup group = GroupOf(mechanism, channel);
+  std::vector<std::string> names(group.columns.size());
+  for (size_t i = 0; i < names.size(); ++i) {
+    names[group.slots[i]] = group.columns[i];
   }
   return names;
 }

@@ -41,6 +41,11 @@ ShownChannel::ShownChannel(const Mechanism& mechanism, const Channel& channel,
       {"angular_velocity", {"wx", "wy", "wz"}},
       {"frame_position", {"px", "py", "pz"}}};
   std::tie(kind_, components_) = kShown[static_cast<int>(channel.kind)];
+  if (channel.kind == ChannelKind::kFramePosition) {
+    std::vector<std::string> measured;
+    for (const int axis : channel.axes) measured.push_back(components_[axis]);
+    components_ = std::move(measured);
+  }
   turns_ = channel.kind == ChannelKind::kPosition &&
            IsRotation1(mechanism.joints[channel.target].type);
   if (channel.kind == ChannelKind::kOrientation) {

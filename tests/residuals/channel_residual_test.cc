@@ -319,8 +319,15 @@ TEST(MakeChannelResidual, ChoosesByChannelJointAndOption) {
       make("slide", ChannelKind::kVelocity)));
   EXPECT_TRUE(std::holds_alternative<AngularVelocityResidual>(
       make("ball", ChannelKind::kAngularVelocity)));
-  EXPECT_TRUE(std::holds_alternative<FramePositionResidual>(
-      make("ball", ChannelKind::kFramePosition)));
+  Channel frame = ChannelOf(mechanism, "ball", ChannelKind::kFramePosition);
+  for (const std::vector<int>& axes :
+       {std::vector<int>{1}, {0, 2}, {0, 1, 2}}) {
+    frame.axes = axes;
+    const ChannelResidual residual =
+        MakeChannelResidual(mechanism, frame, OrientationResidual::kHeading);
+    EXPECT_EQ(ResidualSize(residual), axes.size());
+    EXPECT_EQ(ResidualDof(residual), axes.size());
+  }
 }
 
 TEST(ResidualUnit, IsThatOfTheMeasurement) {

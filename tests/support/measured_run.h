@@ -17,8 +17,10 @@ inline Eigen::VectorXd Measured(const Mechanism& mechanism,
                                 const Channel& channel,
                                 const Eigen::VectorXd& x) {
   if (channel.kind == ChannelKind::kFramePosition) {
-    return LinkPoses(mechanism, x.head(mechanism.nq))[channel.target]
-        .translation();
+    const Eigen::Vector3d p =
+        LinkPoses(mechanism, x.head(mechanism.nq))[channel.target]
+            .translation();
+    return p(channel.axes);
   }
   const Joint& joint = mechanism.joints[channel.target];
   if (channel.kind == ChannelKind::kPosition ||
@@ -29,7 +31,8 @@ inline Eigen::VectorXd Measured(const Mechanism& mechanism,
 }
 
 // Channels without values: the position and the velocity of every moving joint,
-// and the last link's position in the world.
+// the last link's position in the world, and that of the one before as a camera
+// sees it.
 inline std::vector<Channel> EveryChannel(const Mechanism& mechanism) {
   std::vector<Channel> channels;
   for (size_t j = 0; j < mechanism.joints.size(); ++j) {
@@ -46,11 +49,15 @@ inline std::vector<Channel> EveryChannel(const Mechanism& mechanism) {
     channels.push_back(position);
     channels.push_back(velocity);
   }
-  Channel frame;
-  frame.kind = ChannelKind::kFramePosition;
-  frame.target = static_cast<int>(mechanism.links.size()) - 1;
-  frame.name = mechanism.links.back().name;
-  channels.push_back(frame);
+  const int last = static_cast<int>(mechanism.links.size()) - 1;
+  for (const int link : {last, last - 1}) {
+    Channel frame;
+    frame.kind = ChannelKind::kFramePosition;
+    frame.target = link;
+    frame.name = mechanism.links[link].name;
+    frame.axes = link == last ? std::vector<int>{0, 1, 2} : std::vector{0, 2};
+    channels.push_back(frame);
+  }
   return channels;
 }
 

@@ -29,6 +29,7 @@ Channel MakeChannel(const Model& model, ChannelKind kind,
                        ? model.mechanism().FindLink(target)
                        : model.mechanism().FindJoint(target);
   EXPECT_GE(channel.target, 0);
+  if (kind == ChannelKind::kFramePosition) channel.axes = {0, 1, 2};
   channel.values.resize(t.size(), columns);
   for (size_t k = 0; k < t.size(); ++k) {
     const auto value = at(t[k]);
@@ -232,6 +233,27 @@ TEST(StatesFromData, FindAJointThatOnlyAFrameSees) {
   for (int k = 6; k + 6 < run.size(); ++k) {
     EXPECT_NEAR(states(k, 1), q2(run.t[k]), 2e-3);
     EXPECT_NEAR(states(k, 3), -1.5 * std::sin(3.0 * run.t[k]), 2e-2);
+  }
+}
+
+// As a camera does, whose plane is that of the motion.
+TEST(StatesFromData, FindAJointThatAFrameSeesInAPlane) {
+  const Model model = Shipped("pendulum2_planar");
+  const auto q1 = [](double t) { return 0.4 * std::sin(2.0 * t); };
+  const auto q2 = [](double t) { return 0.7 + 0.5 * std::cos(3.0 * t); };
+  sysid::Run run = EmptyRun(model);
+  run.channels = {MakeChannel(model, ChannelKind::kPosition, "joint1", run.t, 1,
+                              [&](double t) { return One(q1(t)); }),
+                  MakeChannel(model, ChannelKind::kFramePosition, "tip", run.t,
+                              2, [&](double t) {
+                                const std::array<double, 3> p =
+                                    Tip(q1(t), q2(t));
+                                return std::array<double, 2>{p[0], p[2]};
+                              })};
+  run.channels[1].axes = {0, 2};
+  const RowMatrixXd states = States(model, run);
+  for (int k = 6; k + 6 < run.size(); ++k) {
+    EXPECT_NEAR(states(k, 1), q2(run.t[k]), 2e-3);
   }
 }
 
