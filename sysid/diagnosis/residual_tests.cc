@@ -15,7 +15,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMostLags = 20;
-constexpr double kOut = 3.0;  // standard errors
+constexpr double kOut = 3.0;     // standard errors
+constexpr double kBand = 2.576;  // of a normal distribution, 99 %
 constexpr double kSignificant = 0.01;
 // Of an effort before an error, s, and how many lags are looked at.
 constexpr double kEarliest = -0.1, kLatest = 0.4;
@@ -119,7 +120,8 @@ MatrixXd Shifted(const Series& series, const MatrixXd& x, int lag, int* pairs) {
   return out;
 }
 
-Whiteness TestChannel(const std::string& name, const std::vector<Series>& all) {
+Whiteness TestChannel(const std::string& name, const std::vector<Series>& all,
+                      double period) {
   Whiteness out;
   out.channel = name;
   double squares = 0.0, dof = 0.0, longest = 0.0;
@@ -162,10 +164,14 @@ Whiteness TestChannel(const std::string& name, const std::vector<Series>& all) {
   const Eigen::LLT<MatrixXd> llt(V.topLeftCorner(told, told));
   if (told == 0 || llt.info() != Eigen::Success) return out;
   out.lags = told;
-  for (int l = 0; l < told; ++l) {
-    if (std::abs(d[l]) > kOut * std::sqrt(V(l, l))) ++out.lags_out;
-  }
   const VectorXd rho = d.cwiseQuotient(count);
+  for (int l = 0; l < told; ++l) {
+    const double error = std::sqrt(V(l, l)) / count[l];
+    if (std::abs(rho[l]) > kOut * error) ++out.lags_out;
+    out.autocorrelation.lag_s.push_back((l + 1) * period);
+    out.autocorrelation.value.push_back(rho[l]);
+    out.autocorrelation.band.push_back(kBand * error);
+  }
   out.lag1 = rho[0];
   for (int l = 0; l < told; ++l) {
     if (rho[l] < 2.0 / std::sqrt(out.samples)) break;
@@ -224,10 +230,15 @@ double IndependentLags(const Input& input, int lags, int stride) {
   return std::max(1.0, lags / time);
 }
 
-// The correlation of the errors with the effort `lag` samples before them, and
-// its p-value: the Wald test (7.5) of one weight.
-std::pair<double, double> Correlate(const std::vector<Series>& all,
-                                    const Input& input, int lag) {
+// A correlation, its standard error, and the p-value of the Wald test (7.5).
+struct Correlation {
+  double value = 0.0, std_error = 0.0, p_value = 1.0;
+};
+
+// Of the errors with the effort `lag` samples before them: the weight of one
+// column, the effort, as a correlation.
+Correlation Correlate(const std::vector<Series>& all, const Input& input,
+                      int lag) {
   double product = 0.0, C = 0.0, squares = 0.0, efforts = 0.0, dof = -1.0;
   std::vector<VectorXd> shifted;
   for (const Series& series : all) {
@@ -249,7 +260,7 @@ std::pair<double, double> Correlate(const std::vector<Series>& all,
     shifted.push_back(std::move(part));
   }
   // What the states take up says nothing.
-  if (!(C > 1e-9 * efforts) || !(squares > 0) || !(dof > 1)) return {0.0, 1.0};
+  if (!(C > 1e-9 * efforts) || !(squares > 0) || !(dof > 1)) return {};
   const double alpha = -product / C;
   BlockScores left(all.size(), 1);
   for (size_t s = 0; s < all.size(); ++s) {
@@ -258,7 +269,8 @@ std::pair<double, double> Correlate(const std::vector<Series>& all,
   const WaldTest test =
       TestWeights(MatrixXd::Constant(1, 1, C), VectorXd::Constant(1, alpha),
                   left.scores(), left.squares(), dof);
-  return {product / std::sqrt(C * squares), test.p_value};
+  return {product / std::sqrt(C * squares),
+          std::sqrt(test.covariance(0, 0) * C / squares), test.p_value};
 }
 
 }  // namespace
@@ -266,9 +278,10 @@ std::pair<double, double> Correlate(const std::vector<Series>& all,
 std::vector<Whiteness> TestWhiteness(const LinearizedFit& fit) {
   std::vector<Whiteness> out;
   if (!fit.Valid()) return out;
+  const double period = fit.problem().data().MedianSamplePeriod();
   for (const std::string& name : ChannelNames(fit)) {
     const std::vector<Series> all = SeriesOf(fit, name);
-    if (!all.empty()) out.push_back(TestChannel(name, all));
+    if (!all.empty()) out.push_back(TestChannel(name, all, period));
   }
   return out;
 }
@@ -294,13 +307,16 @@ std::vector<InputCorrelation> CorrelateInputs(const LinearizedFit& fit) {
       double least = 1.0;
       // Whole strides from none.
       for (int lag = first - first % stride; lag <= last; lag += stride) {
-        const auto [correlation, p_value] = Correlate(all, input, lag);
+        const Correlation at = Correlate(all, input, lag);
         ++lags;
-        if (std::abs(correlation) > std::abs(best.correlation)) {
-          best.correlation = correlation;
+        if (std::abs(at.value) > std::abs(best.correlation)) {
+          best.correlation = at.value;
           best.lag_s = lag * period;
         }
-        least = std::min(least, p_value);
+        least = std::min(least, at.p_value);
+        best.over_lags.lag_s.push_back(lag * period);
+        best.over_lags.value.push_back(at.value);
+        best.over_lags.band.push_back(kBand * at.std_error);
       }
       best.p_value = std::min(1.0, least * names.size() * inputs.size() *
                                        IndependentLags(input, lags, stride));

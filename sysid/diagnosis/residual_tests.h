@@ -7,6 +7,12 @@
 
 namespace sysid {
 
+// Correlations over lags, each with half the width of its 99 % band: 99 of 100
+// are within where there is none.
+struct Correlogram {
+  std::vector<double> lag_s, value, band;
+};
+
 // Whether the errors that a fit leaves are white noise.
 struct Whiteness {
   std::string channel;
@@ -16,9 +22,10 @@ struct Whiteness {
   int lags = 0;       // that were looked at; 0: too few samples to tell
   int lags_out = 0;   // of those, beyond three standard errors
   double p_value = 1.0;
+  Correlogram autocorrelation;  // from one sample on
 };
 
-// The largest correlation of a channel's errors with an effort, over lags.
+// The correlation of a channel's errors with an effort, where it is largest.
 struct InputCorrelation {
   std::string channel;
   std::string input;  // the joint; "joint1.x" of a spherical one
@@ -26,6 +33,7 @@ struct InputCorrelation {
   double lag_s = 0.0;    // the effort that many seconds before the error
   double p_value = 1.0;  // pays for the lags and for all pairs
   bool significant = false;
+  Correlogram over_lags;
 };
 
 std::vector<Whiteness> TestWhiteness(const LinearizedFit& fit);

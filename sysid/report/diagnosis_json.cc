@@ -8,7 +8,7 @@ namespace sysid {
 SYSID_JSON(ForceCurve, joint, component, unit, trajectory, t, value, std)
 SYSID_JSON(MotionBin, joint, over, unit, from, to, samples, normalized_rms)
 SYSID_JSON(InputCorrelation, channel, input, correlation, lag_s, p_value,
-           significant)
+           significant, over_lags)
 SYSID_JSON(JointForce, joint, unit, rms, std, p_value, significant)
 SYSID_JSON(FollowedMotion, joint, of, share)
 SYSID_JSON(ForceRegression, joint, regressor, label, r2, coefficients)
@@ -19,7 +19,8 @@ inline void to_json(Json& json, const Whiteness& white) {
           {"correlation_samples", Finite(white.time)},
           {"lags", white.lags},
           {"lags_out", white.lags_out},
-          {"p_value", Finite(white.p_value)}};
+          {"p_value", Finite(white.p_value)},
+          {"autocorrelation", white.autocorrelation}};
 }
 
 SYSID_JSON(Where, channels, segments, horizon, bins, whiteness, inputs, force,

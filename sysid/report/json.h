@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "sysid/diagnosis/residual_tests.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
 
@@ -64,6 +65,7 @@ SYSID_JSON(SegmentError, trajectory, t_start, t_end, normalized_rms)
 SYSID_JSON(HorizonError, horizon_s, rms)
 SYSID_JSON(EffortError, joint, rms, percent)
 SYSID_JSON(Discrepancy, joint, force_std, correlation_time_s)
+SYSID_JSON(Correlogram, lag_s, value, band)
 SYSID_JSON(BaseParameter::Term, name, factor)
 SYSID_JSON(BaseParameter, terms, unit, value, std_error)
 SYSID_JSON(HistoryEntry, iteration, cost, time_s)

@@ -183,6 +183,7 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["channels"] = found.train.channels;
   model["segments"] = found.train.segments;
   model["horizon"] = HorizonJson(source, fit, diagnosis);
+  model["residuals"] = ResidualsJson(source, fit);
   model["parameters"] = ParametersJson(source, fit);
   model["correlation"] = Correlation(found.covariance(determined, determined));
   model["correlationNames"] =

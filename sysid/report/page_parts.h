@@ -34,6 +34,12 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis);
 // ModelData.force.
 Json ForcesJson(const Where& where);
 
+// Of the errors of the measured positions:
+
+// ModelData.residuals: whether they are white noise. Null where they cannot be
+// linearised, or where the model was not fitted to them.
+Json ResidualsJson(const PageSource& source, const PageFit& fit);
+
 // Of efforts by the inverse dynamics:
 
 // Empty where none were measured, or a joint's position was not.

@@ -99,6 +99,8 @@ export interface ModelData {
   // What the model misses beside the noise, as a random force: its standard
   // deviation, SI. Empty where the error is that of the noise.
   discrepancy: { joint: string; force_std: number; correlation_time_s: number }[];
+  // Whether the errors are white noise; null: not asked.
+  residuals: ResidualsData | null;
   channels: { name: string; unit: string; rms: number; normalized_rms: number; fit_percent: number | null; noise: number }[];
   segments: { trajectory: string; t_start: number; t_end: number; normalized_rms: number }[];
   // `noise_rms`: what noise alone would make of it, were the model true.
@@ -113,6 +115,18 @@ export interface ModelData {
   force: ForceData[]; // unexplained generalised forces
   files: { name: string; type: string; text: string | null }[]; // to take away; live: GET /api/models/ID/NAME
   nextCommand: string; // "" where there is nothing to do
+}
+
+// Correlations over lags; 99 % of those of white noise are within +-band.
+export interface CorrelogramData {
+  lag_s: number[];
+  value: (number | null)[];
+  band: (number | null)[];
+}
+
+export interface ResidualsData {
+  channels: (CorrelogramData & { channel: string })[]; // with themselves, lag_s later
+  inputs: (CorrelogramData & { channel: string; input: string })[]; // with efforts, lag_s earlier
 }
 
 export interface WholeRunsData {

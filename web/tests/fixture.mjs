@@ -204,6 +204,17 @@ function files(title) {
 }
 
 // `seconds` of two runs, the second held out.
+// White with the effect; without it, joint2 is correlated with itself.
+function correlograms(withEffect) {
+  const of = (lags, value) => ({lag_s: lags, value: lags.map(value), band: lags.map(() => 0.09)});
+  const lags = Array.from({length: 20}, (_, l) => (l + 1) / kRate_hz);
+  return {
+    channels: ['joint1', 'joint2'].map((channel, c) => ({channel,
+      ...of(lags, (t, l) => !withEffect && c ? 0.8 * Math.exp(-12 * t) : 0.05 * Math.sin(7 * l + c))})),
+    inputs: [{channel: 'joint1', input: 'joint2', ...of([-0.1, 0, 0.1, 0.2, 0.3, 0.4], t => withEffect ? 0.02 : 0.4 - t)}],
+  };
+}
+
 export function planarPage({seconds = 8, live = false} = {}) {
   const rng = random(1);
   const n = Math.round(seconds * kRate_hz) + 1;
@@ -229,6 +240,7 @@ export function planarPage({seconds = 8, live = false} = {}) {
       parameters: parameters(withEffect),
       efforts: null, holdoutEfforts: null,
       discrepancy: withEffect ? [] : [{joint: 'joint2', force_std: 0.0471, correlation_time_s: 0.32}],
+      residuals: correlograms(withEffect),
       correlation: withEffect ? [[1, -0.83, 0.21], [-0.83, 1, null], [0.21, null, 1]] : [[1, -0.82], [-0.82, 1]],
       correlationNames: parameters(withEffect).map(p => p.name), notIdentifiable: [['link1.mass', 'link2.mass']],
       histories: [stages('lm'), history('Adam', 80, 0.09, 900)],

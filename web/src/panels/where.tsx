@@ -14,6 +14,7 @@ import {Discrepancy} from './discrepancy';
 import {Efforts} from './efforts';
 import {forceLayers, kQuantities, lawsOf, quantityName} from './force_layers';
 import {Choice, Empty, Panel} from './panel';
+import {Residuals} from './residuals';
 
 const kMapColumns = 100, kPhasePoints = 3000, kPhaseBins = 12, kLawsAtFirst = 2;
 
@@ -33,6 +34,7 @@ export function Where({page}: {page: PageData}) {
         <Horizon page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       </div>
       <Discrepancy page={page} model={model} />
+      <Residuals model={model} />
       <Efforts page={page} r={r} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       <Force page={page} model={model} />
     </Panel>

@@ -121,6 +121,21 @@ test('what the model misses stands beside the noise, as a random force, where it
     assert.equal(await page.locator('#where .discrepancy').count(), 0);
   }));
 
+test('correlations of the errors are drawn in their bands, the farthest outside first', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const title = () => page.locator('#where .residuals figcaption').allInnerTexts();
+    assert.deepEqual(await title(), ['Autocorrelation of the errors of joint2: as given',
+      'Correlation of the errors of joint1 with the effort of joint2: as given']);
+    const charts = page.locator('#where .residuals svg[role=img]');
+    assert.equal(await charts.count(), 2);
+    assert.match(await text(page, '#where .residuals'), /99 % of white noise/);
+    await page.locator('#where .residuals').getByLabel('Channel', {exact: true}).selectOption({label: 'joint1'});
+    assert.match((await title())[0], /errors of joint1/);
+    await page.locator('.controls').getByLabel('Model', {exact: true}).selectOption({index: 1});
+    await settled(page);
+    assert.match((await title())[0], /coulomb_friction@joint2$/);
+  }));
+
 const efforts = page => text(page, '#where .efforts');
 
 test('what the inverse dynamics leave of the efforts is said and drawn, joint by joint', {skip}, () =>
