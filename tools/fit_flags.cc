@@ -43,7 +43,7 @@ const char kDiagnosisFlagsHelp[] =
                              (default: every effect on every joint and link)
   --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at);
-                             what is fixed by name is taken for right
+                             parameters fixed by name are taken as exact
   --add effect@target,...    effects that are in the model already, as pattern
                              too ('viscous_damping@*'; --free 'link*.mass')
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a

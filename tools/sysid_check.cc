@@ -47,9 +47,9 @@ constexpr char kHelp[] =
   --threads N (default: all cores)
   --json FILE|-              machine-readable result
   --out DIR                  check.json
-Each finding says where, by what numbers, what it does to a fit, and what mends
-it, as a flag where one can; the worst is first. docs/checks.md lists them.
-Where nothing is wrong but the model misses the data, that is said too.
+Each finding states its place, the evidence, the consequence for a fit and a
+remedy, as a flag where possible; the worst is first (docs/checks.md). If the
+recordings are correct and the model does not explain them, it says so.
 Exit code: 0 nothing found, 1 findings, 2 bad input.
 )";
 

@@ -37,7 +37,7 @@ served; Ctrl-C ends it.
   --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
                              pendulum3_planar, cartpole, arm7) or a URDF
   --traj A.csv,B.csv         recordings, fitted together
-  --holdout C.csv            recordings that decide which effect is believed
+  --holdout C.csv            recordings not fitted, which decide between effects
                              (default: the last quarter of every run)
   --port N                   on 127.0.0.1 (default: 8080; 0: any free one)
   --out DIR                  saves every model as it is fitted; the same

@@ -153,8 +153,8 @@ class Effect {
     return "";
   }
 
-  // The motion in which the effect differs from others: completes "shows in".
-  // (A kShowsIn of the derived class.)
+  // The motion in which the effect differs from others: completes "is
+  // identified by". (A kShowsIn of the derived class.)
   virtual std::string ShowsIn() const = 0;
 
   // Whether it is a drive's: on a joint without an effort it is none.

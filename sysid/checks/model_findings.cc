@@ -64,8 +64,8 @@ void FindImpossible(const Mechanism& mechanism, const std::string& file,
           : "no body has such masses and moments; the worst is '" +
                 mechanism.links[worst.link].name + "', " + worst.text;
   finding.consequence =
-      "they are used as they stand; where one is free, the fit starts from the "
-      "nearest that a body has";
+      "they are used as given; a free one starts from the nearest physically "
+      "possible inertia";
   findings->push_back(finding);
 }
 

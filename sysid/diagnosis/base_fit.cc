@@ -5,8 +5,6 @@
 #include <cstdio>
 #include <string>
 
-#include "models/error.h"
-
 namespace sysid {
 
 void ShortenSegments(const DiagnosisProblem& problem, Diagnosis* diagnosis) {
@@ -29,8 +27,8 @@ void ShortenSegments(const DiagnosisProblem& problem, Diagnosis* diagnosis) {
   }
   char text[160];
   std::snprintf(text, sizeof(text),
-                "the fit did not converge in segments of %.3g s; this is of "
-                "segments of %.3g s",
+                "the fit did not converge in segments of %.3g s; these results "
+                "are of segments of %.3g s",
                 before, again.fit.segment_s);
   diagnosis->doubts.push_back(text);
   diagnosis->base = std::move(again);
@@ -54,9 +52,7 @@ void AddDoubts(Diagnosis* diagnosis) {
         "they of the same machine?");
   }
   for (const std::vector<std::string>& group : fit.not_identifiable) {
-    doubts.push_back(group.size() == 1
-                         ? "the data does not determine " + group[0]
-                         : "the data cannot tell apart " + Join(group));
+    doubts.push_back(NotIdentifiable(group));
   }
 }
 

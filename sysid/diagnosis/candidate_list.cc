@@ -63,20 +63,20 @@ std::vector<int> RankRefits(const std::vector<CandidateRefit>& refits,
 std::string ToldApartBy(const Screening& screening, int a, int b) {
   const ScreenedEffect& one = screening.effects[a];
   const ScreenedEffect& other = screening.effects[b];
-  const std::string shows = one.name() + " shows in " + one.effect->ShowsIn();
+  const std::string identified =
+      one.name() + " is identified by " + one.effect->ShowsIn();
   constexpr double kSame = 1 - 1e-6;
   if (screening.confusability(a, b) > kSame &&
       screening.confusability(b, a) > kSame) {
-    return "in this mechanism, as it stands, both do the same in every motion "
-           "like these; " +
-           shows;
+    return "with this mechanism and mounting, both have the same effect in "
+           "such motions; " +
+           identified;
   }
   if (one.effect->ShowsIn() == other.effect->ShowsIn()) {
-    return "both show in " + one.effect->ShowsIn() +
-           ", and only how they grow over it tells them apart: the wider its "
-           "range, the better";
+    return "they differ only in how they grow over " + one.effect->ShowsIn() +
+           ": the wider its range, the better";
   }
-  return shows + "; " + other.name() + " in " + other.effect->ShowsIn();
+  return identified + "; " + other.name() + " by " + other.effect->ShowsIn();
 }
 
 }  // namespace

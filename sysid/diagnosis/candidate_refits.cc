@@ -66,7 +66,7 @@ std::string WhyRefused(const EvaluatedModel& before,
   const std::string implausible = WhyImplausible(after);
   if (!implausible.empty()) return implausible;
   if (!IsWorse(before.cv, after.cv, tried)) {
-    return "with it unseen data are not predicted better";
+    return "it does not improve the prediction of held-out data";
   }
   // Runs of their own say more than stretches of those that were fitted.
   return after.holdout_error() < before.holdout_error()

@@ -220,7 +220,8 @@ Search::Found Search::Find() {
   if (found.best >= 0 && !options_.add &&
       !Chance(*found.get()->after).empty()) {
     found.get()->refused =
-        "a random force like what is still missing may make it up";
+        "a random force as large as the remaining model error could explain "
+        "the gain by chance";
     found.best = -1;
   }
   return found;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "models/error.h"
 #include "sysid/estimation/identifiability.h"
 
 namespace sysid {
@@ -59,6 +60,13 @@ Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
 }
 
 }  // namespace
+
+std::string NotIdentifiable(const std::vector<std::string>& group) {
+  return Join(group) +
+         (group.size() == 1 ? " is not identifiable"
+                            : " are not separately identifiable") +
+         " from this data";
+}
 
 bool HeldByBounds(const FreeParameter& free, double value) {
   const double scale = std::max(std::abs(value), free.parameter.typical_scale);

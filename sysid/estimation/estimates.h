@@ -28,6 +28,10 @@ struct Estimates {
   Eigen::MatrixXd covariance;  // of the parameters' values
 };
 
+// "a is not identifiable from this data", of a group of
+// Estimates::not_identifiable.
+std::string NotIdentifiable(const std::vector<std::string>& group);
+
 // Whether a value is at one of its bounds.
 bool HeldByBounds(const FreeParameter& free, double value);
 

@@ -28,10 +28,9 @@ std::string NoReference(const Comparison& comparison) {
     }
   }
   if (names.empty()) return "";
-  return "  no distance from lm in " + Join(names) + ": lm " +
-         (comparison.runs[0].fit.converged ? "does not determine "
-                                           : "has not converged in ") +
-         (names.size() == 1 ? "it\n" : "them\n");
+  return "  no distance from lm in " + Join(names) + ": " +
+         (comparison.runs[0].fit.converged ? "not identifiable\n"
+                                           : "lm has not converged\n");
 }
 
 std::string SolverTable(const Comparison& comparison) {
@@ -181,17 +180,14 @@ std::string ComparisonText(const Session& session,
       ", three solvers from the same values (lm: inverse dynamics first)\n" +
       CheckedLine(session) + "\n" + SolverTable(comparison) + "\n" +
       ParameterTable(comparison) + "\n" +
-      "  the mixture's deviation beside Levenberg-Marquardt's standard "
-      "error:\n";
+      "  the mixture's standard deviation compared with Levenberg-Marquardt's "
+      "standard error:\n";
   for (const UncertaintyComparison& u : comparison.uncertainty) {
     text += "  " + u.parameter + ": " + u.why + "\n";
   }
   for (const SolverRun& run : comparison.runs) {
     for (const std::vector<std::string>& group : run.fit.not_identifiable) {
-      text +=
-          "  " + run.solver + ": this data " +
-          (group.size() == 1 ? "does not determine " : "cannot tell apart ") +
-          Join(group) + "\n";
+      text += "  " + run.solver + ": " + NotIdentifiable(group) + "\n";
     }
     if (run.mixture) {
       for (const std::string& remark : run.mixture->remarks) {

@@ -55,29 +55,28 @@ std::string WhereText(const Where& where) {
             Format(": %.2g ", force.rms) + force.unit + " rms";
     for (const ForceRegression& law : where.regression) {
       if (law.joint != force.joint) continue;
-      text += ", " + Format("%.0f %% of it like ", 100 * law.r2) + law.label;
+      text += ", " + Format("%.0f %% explained by ", 100 * law.r2) + law.label;
       break;
     }
     text += "\n";
   }
   for (const FollowedMotion& followed : where.followed) {
-    text += "  what is left of the effort of " + followed.joint +
+    text += "  inverse-dynamics residual of " + followed.joint +
             " follows the motion of " + followed.of +
-            Format(" (%.0f %% of it)\n", 100 * followed.share);
+            Format(" (%.0f %% of its mean square)\n", 100 * followed.share);
   }
   for (const Whiteness& white : where.whiteness) {
     if (!(white.p_value < 0.01)) continue;
-    text += "  errors of " + white.channel +
-            Format(" are no noise: correlated over %.2g samples (p %s)\n",
+    text += "  residuals of " + white.channel +
+            Format(" are not white: correlated over %.2g samples (p %s)\n",
                    white.time, Probability(white.p_value).c_str());
   }
   for (const InputCorrelation& input : where.inputs) {
     if (!input.significant) continue;
-    text += "  errors of " + input.channel + " follow the effort of " +
-            input.input +
-            Format(" (correlation %.2g, %.3g s %s)\n", input.correlation,
-                   std::abs(input.lag_s),
-                   input.lag_s < 0 ? "before it" : "after it");
+    text +=
+        "  residuals of " + input.channel +
+        " are correlated with the effort of " + input.input +
+        Format(" (%.2g at a lag of %.3g s)\n", input.correlation, input.lag_s);
   }
   return text;
 }
@@ -122,23 +121,24 @@ std::string WhichText(const Diagnosis& diagnosis) {
               c.confirmed->together_with + "\n";
     }
     if (c.confirmed && !c.confirmed->accepted) {
-      text += Format("  %-*s refused: ", static_cast<int>(width), "") +
+      text += Format("  %-*s rejected: ", static_cast<int>(width), "") +
               c.confirmed->refused + "\n";
     }
   }
   if (!candidates.empty() && candidates[0].confirmed &&
       candidates[0].confirmed->accepted &&
       !candidates[0].indistinguishable_from.empty()) {
-    text += "  this data cannot tell " + candidates[0].screened.name() +
-            " from " + Join(candidates[0].indistinguishable_from) + ": " +
-            candidates[0].told_apart_by + "\n";
+    text += "  " + candidates[0].screened.name() +
+            " is indistinguishable from " +
+            Join(candidates[0].indistinguishable_from) +
+            " in this data: " + candidates[0].told_apart_by + "\n";
   }
   return text;
 }
 
 // What this data would have shown.
 std::string PowerText(const Diagnosis& diagnosis) {
-  std::string text = "the least that this data would have shown\n ";
+  std::string text = "smallest detectable parameters with this data\n ";
   size_t column = 0;
   for (const CandidateEffect& c : diagnosis.candidates) {
     for (const ExpectedParameter& p : c.screened.parameters) {
@@ -198,16 +198,29 @@ Answer AnswerOf(const Diagnosis& diagnosis) {
   return {diagnosis.proposed, first.train, first.holdout};
 }
 
-std::string WithThem(const Answer& answer, const char* them) {
-  return "; with " + std::string(them) + " the error is " +
-         Times(answer.train) + " (held out " + Times(answer.holdout) + ").";
+std::string TheErrorIs(const Answer& answer) {
+  return " the error is " + Times(answer.train) + " (held out " +
+         Times(answer.holdout) + ").";
 }
 
 // Where a search ended that does not explain the data.
 std::string AfterSteps(const Diagnosis& diagnosis, const Answer& answer) {
   if (diagnosis.steps.empty() || answer.effects.empty()) return "";
-  return " With " + ListEffects(answer.effects, " and ") + " it ends at " +
-         Times(answer.train) + " (held out " + Times(answer.holdout) + ").";
+  return " With " + ListEffects(answer.effects, " and ") + TheErrorIs(answer);
+}
+
+// Of the final model. Without --auto an effect may be missing from it.
+const char* FinalWords(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kAdequate:
+      return ": adequate";
+    case Verdict::kMissingEffect:
+    case Verdict::kUndecided:
+      return ": an effect is missing";
+    case Verdict::kUnexplained:
+      break;
+  }
+  return ": above the noise floor";
 }
 
 }  // namespace
@@ -228,7 +241,7 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
     return text + "." + AfterSteps(diagnosis, AnswerOf(diagnosis));
   }
   if (diagnosis.verdict == Verdict::kAdequate) {
-    text += ": nothing is missing that matters to it";
+    text += ": no relevant effect is missing";
     for (const CandidateEffect& candidate : diagnosis.candidates) {
       if (!(candidate.screened.p_value < kSignificant)) continue;
       text +=
@@ -255,16 +268,16 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
       rivals.push_back(ListEffects(rival, " and "));
     }
     return text +
-           ": an effect is missing, and this data does not decide which: " +
-           Join(rivals, ", or ") + WithThem(answer, "the first");
+           ": an effect is missing; these explain the data equally well: " +
+           Join(rivals, "; ") + ". With the first" + TheErrorIs(answer);
   }
   text += ": " + ListEffects(answer.effects, " and ");
   if (answer.effects.size() < 2) {
-    return text + " is missing" + WithThem(answer, "it");
+    return text + " is missing; with it" + TheErrorIs(answer);
   }
   return text + " are missing" +
          (diagnosis.steps.empty() ? ", which only together explain it" : "") +
-         WithThem(answer, "them");
+         "; with them" + TheErrorIs(answer);
 }
 
 std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
@@ -278,21 +291,23 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
            ": over segments of " + SegmentLengths(last.fit) +
            ", each from its own initial state, the error is " +
            Times(last.train_error()) + " times the noise (held out " +
-           Times(last.holdout_error()) + "), and " +
+           Times(last.holdout_error()) + "), " +
            (diagnosis.final_verdict == Verdict::kAdequate
-                ? "nothing is missing that matters to it. "
-                : "the model still misses something. ");
+                ? "and no relevant effect is missing. "
+                : "still above the noise floor. ");
   }
   if (diagnosis.by_equations) {
     std::vector<std::string> followed;
     for (const FollowedMotion& one : diagnosis.where.followed) {
-      followed.push_back("the effort of " + one.joint + " the motion of " +
-                         one.of);
+      followed.push_back("that of " + one.joint + " follows " + one.of);
     }
-    text += "What is left follows other joints, which no effect describes: " +
-            Join(followed, " and ") +
-            ". So the values are those of the equations of motion over whole "
-            "runs: a fit of the motion would make up for these forces";
+    text +=
+        "The inverse-dynamics residual follows the motion of other joints, "
+        "which no effect describes: " +
+        Join(followed, " and ") +
+        ". The values are therefore those of the inverse dynamics over whole "
+        "runs: a fit of the motion would compensate for these forces. With "
+        "these values";
   } else {
     text += "Fitted once more, as one trajectory over each whole run";
   }
@@ -359,7 +374,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
             ToString(diagnosis.verdict)) +
       "\n";
   for (const std::string& doubt : diagnosis.doubts) {
-    text += "  " + Paint(colour, kRed, "not to be trusted: " + doubt) + "\n";
+    text += "  " + Paint(colour, kRed, "unreliable fit: " + doubt) + "\n";
   }
   text += "  " + DiagnosisSentence(diagnosis) + "\n";
   text += Format(
@@ -373,19 +388,17 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
   if (!diagnosis.steps.empty()) text += StepsText(diagnosis);
   if (final != nullptr) {
-    text += "the model now: " +
+    text += "final model: " +
             (final->session.effects.empty() ? std::string("no effects")
                                             : Join(final->session.effects)) +
-            (diagnosis.final_verdict == Verdict::kAdequate
-                 ? ": adequate\n"
-                 : ": still misses something\n");
+            FinalWords(diagnosis.final_verdict) + "\n";
     for (const ParameterEstimate& p : final->fit.parameters) {
       text +=
           "  " + p.name + " = " + Value(p.value, p.std_error) +
           (std::isfinite(p.std_error) ? Format(" +- %.2g", 1.96 * p.std_error)
                                       : std::string()) +
           Behind(p.unit) +
-          (p.identifiable ? "" : ", not determined by this data") +
+          (p.identifiable ? "" : ", not identifiable from this data") +
           (p.at_bound ? ", at its bound" : "") + "\n";
     }
     if (!final->fit.converged) {

@@ -218,8 +218,10 @@ std::string IdentifiedUrdf(const Session& session, const Fit& fit) {
     std::string line = p.name + " = " + ShortestText(p.value) + " " + p.unit;
     if (std::isfinite(p.std_error)) {
       line += ", standard error " + ShortestText(p.std_error);
-    } else {
-      line += ", not determined by the data";
+    } else if (!p.identifiable) {
+      line += ", not identifiable from the data";
+    } else if (p.at_bound) {
+      line += ", at its bound";
     }
     comments.push_back(line);
   }

@@ -24,7 +24,7 @@ std::string ParameterTable(const Fit& fit) {
     std::string remark = p.unit;
     std::string width = "-";
     if (!p.identifiable) {
-      remark += "  not determined by this data";
+      remark += "  not identifiable from this data";
     } else if (p.at_bound) {
       remark += "  at its bound";
     }
@@ -77,9 +77,8 @@ std::string BaseTable(const Fit& fit) {
   for (const BaseParameter& base : fit.base) {
     width = std::max(width, BaseName(base).size());
   }
-  std::string text =
-      Format("  %-*s %16s %12s  %s\n", static_cast<int>(width),
-             "what the equations of motion show", "value", "+- (95 %)", "unit");
+  std::string text = Format("  %-*s %16s %12s  %s\n", static_cast<int>(width),
+                            "base parameter", "value", "+- (95 %)", "unit");
   for (const BaseParameter& base : fit.base) {
     text += Format("  %-*s %16s %12s  ", static_cast<int>(width),
                    BaseName(base).c_str(),
@@ -92,9 +91,9 @@ std::string BaseTable(const Fit& fit) {
 
 std::string EffortLine(const Fit& fit) {
   if (fit.effort.empty()) return "";
-  std::string text = "  left of the efforts by the inverse dynamics:";
+  std::string text = "  inverse-dynamics residual, % of the rms effort:";
   for (const EffortError& effort : fit.effort) {
-    text += " " + effort.joint + Format(" %.3g %%,", effort.percent);
+    text += " " + effort.joint + Format(" %.3g,", effort.percent);
   }
   text.back() = '\n';
   return text;
@@ -102,7 +101,7 @@ std::string EffortLine(const Fit& fit) {
 
 std::string DiscrepancyLine(const Fit& fit) {
   if (fit.discrepancy.empty()) return "";
-  std::string text = "  missing beside the noise, as a random force:";
+  std::string text = "  model error as a random force:";
   for (const Discrepancy& missing : fit.discrepancy) {
     const auto& joints = fit.model.mechanism().joints;
     const auto joint =
@@ -113,7 +112,8 @@ std::string DiscrepancyLine(const Fit& fit) {
     text += " " + missing.joint + Format(" %.3g ", missing.force_std) +
             (slide ? "N," : "N m,");
   }
-  return text + Format(" correlated over %.2g s\n",
+  text.back() = ';';
+  return text + Format(" correlation time %.2g s\n",
                        fit.discrepancy[0].correlation_time_s);
 }
 
@@ -140,8 +140,8 @@ std::string ErrorVerdict(const Fit& fit, Floor floor) {
     case Floor::kReached:
       return "at the noise floor";
     case Floor::kPerhaps:
-      return "at the noise floor, as far as " + CountOf(fit.samples, "sample") +
-             " tell the noise";
+      return "at the noise floor, as far as the noise can be estimated from " +
+             CountOf(fit.samples, "sample");
     case Floor::kMissed:
       break;
   }
@@ -228,7 +228,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   std::string text =
       Paint(colour, kBold, session.model_name) + ": " +
       (fit.parameters.empty()
-           ? "as it stands, nothing is free: compared with "
+           ? "no free parameters: compared with "
            : CountOf(fit.parameters.size(), "parameter") + " fitted to ") +
       CountOf(problem.runs().size(), "run") + ", " +
       CountOf(fit.samples, "sample") + ", " +
@@ -289,11 +289,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");
   for (const std::vector<std::string>& group : fit.not_identifiable) {
     if (regrouped) break;  // as the table says
-    text += "  " +
-            Paint(colour, kRed,
-                  group.size() == 1
-                      ? "this data does not determine " + group[0]
-                      : "this data cannot tell apart " + Join(group)) +
+    text += "  " + Paint(colour, kRed, NotIdentifiable(group)) +
             (group.size() == 1 ? ": fix it\n"
                                : ": fix one of them, or give a prior\n");
   }

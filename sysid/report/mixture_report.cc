@@ -28,8 +28,8 @@ std::string MixtureText(const MixtureFit& mixture) {
   }
   row("mixture", "", kernels.Mean(), kernels.Std());
   text +=
-      "  (+- is one standard deviation of a kernel: how far training narrowed "
-      "it, not what the noise leaves open)\n";
+      "  (+- is one standard deviation of a kernel: a result of training, not "
+      "the uncertainty due to the noise)\n";
   for (const std::string& remark : mixture.remarks) {
     text += "  " + remark + "\n";
   }

@@ -85,8 +85,8 @@ size_t CheckSessionData(Session* session, const FitOutcome& outcome) {
   Note(fresh, session);
   if (!result.not_asked.empty()) {
     session->notices.push_back(
-        "not asked within a quarter of the fit's time: " +
-        Names(result.not_asked) + "; sysid_check asks all");
+        "not tested within a quarter of the fit's time: " +
+        Names(result.not_asked) + "; sysid_check tests all");
   }
   return before;
 }

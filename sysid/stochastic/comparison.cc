@@ -161,10 +161,10 @@ std::string WhyTheyDiffer(const ParameterEstimate& lm, double mixture,
                                  ? Words("narrowed %.3g-fold", narrowed)
                                  : Words("widened %.3g-fold", 1.0 / narrowed);
   if (!lm.identifiable) {
-    return "the data does not determine it; the mixture " + course +
+    return "not identifiable from this data; the mixture " + course +
            (narrowed > 2.0
-                ? " all the same: diagonal kernels cannot lie along a "
-                  "direction in which several parameters move together"
+                ? " nevertheless: kernels of diagonal covariance cannot "
+                  "represent correlated parameters"
                 : "");
   }
   if (!std::isfinite(lm.std_error)) {
@@ -172,21 +172,21 @@ std::string WhyTheyDiffer(const ParameterEstimate& lm, double mixture,
   }
   const double ratio = mixture / lm.std_error;
   if (ratio > kAlike) {
-    return Words("%.3g times wider: ", ratio) +
+    return Words("%.3g times as large: ", ratio) +
            (narrowed > 1.0
-                ? Words("%d epochs narrowed it %.3g-fold, and more would "
-                        "narrow it further, whatever the noise",
+                ? Words("%d epochs reduced it %.3g-fold; more epochs would "
+                        "reduce it further, independent of the noise",
                         epochs, narrowed)
                 : Words("in %d epochs it ", epochs) + course +
                       " instead of narrowing");
   }
   if (ratio < 1.0 / kAlike) {
-    return Words("%.3g times narrower: ", 1.0 / ratio) +
-           "nothing in a mean loss keeps a deviation from shrinking, whatever "
-           "the noise, and the first states are taken as exact";
+    return Words("%.3g times smaller: ", 1.0 / ratio) +
+           "a mean loss sets no lower limit to a deviation, whatever the "
+           "noise, and the initial states are taken as exact";
   }
-  return Words("alike (%.2g of it), by chance: ", ratio) +
-         "the number of epochs sets a deviation, not the noise";
+  return Words("similar (%.2g times), by coincidence: ", ratio) +
+         "it depends on the number of epochs, not on the noise";
 }
 
 void CompareUncertainty(const ShootingProblem& problem, Comparison* out) {

@@ -147,7 +147,7 @@ function candidates(force) {
     make('coulomb_friction', 'joint2', '-c sign(qd), smoothed', 1.04, 'joint2.friction', 'N m', kFriction, {
       confirmed: {train: 1.002, holdout: 1.01, togetherWith: '', parameters: [{name: 'joint2.friction', unit: 'N m', value: 0.04998}]},
       accepted: true, indistinguishableFrom: ['stribeck_friction@joint2'],
-      separatedBy: 'a run that stays slow, below 0.1 rad/s, for some seconds',
+      separatedBy: 'stribeck_friction@joint2 is identified by very slow beside fast motion of the joint',
       force: law(v => -kFriction * Math.tanh(v / 0.01)),
     }),
     make('viscous_damping', 'joint2', '-d qd', 3.4, 'joint2.damping', 'N m s/rad', 0.0173, {
@@ -273,12 +273,12 @@ export function fitPage() {
 export function failedPage() {
   const page = planarPage();
   const [given, added] = page.models;
-  const doubted = {...given, doubts: ['link1.inertia_scale ended at its bound', 'the data cannot tell apart link1.mass, link2.mass'],
+  const doubted = {...given, doubts: ['link1.inertia_scale ended at its bound', 'link1.mass, link2.mass are not separately identifiable from this data'],
     candidates: given.candidates.map((c, i) => ({...c, predictedError: null, noPrediction: 'the model is too far from this data for a prediction', pValue: i ? c.pValue : 1}))};
   const whole = {...wholeRuns(false, added), trainError: 8.75, sentence: 'The error is 8.75 times the noise (held out 9.1): the model misses something.'};
   const final = {...added, id: 2, title: 'final fit, whole runs', verdict: null, sentence: whole.sentence, trainError: 8.75, holdoutError: 9.1, joined: true};
   return {...page, models: [doubted, {...added, wholeRuns: whole}, final],
-    conclusion: {good: false, sentence: 'The search ended with coulomb_friction@joint2: over segments of 2 s, each from its own state, the error is 1.00 times the noise (held out 1.01), and nothing is missing that matters to it. '
+    conclusion: {good: false, sentence: 'The search ended with coulomb_friction@joint2: over segments of 2 s, each from its own state, the error is 1.00 times the noise (held out 1.01), and no relevant effect is missing. '
       + 'Fitted once more, as one trajectory over each whole run, the error is 8.75 times the noise (held out 9.1): the model misses something. What is small over a segment adds up over a whole run.'}};
 }
 

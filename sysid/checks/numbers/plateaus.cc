@@ -179,14 +179,15 @@ void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
         "it runs into " + ShortNumber(levels.front()) +
             (levels.size() > 1 ? " and " + ShortNumber(levels.back()) : "") +
             " and stays there exactly",
-        "the motion went on where the sensor ends: what is fitted is "
-        "too slow and too small");
+        "the motion went on beyond the range of the sensor: the fitted motion "
+        "is too slow and too small");
     // What sticks within the last step of coarse digits looks the same: these
     // are certain, and stand first.
     if (CoarseDigits(series)) {
       finding.severity = Severity::kHarmful;
       finding.weight = 0.0;
-      finding.consequence += "; or it sticks within the last of its digits";
+      finding.consequence +=
+          "; or the joint sticks within one quantisation step";
     }
     findings->push_back(finding);
   }
@@ -215,7 +216,7 @@ void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings) {
         OfSpans(input, series, spans, "frozen",
                 "it stands at " + ShortNumber(series.y[spans.front().first]) +
                     " exactly, and the motion comes and goes at speed",
-                "a channel that hung or dropped out: the motion went on"));
+                "the channel hung or dropped out while the motion went on"));
   }
 }
 
@@ -233,8 +234,8 @@ void CheckQuantisation(const CheckInput& input,
                        " apart: " + ShortNumber(100 * quantum / series.range) +
                        " % of its range";
     finding.consequence =
-        "the error is that of rounding, the same for many samples: intervals "
-        "come out too narrow, velocities rough";
+        "rounding errors are correlated over many samples: confidence "
+        "intervals are too narrow, velocities rough";
     finding.remedies = {"--noise " + ShortNumber(quantum / std::sqrt(12.0))};
     findings->push_back(finding);
   }

@@ -45,8 +45,7 @@ void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings) {
     Finding finding = At(series, "degrees", Severity::kWrong);
     finding.weight = 1e5;
     finding.evidence = report.reason;
-    finding.consequence =
-        "read as radians the motion is another one altogether";
+    finding.consequence = "read as radians, the motion is entirely different";
     finding.remedies = {ColumnsFlag(
         input, {{series.column, Times(source, "0.017453292519943295")}})};
     findings->push_back(finding);

@@ -74,7 +74,8 @@ void CheckRates(const CheckInput& input, std::vector<Finding>* findings) {
                        ShortNumber(1.0 / part) + " samples, " +
                        ShortNumber(period) + " s apart";
     finding.consequence =
-        "between so few samples a swing the motion is anybody's guess";
+        "with so few samples per period the motion between samples is "
+        "undetermined";
     finding.remedies = {"record at " + ShortNumber(10 * part / period / 2) +
                         " Hz or more"};
     findings->push_back(finding);

@@ -85,7 +85,7 @@ void CheckSpikes(const CheckInput& input, std::vector<Finding>* findings) {
         ShortNumber(series.t[at]) + " s; the motion makes at most " +
         ShortNumber(series.step) + " from one sample to the next";
     finding.consequence =
-        "least squares bend the whole trajectory towards them";
+        "outliers bias a least-squares fit of the whole trajectory";
     const auto spans = Times(series.t, spikes);
     constexpr size_t kMost = 20;
     if (spans.size() <= kMost) {
@@ -120,7 +120,7 @@ void CheckEffortSpikes(const CheckInput& input,
                          ShortNumber(effort[spikes.front()]) + " at " +
                          ShortNumber(run->t[spikes.front()]) + " s";
       finding.consequence =
-          "the model is pushed there, and what was measured was not";
+          "the spike acts on the model, but did not act on the mechanism";
       finding.remedies = {
           "write the effort of the sample before in their place"};
       findings->push_back(finding);

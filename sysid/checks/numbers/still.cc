@@ -104,8 +104,8 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
                        ShortNumber(looked_at * window) + " s, longest for " +
                        ShortNumber((last - first) * window) + " s";
     finding.consequence =
-        "what stands still tells of dry friction alone, and weighs in the "
-        "error as if it were predicted";
+        "rest is informative about dry friction only, but counts in the error "
+        "as correctly predicted";
     // All columns together, for they are still together.
     constexpr double kWorthIt = 1.0;  // s
     std::erase_if(rests, [&](const auto& rest) {

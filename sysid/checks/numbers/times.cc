@@ -94,10 +94,11 @@ void CheckJitter(const CheckInput& input, std::vector<Finding>* findings) {
     finding.evidence = "the steps of t vary by " + ShortNumber(1e3 * spread) +
                        " ms about " + ShortNumber(1e3 * period) + " ms, but " +
                        column + " is " + ShortNumber(most) +
-                       " times smoother by the count of its samples: "
-                       "they were even, and the stamps are wrong";
+                       " times smoother over evenly spaced times: "
+                       "sampling was even, and the time stamps are wrong";
     finding.consequence =
-        "each stamp that is wrong is an error of the speed times as much, " +
+        "an error of a time stamp causes a position error of velocity times "
+        "that error, " +
         ShortNumber(by_stamps) + " in " + column;
     finding.remedies = {
         "record t where the sample is taken, or write even "
@@ -160,7 +161,7 @@ void CheckSamples(const CheckInput& input, std::vector<Finding>* findings) {
                        std::to_string(run->size()) + " samples, for " +
                        ShortNumber(fitted) + " that are to be fitted";
     finding.consequence =
-        "neither the noise nor the error of a fit can be judged by so few";
+        "too few to estimate the noise or to judge the error of a fit";
     finding.remedies = {"record longer, or at a higher rate"};
     findings->push_back(finding);
   }

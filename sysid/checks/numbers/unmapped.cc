@@ -62,10 +62,10 @@ void CheckRun(const CheckInput& input, const Run& run,
   finding.severity = Severity::kWrong;
   finding.file = run.name;
   finding.evidence = "no column is read as " + finding.subject +
-                     ", and nobody reads " + Join(run.unread);
+                     ", and these columns are unused: " + Join(run.unread);
   finding.consequence =
-      "a joint that is not measured is predicted alone, and an effort that is "
-      "not read moves the mechanism all the same";
+      "an unmeasured joint is only predicted, and an effort that is not read "
+      "still acted on the mechanism";
   finding.remedies = {ColumnsFlag(
       input.runs.size() == 1 ? input : OfOneRun(input, run), columns)};
   findings->push_back(finding);

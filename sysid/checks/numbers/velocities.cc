@@ -85,8 +85,8 @@ Finding Of(const Pair& pair, const std::string& fault) {
 }
 
 std::string Changes(const Pair& pair, const Agreement& as_read) {
-  return pair.q->column + " changes by " + ShortNumber(as_read.slope) +
-         " times what " + pair.qd->column + " says (correlation " +
+  return "changes of " + pair.q->column + " are " + ShortNumber(as_read.slope) +
+         " times the integral of " + pair.qd->column + " (correlation " +
          ShortNumber(as_read.correlation) + ")";
 }
 
@@ -110,9 +110,9 @@ std::optional<Finding> FindSwapped(const CheckInput& input,
       continue;
     }
     Finding finding = Of(pair, "velocities_swapped");
-    finding.evidence = Changes(pair, as_read) + ", but by " +
-                       ShortNumber(theirs.slope) + " times what " +
-                       other.qd->column + " says (correlation " +
+    finding.evidence = Changes(pair, as_read) + ", but " +
+                       ShortNumber(theirs.slope) + " times that of " +
+                       other.qd->column + " (correlation " +
                        ShortNumber(theirs.correlation) + ")";
     finding.remedies = {ColumnsFlag(
         input, {{pair.qd->column, SourceOf(input, other.qd->column)},

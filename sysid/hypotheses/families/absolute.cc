@@ -51,7 +51,7 @@ void AbsoluteHypotheses(const CheckInput& input,
     }
     hypothesis.says =
         Words("with " + hypothesis.subject() +
-              " measured from the world instead of from the link before");
+              " measured relative to the world instead of the parent link");
     hypothesis.consequence =
         "a URDF's joint angle is that between its two links";
     hypothesis.corrected = [which, mechanism](double) {

@@ -27,7 +27,7 @@ void ClockHypotheses(const CheckInput& input,
            " m/s^2: a wrong clock, or wrong lengths)";
   };
   hypothesis.consequence =
-      "lengths, masses or frictions are fitted that make up for the clock";
+      "fitted lengths, masses or frictions compensate for the wrong clock";
   all->push_back(hypothesis);
 }
 

@@ -36,7 +36,7 @@ void DelayHypotheses(const CheckInput& input,
              (delay > 0 ? "earlier" : "later");
     };
     hypothesis.consequence =
-        "a lag between columns passes for damping, and bends what is fitted";
+        "a lag between columns acts like damping and biases the parameters";
     all->push_back(hypothesis);
   };
   std::vector<std::string> efforts, columns;

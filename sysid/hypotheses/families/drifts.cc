@@ -76,7 +76,7 @@ void DriftHypotheses(const CheckInput& input,
              ShortNumber(rate) + " (+- " + ShortNumber(within) + ") " + unit;
     };
     hypothesis.consequence =
-        "what is fitted to its beginning does not hold at its end";
+        "parameters fitted to its beginning do not hold at its end";
     all->push_back(hypothesis);
   }
 }

@@ -36,7 +36,7 @@ DataHypothesis Gain(const std::vector<std::string>& names) {
            (factor > 1.0 ? "heavy" : "light") + ")";
   };
   hypothesis.consequence =
-      "masses, frictions and springs are fitted in its unit, not in theirs";
+      "fitted masses, frictions and stiffnesses are scaled by the same factor";
   return hypothesis;
 }
 
@@ -48,8 +48,7 @@ DataHypothesis WithoutInfluence(const std::string& column) {
   hypothesis.subjects = {column};
   hypothesis.corrected = [column](double) { return Scaled({column}, 1e-9); };
   hypothesis.says = Words("without " + column);
-  hypothesis.consequence =
-      "what was recorded there is not what moved the mechanism";
+  hypothesis.consequence = "the recorded effort did not act on the mechanism";
   return hypothesis;
 }
 

@@ -27,7 +27,7 @@ void OrderHypotheses(const CheckInput& input,
     hypothesis.says = Words("with " + what + " of " + first + " and " + second +
                             " exchanged");
     hypothesis.consequence =
-        "as it stands each joint is fitted to what another one did";
+        "each joint is fitted to the data of another joint";
     all->push_back(hypothesis);
   };
   for (size_t i = 0; i < joints.size(); ++i) {

@@ -58,7 +58,7 @@ void QuaternionOrders(const CheckInput& input,
     hypothesis.says =
         Words("with the quaternion of " + names + " read " + order.says);
     hypothesis.consequence =
-        "what is read is a rotation too, but another one: nothing warns of it";
+        "what is read is a valid but different rotation: no error reveals it";
     hypothesis.corrected = [=](double) {
       std::vector<CorrectedColumn> columns;
       for (const int j : joints) {

@@ -15,8 +15,8 @@ void SignHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
     hypothesis.corrected = [columns](double) { return Scaled(columns, -1.0); };
     hypothesis.says = Words(says);
     hypothesis.consequence =
-        "as it stands the model moves the wrong way there: what is fitted "
-        "makes up for that";
+        "with this sign the model moves in the wrong direction, and the fitted "
+        "parameters compensate for it";
     all->push_back(hypothesis);
   };
   const std::vector<int> driven = DrivenJoints(input);

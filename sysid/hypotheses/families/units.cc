@@ -30,7 +30,7 @@ void AddUnit(const CheckInput& input, int j, const Unit& unit,
   hypothesis.subjects = {column};
   hypothesis.says = Words("with " + column + " in " + unit.name);
   hypothesis.consequence = std::string("read as ") + unit.ours +
-                           " the motion is another one altogether";
+                           ", the motion is entirely different";
   const std::vector<std::string> columns = MotionColumns(name);
   hypothesis.corrected = [=](double) { return Scaled(columns, unit.factor); };
   all->push_back(hypothesis);

@@ -116,10 +116,11 @@ TEST_P(HiddenEffects, AreFoundAndAdded) {
   EXPECT_EQ(diagnosis.verdict, diagnosis.rivals.empty()
                                    ? Verdict::kMissingEffect
                                    : Verdict::kUndecided);
-  EXPECT_THAT(DiagnosisSentence(diagnosis),
-              HasSubstr(diagnosis.rivals.empty()
-                            ? effect + " is missing"
-                            : "does not decide which: " + effect + ", or "));
+  EXPECT_THAT(
+      DiagnosisSentence(diagnosis),
+      HasSubstr(diagnosis.rivals.empty()
+                    ? effect + " is missing"
+                    : "explain the data equally well: " + effect + "; "));
   // One step, and it is over.
   ASSERT_EQ(diagnosis.steps.size(), 1u);
   const DiagnosisStep& step = diagnosis.steps.front();
@@ -244,7 +245,8 @@ TEST(Diagnose, FindsNothingMissingInACompleteModel) {
     EXPECT_THAT(diagnosis.doubts, IsEmpty());
     EXPECT_NEAR(diagnosis.base.train_error(), 1.0, 0.1);
     EXPECT_NEAR(diagnosis.base.holdout_error(), 1.0, 0.1);
-    EXPECT_THAT(DiagnosisSentence(diagnosis), HasSubstr("nothing is missing"));
+    EXPECT_THAT(DiagnosisSentence(diagnosis),
+                HasSubstr("no relevant effect is missing"));
     EXPECT_GE(diagnosis.candidates.size(), 15u);
     EXPECT_GT(diagnosis.tests, 15);
     for (const CandidateEffect& candidate : diagnosis.candidates) {
@@ -285,7 +287,7 @@ TEST(Diagnose, RefusesWhatLowersOnlyTheFittedError) {
   EXPECT_FALSE(damping->confirmed->accepted);
   EXPECT_THAT(damping->confirmed->refused,
               AnyOf("it does not lower the error of the held-out runs",
-                    "with it unseen data are not predicted better"));
+                    "it does not improve the prediction of held-out data"));
   EXPECT_EQ(diagnosis.verdict, Verdict::kUnexplained);
   EXPECT_THAT(diagnosis.added(), Not(Contains("viscous_damping@joint1")));
 }
@@ -371,7 +373,8 @@ TEST(Diagnose, DoubtsAFitThatTheDataDoesNotDetermine) {
   const Diagnosis diagnosis = Diagnosed(problem, false);
   SCOPED_TRACE(Print(diagnosis));
   EXPECT_THAT(diagnosis.doubts,
-              ElementsAre("the data cannot tell apart link1.mass, link2.mass"));
+              ElementsAre("link1.mass, link2.mass are not separately "
+                          "identifiable from this data"));
   EXPECT_EQ(diagnosis.verdict, Verdict::kAdequate);
 }
 

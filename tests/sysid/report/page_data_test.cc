@@ -193,7 +193,7 @@ TEST_F(DiagnosedPage, SaysWhereTheSearchEnded) {
   const std::string sentence = conclusion["sentence"];
   EXPECT_THAT(sentence, StartsWith("The search ended with viscous_damping@"
                                    "joint1: over segments of "));
-  EXPECT_THAT(sentence, HasSubstr("nothing is missing that matters to it. "
+  EXPECT_THAT(sentence, HasSubstr("), and no relevant effect is missing. "
                                   "Fitted once more, as one trajectory over "
                                   "each whole run, the error is "));
   const Json& models = (*page_)["models"];

@@ -19,7 +19,7 @@ const kColumns: Column<ParameterData>[] = [
   {key: 'ci', name: '95 % interval', number: true, cell: p => interval(p)},
   {key: 'bounds', name: 'bounds', number: true, cell: p => bounds(p)},
   {key: 'state', name: 'remark', cell: p => [
-    p.atBound && 'at its bound', !p.identifiable && 'not determined by the data'].filter(Boolean).join(', ') || '–'},
+    p.atBound && 'at its bound', !p.identifiable && 'not identifiable'].filter(Boolean).join(', ') || '–'},
 ];
 
 // Within the bounds, which the estimate cannot leave.
@@ -44,7 +44,7 @@ export function Parameters({page}: {page: PageData}) {
       {model.parameters.length
         ? <DataTable caption={`Parameters; model: ${model.title}`} columns={kColumns} rows={model.parameters} rowKey={p => p.name} />
         : <Empty>Nothing was free in this fit: --free names what to fit.</Empty>}
-      {model.notIdentifiable.map(g => <p class="doubt" key={g.join()}>The data do not tell {list(g)} {g.length > 1 ? 'apart: only a combination of them is known' : 'at all'}.</p>)}
+      {model.notIdentifiable.map(g => <p class="doubt" key={g.join()}>{list(g)} {g.length > 1 ? 'are not separately identifiable from this data: only a combination of them is' : 'is not identifiable from this data'}.</p>)}
       <div class="grid-of-charts">
         <Correlation model={model} />
         <Convergence model={model} />

@@ -48,8 +48,8 @@ function Distrust({model}: {model: ModelData}) {
   ];
   if (!why.length) return null;
   return (
-    <div class="distrust" role="note" aria-label="Not to be trusted">
-      <strong>Not to be trusted</strong>
+    <div class="distrust" role="note" aria-label="Unreliable fit">
+      <strong>Unreliable fit</strong>
       <ul>{why.map(d => <li key={d}>{sentence(d)}</li>)}</ul>
     </div>
   );
@@ -112,11 +112,11 @@ function FirstTile({model, first}: {model: ModelData; first: CandidateData}) {
 function CannotBeTold({model}: {model: ModelData}) {
   // Among the doubts already, where there are any.
   const lines: string[] = (model.doubts.length ? [] : model.notIdentifiable).map(
-    group => `The data do not tell ${list(group)} ${group.length > 1 ? 'apart' : 'at all'}.`);
+    group => `${list(group)} ${group.length > 1 ? 'are not separately' : 'is not'} identifiable from this data.`);
   const first = model.candidates[0];
   if (model.verdict !== 'adequate' && first?.indistinguishableFrom.length) {
-    lines.push(`This data cannot tell ${candidateName(first)} from ${list(first.indistinguishableFrom)}.`
-      + (first.separatedBy ? ` What would: ${first.separatedBy}.` : ''));
+    lines.push(`${candidateName(first)} is indistinguishable from ${list(first.indistinguishableFrom)} in this data`
+      + (first.separatedBy ? `: ${first.separatedBy}.` : '.'));
   }
   if (!lines.length) return null;
   return <>{lines.map(l => <p class="doubt" key={l}>{l}</p>)}</>;

@@ -57,8 +57,8 @@ export function noCandidates(page: PageData, model: ModelData): string {
 function columns(shown: Set<string>, toggle: (name: string) => void): Column<CandidateData>[] {
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
-      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{c.refused && <span class="badge">refused</span>}
-      <span class="law">{c.law}</span>{c.refused && <span class="note">refused: {c.refused}</span>}
+      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{c.refused && <span class="badge">rejected</span>}
+      <span class="law">{c.law}</span>{c.refused && <span class="note">rejected: {c.refused}</span>}
       <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
         {shown.has(candidateName(c)) ? 'Hide picture' : 'Show picture'}<span class="hidden"> of {candidateName(c)}</span></button></>},
     {key: 'predicted', name: 'predicted', unit: '× noise', number: true, sort: c => c.predictedError, cell: c => <>{fmtError(c.predictedError)}{c.predictedError === null && <span class="hidden"> {c.noPrediction}</span>}</>},
@@ -69,8 +69,8 @@ function columns(shown: Set<string>, toggle: (name: string) => void): Column<Can
     {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => <>{fmtP(c.pValue)}{c.accepted && c.pValue > 0.01 && <span class="note">the refit decides</span>}</>},
     {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmtError(c.confirmed?.train)},
     {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
-    {key: 'same', name: 'cannot be told from', cell: c => c.indistinguishableFrom.length
-      ? <>{list(c.indistinguishableFrom)}{c.separatedBy && <span class="note">what would: {c.separatedBy}</span>}</> : '–'},
+    {key: 'same', name: 'indistinguishable from', cell: c => c.indistinguishableFrom.length
+      ? <>{list(c.indistinguishableFrom)}{c.separatedBy && <span class="note">{c.separatedBy}</span>}</> : '–'},
   ];
 }
 

@@ -51,7 +51,8 @@ test('the verdict has its numbers, the worst joint and what cannot be told apart
   visit('planar.html', planarPage(), async page => {
     const verdict = await text(page, '#verdict');
     for (const part of [/An effect is missing/, /44\.\d × noise/, /coulomb_friction@joint2/, /→ 1\.04 × noise/, /joint2/,
-      /cannot tell coulomb_friction@joint2 from stribeck_friction@joint2/, /do not tell link1.mass and link2.mass apart/]) {
+      /coulomb_friction@joint2 is indistinguishable from stribeck_friction@joint2/,
+      /link1.mass and link2.mass are not separately identifiable/]) {
       assert.match(verdict, part);
     }
     await page.getByRole('button', {name: 'Show it'}).click();
@@ -60,16 +61,16 @@ test('the verdict has its numbers, the worst joint and what cannot be told apart
     assert.equal(await page.locator('.controls select').first().evaluate(e => e.selectedOptions[0].textContent.includes('run_')), true);
   }));
 
-test('what makes a fit not to be trusted comes before the verdict, and says so', {skip}, () =>
+test('what makes a fit unreliable comes before the verdict, and says so', {skip}, () =>
   visit('failed.html', failedPage(), async page => {
     const verdict = await text(page, '#verdict');
     const at = part => { const i = verdict.search(part); assert.ok(i >= 0, `${part} in ${verdict}`); return i; };
-    assert.ok(at(/Not to be trusted/) < at(/An effect is missing/));
+    assert.ok(at(/Unreliable fit/) < at(/An effect is missing/));
     assert.ok(at(/link1\.inertia_scale ended at its bound\./) < at(/An effect is missing/));
     assert.equal(verdict.match(/link1\.mass/g).length, 1, 'once');
     await choose(page, 'Model', '+ coulomb_friction@joint2');
     await settled(page);
-    assert.doesNotMatch(await text(page, '#verdict'), /Not to be trusted/);
+    assert.doesNotMatch(await text(page, '#verdict'), /Unreliable fit/);
   }));
 
 test('a parameter at its bound is distrusted also where no diagnosis says so', {skip}, () => {
@@ -99,10 +100,10 @@ test('a candidate that promises no fall has no prediction, and says why', {skip}
     assert.match(await page.$eval('#which tbody tr', e => e.innerText), /accepted.*1\s+the refit decides/s);
   }));
 
-test('a refused candidate says so, and why, unasked', {skip}, () =>
+test('a rejected candidate says so, and why, unasked', {skip}, () =>
   visit('planar.html', planarPage(), async page => {
     const row = page.locator('#which tbody tr').filter({hasText: 'viscous_damping'}).first();
-    assert.match(await row.innerText(), /refused\s.*refused: the held-out error falls less/s);
+    assert.match(await row.innerText(), /rejected\s.*rejected: the held-out error falls less/s);
   }));
 
 test('the error against the horizon stands beside what noise makes of it', {skip}, () =>
