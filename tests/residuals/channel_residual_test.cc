@@ -197,11 +197,23 @@ TEST_P(ChannelResidualTest, IsFiniteAtHalfATurn) {
   }
 }
 
+// A rotation of the world that keeps the span of the axes that a channel sees:
+// any where it sees all or none; of a plane, about its normal; of a line, about
+// itself.
+Eigen::Matrix3d TurnOfTheWorld(const Channel& channel, Random* random) {
+  const Eigen::Quaterniond any = random->Rotation();
+  const std::vector<int>& axes = channel.axes;
+  if (axes.empty() || axes.size() == 3) return any.toRotationMatrix();
+  const int about = axes.size() == 1 ? axes[0] : 3 - axes[0] - axes[1];
+  const double angle = 2 * std::atan2(any.z(), any.w());
+  return Eigen::AngleAxisd(angle, Vector3d::Unit(about)).toRotationMatrix();
+}
+
 // The whole mechanism turned and moved in the world, with what measures it.
 TEST_P(ChannelResidualTest, KeepsItsNormWhenTheBaseIsTurned) {
   Random random(9);
   Mechanism turned = AllJoints();
-  const Eigen::Matrix3d R = random.Rotation().toRotationMatrix();
+  const Eigen::Matrix3d R = TurnOfTheWorld(GetParam().channel, &random);
   turned.joints[0].R_PJ = R * turned.joints[0].R_PJ;
   turned.nominal.joint_p[0] = R * turned.nominal.joint_p[0] + Vector3d(1, 2, 3);
   const Model turned_model(turned);

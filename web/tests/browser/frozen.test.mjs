@@ -267,7 +267,9 @@ test('a drag zooms every curve alike, a double click shows the whole run', {skip
   visit('planar.html', planarPage(), async page => {
     const whole = await ranges(page);
     assert.equal(whole.length, 4);
-    const box = await page.locator('.time-plot .u-over').first().boundingBox();
+    const first = page.locator('.time-plot .u-over').first();
+    await first.scrollIntoViewIfNeeded();
+    const box = await first.boundingBox();
     await page.mouse.move(box.x + box.width * 0.25, box.y + 40);
     await page.mouse.down();
     await page.mouse.move(box.x + box.width * 0.5, box.y + 40, {steps: 4});
