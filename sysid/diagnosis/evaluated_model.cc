@@ -274,24 +274,6 @@ EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
   return base;
 }
 
-std::optional<EvaluatedModel> EvaluateGivenByEquations(
-    const DiagnosisProblem& problem) {
-  EvaluatedModel base = Open(problem, {}, {}, {}, problem.options);
-  const ShootingProblem started = StartByInverseDynamics(*base.problem);
-  const Eigen::VectorXd theta = started.InitialTheta();
-  if (theta == base.problem->InitialTheta()) return std::nullopt;
-  // As long as its motion can be followed.
-  DiagnosisProblem held = problem;
-  held.free.clear();
-  MechanismParameters<double> values;
-  started.map().Apply<double>(theta.data(), &values);
-  held.model.SetNominal(values);
-  base.problem = std::make_shared<const ShootingProblem>(started);
-  base.fit = StatesAtStart(*base.problem, EvaluateGiven(held).fit.point);
-  Evaluate(problem, nullptr, &base);
-  return base;
-}
-
 EvaluatedModel EvaluateByEquations(
     const DiagnosisProblem& problem, const EvaluatedModel& before,
     const std::vector<const ScreenedEffect*>& effects) {

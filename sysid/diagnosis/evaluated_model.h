@@ -64,11 +64,6 @@ struct EvaluatedModel {
 // The problem's own model, from its start.
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);
 
-// The same at the values of the equations of motion, its states alone fitted;
-// nothing where those predict no better (StartByInverseDynamics).
-std::optional<EvaluatedModel> EvaluateGivenByEquations(
-    const DiagnosisProblem& problem);
-
 // The model of `before` with further effects, at the values of the equations of
 // motion (StartByInverseDynamics): the motion is predicted, not fitted.
 EvaluatedModel EvaluateByEquations(

@@ -24,9 +24,8 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Segments grow by this factor a stage.
 constexpr double kStageGrowth = 4.0;
-// Where errors grow fourfold over a segment (ChooseSegment), one of 1/16 rad is
-// one rad two segments later: joined segments have nothing to hold on to.
-constexpr double kHopeless = 1.0 / 16.0;  // rad or m
+// Predictions that are off by this have lost the motion.
+constexpr double kLost = 1.0;  // rad or m
 // Above this many times the noise a model misses something, and one trajectory
 // through all of a chaotic run is not to be had (nor worth anything).
 constexpr double kMissing = 2.0;
@@ -41,6 +40,8 @@ struct StageGoal {
   double tolerance = 1e-7;  // of the cost
   int most = 1 << 30;       // iterations, but for those of the fit
   double misfit = 0.0;      // times the noise, where the start is far off
+  double equations = 0.0;   // times those of theta, (6.10)
+  double news = 1e-6;       // the least gain of a step, of the cost
 };
 
 // The stages of one fit: each starts where the last ended. A schedule says how
@@ -64,6 +65,9 @@ class Stages {
   void Cut(double length) { solution = Recut(problem_, solution, length); }
   // Cut into whole runs.
   bool IsWhole() const;
+  // Whether no one trajectory follows a run: joined segments would have nothing
+  // to hold on to.
+  bool LosesMotion(bool chaotic) const;
   // Shortens the step, where it is ours to choose, to what the solution and the
   // way ahead of it need. True where it changed.
   bool ShortenStep();
@@ -71,6 +75,8 @@ class Stages {
   bool Weigh();
   // To what theta needs over whole runs (RefineStep).
   void RefineStep(double defect);
+  // (6.10), of the problem's equations of theta; 0 where it has none.
+  double EquationsWeight() const;
   double Error() const;  // normalised
   double Rms() const;    // rad or m
   // A defect in multiples of what the last stage left of the data where that is
@@ -158,8 +164,25 @@ bool Stages::Weigh() {
   return true;
 }
 
+double Stages::EquationsWeight() const {
+  if (problem_.equations() == nullptr) return 0.0;
+  const double square =
+      WeighedSquare(problem_, EvaluateErrors(problem_, solution, 0.0));
+  return std::sqrt(square * AutocorrelationTime(problem_, solution));
+}
+
 bool Stages::IsWhole() const {
   return SameCut(solution, Recut(problem_, solution, kInfinity));
+}
+
+// From the error e of segments of length L: where errors grow fourfold over one
+// (ChooseSegment), 16 e is that two segments later; else that of a force which
+// the model misses grows by the square of time, to e (T / L)^2 over T.
+bool Stages::LosesMotion(bool chaotic) const {
+  const double lengths =
+      problem_.data().LongestDuration() / MeanSegment(problem_, solution);
+  const double growth = chaotic ? 16.0 : lengths * lengths;
+  return Rms() * growth > kLost;
 }
 
 bool Stages::ShortenStep() {
@@ -192,6 +215,8 @@ StageSummary Stages::Run(const StageGoal& goal) {
   options.twist_hold = std::max(1.0, goal.misfit);
   options.defect = goal.defect;
   options.misfit = misfit_;
+  options.equations = goal.equations;
+  options.news = goal.news;
   options.function_tolerance = goal.tolerance;
   StageSummary done;
   for (int i = 0; i < kMostSteps; ++i) {
@@ -265,17 +290,54 @@ Ended SolveIndependent(Stages* stages) {
   return {kInfinity, last};
 }
 
-// From short segments to those over which the motion is regular, `longest` at
-// most. Returns whether that is less than could be.
-bool Grow(Stages* stages, bool whole, double longest, Drift allowed) {
+// Follows the motion with the solution's parameters, over independent
+// segments as long as it is regular. Returns whether those are shorter than
+// could be.
+bool Follow(Stages* stages) {
   const ShootingProblem& problem = stages->problem();
-  if (whole) {
+  const double regular =
+      ChooseSegment(problem, stages->solution, Drift::kLinear);
+  const double given = problem.options().segment;
+  stages->Cut(given > 0 ? given : regular);
+  stages->solution = WithStatesFromData(problem, stages->solution);
+  stages->ShortenStep();
+  stages->RunSegments({"states", kInfinity, 1e-4, StageGoal().most, kHeldSpin});
+  return regular < LongestSegment(problem) * (1 - 1e-9);
+}
+
+// Independent segments together with the equations of motion, (6.10).
+Ended SolveWithEquations(Stages* stages) {
+  // Of the log-likelihood, of which z standard errors are worth z^2 / 2: a step
+  // that gains less moves no parameter by a seventh of its standard error.
+  constexpr double kNews = 0.01;
+  StageGoal goal{"segments and equations", kInfinity, 0.0, StageGoal().most,
+                 kHeldSpin};
+  Ended ended;
+  stages->Weigh();
+  for (int i = 0; i < kMostWeighed; ++i) {
+    goal.equations = stages->EquationsWeight();
+    goal.news = kNews * goal.equations * goal.equations;
+    ended.last = stages->Run(goal);
+    if (!stages->Weigh()) break;
+  }
+  return ended;
+}
+
+// Over short segments, from the data.
+void Begin(Stages* stages) {
+  if (stages->IsWhole()) {
     // No shorter segments to begin with: hold the spin instead.
     stages->Run({"first steps", stages->Defect(kLooseDefect), 1e-2, 30,
                  stages->Error()});
   } else {
     stages->Run({"short segments", stages->Defect(kLooseDefect), 1e-3, 30});
   }
+}
+
+// From short segments to those over which the motion is regular, `longest` at
+// most. Returns whether that is less than could be.
+bool Grow(Stages* stages, double longest, Drift allowed) {
+  const ShootingProblem& problem = stages->problem();
   const double regular = ChooseSegment(problem, stages->solution, allowed);
   const double given = problem.options().segment;
   const double last_length = given > 0 ? given : std::min(regular, longest);
@@ -295,7 +357,7 @@ bool Grow(Stages* stages, bool whole, double longest, Drift allowed) {
 Ended Join(Stages* stages, bool chaotic) {
   if (!stages->IsWhole()) {
     stages->Run({"long segments", stages->Defect(kMiddleDefect), 1e-3, 10});
-    if (chaotic && stages->Rms() > kHopeless) {
+    if (chaotic && stages->LosesMotion(chaotic)) {
       stages->Weigh();
       return SolveIndependent(stages);
     }
@@ -315,9 +377,17 @@ Ended Join(Stages* stages, bool chaotic) {
 
 // From the data to one trajectory a run.
 Ended SolveJoined(Stages* stages) {
-  const bool chaotic =
-      Grow(stages, stages->IsWhole(), kInfinity, Drift::kLinear);
-  return Join(stages, chaotic);
+  const Solution start = stages->solution;
+  Begin(stages);
+  // What short segments explain is followed further from where they end.
+  if (stages->problem().equations() != nullptr && stages->Error() > kMissing) {
+    const Solution begun = stages->solution;
+    stages->solution = start;
+    const bool chaotic = Follow(stages);
+    if (stages->LosesMotion(chaotic)) return SolveWithEquations(stages);
+    stages->solution = begun;
+  }
+  return Join(stages, Grow(stages, kInfinity, Drift::kLinear));
 }
 
 // What a fit says of where its stages ended.
@@ -413,7 +483,8 @@ Fit FitIndependentSegments(const ShootingProblem& problem, double longest) {
   Ended ended;
   if (StartFromData(&stages, &ended)) {
     if (problem.map().size() > 0) {
-      Grow(&stages, stages.IsWhole(), longest, Drift::kLittle);
+      Begin(&stages);
+      Grow(&stages, longest, Drift::kLittle);
     } else {
       const double given = problem.options().segment;
       stages.Cut(given > 0 ? given

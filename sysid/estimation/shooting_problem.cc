@@ -54,6 +54,13 @@ ShootingProblem ShootingProblem::StartingAt(Eigen::VectorXd theta) const {
   return other;
 }
 
+ShootingProblem ShootingProblem::WithEquations(
+    std::shared_ptr<const ThetaEquations> equations) const {
+  ShootingProblem other = *this;
+  other.equations_ = std::move(equations);
+  return other;
+}
+
 ShootingProblem ShootingProblem::Weighing(
     std::map<std::string, double> misfit) const {
   ShootingProblem other = *this;

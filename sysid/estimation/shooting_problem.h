@@ -10,6 +10,7 @@
 #include "models/parameters.h"
 #include "residuals/costs.h"
 #include "sysid/estimation/data_set.h"
+#include "sysid/estimation/theta_equations.h"
 #include "sysid/parameters/free_parameter.h"
 
 namespace sysid {
@@ -68,6 +69,10 @@ class ShootingProblem {
   ShootingProblem WithData(std::shared_ptr<const DataSet> data) const;
   // The same question, begun at theta.
   ShootingProblem StartingAt(Eigen::VectorXd theta) const;
+  // The same question, of which these equations tell as well. A fit turns to
+  // them where rollouts lose the motion.
+  ShootingProblem WithEquations(
+      std::shared_ptr<const ThetaEquations> equations) const;
   // The same question, its channels weighed by these errors (Misfit).
   ShootingProblem Weighing(std::map<std::string, double> misfit) const;
 
@@ -85,6 +90,11 @@ class ShootingProblem {
   // values of the free parameters.
   Eigen::VectorXd InitialTheta() const;
 
+  // Null where there are none.
+  const std::shared_ptr<const ThetaEquations>& equations() const {
+    return equations_;
+  }
+
   // Standard deviation of a channel's errors as a fit weighs them, in times its
   // noise: 1 where nothing is known of what the model misses.
   double Misfit(const std::string& channel) const;
@@ -96,6 +106,7 @@ class ShootingProblem {
   EstimationOptions options_;
   Eigen::VectorXd start_;  // empty: the initial values
   std::map<std::string, double> misfit_;
+  std::shared_ptr<const ThetaEquations> equations_;
 };
 
 // The data set that the options mean: their noise and residual.

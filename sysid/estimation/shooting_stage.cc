@@ -55,10 +55,8 @@ class Watcher final : public ceres::IterationCallback {
   }
 
  private:
-  // The cost is a negative log-likelihood: less than 1e-6 is no news, however
-  // small the cost itself has become (data without noise).
   double Insignificant() const {
-    return std::max(1e-6, options_.function_tolerance * cost_);
+    return std::max(options_.news, options_.function_tolerance * cost_);
   }
 
   // What a step gained that was taken. Of one that was refused what it
@@ -83,6 +81,33 @@ class Watcher final : public ceres::IterationCallback {
   int first_;
   double cost_ = 0.0;
   bool taken_ = true;  // the last step
+};
+
+// The problem's equations of theta, times a weight.
+class EquationsCost final : public ceres::CostFunction {
+ public:
+  EquationsCost(const ThetaEquations* equations, int size, double weight)
+      : equations_(equations), size_(size), weight_(weight) {
+    set_num_residuals(equations->rows());
+    mutable_parameter_block_sizes()->push_back(size);
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const bool with_J = jacobians != nullptr && jacobians[0] != nullptr;
+    RowMatrixXd J;
+    equations_->Evaluate(parameters[0], residuals, with_J ? &J : nullptr);
+    Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()) *= weight_;
+    if (with_J) {
+      Eigen::Map<RowMatrixXd>(jacobians[0], num_residuals(), size_) =
+          weight_ * J;
+    }
+    return true;
+  }
+
+ private:
+  const ThetaEquations* equations_;
+  const int size_;
+  const double weight_;
 };
 
 std::string Message(const ceres::Solver::Summary& summary, int most) {
@@ -193,6 +218,12 @@ void ShootingStage::AddPriors() {
       problem_->AddResidualBlock(cost, nullptr, State(r, k));
       problem_->SetManifold(State(r, k), manifold_.get());
     }
+  }
+  if (options_.equations > 0.0 && !options_.fix_theta) {
+    problem_->AddResidualBlock(
+        new EquationsCost(shooting_.equations().get(), shooting_.map().size(),
+                          options_.equations),
+        nullptr, point_->theta.data());
   }
   std::vector<int> places;
   std::vector<double> means, sigmas;

@@ -43,8 +43,14 @@ class ShootingStage {
     double twist_hold = 1.0;
     // What the model misses, in times the noise: the unit of BodyBelief.
     double misfit = 1.0;
+    // Times the problem's equations of theta; 0: without them.
+    double equations = 0.0;
     int max_iterations = 100;
     double function_tolerance = 1e-10;
+    // The least gain of a step that is worth another. Of a negative
+    // log-likelihood less is no news, however small the cost itself has become
+    // (data without noise).
+    double news = 1e-6;
     int threads = 0;     // 0: as many as the problem has
     bool quiet = false;  // reports no progress
   };

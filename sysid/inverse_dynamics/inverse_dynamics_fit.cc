@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -76,6 +78,41 @@ void CheckMeasured(const Model& model, const Run& run) {
                    "--solver lm estimates joints that are not measured");
 }
 
+// (11.4) at its minimum, as equations of theta.
+class RegressionEquations final : public ThetaEquations {
+ public:
+  // `triangle` is [R z] about the coordinates xi0.
+  RegressionEquations(const ShootingProblem& problem,
+                      const RowMatrixXd& triangle, Eigen::VectorXd xi0)
+      : problem_(problem),
+        coordinates_(problem_.model(), problem_.map().parameters()),
+        R_(triangle.leftCols(triangle.cols() - 1)),
+        z_(triangle.rightCols<1>()),
+        xi0_(std::move(xi0)) {}
+  int rows() const override { return static_cast<int>(z_.size()); }
+  void Evaluate(const double* theta, double* r, RowMatrixXd* J) const override {
+    Eigen::VectorXd xi;
+    if (J != nullptr) {
+      CoordinatesAt at =
+          DifferentiateCoordinates(coordinates_, problem_.map(), theta);
+      *J = R_ * at.D;
+      xi = std::move(at.xi);
+    } else {
+      MechanismParameters<double> values;
+      problem_.map().Apply<double>(theta, &values);
+      xi.resize(coordinates_.size());
+      coordinates_.Read<double>(values, xi.data());
+    }
+    Eigen::Map<Eigen::VectorXd>(r, rows()) = R_ * (xi - xi0_) + z_;
+  }
+
+ private:
+  const ShootingProblem problem_;  // shares the question
+  const EquationCoordinates coordinates_;
+  const RowMatrixXd R_;
+  const Eigen::VectorXd z_, xi0_;
+};
+
 class InverseDynamicsFit {
  public:
   explicit InverseDynamicsFit(const ShootingProblem& problem)
@@ -90,6 +127,9 @@ class InverseDynamicsFit {
   // The whole fit, and theta alone.
   Fit Estimate();
   std::optional<Eigen::VectorXd> Theta();
+  // After Theta(); null where efforts are not measured, whose scale the
+  // equations leave open.
+  std::shared_ptr<const ThetaEquations> Equations() const;
 
  private:
   bool Search();  // false as Solve()
@@ -301,6 +341,12 @@ std::optional<Eigen::VectorXd> InverseDynamicsFit::Theta() {
   return found_.theta;
 }
 
+std::shared_ptr<const ThetaEquations> InverseDynamicsFit::Equations() const {
+  if (only_ratios_) return nullptr;
+  return std::make_shared<RegressionEquations>(problem_,
+                                               regression_->Triangle(), xi0_);
+}
+
 Fit InverseDynamicsFit::Estimate() {
   Fit fit(problem_.model());
   const double start_s = Now(), start_cpu_s = CpuSeconds();
@@ -338,11 +384,14 @@ bool IsAtGivenBound(const FreeParameter& free, double value) {
 
 // Where inverse dynamics ends. A parameter that ends at a given bound is no
 // estimate: the others once more, with such ones at their initial values.
+// `equations`, where it is not null: those of all.
 std::optional<Eigen::VectorXd> ThetaWithinBounds(
-    const ShootingProblem& problem) {
-  const std::optional<Eigen::VectorXd> theta =
-      InverseDynamicsFit(problem).Theta();
+    const ShootingProblem& problem,
+    std::shared_ptr<const ThetaEquations>* equations) {
+  InverseDynamicsFit fit(problem);
+  const std::optional<Eigen::VectorXd> theta = fit.Theta();
   if (!theta) return theta;
+  if (equations != nullptr) *equations = fit.Equations();
   const Eigen::VectorXd initial = problem.InitialTheta();
   Eigen::VectorXd values(theta->size());
   problem.map().ValuesOf<double>(theta->data(), values.data());
@@ -362,10 +411,25 @@ std::optional<Eigen::VectorXd> ThetaWithinBounds(
   problem.map().Apply<double>(initial.data(), &held);
   model.SetNominal(held);
   const std::optional<Eigen::VectorXd> found = ThetaWithinBounds(
-      ShootingProblem(model, within, problem.shared_data(), problem.options()));
+      ShootingProblem(model, within, problem.shared_data(), problem.options()),
+      nullptr);
   if (!found) return std::nullopt;
   best(places) = *found;
   return best;
+}
+
+// (6.5), whose s_c is e_c, or that of the noise where e_c is less; -infinity
+// where the dynamics fail.
+double LogLikelihoodOfErrors(const ShootingProblem& problem,
+                             const Solution& point) {
+  double sum = 0.0;
+  for (const ChannelError& channel :
+       EvaluateErrors(problem, point, 0.0).channels) {
+    const double e = channel.normalized_rms, s = std::max(1.0, e);
+    if (!std::isfinite(e)) return -std::numeric_limits<double>::infinity();
+    sum -= channel.dof * (std::log(s) + 0.5 * e * e / (s * s));
+  }
+  return sum;
 }
 
 }  // namespace
@@ -375,23 +439,22 @@ ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
   for (const auto& data : problem.runs()) {
     if (!UnmeasuredJoints(problem.model(), data->run).empty()) return problem;
   }
-  const std::optional<Eigen::VectorXd> theta = ThetaWithinBounds(problem);
+  std::shared_ptr<const ThetaEquations> equations;
+  const std::optional<Eigen::VectorXd> theta =
+      ThetaWithinBounds(problem, &equations);
   if (!theta) return problem;
   const Solution nominal = ShortSegments(problem);
   Solution started = nominal;
   started.theta = *theta;
-  const auto error = [&](const Solution& point) {
-    return EvaluateErrors(problem, point, 0.0).total.normalized_rms;
-  };
-  const double at_start = error(started), at_nominal = error(nominal);
   // By more than as many parameters gain by fitting noise: the Bayesian
-  // information criterion, for a noise of unknown size. What the motion does
-  // not show would otherwise be moved for nothing.
+  // information criterion, for errors of a size of their own in each channel,
+  // (6.5). What the motion does not show would otherwise be moved for nothing.
+  const double gain = LogLikelihoodOfErrors(problem, started) -
+                      LogLikelihoodOfErrors(problem, nominal);
   const double samples = problem.data().samples();
-  const double gain = 2.0 * samples * std::log(at_nominal / at_start);
   const double limit = problem.map().size() * std::log(samples);
-  return !std::isfinite(at_start) || gain <= limit ? problem
-                                                   : problem.StartingAt(*theta);
+  if (!(2.0 * gain > limit)) return problem;
+  return problem.StartingAt(*theta).WithEquations(equations);
 }
 
 Fit FitInverseDynamics(const ShootingProblem& problem) {

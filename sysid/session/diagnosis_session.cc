@@ -195,6 +195,47 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
   return candidates;
 }
 
+namespace {
+
+// The errors of a model without the effects of a session, and with them, each
+// at the values of the equations of motion and over segments of kFirstLength
+// from states of the data: a fit without that many would be far off, and long.
+std::optional<AddedEffects> TryByEquations(const DiagnosisProblem& without,
+                                           const Session& session) {
+  const auto error = [](const ShootingProblem& problem) {
+    return EvaluateErrors(problem, ShortSegments(problem), 0.0)
+        .total.normalized_rms;
+  };
+  const auto start = [&](const Model& model,
+                         const std::vector<FreeParameter>& free) {
+    return StartByInverseDynamics(
+        ShootingProblem(model, free, without.train, without.options));
+  };
+  const ShootingProblem before = start(without.model, without.free);
+  const ShootingProblem after = start(session.model, session.free);
+  AddedEffects result;
+  result.effects = session.added;
+  result.train_before = error(before);
+  result.train_after = error(after);
+  if (!std::isfinite(result.train_before) ||
+      !std::isfinite(result.train_after)) {
+    return std::nullopt;
+  }
+  if (without.holdout != nullptr) {
+    result.holdout_before = error(before.WithData(without.holdout));
+    result.holdout_after = error(after.WithData(without.holdout));
+  }
+  Eigen::VectorXd values(after.map().size());
+  after.map().ValuesOf<double>(after.InitialTheta().data(), values.data());
+  for (int i = 0; i < values.size(); ++i) {
+    const std::string& name = after.free()[i].parameter.name;
+    if (session.freed_by_added.count(name) > 0) result.found[name] = values[i];
+  }
+  return result;
+}
+
+}  // namespace
+
 std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
                                             const Session& session) {
   std::vector<std::shared_ptr<const Effect>> added;
@@ -224,13 +265,10 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   problem.known = {session.fixed.begin(), session.fixed.end()};
   problem.SetRuns(session.runs, session.holdout);
   Thin(&problem);
-  // A fit without that many would be far off, and long.
-  std::optional<EvaluatedModel> by_equations;
   if (added.size() > size_t{kMostEffectsBySegments}) {
-    by_equations = EvaluateGivenByEquations(problem);
+    return TryByEquations(problem, session);
   }
-  const EvaluatedModel before =
-      by_equations ? *by_equations : EvaluateGiven(problem);
+  const EvaluatedModel before = EvaluateGiven(problem);
   const LinearizedFit linearized(*before.problem, before.fit.point);
   if (!linearized.Valid()) return std::nullopt;
   const Screening screening =
@@ -241,8 +279,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   }
   if (screened.empty()) return std::nullopt;
   const EvaluatedModel after =
-      by_equations ? EvaluateByEquations(problem, before, screened)
-                   : EvaluateWith(problem, before, screened, problem.options);
+      EvaluateWith(problem, before, screened, problem.options);
   if (!std::isfinite(after.train_error())) return std::nullopt;
   AddedEffects result;
   result.effects = session.added;

@@ -35,8 +35,8 @@ struct AddedEffects : DiagnosisStep {
 };
 
 // Fits the model of a session without the effects that --add put into it, and
-// with them; more than kMostEffectsBySegments at the values of the equations of
-// motion, where those predict better. Nothing where there are none, or where
+// with them; with more than kMostEffectsBySegments only evaluates both, at the
+// values of the equations of motion. Nothing where there are none, or where
 // they have whole numbers that the user gave.
 std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
                                             const Session& session);

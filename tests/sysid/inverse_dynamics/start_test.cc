@@ -7,6 +7,7 @@
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
+#include "tests/support/ridders.h"
 #include "tests/sysid/inverse_dynamics/two_links.h"
 
 namespace sysid {
@@ -35,6 +36,47 @@ TEST(StartByInverseDynamics, FindsALengthFromATwentyFifthOfIt) {
 TEST(StartByInverseDynamics, FindsALengthFromTenTimesIt) {
   const ShootingProblem started = StartByInverseDynamics(OfLength(0.8, 8.0));
   EXPECT_NEAR(started.InitialTheta()[0], 0.8, 0.01);
+}
+
+// (11.4) of theta: it begins at their minimum, and they have the derivatives of
+// their residuals.
+TEST(StartByInverseDynamics, GivesTheEquationsOfMotionAtTheirMinimum) {
+  const Model truth = FrictionArm(0.3);
+  Model wrong = truth;
+  Set({{"link1.mass", 2.0}, {"link2.mass", 0.5}, {"joint1.friction", 0.0}},
+      &wrong);
+  const ShootingProblem started = StartByInverseDynamics(
+      ShootingProblem(wrong,
+                      FreeNominal(wrong, {"link1.mass", "link2.mass",
+                                          "link2.com_x", "joint1.friction"}),
+                      {Shaken(truth, 1e-4, 4)}, {}));
+  ASSERT_NE(started.equations(), nullptr);
+  const ThetaEquations& equations = *started.equations();
+  const Eigen::VectorXd theta = started.InitialTheta();
+  Eigen::VectorXd r(equations.rows());
+  RowMatrixXd J;
+  equations.Evaluate(theta.data(), r.data(), &J);
+  ASSERT_EQ(J.rows(), equations.rows());
+  ASSERT_EQ(J.cols(), theta.size());
+  for (int i = 0; i < theta.size(); ++i) {
+    const auto difference = RiddersDifference(
+        [&](double h) {
+          Eigen::VectorXd moved = theta;
+          moved[i] += h;
+          Eigen::VectorXd at(equations.rows());
+          equations.Evaluate(moved.data(), at.data(), nullptr);
+          return at;
+        },
+        0.01);
+    EXPECT_LT((J.col(i) - difference.value).norm(), 1e-8 * J.col(i).norm());
+    // Within a thousandth of a standard error, which is where it ends.
+    EXPECT_LT(std::abs(J.col(i).dot(r)), 1e-3 * J.col(i).norm()) << i;
+  }
+}
+
+// Whose scale they leave open.
+TEST(StartByInverseDynamics, GivesNoEquationsOfFreeSwings) {
+  EXPECT_EQ(StartByInverseDynamics(OfLength(7.5, 0.3)).equations(), nullptr);
 }
 
 double ShortError(const ShootingProblem& problem, double theta) {
