@@ -132,8 +132,13 @@ Minimiser::Minimiser(const ShootingProblem& problem,
       }
     }
   }
+  // J_0 is where the problem starts: an estimate from the same data, which may
+  // be near the bound, is no belief.
+  map_.Apply<double>(problem.InitialTheta().data(), &values);
+  Eigen::VectorXd initial(coordinates.size());
+  coordinates.Read<double>(values, initial.data());
   for (FreeBody& body : bodies_) {
-    body.J0_inverse = PseudoInertia(xi0_.segment<kTen>(body.xi)).inverse();
+    body.J0_inverse = PseudoInertia(initial.segment<kTen>(body.xi)).inverse();
   }
   // Where there is no belief: a wide one, by what the parameter would have to
   // be to make all of the efforts alone.

@@ -132,5 +132,17 @@ TEST_F(EstimateTest, WhatTheRowsDoNotSeeStaysWithTheUrdf) {
   EXPECT_LT((found.xi - Xi0()).norm(), 1e-9);
 }
 
+// Wherever the search begins: an earlier estimate from the same data is no
+// belief about the body.
+TEST_F(EstimateTest, TheBodyOfTheUrdfCountsWhereverTheSearchBegins) {
+  const RegressionEstimate moved = Estimate(0.2 * Xi0(), 1e6);
+  RowMatrixXd nothing = RowMatrixXd::Zero(1, coordinates_.size() + 1);
+  const RegressionEstimate found =
+      EstimateByRegression(problem_, coordinates_, nothing, moved.theta);
+  EXPECT_TRUE(found.converged);
+  // The friction, of which nothing is known, stays where it was.
+  EXPECT_LT((found.xi - Xi0()).head(10).norm(), 1e-3 * Xi0().head(10).norm());
+}
+
 }  // namespace
 }  // namespace sysid
