@@ -7,6 +7,7 @@
 #include "models/dynamics.h"
 #include "models/effects/coulomb_friction.h"
 #include "models/inertial_columns.h"
+#include "models/joint_part.h"
 #include "residuals/acting_effort.h"
 
 namespace sysid {
@@ -30,13 +31,27 @@ void Unmeasure(const Workspace<T>& ws, const Eigen::VectorXd& measured,
   }
 }
 
+// Friction by the law itself where a joint's direction is known.
+template <typename T>
+void SetDryModes(const SampledMotion& grid, const MotionSample& motion,
+                 Workspace<T>* ws) {
+  for (const int i : ws->dry_bodies) {
+    const int v = ws->model().bodies()[i].v_index;
+    ws->bodies[i].dry = std::abs(motion.qd[v]) < grid.slowest[v]
+                            ? DryMode::kSmoothed
+                        : motion.qd[v] > 0.0 ? DryMode::kForward
+                                             : DryMode::kBackward;
+  }
+}
+
 // Columns of dr by the inertial parameters of links, (2.30), ten a link, of
-// each time and joint.
-void AddInertialColumns(const Model& model, const SampledMotion& grid,
-                        const InertialPart& part, RowMatrixXd* rows) {
+// each time and joint. Returns the inverse dynamics, times x nv.
+RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
+                               const InertialPart& part, RowMatrixXd* rows) {
   constexpr int kTen = 10;
   const int nv = model.nv();
-  std::vector<double> q(model.nq()), needed(nv);
+  std::vector<double> q(model.nq());
+  RowMatrixXd needed = RowMatrixXd::Zero(grid.size(), nv);
   Workspace<double> ws(model);
   ws.SetParameters(part.values);
   RowMatrixXd columns(nv, kTen);
@@ -44,17 +59,20 @@ void AddInertialColumns(const Model& model, const SampledMotion& grid,
     const MotionSample& motion = grid.motion[k];
     if (!motion.known) continue;
     Unmeasure(ws, motion.q, &q);
+    SetDryModes(grid, motion, &ws);
     InverseDynamics<double>(&ws, q.data(), motion.qd.data(), motion.qdd.data(),
-                            needed.data());
+                            needed.row(k).data());
     for (size_t i = 0; i < part.links.size(); ++i) {
       InertialColumns(ws, part.links[i], columns);
       rows->block(k * nv, kTen * i, nv, kTen) = -columns;
     }
   }
+  return needed;
 }
 
 // [dr | r | u] before the Gaussian, of each time and joint. Derivatives by
-// the inertial part where the model has them, by Jets of the rest.
+// the inertial part where the model has them, by Jets of the rest: of (2.31)
+// alone where nothing else varies.
 template <typename T>
 RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
                        int columns, const Seeding<T>& seeding,
@@ -65,15 +83,17 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
   std::vector<T> q(model.nq()), qd(nv), qdd(nv), u(nv), needed(nv);
   MechanismParameters<T> values;
   Workspace<T> ws(model);
-  int first = 0;  // column by Jets
+  int first = 0;       // column by Jets
+  RowMatrixXd known;  // the inverse dynamics, where `first` > 0
   if (!inertial.links.empty() && HasInertialColumns(Workspace<double>(model))) {
     first = 10 * static_cast<int>(inertial.links.size());
-    AddInertialColumns(model, grid, inertial, &rows);
+    known = AddInertialColumns(model, grid, inertial, &rows);
   }
   for (int begin = first; begin == first || begin < columns;) {
     *work += grid.size();
     seeding(begin, &values);
     ws.SetParameters(values);
+    const bool joints_alone = first > 0 && OnlyJointPartVaries(ws);
     for (int k = 0; k < grid.size(); ++k) {
       const MotionSample& motion = grid.motion[k];
       if (!motion.known) continue;
@@ -82,16 +102,13 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
         qd[v] = T(motion.qd[v]);
         qdd[v] = T(motion.qdd[v]);
       }
-      // The law itself where the direction is known.
-      for (const int i : ws.dry_bodies) {
-        const int v = model.bodies()[i].v_index;
-        ws.bodies[i].dry = std::abs(motion.qd[v]) < grid.slowest[v]
-                               ? DryMode::kSmoothed
-                           : motion.qd[v] > 0.0 ? DryMode::kForward
-                                                : DryMode::kBackward;
-      }
+      SetDryModes(grid, motion, &ws);
       ActingEffort<T>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
-      InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
+      if (joints_alone) {
+        JointPart<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
+      } else {
+        InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
+      }
       for (int v = 0; v < nv; ++v) {
         const T rest = u[v] - needed[v];
         auto row = rows.row(k * nv + v);
@@ -99,7 +116,7 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
           const int count = std::min<int>(T::DIMENSION, columns - begin);
           for (int c = 0; c < count; ++c) row[begin + c] = rest.v[c];
         }
-        row[columns] = ValueOf(rest);
+        row[columns] = first > 0 ? ValueOf(u[v]) - known(k, v) : ValueOf(rest);
         row[columns + 1] = ValueOf(u[v]);
       }
     }
@@ -169,12 +186,13 @@ SampledMotion SampleMotion(const Model& model, const Run& run, double from,
   const int n = static_cast<int>(std::floor((to - from) / step)) + 1;
   if (n < 1) return sampled;
   sampled.run.effort = RowMatrixXd::Zero(n, model.nv());
+  MotionSmoother smoother(model, run, filter.motion);
   for (int k = 0; k < n; ++k) {
     const double time = from + k * step;
     sampled.run.t.push_back(time - 0.5 * step);
     MeanEffort(run, time - 0.5 * step, time + 0.5 * step,
                sampled.run.effort.row(k).data());
-    sampled.motion.push_back(SmoothMotion(model, run, time, filter.motion));
+    sampled.motion.push_back(smoother.At(time));
   }
   sampled.run.t.push_back(sampled.run.t.back() + step);
   sampled.slowest = SlowestKnown(model, sampled.motion);
