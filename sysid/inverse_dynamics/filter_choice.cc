@@ -55,9 +55,10 @@ Unfiltered Evaluate(const Model& model,
   ws.SetParameters(values);
   Eigen::VectorXd u(nv), needed(nv), without(nv);
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(nv);
+  MotionSmoother smoother(model, run, width);
   for (int k = 0; k < n; ++k) {
     const double time = run.t.front() + (k + 0.5) * step;
-    const MotionSample motion = SmoothMotion(model, run, time, width);
+    const MotionSample motion = smoother.At(time);
     if (!motion.known) continue;
     out.known[k] = true;
     MeanEffort(run, time - 0.5 * step, time + 0.5 * step, u.data());

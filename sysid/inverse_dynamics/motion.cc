@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <utility>
 
@@ -19,86 +18,113 @@ constexpr int kEachSide = 3;      // samples that a fit needs
 // tr(A^-1 P^T w^2 P), and kSlope = sum(w) [A^-1 P^T w^2 P A^-1]_11.
 constexpr double kTaken = 2.505, kSlope = 5.854;
 
+}  // namespace
+
 // The polynomials that fit values at samples around a time, w their Gaussian
-// weights. What they share, A of (P^T w P) c = P^T w y, is there once for all
-// channels that were measured at these samples.
-class LocalQuintic {
+// weights:
+//
+//   (P^T w P) c = P^T w y.
+//
+// The matrix (P^T w P)^-1 P^T w is there once for all channels that were
+// measured at these samples, and for all times around which they lie alike.
+class MotionSmoother::LocalQuintic {
  public:
-  LocalQuintic(const std::vector<double>& t, std::vector<int> samples,
-               double time, double width)
-      : samples_(std::move(samples)),
-        width_(width),
-        weighed_(kCoefficients, samples_.size()) {
-    int before = 0;
-    Powers A = Powers::Zero();
-    for (size_t i = 0; i < samples_.size(); ++i) {
-      const double distance = (t[samples_[i]] - time) / width;
-      Eigen::Vector<double, kCoefficients> powers;
-      powers[0] = 1.0;
-      for (int k = 1; k < kCoefficients; ++k) {
-        powers[k] = distance * powers[k - 1];
-      }
-      weighed_.col(i) = GaussianWeight(distance) * powers;
-      A.noalias() += weighed_.col(i) * powers.transpose();
-      before += distance < 0 ? 1 : 0;
-    }
-    const int after = static_cast<int>(samples_.size()) - before;
-    if (before < kEachSide || after < kEachSide) return;
-    A_.compute(A);
-    weight_ = A(0, 0);
-    known_ = true;
-  }
+  explicit LocalQuintic(double width) : width_(width) {}
+
+  // The samples of a channel around a time.
+  void MoveTo(const std::vector<double>& t, const Channel& channel,
+              double time);
   bool known() const { return known_; }
   const std::vector<int>& samples() const { return samples_; }
 
   // Of values (samples x n): component k of the i-th derivative is
   // c(i, k) i! / width^i.
-  Eigen::MatrixXd Solve(const Eigen::MatrixXd& values) const {
-    return A_.solve(weighed_ * values);
+  template <typename Values>
+  Eigen::Matrix<double, kCoefficients, Values::ColsAtCompileTime> Solve(
+      const Values& values) const {
+    return solve_ * values;
   }
-  double Derivative(const Eigen::MatrixXd& c, int i, int k = 0) const {
-    constexpr double kFactorial[] = {1.0, 1.0, 2.0};
-    return c(i, k) * kFactorial[i] / std::pow(width_, i);
+  template <typename Coefficients>
+  double Derivative(const Coefficients& c, int i, int k = 0) const {
+    return i == 0   ? c(0, k)
+           : i == 1 ? c(1, k) / width_
+                    : 2.0 * c(2, k) / (width_ * width_);
   }
   // Of the first derivative, by what is left of one component:
   //   s^2 kSlope / (sum(w) width^2),
   //   s^2 = sum w left^2 / (sum(w) - kTaken).                         (11.12)
-  double SlopeVariance(const Eigen::MatrixXd& values,
-                       const Eigen::MatrixXd& c) const {
-    if (!(weight_ > kTaken)) return 0.0;
-    const double left = weighed_.row(0).dot(values.col(0).cwiseAbs2()) -
-                        (weighed_ * values.col(0)).dot(c.col(0));
-    return std::max(0.0, left) / (weight_ - kTaken) * kSlope /
-           (weight_ * width_ * width_);
+  double SlopeVariance(const Eigen::VectorXd& values,
+                       const Eigen::Vector<double, kCoefficients>& c) const {
+    const double weight = weighted_.row(0).sum();
+    if (!(weight > kTaken)) return 0.0;
+    const double left = weighted_.row(0).dot(values.cwiseAbs2()) -
+                        c.dot(weighted_ * values);
+    return std::max(0.0, left) / (weight - kTaken) * kSlope /
+           (weight * width_ * width_);
   }
 
  private:
   using Powers = Eigen::Matrix<double, kCoefficients, kCoefficients>;
+  void Factor();
+
+  const double width_;
   std::vector<int> samples_;
-  double width_, weight_ = 0.0;
-  Eigen::Matrix<double, kCoefficients, Eigen::Dynamic> weighed_;
-  Eigen::LDLT<Powers> A_;
+  std::vector<double> distances_, before_;  // widths; of the fit before
+  Eigen::Matrix<double, kCoefficients, Eigen::Dynamic> weighted_, solve_;
   bool known_ = false;
 };
 
-// Samples of a channel within reach of a time.
-std::vector<int> SamplesAround(const std::vector<double>& t,
-                               const Channel& channel, double time,
-                               double width) {
+void MotionSmoother::LocalQuintic::MoveTo(const std::vector<double>& t,
+                                          const Channel& channel, double time) {
+  // Of a width: rounding of times.
+  constexpr double kAlike = 1e-9;
   const auto first =
-      std::lower_bound(t.begin(), t.end(), time - kGaussianReach * width);
-  const auto last =
-      std::upper_bound(first, t.end(), time + kGaussianReach * width);
-  std::vector<int> samples;
-  for (auto at = first; at != last; ++at) {
+      std::lower_bound(t.begin(), t.end(), time - kGaussianReach * width_);
+  distances_.swap(before_);
+  distances_.clear();
+  samples_.clear();
+  bool alike = true;
+  for (auto at = first;
+       at != t.end() && *at <= time + kGaussianReach * width_; ++at) {
     const int k = static_cast<int>(at - t.begin());
-    if (!std::isnan(channel.values(k, 0))) samples.push_back(k);
+    if (std::isnan(channel.values(k, 0))) continue;
+    const double distance = (*at - time) / width_;
+    const size_t i = samples_.size();
+    alike = alike && i < before_.size() &&
+            std::abs(distance - before_[i]) < kAlike;
+    samples_.push_back(k);
+    distances_.push_back(distance);
   }
-  return samples;
+  if (alike && samples_.size() == before_.size()) return;
+  Factor();
 }
 
-void SmoothScalar(const Channel& channel, const LocalQuintic& fit, double* q,
-                  double* qd, double* qdd, double* qd_variance) {
+void MotionSmoother::LocalQuintic::Factor() {
+  const int n = static_cast<int>(distances_.size());
+  const auto after =
+      std::count_if(distances_.begin(), distances_.end(),
+                    [](double distance) { return distance >= 0.0; });
+  known_ = n - after >= kEachSide && after >= kEachSide;
+  if (!known_) return;
+  weighted_.resize(kCoefficients, n);
+  Powers A = Powers::Zero();
+  for (int i = 0; i < n; ++i) {
+    Eigen::Vector<double, kCoefficients> powers;
+    powers[0] = 1.0;
+    for (int k = 1; k < kCoefficients; ++k) {
+      powers[k] = distances_[i] * powers[k - 1];
+    }
+    weighted_.col(i) = GaussianWeight(distances_[i]) * powers;
+    A.noalias() += weighted_.col(i) * powers.transpose();
+  }
+  solve_ = A.ldlt().solve(weighted_);
+}
+
+namespace {
+
+template <typename Fit>
+void SmoothScalar(const Channel& channel, const Fit& fit, double* q, double* qd,
+                  double* qdd, double* qd_variance) {
   const std::vector<int>& samples = fit.samples();
   // Near the values: their squares would hide the noise.
   const double origin = channel.values(samples[0], 0);
@@ -106,7 +132,7 @@ void SmoothScalar(const Channel& channel, const LocalQuintic& fit, double* q,
   for (size_t i = 0; i < samples.size(); ++i) {
     values[i] = channel.values(samples[i], 0) - origin;
   }
-  const Eigen::MatrixXd c = fit.Solve(values);
+  const auto c = fit.Solve(values);
   *q = origin + fit.Derivative(c, 0);
   *qd = fit.Derivative(c, 1);
   *qdd = fit.Derivative(c, 2);
@@ -119,9 +145,10 @@ Eigen::Quaterniond QuaternionOf(const Channel& channel, int k) {
       .normalized();
 }
 
+template <typename Fit>
 void SmoothOrientation(const std::vector<double>& t, double time,
-                       const Channel& channel, const LocalQuintic& fit,
-                       double* q, double* qd, double* qdd) {
+                       const Channel& channel, const Fit& fit, double* q,
+                       double* qd, double* qdd) {
   const std::vector<int>& samples = fit.samples();
   const int nearest =
       *std::min_element(samples.begin(), samples.end(), [&](int a, int b) {
@@ -134,7 +161,7 @@ void SmoothOrientation(const std::vector<double>& t, double time,
         middle.conjugate() * QuaternionOf(channel, samples[i]);
     values.row(i) = Log<double>(turned).transpose();
   }
-  const Eigen::MatrixXd c = fit.Solve(values);
+  const auto c = fit.Solve(values);
   Eigen::Vector3d turn;
   for (int k = 0; k < 3; ++k) {
     turn[k] = fit.Derivative(c, 0, k);
@@ -175,36 +202,43 @@ std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run) {
   return names;
 }
 
-MotionSample SmoothMotion(const Model& model, const Run& run, double time,
-                          double width) {
+MotionSmoother::MotionSmoother(const Model& model, const Run& run, double width)
+    : model_(model),
+      run_(run),
+      width_(width),
+      fit_(std::make_unique<LocalQuintic>(width)) {}
+
+MotionSmoother::~MotionSmoother() = default;
+
+MotionSample MotionSmoother::At(double time) {
   MotionSample sample;
-  sample.q.setZero(model.nq());
-  sample.qd.setZero(model.nv());
-  sample.qdd.setZero(model.nv());
-  sample.qd_variance.setZero(model.nv());
-  std::optional<LocalQuintic> fit;  // of the channel before
-  for (const Channel& channel : run.channels) {
+  sample.q.setZero(model_.nq());
+  sample.qd.setZero(model_.nv());
+  sample.qdd.setZero(model_.nv());
+  sample.qd_variance.setZero(model_.nv());
+  for (const Channel& channel : run_.channels) {
     const bool turns = channel.kind == ChannelKind::kOrientation;
     if (!turns && channel.kind != ChannelKind::kPosition) continue;
-    std::vector<int> samples = SamplesAround(run.t, channel, time, width);
-    if (!fit || fit->samples() != samples) {
-      fit.emplace(run.t, std::move(samples), time, width);
-    }
-    if (!fit->known()) return sample;
-    const Joint& joint = model.mechanism().joints[channel.target];
+    fit_->MoveTo(run_.t, channel, time);
+    if (!fit_->known()) return sample;
+    const Joint& joint = model_.mechanism().joints[channel.target];
     double* q = &sample.q[joint.q_index];
     double* qd = &sample.qd[joint.v_index];
     double* qdd = &sample.qdd[joint.v_index];
     if (turns) {
-      SmoothOrientation(run.t, time, channel, *fit, q, qd, qdd);
+      SmoothOrientation(run_.t, time, channel, *fit_, q, qd, qdd);
     } else {
-      SmoothScalar(channel, *fit, q, qd, qdd,
+      SmoothScalar(channel, *fit_, q, qd, qdd,
                    &sample.qd_variance[joint.v_index]);
     }
-    if (!sample.q.allFinite() || !sample.qdd.allFinite()) return sample;
   }
-  sample.known = true;
+  sample.known = sample.q.allFinite() && sample.qdd.allFinite();
   return sample;
+}
+
+MotionSample SmoothMotion(const Model& model, const Run& run, double time,
+                          double width) {
+  return MotionSmoother(model, run, width).At(time);
 }
 
 }  // namespace sysid

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -31,8 +32,25 @@ std::vector<std::string> VelocityNames(const Model& model);
 // Moving joints whose position is not measured, by name.
 std::vector<std::string> UnmeasuredJoints(const Model& model, const Run& run);
 
-// At a time, s; `width` is the Gaussian's standard deviation, s. The run must
-// measure all joints.
+// Of a run that measures all joints; `width` is the Gaussian's standard
+// deviation, s. Times one after another whose samples lie alike around them, as
+// whole samples apart of an even recording, share the matrix of their fit. The
+// model and the run must outlive it.
+class MotionSmoother {
+ public:
+  MotionSmoother(const Model& model, const Run& run, double width);
+  ~MotionSmoother();
+  MotionSample At(double time);  // s
+
+ private:
+  class LocalQuintic;
+  const Model& model_;
+  const Run& run_;
+  const double width_;
+  std::unique_ptr<LocalQuintic> fit_;  // of the channel before
+};
+
+// At one time.
 MotionSample SmoothMotion(const Model& model, const Run& run, double time,
                           double width);
 
