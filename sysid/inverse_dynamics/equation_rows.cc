@@ -218,23 +218,29 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
   out.qd.resize(most, nv);
   out.rests.setConstant(most, nv, false);
   out.qdd.resize(most, nv);
-  RowMatrixXd sum(nv, columns + 2);
   const MatrixXb slow = FindSlow(sampled);
   // How far the fit of the motion carries a kink.
   const int bend =
       static_cast<int>(std::ceil(kGaussianReach * sampled.bend / sampled.step));
+  // g, and all numbers of a time as one row, of which its sums are products.
+  Eigen::RowVectorXd g(2 * kReachSteps + 1);
+  for (int i = -kReachSteps; i <= kReachSteps; ++i) {
+    g[i + kReachSteps] = GaussianWeight(static_cast<double>(i) / kSteps);
+  }
+  g /= g.sum();
+  const int width = nv * (columns + 2);
+  const Eigen::Map<const RowMatrixXd> by_time(rest.data(), sampled.size(),
+                                              width);
+  RowMatrixXd sum(nv, columns + 2);
   for (int k = kReachSteps; k + kReachSteps < sampled.size(); k += kSteps) {
     bool known = true;
-    double total = 0.0;
-    sum.setZero();
     for (int i = -kReachSteps; i <= kReachSteps; ++i) {
-      const double weight = GaussianWeight(static_cast<double>(i) / kSteps);
       known = known && sampled.motion[k + i].known;
-      total += weight;
-      sum += weight * rest.middleRows((k + i) * nv, nv);
     }
-    if (!known || !sum.allFinite()) continue;
-    sum /= total;
+    if (!known) continue;
+    Eigen::Map<Eigen::RowVectorXd>(sum.data(), width).noalias() =
+        g * by_time.middleRows(k - kReachSteps, g.size());
+    if (!sum.allFinite()) continue;
     const int at = out.times();
     const int first = std::max(0, k - kReachSteps - bend);
     const int last = std::min(sampled.size() - 1, k + kReachSteps + bend);

@@ -35,10 +35,10 @@ double MedianPeriodOf(const std::vector<const Run*>& runs) {
 // %.
 EquationFilter FilterOf(double width) { return {0.5 * width, width}; }
 
-// r, M qdd and u of a run on even times, each joint a column.
+// [r | M qdd | u] of a run on even times, nv columns each.
 struct Unfiltered {
   std::vector<bool> known;
-  Eigen::MatrixXd left, inertial, effort;
+  RowMatrixXd values;
 };
 
 Unfiltered Evaluate(const Model& model,
@@ -47,9 +47,7 @@ Unfiltered Evaluate(const Model& model,
   Unfiltered out;
   const int nv = model.nv();
   const int n = static_cast<int>((run.t.back() - run.t.front()) / step);
-  out.left.setZero(n, nv);
-  out.inertial.setZero(n, nv);
-  out.effort.setZero(n, nv);
+  out.values.setZero(n, 3 * nv);
   out.known.assign(n, false);
   Workspace<double> ws(model);
   ws.SetParameters(values);
@@ -66,52 +64,45 @@ Unfiltered Evaluate(const Model& model,
                             motion.qdd.data(), needed.data());
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(), rest.data(),
                             without.data());
-    out.effort.row(k) = u.transpose();
-    out.left.row(k) = (u - needed).transpose();
-    out.inertial.row(k) = (needed - without).transpose();
+    out.values.row(k) << (u - needed).transpose(),
+        (needed - without).transpose(), u.transpose();
   }
   return out;
 }
 
-// A Gaussian of `width` steps over the columns; times with unknown ones around
+// A Gaussian of `width` steps over the rows; times with unknown ones around
 // are taken from those that are known.
-Eigen::MatrixXd Smooth(const Eigen::MatrixXd& values,
-                       const std::vector<bool>& known, double width) {
-  const int n = static_cast<int>(values.rows());
+RowMatrixXd Smooth(const Unfiltered& now, double width) {
+  const int n = static_cast<int>(now.values.rows());
   const int reach = static_cast<int>(std::ceil(kGaussianReach * width));
-  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(n, values.cols());
-  std::vector<double> weights(reach + 1);
-  for (int i = 0; i <= reach; ++i) weights[i] = GaussianWeight(i / width);
+  RowMatrixXd out = RowMatrixXd::Zero(n, now.values.cols());
+  Eigen::RowVectorXd weights(2 * reach + 1), used;
+  for (int i = -reach; i <= reach; ++i) {
+    weights[i + reach] = GaussianWeight(i / width);
+  }
   for (int k = 0; k < n; ++k) {
-    double total = 0.0;
-    for (int i = std::max(0, k - reach); i < std::min(n, k + reach + 1); ++i) {
-      if (!known[i]) continue;
-      const double w = weights[std::abs(i - k)];
-      out.row(k) += w * values.row(i);
-      total += w;
+    const int first = std::max(0, k - reach), last = std::min(n, k + reach + 1);
+    used = weights.segment(first - k + reach, last - first);
+    for (int i = first; i < last; ++i) {
+      if (!now.known[i]) used[i - first] = 0.0;
     }
-    if (total > 0.0) out.row(k) /= total;
+    const double total = used.sum();
+    if (!(total > 0.0)) continue;
+    out.row(k).noalias() =
+        used / total * now.values.middleRows(first, last - first);
   }
   return out;
 }
 
-// By joint, of a band.
-struct Powers {
-  Eigen::RowVectorXd left, inertial, effort;
-};
-
-// Leaves the series smoothed, and adds the power of what that took.
-void TakeBand(double width, Unfiltered* now, Powers* powers) {
-  const auto take = [&](Eigen::MatrixXd* values, Eigen::RowVectorXd* power) {
-    Eigen::MatrixXd smooth = Smooth(*values, now->known, width);
-    for (size_t k = 0; k < now->known.size(); ++k) {
-      if (now->known[k]) *power += (values->row(k) - smooth.row(k)).cwiseAbs2();
+// Leaves the series smoothed, and adds the power of what that took, by column.
+void TakeBand(double width, Unfiltered* now, Eigen::RowVectorXd* powers) {
+  RowMatrixXd smooth = Smooth(*now, width);
+  for (size_t k = 0; k < now->known.size(); ++k) {
+    if (now->known[k]) {
+      *powers += (now->values.row(k) - smooth.row(k)).cwiseAbs2();
     }
-    *values = std::move(smooth);
-  };
-  take(&now->left, &powers->left);
-  take(&now->inertial, &powers->inertial);
-  take(&now->effort, &powers->effort);
+  }
+  now->values = std::move(smooth);
 }
 
 // Keeps every second time.
@@ -119,14 +110,10 @@ void Thin(Unfiltered* now) {
   const int n = static_cast<int>(now->known.size()) / 2;
   for (int k = 0; k < n; ++k) {
     now->known[k] = now->known[2 * k];
-    for (Eigen::MatrixXd* values : {&now->left, &now->inertial, &now->effort}) {
-      values->row(k) = values->row(2 * k).eval();
-    }
+    now->values.row(k) = now->values.row(2 * k).eval();
   }
   now->known.resize(n);
-  for (Eigen::MatrixXd* values : {&now->left, &now->inertial, &now->effort}) {
-    values->conservativeResize(n, Eigen::NoChange);
-  }
+  now->values.conservativeResize(n, Eigen::NoChange);
 }
 
 }  // namespace
@@ -153,13 +140,13 @@ EquationFilter ChooseFilter(const Model& model,
   for (double width = step; width < kCoarsest * finest;
        width *= std::sqrt(2.0)) {
     const double more = std::sqrt(width * width - had * had) / step;
-    Powers powers{Eigen::RowVectorXd::Zero(model.nv()),
-                  Eigen::RowVectorXd::Zero(model.nv()),
-                  Eigen::RowVectorXd::Zero(model.nv())};
+    const int nv = model.nv();
+    Eigen::RowVectorXd powers = Eigen::RowVectorXd::Zero(3 * nv);
     for (Unfiltered& now : series) TakeBand(more, &now, &powers);
-    const auto told = (powers.left.array() <
-                       0.5 * powers.effort.cwiseMax(powers.inertial).array())
-                          .count();
+    const auto told =
+        (powers.head(nv).array() <
+         0.5 * powers.segment(nv, nv).cwiseMax(powers.tail(nv)).array())
+            .count();
     if (had >= 2.0 * finest && 2 * told >= model.nv()) return FilterOf(had);
     had = width;
     if (had >= kThinned * step) {
