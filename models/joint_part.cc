@@ -43,9 +43,8 @@ bool OnlyJointPartVaries(const Workspace<T>& ws) {
   return true;
 }
 
-#define SYSID_INSTANTIATE(T)                                               \
-  template void JointPart<T>(Workspace<T>*, const T*, const T*, const T*,  \
-                             T*);                                          \
+#define SYSID_INSTANTIATE(T)                                                   \
+  template void JointPart<T>(Workspace<T>*, const T*, const T*, const T*, T*); \
   template bool OnlyJointPartVaries<T>(const Workspace<T>&);
 SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
 #undef SYSID_INSTANTIATE

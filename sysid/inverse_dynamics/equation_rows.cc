@@ -83,7 +83,7 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
   std::vector<T> q(model.nq()), qd(nv), qdd(nv), u(nv), needed(nv);
   MechanismParameters<T> values;
   Workspace<T> ws(model);
-  int first = 0;       // column by Jets
+  int first = 0;      // column by Jets
   RowMatrixXd known;  // the inverse dynamics, where `first` > 0
   if (!inertial.links.empty() && HasInertialColumns(Workspace<double>(model))) {
     first = 10 * static_cast<int>(inertial.links.size());

@@ -57,8 +57,8 @@ class MotionSmoother::LocalQuintic {
                        const Eigen::Vector<double, kCoefficients>& c) const {
     const double weight = weighted_.row(0).sum();
     if (!(weight > kTaken)) return 0.0;
-    const double left = weighted_.row(0).dot(values.cwiseAbs2()) -
-                        c.dot(weighted_ * values);
+    const double left =
+        weighted_.row(0).dot(values.cwiseAbs2()) - c.dot(weighted_ * values);
     return std::max(0.0, left) / (weight - kTaken) * kSlope /
            (weight * width_ * width_);
   }
@@ -84,14 +84,14 @@ void MotionSmoother::LocalQuintic::MoveTo(const std::vector<double>& t,
   distances_.clear();
   samples_.clear();
   bool alike = true;
-  for (auto at = first;
-       at != t.end() && *at <= time + kGaussianReach * width_; ++at) {
+  for (auto at = first; at != t.end() && *at <= time + kGaussianReach * width_;
+       ++at) {
     const int k = static_cast<int>(at - t.begin());
     if (std::isnan(channel.values(k, 0))) continue;
     const double distance = (*at - time) / width_;
     const size_t i = samples_.size();
-    alike = alike && i < before_.size() &&
-            std::abs(distance - before_[i]) < kAlike;
+    alike =
+        alike && i < before_.size() && std::abs(distance - before_[i]) < kAlike;
     samples_.push_back(k);
     distances_.push_back(distance);
   }

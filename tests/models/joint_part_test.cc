@@ -13,12 +13,12 @@ namespace {
 using Jets = std::vector<Jet8>;
 
 Model Driven() {
-  return Shipped("pendulum2_planar",
-                 {"viscous_damping@joint1", "coulomb_friction@joint2",
-                  "armature@joint2"},
-                 {{"joint1.damping", 0.02},
-                  {"joint2.friction", 0.1},
-                  {"joint2.armature", 0.03}});
+  return Shipped(
+      "pendulum2_planar",
+      {"viscous_damping@joint1", "coulomb_friction@joint2", "armature@joint2"},
+      {{"joint1.damping", 0.02},
+       {"joint2.friction", 0.1},
+       {"joint2.armature", 0.03}});
 }
 
 TEST(JointPart, HasTheDerivativesOfTheInverseDynamicsByEffects) {

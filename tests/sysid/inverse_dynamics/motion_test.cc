@@ -51,6 +51,35 @@ TEST(SmoothMotion, AQuinticIsWhatItIsWhateverTheSampling) {
   EXPECT_FALSE(SmoothMotion(hinge, run, run.t.back() + 1.0, 0.03).known);
 }
 
+// Even times but for a gap, and uneven ones: sharing must not show.
+TEST(MotionSmoother, GivesWhatEachTimeAloneGives) {
+  const Model hinge = Shipped("simple_pendulum_dfki");
+  for (const bool even : {true, false}) {
+    sysid::Run run;
+    run.t = UnevenTimes();
+    std::vector<double> values;
+    for (int k = 0; k < run.size(); ++k) {
+      if (even) run.t[k] = 0.01 * k;
+      values.push_back(std::sin(9.0 * run.t[k]));
+    }
+    values[60] = NAN;
+    run.channels = {Positions(0, values)};
+    run.effort = RowMatrixXd::Zero(run.size(), 1);
+    MotionSmoother smoother(hinge, run, 0.03);
+    for (int k = 0; k < run.size(); ++k) {
+      const double t = 0.005 + 0.01 * k;
+      const MotionSample shared = smoother.At(t);
+      const MotionSample alone = SmoothMotion(hinge, run, t, 0.03);
+      ASSERT_EQ(shared.known, alone.known) << k;
+      if (!shared.known) continue;
+      EXPECT_NEAR(shared.q[0], alone.q[0], 1e-9) << k;
+      EXPECT_NEAR(shared.qd[0], alone.qd[0], 1e-7) << k;
+      EXPECT_NEAR(shared.qdd[0], alone.qdd[0], 1e-5) << k;
+      EXPECT_NEAR(shared.qd_variance[0], alone.qd_variance[0], 1e-12) << k;
+    }
+  }
+}
+
 // A body that spins up about a fixed axis: rate and acceleration are along it.
 TEST(SmoothMotion, ASphericalJointHasItsAngularVelocityAndAcceleration) {
   const Model model = Shipped("pendulum1");
