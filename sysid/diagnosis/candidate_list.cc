@@ -35,6 +35,7 @@ Confirmation ConfirmationOf(const Screening& screening,
   Confirmation confirmed;
   confirmed.train = refit.after->train_error();
   confirmed.holdout = refit.after->holdout_error();
+  confirmed.cv = refit.after->cv;
   confirmed.parameters = EstimatesOf(*refit.after, {effect.effect.get()});
   confirmed.accepted = refit.accepted();
   confirmed.refused = refit.refused;
@@ -63,23 +64,26 @@ std::vector<int> RankRefits(const std::vector<CandidateRefit>& refits,
 std::string ToldApartBy(const Screening& screening, int a, int b) {
   const ScreenedEffect& one = screening.effects[a];
   const ScreenedEffect& other = screening.effects[b];
-  const std::string identified =
-      one.name() + " is identified by " + one.effect->ShowsIn();
   constexpr double kSame = 1 - 1e-6;
   if (screening.confusability(a, b) > kSame &&
       screening.confusability(b, a) > kSame) {
     return "with this mechanism and mounting, both have the same effect in "
            "such motions; " +
-           identified;
+           one.name() + " is identified by " + one.effect->ShowsIn();
   }
-  if (one.effect->ShowsIn() == other.effect->ShowsIn()) {
-    return "they differ only in how they grow over " + one.effect->ShowsIn() +
-           ": the wider its range, the better";
-  }
-  return identified + "; " + other.name() + " by " + other.effect->ShowsIn();
+  return ToldApartBy(*one.effect, *other.effect);
 }
 
 }  // namespace
+
+std::string ToldApartBy(const Effect& one, const Effect& other) {
+  if (one.ShowsIn() == other.ShowsIn()) {
+    return "they differ only in how they grow over " + one.ShowsIn() +
+           ": the wider its range, the better";
+  }
+  return one.name() + " is identified by " + one.ShowsIn() + "; " +
+         other.name() + " by " + other.ShowsIn();
+}
 
 std::vector<ParameterEstimate> EstimatesOf(
     const EvaluatedModel& evaluated,

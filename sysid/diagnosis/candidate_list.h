@@ -14,7 +14,8 @@ namespace sysid {
 // A candidate that was refitted.
 struct Confirmation {
   double train = 0.0, holdout = 0.0;  // normalised errors
-  std::string together_with;          // another effect, where only both help
+  CrossValidation cv;
+  std::string together_with;  // another effect, where only both help
   std::vector<ParameterEstimate> parameters;  // the effect's
   bool accepted = false;
   std::string refused;  // why, where it was not accepted
@@ -43,6 +44,9 @@ std::vector<CandidateEffect> ListCandidates(
 // equally well, and the same part of it or all.
 bool StandFor(const Screening& screening, int a, int b,
               const EvaluatedModel& with_a, const EvaluatedModel& with_b);
+
+// The motion in which two effects differ.
+std::string ToldApartBy(const Effect& one, const Effect& other);
 
 // The estimates that a evaluated has of the effects' parameters.
 std::vector<ParameterEstimate> EstimatesOf(

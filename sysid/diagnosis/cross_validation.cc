@@ -17,12 +17,6 @@ constexpr int kStretches = 20;
 
 using Stretch = CrossValidation::Stretch;
 
-// ln of the error of a stretch; NaN where there is none.
-double LogError(const Stretch& stretch) {
-  return stretch.dof > 0.0 ? 0.5 * std::log(stretch.squares / stretch.dof)
-                           : std::numeric_limits<double>::quiet_NaN();
-}
-
 struct Mean {
   double value, std_error;  // infinite where there is too little of it
 };
@@ -43,7 +37,9 @@ Mean MeanOf(const std::vector<double>& numbers) {
 
 Mean MeanLogError(const CrossValidation& all) {
   std::vector<double> logs;
-  for (const Stretch& one : all.stretches) logs.push_back(LogError(one));
+  for (const Stretch& one : all.stretches) {
+    logs.push_back(std::log(one.error()));
+  }
   return MeanOf(logs);
 }
 
@@ -57,11 +53,20 @@ class StretchGrid {
     for (const auto& run : data.runs()) {
       const double part = kStretches * Duration(*run) / all;
       runs_.push_back({size_, std::max(1, static_cast<int>(std::lround(part))),
-                       run->run.t.front(), Duration(*run)});
+                       run->run.t.front(), Duration(*run), run->run.name});
       size_ += runs_.back().parts;
     }
   }
-  int size() const { return size_; }
+  // The stretches, still empty.
+  void AddTo(std::vector<Stretch>* stretches) const {
+    for (const Part& run : runs_) {
+      for (int k = 0; k < run.parts; ++k) {
+        const double length = run.duration / run.parts;
+        stretches->push_back({0.0, 0.0, run.name, run.begin + k * length,
+                              run.begin + (k + 1) * length});
+      }
+    }
+  }
   int At(int run, double t) const {
     const Part& at = runs_[run];
     const int k = static_cast<int>(at.parts * (t - at.begin) / at.duration);
@@ -72,6 +77,7 @@ class StretchGrid {
   struct Part {
     int first, parts;
     double begin, duration;
+    std::string name;
   };
   static double Duration(const RunData& data) {
     return data.run.t.back() - data.run.t.front();
@@ -82,6 +88,11 @@ class StretchGrid {
 };
 
 }  // namespace
+
+double CrossValidation::Stretch::error() const {
+  return dof > 0.0 ? std::sqrt(squares / dof)
+                   : std::numeric_limits<double>::quiet_NaN();
+}
 
 double CrossValidation::error() const {
   return std::exp(MeanLogError(*this).value);
@@ -95,7 +106,7 @@ ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b) {
   CHECK_EQ(a.stretches.size(), b.stretches.size());
   std::vector<double> ratios;
   for (size_t j = 0; j < a.stretches.size(); ++j) {
-    ratios.push_back(LogError(a.stretches[j]) - LogError(b.stretches[j]));
+    ratios.push_back(std::log(a.stretches[j].error() / b.stretches[j].error()));
   }
   const Mean mean = MeanOf(ratios);
   return {mean.value, mean.std_error};
@@ -120,7 +131,7 @@ CrossValidation CrossValidate(const LinearizedFit& fit) {
   const double state_dof = ObservedStateDof(problem);
   const int count = static_cast<int>(segments.size());
   CrossValidation result;
-  result.stretches.resize(grid.size());
+  grid.AddTo(&result.stretches);
   // With other runs, those alone give the parameters.
   const bool by_run = problem.runs().size() > 1;
   std::vector<int> stretch_of, fold_of;
@@ -169,7 +180,7 @@ void AddHeldOut(const DataSet& data, const RunErrors& errors, double state_dof,
     runs.emplace(run->run.name, static_cast<int>(runs.size()));
   }
   const size_t before = to->stretches.size();
-  to->stretches.resize(before + grid.size());
+  grid.AddTo(&to->stretches);
   for (const SegmentError& segment : errors.segments) {
     const double middle = 0.5 * (segment.t_start + segment.t_end);
     Stretch& stretch =

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "sysid/diagnosis/linearized_fit.h"
@@ -16,6 +17,10 @@ struct CrossValidation {
   // segments whose middle is in the stretch; both zero where there is none.
   struct Stretch {
     double squares = 0.0, dof = 0.0;
+    std::string trajectory{};
+    double t_start = 0.0, t_end = 0.0;  // s
+
+    double error() const;  // normalised; NaN where there is none
   };
   std::vector<Stretch> stretches;
 

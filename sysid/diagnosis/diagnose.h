@@ -23,6 +23,7 @@ struct DiagnosisStep {
   double predicted = 0.0;            // normalised error of the training runs
   double train_before = 0.0, train_after = 0.0;
   double holdout_before = 0.0, holdout_after = 0.0;
+  CrossValidation cv_before;                  // over those segments
   std::vector<ParameterEstimate> parameters;  // of the effects, after
   // For each of the effects: others that explain the data as well in its place.
   std::vector<std::vector<std::string>> indistinguishable_from;
@@ -50,6 +51,8 @@ struct Diagnosis {
   // that are proposed, or that were added, and then those of each other model
   // within one standard error of it. Else empty.
   std::vector<std::vector<std::string>> rivals;
+  // Of each of them, what motion tells it from the first; "" of the first.
+  std::vector<std::string> told_apart_by;
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;

@@ -25,11 +25,28 @@ void AddAlternatives(const std::string& effect,
 
 void FindRivals(const std::vector<std::shared_ptr<const Effect>>& candidates,
                 Diagnosis* diagnosis) {
-  const auto parameters = [&](const std::string& name) {
+  const auto find = [&](const std::string& name) -> const Effect* {
     for (const auto& effect : candidates) {
-      if (effect->name() == name) return effect->ParameterNames().size();
+      if (effect->name() == name) return effect.get();
     }
-    return size_t{0};
+    return nullptr;
+  };
+  const auto parameters = [&](const std::string& name) {
+    const Effect* effect = find(name);
+    return effect == nullptr ? 0 : effect->ParameterNames().size();
+  };
+  // The list of candidates knows of this mechanism, but has one pair only.
+  const auto told_apart_by = [&](const std::string& one,
+                                 const std::string& other) -> std::string {
+    for (const CandidateEffect& candidate : diagnosis->candidates) {
+      if (candidate.screened.name() == one &&
+          !candidate.indistinguishable_from.empty() &&
+          candidate.indistinguishable_from.front() == other) {
+        return candidate.told_apart_by;
+      }
+    }
+    const Effect *a = find(one), *b = find(other);
+    return a == nullptr || b == nullptr ? "" : ToldApartBy(*a, *b);
   };
   std::map<std::string, std::vector<std::string>> alternatives;
   if (diagnosis->steps.empty() && !diagnosis->candidates.empty()) {
@@ -46,9 +63,13 @@ void FindRivals(const std::vector<std::shared_ptr<const Effect>>& candidates,
   for (size_t k = 0; k < answer.size(); ++k) {
     for (const std::string& other : alternatives[answer[k]]) {
       if (parameters(other) > parameters(answer[k])) continue;
-      if (diagnosis->rivals.empty()) diagnosis->rivals.push_back(answer);
+      if (diagnosis->rivals.empty()) {
+        diagnosis->rivals.push_back(answer);
+        diagnosis->told_apart_by.emplace_back();
+      }
       diagnosis->rivals.push_back(answer);
       diagnosis->rivals.back()[k] = other;
+      diagnosis->told_apart_by.push_back(told_apart_by(answer[k], other));
     }
   }
   if (diagnosis->rivals.empty()) return;

@@ -53,6 +53,7 @@ DiagnosisStep StepFrom(const EvaluatedModel& before) {
   step.segment_s = before.fit.segment_s;
   step.train_before = before.train_error();
   step.holdout_before = before.holdout_error();
+  step.cv_before = before.cv;
   return step;
 }
 
@@ -148,6 +149,7 @@ void Search::AddByEquations() {
     CandidateEffect candidate{effect, Confirmation{}, {}, "", {}};
     candidate.confirmed->train = model->train_error();
     candidate.confirmed->holdout = model->holdout_error();
+    candidate.confirmed->cv = model->cv;
     candidate.confirmed->accepted = true;
     candidate.confirmed->parameters =
         EstimatesOf(*model, {effect.effect.get()});

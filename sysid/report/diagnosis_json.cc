@@ -159,6 +159,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
       List(diagnosis.rivals, [&](const std::vector<std::string>& added) {
         return Json(Extended(session.effects, added));
       });
+  json["rivals_told_apart_by"] = diagnosis.told_apart_by;
   json["final"] = Extended(session.effects, diagnosis.added());
   json["next_experiment"] = nullptr;
   json["final_fit"] = nullptr;

@@ -19,6 +19,7 @@ Json Confirmed(const Confirmation& confirmed) {
   };
   return {{"train", Finite(confirmed.train)},
           {"holdout", Finite(confirmed.holdout)},
+          {"crossValidation", CrossValidationJson(confirmed.cv)},
           {"togetherWith", confirmed.together_with},
           {"parameters", List(confirmed.parameters, estimate)}};
 }

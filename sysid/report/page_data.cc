@@ -41,8 +41,10 @@ PageFit ShowFit(int id, const std::string& title, const Session& session,
 }  // namespace
 
 PageFit ShownModel::Show(int id, const std::string& title) const {
-  return ShowFit(id, title, session, *evaluated->problem, evaluated->fit,
-                 holdout);
+  PageFit fit =
+      ShowFit(id, title, session, *evaluated->problem, evaluated->fit, holdout);
+  fit.cv = &evaluated->cv;
+  return fit;
 }
 
 ShownModel OpenEvaluatedModel(const Session& session,
@@ -99,7 +101,9 @@ Json PageStep(const DiagnosisStep& step, int model, int from) {
           {"trainBefore", ErrorOr(step.train_before)},
           {"trainAfter", ErrorOr(step.train_after)},
           {"holdoutBefore", ErrorOr(step.holdout_before)},
-          {"holdoutAfter", ErrorOr(step.holdout_after)}};
+          {"holdoutAfter", ErrorOr(step.holdout_after)},
+          {"segment_s", Finite(step.segment_s)},
+          {"crossValidationBefore", CrossValidationJson(step.cv_before)}};
 }
 
 Json FitPage(const PageSource& source, const PageFit& fit) {

@@ -42,6 +42,7 @@ struct PageFit {
   const ShootingProblem* problem = nullptr;
   const Fit* fit = nullptr;
   const Holdout* holdout = nullptr;     // null: no held-out runs
+  const CrossValidation* cv = nullptr;  // null: it was not cross-validated
   const AddedEffects* added = nullptr;  // by --add; null: none were
   const MixtureFit* mixture = nullptr;
   // Whether the text of prediction.csv goes in, where it is no larger than all

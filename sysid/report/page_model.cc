@@ -85,6 +85,15 @@ std::vector<int> Determined(const Fit& fit) {
   return places;
 }
 
+// One prediction over each whole run, fitted and held out.
+Json OpenErrorsJson(const Fit& fit, const Holdout* holdout) {
+  Json list = OpenJson(fit.open, false);
+  if (holdout != nullptr) {
+    for (const Json& open : OpenJson(holdout->open, true)) list.push_back(open);
+  }
+  return list;
+}
+
 Json FilesJson(const PageSource& source, const PageFit& fit) {
   // A table that is larger would be most of the page; it lies beside it.
   constexpr size_t kLargest = 512 << 10;
@@ -142,6 +151,7 @@ Json PageWholeRuns(const FinalFit& final) {
       {"trainError", Finite(fit.train.total.normalized_rms)},
       {"holdoutError",
        holdout ? Finite(holdout->errors.total.normalized_rms) : Json(nullptr)},
+      {"open", OpenErrorsJson(fit, holdout)},
       {"parameters", List(ReportedParameters(final.session, fit), estimate)}};
 }
 
@@ -176,6 +186,10 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["segment_s"] = Finite(found.segment_s);
   model["joined"] = std::isfinite(found.defect);
   model["wholeRuns"] = nullptr;
+  model["open"] = OpenErrorsJson(found, fit.holdout);
+  model["crossValidation"] =
+      fit.cv ? CrossValidationJson(*fit.cv) : Json(nullptr);
+  model["rivals"] = diagnosis ? RivalsJson(*diagnosis) : Json::array();
   model["predictions"] = PredictionsJson(source, fit, efforts);
   model["efforts"] = EffortErrorsJson(efforts.fitted);
   model["holdoutEfforts"] = EffortErrorsJson(efforts.held_out);

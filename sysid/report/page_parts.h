@@ -29,6 +29,11 @@ Json DrawnColumns(const RowMatrixXd& values);
 // What a step did: "+ a@j", "- b@k", or both.
 std::string ChangeTitle(const DiagnosisStep& step);
 
+// A CrossValidationData; null where the model was not cross-validated.
+Json CrossValidationJson(const CrossValidation& cv);
+// ModelData.rivals.
+Json RivalsJson(const Diagnosis& diagnosis);
+
 // ModelData.candidates.
 Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis);
 // ModelData.force.

@@ -91,6 +91,13 @@ export interface ModelData {
   // What became of it when it was fitted once more, to whole runs; live: what
   // `files` are of. Null: it was not.
   wholeRuns: WholeRunsData | null;
+  // One prediction over each whole run from one initial state; empty where it
+  // was not made.
+  open: OpenData[];
+  crossValidation: CrossValidationData | null; // null: not asked
+  // Where the data do not decide: the effects that were chosen, and those of
+  // each other model of as many effects that predicts as well. Empty else.
+  rivals: { effects: string[]; separatedBy: string }[];
   predictions: PredictionData[]; // one a run, as in PageData.runs
   // What the inverse dynamics leave of the efforts of all fitted, all held-out
   // runs; null: none were measured, or a joint's position was not.
@@ -129,11 +136,27 @@ export interface ResidualsData {
   inputs: (CorrelogramData & { channel: string; input: string })[]; // with efforts, lag_s earlier
 }
 
+// By prediction of what the parameters were not fitted to, over the model's
+// segments.
+export interface CrossValidationData {
+  error: number; // the geometric mean over the stretches
+  stdError: number | null; // as it varies from stretch to stretch
+  stretches: { trajectory: string; t_start: number; t_end: number; error: number | null }[];
+}
+
+export interface OpenData {
+  trajectory: string;
+  duration_s: number;
+  held_out: boolean;
+  channels: { name: string; unit: string; rms: number | null; fit_percent: number | null }[];
+}
+
 export interface WholeRunsData {
   sentence: string; // as ModelData.sentence
   good: boolean; // at the noise
   trainError: number | null;
   holdoutError: number | null;
+  open: OpenData[]; // as ModelData.open
   parameters: { name: string; unit: string; value: number | null; ci95: [number | null, number | null] }[];
 }
 
@@ -192,6 +215,7 @@ export interface CandidateData {
   confirmed: {
     train: number;
     holdout: number | null;
+    crossValidation: CrossValidationData | null;
     parameters: { name: string; unit: string; value: number }[];
     togetherWith: string; // "", or the other effect, where only both help; `command` adds both
   } | null;
@@ -228,6 +252,8 @@ export interface StepData {
   trainAfter: number | null;
   holdoutBefore: number | null;
   holdoutAfter: number | null;
+  segment_s: number | null; // over which the errors before are
+  crossValidationBefore: CrossValidationData | null; // over those segments
 }
 
 // ---- The server of sysid_studio. All answers are JSON; an error is

@@ -130,6 +130,11 @@ TEST(CrossValidate, CutsOneRunIntoStretches) {
     dof += stretch.dof;
   }
   EXPECT_EQ(used, fit.point.runs[0].segments());
+  EXPECT_EQ(cv.stretches.front().trajectory,
+            problem.train->runs()[0]->run.name);
+  EXPECT_EQ(cv.stretches.front().t_start, 0.0);
+  EXPECT_NEAR(cv.stretches.back().t_end, 6.0, 1e-9);
+  EXPECT_EQ(cv.stretches[0].t_end, cv.stretches[1].t_start);
   EXPECT_GT(squares, fit.train.squares);
   EXPECT_LT(squares, 1.5 * fit.train.squares);
   EXPECT_EQ(dof, 2.0 * fit.samples - 4.0 * used);

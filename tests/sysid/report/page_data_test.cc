@@ -2,21 +2,12 @@
 
 #include <gmock/gmock.h>
 
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <fstream>
-#include <map>
-#include <optional>
-#include <regex>
-#include <set>
 #include <sstream>
 
-#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
-#include "sysid/report/page_parts.h"
-#include "tests/sysid/diagnosis/diagnosis_setup.h"
+#include "tests/sysid/report/page_setup.h"
 
 namespace sysid {
 namespace {
@@ -26,41 +17,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
-
-std::vector<double> Decode(const Json& series) {
-  const std::string digits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::vector<std::uint8_t> bytes;
-  std::uint32_t bits = 0;
-  int count = 0;
-  const bool drawn = series.contains("u16");
-  const std::string text = series.at(drawn ? "u16" : "f32");
-  for (const char c : text) {
-    if (c == '=') break;
-    bits = bits << 6 | static_cast<std::uint32_t>(digits.find(c));
-    count += 6;
-    if (count < 8) continue;
-    count -= 8;
-    bytes.push_back(static_cast<std::uint8_t>(bits >> count));
-  }
-  std::vector<double> values;
-  for (size_t i = 0; drawn && i + 2 <= bytes.size(); i += 2) {
-    const int place = bytes[i] | bytes[i + 1] << 8;
-    values.push_back(place == 65535
-                         ? NAN
-                         : series.at("offset").get<double>() +
-                               place * series.at("step").get<double>());
-  }
-  if (drawn) return values;
-  for (size_t i = 0; i + 4 <= bytes.size(); i += 4) {
-    const std::uint32_t single = bytes[i] | bytes[i + 1] << 8 |
-                                 bytes[i + 2] << 16 |
-                                 std::uint32_t{bytes[i + 3]} << 24;
-    values.push_back(std::bit_cast<float>(single) +
-                     series.value("offset", 0.0));
-  }
-  return values;
-}
 
 TEST(Series, AreLittleEndianSinglesInBase64) {
   EXPECT_EQ(Series({1.0, NAN, -2.5}).at("f32"), "AACAPwAAwH8AACDA");
@@ -80,30 +36,6 @@ TEST(TimeSeries, TellSamplesApartThatLieFarFromZero) {
   const std::vector<double> read = Decode(TimeSeries(t));
   for (size_t i = 0; i < t.size(); ++i) EXPECT_NEAR(read[i], t[i], 1e-6);
   EXPECT_FALSE(TimeSeries({0.0, 0.01}).contains("offset"));
-}
-
-Session OpenOn(const DiagnosisProblem& problem) {
-  Session session(problem.model);
-  session.model_name = "pendulum2_planar";
-  session.free = problem.free;
-  session.runs = RunsOf(*problem.train);
-  session.holdout = RunsOf(*problem.holdout);
-  session.options = problem.options;
-  session.effects = problem.model.effects().names();
-  return session;
-}
-
-PageSource SourceOf(const Session& session, const DiagnosisProblem& problem) {
-  PageSource source;
-  source.program = "sysid_diagnose";
-  source.command = "sysid_diagnose --auto";
-  source.session = &session;
-  source.train = problem.train.get();
-  source.holdout = problem.holdout.get();
-  source.fit_command = [](const std::string& add, const std::string& fix) {
-    return "sysid_fit --add " + add + (fix.empty() ? "" : " --fix " + fix);
-  };
-  return source;
 }
 
 // Two runs of 8 s and one held out, of a pendulum with a damped joint,
@@ -170,6 +102,9 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
   EXPECT_EQ(models[1]["verdict"], "adequate");
   EXPECT_EQ(models[2]["title"], "final fit, whole runs");
   for (const Json& model : models) EXPECT_FALSE(model["horizon"].empty());
+  EXPECT_EQ(models[1]["crossValidation"],
+            CrossValidationJson(diagnosis_->final->cv));
+  EXPECT_TRUE(models[2]["crossValidation"].is_null());
   EXPECT_EQ((*page_)["current"], 0);
   EXPECT_EQ((*page_)["compared"], 1);
   const Json& step = (*page_)["steps"].at(0);
@@ -178,6 +113,8 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
   EXPECT_EQ(step["trainBefore"], models[0]["trainError"]);
   EXPECT_EQ(step["trainAfter"], models[1]["trainError"]);
   EXPECT_EQ(step["holdoutAfter"], models[1]["holdoutError"]);
+  EXPECT_EQ(step["segment_s"], models[0]["segment_s"]);
+  EXPECT_EQ(step["crossValidationBefore"], models[0]["crossValidation"]);
   for (const Json& parameter : models[1]["parameters"]) {
     EXPECT_EQ(parameter["ofEffect"], parameter["name"] == "joint1.damping"
                                          ? Json("viscous_damping@joint1")
@@ -204,6 +141,10 @@ TEST_F(DiagnosedPage, SaysWhereTheSearchEnded) {
   EXPECT_EQ(whole["trainError"], models[2]["trainError"]);
   EXPECT_EQ(whole["holdoutError"], models[2]["holdoutError"]);
   EXPECT_EQ(whole["sentence"], models[2]["sentence"]);
+  EXPECT_EQ(whole["open"], models[2]["open"]);
+  ASSERT_EQ(whole["open"].size(), 3u);
+  EXPECT_EQ(whole["open"][2]["held_out"], true);
+  EXPECT_GT(whole["open"][2]["channels"][0]["fit_percent"], 90.0);
   ASSERT_EQ(whole["parameters"].size(), models[2]["parameters"].size());
   EXPECT_EQ(whole["parameters"][0]["value"],
             models[2]["parameters"][0]["value"]);
@@ -361,35 +302,6 @@ TEST_F(DiagnosedPage, HasForcesOfEveryKindOfEffect) {
   EXPECT_GE(with_force, 6);
 }
 
-// The members of the interfaces of page_data.ts, by interface; "?" are
-// optional.
-std::map<std::string, std::set<std::string>> Interfaces() {
-  std::ifstream file(SYSID_SOURCE "/web/src/page_data.ts");
-  EXPECT_TRUE(file.good());
-  std::map<std::string, std::set<std::string>> interfaces;
-  std::string line, name;
-  std::smatch match;
-  const std::regex begin("export interface (\\w+) \\{"), member("  (\\w+): .*");
-  while (std::getline(file, line)) {
-    if (std::regex_match(line, match, begin)) name = match[1];
-    if (line == "}") name.clear();
-    if (!name.empty() && std::regex_match(line, match, member)) {
-      interfaces[name].insert(match[1]);
-    }
-  }
-  return interfaces;
-}
-
-void ExpectKeys(const std::string& name, const Json& json) {
-  SCOPED_TRACE(name);
-  static const auto interfaces = Interfaces();
-  const auto keys = interfaces.find(name);
-  ASSERT_NE(keys, interfaces.end());
-  std::set<std::string> found;
-  for (const auto& item : json.items()) found.insert(item.key());
-  EXPECT_THAT(found, ::testing::IsSupersetOf(keys->second));
-}
-
 TEST_F(DiagnosedPage, HasEveryKeyThatThePageReads) {
   const Json& page = *page_;
   const Json& model = page["models"][0];
@@ -407,7 +319,8 @@ TEST_F(DiagnosedPage, HasEveryKeyThatThePageReads) {
   ExpectKeys("ForceData", model["force"][0]);
   ExpectKeys("StepData", page["steps"][0]);
   ExpectKeys("WholeRunsData", page["models"][1]["wholeRuns"]);
-  ExpectKeys("Series", page["runs"][0]["t"]);
+  ExpectKeys("OpenData", page["models"][2]["open"][0]);
+  ExpectKeys("CrossValidationData", model["crossValidation"]);
 }
 
 TEST_F(DiagnosedPage, StandsInAnHtmlOfLessThanThreeMegabytes) {
@@ -453,118 +366,6 @@ TEST_F(DiagnosedPage, ComparesNoEffortsWhereNoneWereMeasured) {
       EXPECT_TRUE(prediction["efforts"].is_null());
     }
   }
-}
-
-// A driven cart and pole, the pole not seen for half a second of the second
-// fitted run.
-class EffortPage : public ::testing::Test {
- protected:
-  EffortPage() : problem_(MakeProblem(Shipped("cartpole"), kFree, Runs())) {
-    session_ = OpenOn(problem_);
-    const ShootingProblem shooting(problem_.model, problem_.free,
-                                   problem_.train, problem_.options);
-    const Fit fit = FitInverseDynamics(shooting);
-    percent_ = fit.effort;
-    const Holdout holdout =
-        EvaluateHoldout(OpenHoldout(fit.model, problem_.holdout,
-                                    problem_.options, fit.point.rollout, 1.0),
-                        nullptr);
-    PageFit shown;
-    shown.title = "as given";
-    shown.session = &*session_;
-    shown.problem = &shooting;
-    shown.fit = &fit;
-    shown.holdout = &holdout;
-    model_ = PageModel(SourceOf(*session_, problem_), shown, nullptr);
-  }
-
-  static std::vector<sysid::Run> Runs() {
-    std::vector<sysid::Run> runs;
-    for (int seed = 1; seed <= 3; ++seed) {
-      runs.push_back(
-          Record(Shipped("cartpole"), seed, {.duration = 4.0, .level = 1.0}));
-    }
-    sysid::Run& gapped = runs[2];
-    for (int k = 0; k < gapped.size(); ++k) {
-      if (gapped.t[k] < 2.0 || gapped.t[k] > 2.5) continue;
-      gapped.channels[1].values.row(k).setConstant(NAN);
-    }
-    return runs;
-  }
-
-  static inline const std::vector<Value> kFree{{"cart.mass", 1.0}};
-  DiagnosisProblem problem_;
-  std::optional<Session> session_;
-  std::vector<EffortError> percent_;
-  Json model_;
-};
-
-TEST_F(EffortPage, HasWhatTheInverseDynamicsLeaveOfEachJoint) {
-  for (const char* which : {"efforts", "holdoutEfforts"}) {
-    const Json& efforts = model_[which];
-    ASSERT_FALSE(efforts.is_null()) << which;
-    ExpectKeys("EffortErrorsData", efforts);
-    EXPECT_GT(efforts["cutOff_hz"], 1.0);
-    ASSERT_EQ(efforts["joints"].size(), 2u);
-    EXPECT_EQ(efforts["joints"][0]["joint"], "slider");
-    EXPECT_EQ(efforts["joints"][0]["unit"], "N");
-    EXPECT_EQ(efforts["joints"][1]["unit"], "N m");
-  }
-  ASSERT_EQ(percent_.size(), 2u);
-  for (int j = 0; j < 2; ++j) {
-    EXPECT_EQ(model_["efforts"]["joints"][j]["rms"], percent_[j].rms);
-    EXPECT_EQ(model_["efforts"]["joints"][j]["percent"], percent_[j].percent);
-  }
-}
-
-// What is drawn has the rms that is said, run by run and joint by joint.
-TEST_F(EffortPage, DrawsTheEffortsOfWhichItIsSaid) {
-  const Json& predictions = model_["predictions"];
-  ASSERT_EQ(predictions.size(), 3u);  // two fitted ones, then the held-out one
-  for (const bool held_out : {false, true}) {
-    const Json& said = model_[held_out ? "holdoutEfforts" : "efforts"];
-    for (int j = 0; j < 2; ++j) {
-      double left = 0.0, all = 0.0;
-      for (size_t r = held_out ? 2 : 0; r < (held_out ? 3 : 2); ++r) {
-        const Json& efforts = predictions[r]["efforts"];
-        ASSERT_FALSE(efforts.is_null());
-        ExpectKeys("EffortCurvesData", efforts);
-        const Json& curve = efforts["curves"].at(j);
-        EXPECT_EQ(curve["joint"], said["joints"][j]["joint"]);
-        EXPECT_EQ(curve["unit"], said["joints"][j]["unit"]);
-        const auto measured = Decode(curve["measured"]);
-        const auto predicted = Decode(curve["predicted"]);
-        ASSERT_EQ(measured.size(), Decode(efforts["t"]).size());
-        ASSERT_EQ(measured.size(), predicted.size());
-        for (size_t k = 0; k < measured.size(); ++k) {
-          if (std::isnan(measured[k])) continue;
-          left += std::pow(measured[k] - predicted[k], 2);
-          all += std::pow(measured[k], 2);
-        }
-      }
-      const double percent = said["joints"][j]["percent"];
-      EXPECT_NEAR(100.0 * std::sqrt(left / all), percent,
-                  0.01 + 0.01 * percent);
-    }
-  }
-}
-
-TEST_F(EffortPage, DrawsNoLineAcrossWhatWasNotMeasured) {
-  const auto missing = [&](int run) {
-    const Json& efforts = model_["predictions"][run]["efforts"];
-    const auto t = Decode(efforts["t"]);
-    const auto measured = Decode(efforts["curves"][0]["measured"]);
-    std::vector<double> times;
-    for (size_t k = 0; k < t.size(); ++k) {
-      EXPECT_TRUE(k == 0 || t[k] > t[k - 1]);
-      if (std::isnan(measured[k])) times.push_back(t[k]);
-    }
-    return times;
-  };
-  EXPECT_THAT(missing(0), IsEmpty());
-  const std::vector<double> in_gap = missing(1);
-  ASSERT_EQ(in_gap.size(), 1u);
-  EXPECT_NEAR(in_gap.front(), 2.25, 0.2);
 }
 
 }  // namespace

@@ -1,0 +1,29 @@
+#include <cmath>
+
+#include "sysid/report/page_parts.h"
+
+namespace sysid {
+
+Json CrossValidationJson(const CrossValidation& cv) {
+  if (!std::isfinite(cv.error())) return nullptr;
+  const auto stretch = [](const CrossValidation::Stretch& one) -> Json {
+    return {{"trajectory", one.trajectory},
+            {"t_start", Finite(one.t_start)},
+            {"t_end", Finite(one.t_end)},
+            {"error", Finite(one.error())}};
+  };
+  return {{"error", Finite(cv.error())},
+          {"stdError", Finite(cv.std_error())},
+          {"stretches", List(cv.stretches, stretch)}};
+}
+
+Json RivalsJson(const Diagnosis& diagnosis) {
+  Json list = Json::array();
+  for (size_t i = 0; i < diagnosis.rivals.size(); ++i) {
+    list.push_back({{"effects", diagnosis.rivals[i]},
+                    {"separatedBy", diagnosis.told_apart_by[i]}});
+  }
+  return list;
+}
+
+}  // namespace sysid

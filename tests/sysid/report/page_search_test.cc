@@ -1,0 +1,62 @@
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "tests/sysid/report/page_setup.h"
+
+namespace sysid {
+namespace {
+
+CrossValidation Of(const std::vector<double>& errors) {
+  CrossValidation cv;
+  for (const double error : errors) {
+    const double t = static_cast<double>(cv.stretches.size());
+    cv.stretches.push_back(
+        {50.0 * error * error, error > 0 ? 50.0 : 0.0, "run.csv", t, t + 1.0});
+  }
+  return cv;
+}
+
+TEST(CrossValidationJson, HasTheErrorOfEachStretch) {
+  const CrossValidation cv = Of({1.0, 4.0, 0.0});
+  const Json json = CrossValidationJson(cv);
+  ExpectKeys("CrossValidationData", json);
+  EXPECT_NEAR(json["error"].get<double>(), 2.0, 1e-12);
+  EXPECT_EQ(json["stdError"], cv.std_error());
+  ASSERT_EQ(json["stretches"].size(), 3u);
+  const Json& second = json["stretches"][1];
+  EXPECT_EQ(second["trajectory"], "run.csv");
+  EXPECT_EQ(second["t_start"], 1.0);
+  EXPECT_EQ(second["t_end"], 2.0);
+  EXPECT_EQ(second["error"], 4.0);
+  EXPECT_TRUE(json["stretches"][2]["error"].is_null());  // nothing is in it
+}
+
+TEST(CrossValidationJson, IsNoneWhereNothingWasLeftOut) {
+  EXPECT_TRUE(CrossValidationJson({}).is_null());
+  EXPECT_TRUE(CrossValidationJson(Of({2.0}))["stdError"].is_null());
+}
+
+TEST(RivalsJson, NamesWhatWouldTellThemApart) {
+  Diagnosis diagnosis(Shipped("pendulum1"));
+  EXPECT_EQ(RivalsJson(diagnosis), Json::array());
+  diagnosis.rivals = {{"a@j"}, {"b@j"}};
+  diagnosis.told_apart_by = {"", "slow motion"};
+  const Json json = RivalsJson(diagnosis);
+  ASSERT_EQ(json.size(), 2u);
+  EXPECT_EQ(json[0]["effects"], Json::array({"a@j"}));
+  EXPECT_EQ(json[1]["separatedBy"], "slow motion");
+}
+
+TEST(PageStep, ComparesOverTheSegmentsBefore) {
+  DiagnosisStep step;
+  step.segment_s = 1.5;
+  EXPECT_TRUE(PageStep(step, 1, 0)["crossValidationBefore"].is_null());
+  step.cv_before = Of({3.0, 3.0});
+  const Json json = PageStep(step, 1, 0);
+  EXPECT_EQ(json["segment_s"], 1.5);
+  EXPECT_NEAR(json["crossValidationBefore"]["error"].get<double>(), 3.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace sysid
