@@ -123,6 +123,30 @@ function errors(runs, predictions) {
   return {trainError: of(false), holdoutError: of(true), channels, segments};
 }
 
+// Of stretches of a second; one without data has no error.
+export function crossValidation(stretches) {
+  const logs = stretches.filter(s => s.error !== null).map(s => Math.log(s.error)), n = logs.length;
+  const mean = logs.reduce((a, b) => a + b, 0) / n;
+  const std = Math.sqrt(logs.reduce((a, b) => a + (b - mean) ** 2, 0) / (n * (n - 1)));
+  return {error: Math.exp(mean), stdError: Math.exp(mean) * std, stretches};
+}
+
+function leftOut(runs, predictions) {
+  return crossValidation(predictions.flatMap((p, r) => Array.from({length: Math.floor(runs[r].t.at(-1))}, (_, k) => ({
+    trajectory: runs[r].data.name, t_start: k, t_end: k + 1,
+    error: rms(p.residual.map(v => v.slice(k * kRate_hz, (k + 1) * kRate_hz))),
+  }))));
+}
+
+// The same errors times a factor that varies a little from stretch to stretch.
+const scaled = (cv, factor) => crossValidation(cv.stretches.map((s, i) => ({...s, error: s.error * factor * (1 + 0.1 * Math.sin(i))})));
+
+// One prediction over each whole run, `times` as far off as the noise.
+function open(runs, times) {
+  return runs.map(r => ({trajectory: r.data.name, duration_s: r.t.at(-1), held_out: r.data.heldOut,
+    channels: [1, 2].map(i => ({name: `joint${i}`, unit: 'rad', rms: times * i * kNoise, fit_percent: 100 - 0.1 * times * i}))}));
+}
+
 function parameters(withEffect) {
   const of = (name, unit, value, stdError, more = {}) => ({
     name, unit, initial: 0.45, value, stdError, ci95: [value - 1.96 * stdError, value + 1.96 * stdError],
@@ -145,13 +169,13 @@ function candidates(force) {
   });
   return [
     make('coulomb_friction', 'joint2', '-c sign(qd), smoothed', 1.04, 'joint2.friction', 'N m', kFriction, {
-      confirmed: {train: 1.002, holdout: 1.01, togetherWith: '', parameters: [{name: 'joint2.friction', unit: 'N m', value: 0.04998}]},
+      confirmed: {train: 1.002, holdout: 1.01, crossValidation: null, togetherWith: '', parameters: [{name: 'joint2.friction', unit: 'N m', value: 0.04998}]},
       accepted: true, indistinguishableFrom: ['stribeck_friction@joint2'],
       separatedBy: 'stribeck_friction@joint2 is identified by very slow beside fast motion of the joint',
       force: law(v => -kFriction * Math.tanh(v / 0.01)),
     }),
     make('viscous_damping', 'joint2', '-d qd', 3.4, 'joint2.damping', 'N m s/rad', 0.0173, {
-      confirmed: {train: 3.5, holdout: 4.1, togetherWith: '', parameters: [{name: 'joint2.damping', unit: 'N m s/rad', value: 0.018}]},
+      confirmed: {train: 3.5, holdout: 4.1, crossValidation: null, togetherWith: '', parameters: [{name: 'joint2.damping', unit: 'N m s/rad', value: 0.018}]},
       refused: 'the held-out error falls less than another effect lets it',
       force: law(v => -0.0173 * v),
     }),
@@ -186,10 +210,10 @@ function stages(solver) {
 }
 
 // As one trajectory a run.
-function wholeRuns(withEffect, found) {
+function wholeRuns(withEffect, found, runs) {
   return {
     sentence: `The error is ${withEffect ? '1.00' : '61.2'} times the noise (held out ${found.holdoutError.toPrecision(3)}): ${withEffect ? 'at the noise floor' : 'the model misses something'}.`,
-    good: withEffect, trainError: withEffect ? 1.0 : 61.2, holdoutError: found.holdoutError,
+    good: withEffect, trainError: withEffect ? 1.0 : 61.2, holdoutError: found.holdoutError, open: open(runs, withEffect ? 1.1 : 120),
     parameters: [{name: 'link1.length', unit: 'm', value: 0.50021, ci95: [0.50015, 0.50027]}],
   };
 }
@@ -235,7 +259,8 @@ export function planarPage({seconds = 8, live = false} = {}) {
       sentence: withEffect
         ? `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): nothing is missing that this data can show.`
         : `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): coulomb_friction@joint2 is missing; with it the error is 1.00 (held out 1.01).`,
-      doubts: [], segment_s: kSegment_s, joined: false, wholeRuns: live ? wholeRuns(withEffect, found) : null, predictions: predictions.map(p => p.data),
+      doubts: [], segment_s: kSegment_s, joined: false, wholeRuns: live ? wholeRuns(withEffect, found, runs) : null, predictions: predictions.map(p => p.data),
+      open: [], crossValidation: leftOut(runs, predictions), rivals: [],
       horizon: [0.1, 0.2, 0.5, 1, 2].map(h => ({horizon_s: h, rms: kNoise * (withEffect ? 1.02 : 1 + 12 * h ** 1.6), noise_rms: kNoise * (1 + 0.3 * h)})),
       parameters: parameters(withEffect),
       efforts: null, holdoutEfforts: null,
@@ -249,6 +274,8 @@ export function planarPage({seconds = 8, live = false} = {}) {
     };
   };
   const models = [model(0, false), model(1, true)];
+  models[0].candidates[0].confirmed.crossValidation = models[1].crossValidation;
+  models[0].candidates[1].confirmed.crossValidation = scaled(models[0].crossValidation, 0.08);
   return {
     schema: 'sysid.page/1', program: live ? 'sysid_studio' : 'sysid_diagnose', version: '0.1.0', live,
     model: 'pendulum2_planar', command: 'sysid_diagnose --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --auto --out result',
@@ -256,14 +283,15 @@ export function planarPage({seconds = 8, live = false} = {}) {
     mechanism: {urdf: kPlanarUrdf, joints: [0, 1].map(i => ({name: `joint${i + 1}`, type: 'continuous', unit: 'rad', effortUnit: 'N m', q: i, v: i}))},
     runs: runs.map(r => r.data), models, current: 0, compared: 1,
     conclusion: null, steps: [{title: '+ coulomb_friction@joint2', model: 1, from: 0, predicted: 1.04, trainBefore: models[0].trainError,
-      trainAfter: models[1].trainError, holdoutBefore: models[0].holdoutError, holdoutAfter: models[1].holdoutError}],
+      trainAfter: models[1].trainError, holdoutBefore: models[0].holdoutError, holdoutAfter: models[1].holdoutError,
+      segment_s: kSegment_s, crossValidationBefore: models[0].crossValidation}],
   };
 }
 
 // What sysid_fit leaves: one model, nothing asked of it.
 export function fitPage() {
   const page = planarPage();
-  const model = {...page.models[0], verdict: null, candidates: [], force: [], horizon: [], holdoutError: null, nextCommand: 'sysid_diagnose --model pendulum2_planar --traj run_1.csv',
+  const model = {...page.models[0], verdict: null, crossValidation: null, candidates: [], force: [], horizon: [], holdoutError: null, nextCommand: 'sysid_diagnose --model pendulum2_planar --traj run_1.csv',
     sentence: 'The error of the fitted runs is far above the noise: the model misses something.'};
   return {...page, program: 'sysid_fit', models: [model], steps: [], current: 0, compared: null, runs: page.runs.map(r => ({...r, heldOut: false}))};
 }
@@ -275,11 +303,33 @@ export function failedPage() {
   const [given, added] = page.models;
   const doubted = {...given, doubts: ['link1.inertia_scale ended at its bound', 'link1.mass, link2.mass are not separately identifiable from this data'],
     candidates: given.candidates.map((c, i) => ({...c, predictedError: null, noPrediction: 'the model is too far from this data for a prediction', pValue: i ? c.pValue : 1}))};
-  const whole = {...wholeRuns(false, added), trainError: 8.75, sentence: 'The error is 8.75 times the noise (held out 9.1): the model misses something.'};
-  const final = {...added, id: 2, title: 'final fit, whole runs', verdict: null, sentence: whole.sentence, trainError: 8.75, holdoutError: 9.1, joined: true};
+  const runs = page.runs.map(r => ({data: r, t: [0, 8]}));
+  const whole = {...wholeRuns(false, added, runs), trainError: 8.75, sentence: 'The error is 8.75 times the noise (held out 9.1): the model misses something.'};
+  const final = {...added, id: 2, title: 'final fit, whole runs', verdict: null, sentence: whole.sentence, trainError: 8.75, holdoutError: 9.1, joined: true, crossValidation: null, open: whole.open};
   return {...page, models: [doubted, {...added, wholeRuns: whole}, final],
     conclusion: {good: false, sentence: 'The search ended with coulomb_friction@joint2: over segments of 2 s, each from its own state, the error is 1.00 times the noise (held out 1.01), and no relevant effect is missing. '
       + 'Fitted once more, as one trajectory over each whole run, the error is 8.75 times the noise (held out 9.1): the model misses something. What is small over a segment adds up over a whole run.'}};
+}
+
+// What sysid_diagnose --auto leaves where the data do not decide: two steps, the
+// second one over longer segments, and a rival in its place.
+export function undecidedPage() {
+  const page = planarPage();
+  const [given, first] = page.models;
+  const effects = ['coulomb_friction@joint2', 'viscous_damping@joint1'];
+  const longer = scaled(first.crossValidation, 1.9), cv = scaled(first.crossValidation, 1.2);
+  const second = {...first, id: 2, title: '+ viscous_damping@joint1', effects, segment_s: 4, crossValidation: cv, trainError: 1.2, holdoutError: 1.3,
+    verdict: 'unexplained', sentence: 'The error is 1.20 times the noise (held out 1.30): the model does not explain the data.',
+    parameters: [...first.parameters, {...first.parameters[2], name: 'joint1.damping', unit: 'N m s/rad', value: 0.0113, ofEffect: effects[1]}]};
+  const rivals = [
+    {effects, separatedBy: ''},
+    {effects: [effects[0], 'quadratic_drag@joint1'], separatedBy: 'they differ only in how they grow over both slow and fast motion of the joint: the wider its range, the better'},
+  ];
+  return {...page, models: [{...given, verdict: 'undecided', rivals,
+    sentence: 'The error is 44.2 times the noise (held out 64.2): an effect is missing; these explain the data equally well: coulomb_friction@joint2 and viscous_damping@joint1; coulomb_friction@joint2 and quadratic_drag@joint1. With the first the error is 1.20 (held out 1.30).'},
+    first, second], compared: 2,
+    steps: [...page.steps, {...page.steps[0], title: second.title, model: 2, from: 1, predicted: 1.3, trainBefore: 2.0, trainAfter: 1.2, holdoutBefore: 2.1,
+      holdoutAfter: 1.3, segment_s: 4, crossValidationBefore: longer}]};
 }
 
 // A spherical pendulum that swings on a cone; the second joint unmeasured.

@@ -7,6 +7,7 @@ import {Waterfall, type Fall} from '../plots/waterfall';
 import {add, isRunning, refusal, remove} from '../server';
 import {compared, current, studio, useStore} from '../state';
 import {Choice, Command, Empty, Panel} from './panel';
+import {Path} from './path';
 import {Progress} from './progress';
 import {kNothingMissing, noCandidates} from './which';
 
@@ -110,7 +111,10 @@ function Steps({page}: {page: PageData}) {
       predicted: s.predicted, trainBefore: s.trainBefore, holdoutBefore: s.holdoutBefore})),
   ];
   return <>
-    <Waterfall falls={falls} />
+    <div class="grid-of-charts course">
+      <Path page={page} way={way} end={modelWithId(page, way[way.length - 1].model)!} />
+      <Waterfall falls={falls} />
+    </div>
     {way.length < page.steps.length && <p class="note">The bars are the way to {titleOf(page, way[way.length - 1].model)}; the table has every step.</p>}
     <div class="table-scroll"><table>
       <caption>Errors before and after each step, × noise</caption>

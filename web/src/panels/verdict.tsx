@@ -4,6 +4,7 @@ import {candidateName, errorsOver, positionUnit, prediction, runLabel, worstChan
 import {fmt, fmtError, fmtPercent, fmtTime, fmtTimes, fmtUnit, list, sentence} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {current, setCursor, setRun, setZoom, useStore} from '../state';
+import {HowSure, Rivals} from './evidence';
 import {Panel} from './panel';
 
 const kWords = {
@@ -21,6 +22,8 @@ export function Verdict({page}: {page: PageData}) {
         {model.verdict && <strong class={`badge ${model.verdict}`}>{kWords[model.verdict]}</strong>} {model.sentence}
       </p>
       <End page={page} model={model} />
+      <HowSure page={page} model={model} />
+      <Rivals page={page} model={model} />
       <dl class="tiles">
         <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} note={fitOf(model.trainFitPercent) + errorsOver(model)} />
         <Tile name="Error of the held-out runs" value={fmtTimes(model.holdoutError)}
@@ -102,7 +105,8 @@ function FirstTile({model, first}: {model: ModelData; first: CandidateData}) {
     + (first.confirmed.holdout === null ? '' : `, held out ${fmtTimes(first.confirmed.holdout)}`)
     + (first.confirmed.togetherWith && `, together with ${first.confirmed.togetherWith}`);
   return (
-    <Tile name={model.verdict === 'missing_effect' ? 'First missing effect' : 'Best candidate, which does not explain it'}
+    <Tile name={model.verdict === 'missing_effect' ? 'First missing effect'
+      : model.verdict === 'undecided' ? 'First of several candidates' : 'Best candidate, which does not explain it'}
       isName value={<>{first.effect}<wbr />@{first.target}</>} note={prediction(model, first)}>
       {confirmed && <span class="note">{confirmed}</span>}
     </Tile>

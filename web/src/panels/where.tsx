@@ -12,6 +12,7 @@ import {XyChart, type Layer} from '../plots/xy_chart';
 import {compared, current, joint, run, useStore} from '../state';
 import {Discrepancy} from './discrepancy';
 import {Efforts} from './efforts';
+import {Folds} from './folds';
 import {forceLayers, kQuantities, lawsOf, quantityName} from './force_layers';
 import {Choice, Empty, Panel} from './panel';
 import {Residuals} from './residuals';
@@ -33,6 +34,7 @@ export function Where({page}: {page: PageData}) {
         {page.mechanism.joints.length > 0 && <Phase page={page} m={m} r={r} />}
         <Horizon page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       </div>
+      <Folds page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
       <Discrepancy page={page} model={model} />
       <Residuals model={model} />
       <Efforts page={page} r={r} models={[m, ...(c !== null && c !== m ? [c] : [])]} />

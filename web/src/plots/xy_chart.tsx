@@ -14,6 +14,14 @@ export interface Layer {
   dash?: string;
   error?: ArrayLike<number>; // half length of vertical bars
   opacity?: number;
+  barOpacity?: number; // of the vertical bars
+}
+
+// A text beside a point.
+export interface Mark {
+  x: number;
+  y: number;
+  text: string;
 }
 
 export interface Rule {
@@ -27,6 +35,8 @@ export interface XyChartProps {
   yLabel: string;
   layers: Layer[];
   rules?: Rule[];
+  marks?: Mark[];
+  whole?: boolean; // x are whole numbers
   logX?: boolean;
   logY?: boolean;
   height?: number;
@@ -54,12 +64,12 @@ export function useWidth(initial: number) {
 export function XyChart(props: XyChartProps) {
   const {ref, width} = useWidth(480);
   const height = props.height ?? 260;
-  const sx = scaleOf(all(props.layers, 'x'), !!props.logX);
+  const sx = scaleOf(all(props.layers, 'x'), !!props.logX, props.whole ? beside(props.layers) : []);
   const sy = scaleOf(all(props.layers, 'y'), !!props.logY, props.rules?.map(r => r.y));
   const w = width - kLeft - kRight, h = height - kTop - kBottom;
   const px = (x: number) => kLeft + sx.at(x) * w;
   const py = (y: number) => kTop + (1 - sy.at(y)) * h;
-  const xTicks = thin(sx.ticks, Math.max(2, Math.floor(w / 58)));
+  const xTicks = thin(props.whole ? sx.ticks.filter(Number.isInteger) : sx.ticks, Math.max(2, Math.floor(w / 58)));
   const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
   const xNames = names(xTicks, sx.log), yNames = names(yTicks, sy.log);
   return (
@@ -83,6 +93,10 @@ export function XyChart(props: XyChartProps) {
           <svg x={kLeft} y={kTop} width={w} height={h} viewBox={`${kLeft} ${kTop} ${w} ${h}`}>
             {props.layers.map((l, i) => <LayerMarks key={i} layer={l} px={px} py={py} />)}
           </svg>
+          {props.marks?.map((m, i) => {
+            const left = px(m.x) > kLeft + 0.6 * w;
+            return <text class="mark" key={i} x={px(m.x) + (left ? -9 : 9)} y={py(m.y) + (left ? -9 : 4)} text-anchor={left ? 'end' : 'start'}>{m.text}</text>;
+          })}
           {props.rules?.map(r => <g key={r.label}>
             <line class="rule" x1={kLeft} x2={kLeft + w} y1={py(r.y)} y2={py(r.y)} />
             <text class="rule-label" x={kLeft + w - 4} y={py(r.y) - 4} text-anchor="end">{r.label}</text>
@@ -101,6 +115,12 @@ function names(ticks: number[], log: boolean): string[] {
 function thin(ticks: number[], most: number): number[] {
   const every = Math.ceil(ticks.length / most);
   return ticks.filter((_, i) => i % every === 0);
+}
+
+// Room beside the first and the last of whole numbers.
+function beside(layers: Layer[]): number[] {
+  const x = [...all(layers, 'x')];
+  return x.length ? [Math.min(...x) - 0.5, Math.max(...x) + 0.5] : [];
 }
 
 function* all(layers: Layer[], key: 'x' | 'y') {
@@ -129,7 +149,7 @@ function LayerMarks({layer, px, py}: {
     }
   }
   return <>
-    {bars && <path d={bars} fill="none" stroke={layer.color} stroke-width={1} opacity={0.3} />}
+    {bars && <path d={bars} fill="none" stroke={layer.color} stroke-width={layer.barOpacity ? 1.5 : 1} opacity={layer.barOpacity ?? 0.3} />}
     <path d={path} fill="none" stroke={layer.color} opacity={layer.opacity ?? 1}
       stroke-width={layer.size ?? (layer.kind === 'points' ? 5 : 2)}
       stroke-dasharray={layer.dash} stroke-linecap={layer.dash ? 'butt' : 'round'} stroke-linejoin="round" />

@@ -1,0 +1,76 @@
+// Of panel 1: what speaks for each effect, and what else would explain the data.
+import {compareStretches, evidenceOf, factorOf, fmtCrossValidation, type Evidence} from '../cross_validation';
+import {candidateName, modelWithId, wayTo} from '../data';
+import {fmt, list, sentence, unitText} from '../format';
+import type {CrossValidationData, ModelData, PageData} from '../page_data';
+
+const kHow = 'Errors are those of cross-validation: of data that the parameters were not fitted to, × noise, ± standard error. '
+  + 'The ratio is the error without the effect over that with it, when it was added, with its 95 % interval: where that holds 1, the data do not show that the effect is there.';
+
+// The model in which the steps end, where they begin with the one that is shown.
+function endOf(page: PageData, model: ModelData): ModelData {
+  const last = page.steps.at(-1);
+  if (!last || !model.verdict || page.live) return model;
+  return wayTo(page, last.model)[0]?.from === model.id ? modelWithId(page, last.model) ?? model : model;
+}
+
+export function HowSure({page, model}: {page: PageData; model: ModelData}) {
+  const end = endOf(page, model);
+  const rows = evidenceOf(page, end, wayTo(page, end.id));
+  if (!rows.length) return null;
+  const proposed = !end.effects.length, unexplained = model.verdict === 'unexplained';
+  return (
+    <div class="evidence">
+      <h3>{unexplained ? 'What was tried, and does not explain it' : proposed ? 'What is missing, and how sure that is' : 'What was added, and how sure that is'}</h3>
+      <div class="table-scroll"><table>
+        <thead><tr><th scope="col">effect</th><th scope="col">parameters, ± 95 %</th><th scope="col" class="number">error without → with</th>
+          <th scope="col" class="number">ratio (95 %)</th><th scope="col">lower in</th></tr></thead>
+        <tbody>{rows.map(row => <Row key={row.effects.join()} row={row} />)}</tbody>
+      </table></div>
+      <p class="note">{kHow}</p>
+    </div>
+  );
+}
+
+function Row({row}: {row: Evidence}) {
+  const ratio = compareStretches(row.without, row.with);
+  return <tr>
+    <th scope="row">{list(row.effects)}{row.instead.length > 0 && <span class="note">in place of {list(row.instead)}, with which it is compared</span>}</th>
+    <td><ul class="plain">{row.parameters.map(p => <li key={p.name}>{p.name} <span class="whole">{fmt(p.value)}</span>{' '}
+      <span class="whole">{p.stdError !== null && `± ${fmt(1.96 * p.stdError, 2)} `}{unitText(p.unit)}</span></li>)}</ul></td>
+    <td class="number">{row.with ? `${fmtCrossValidation(row.without)} → ${fmtCrossValidation(row.with)}` : '–'}</td>
+    <td class="number">{ratio ? factorOf(ratio) : '–'}</td>
+    <td>{ratio ? `${ratio.lower} of ${ratio.of} stretches` : '–'}</td>
+  </tr>;
+}
+
+export function Rivals({page, model}: {page: PageData; model: ModelData}) {
+  const rivals = model.rivals ?? [];
+  if (rivals.length < 2) return null;
+  const first = crossValidationOf(page, model, rivals[0].effects);
+  return (
+    <div class="rivals">
+      <h3>Models between which the data do not decide</h3>
+      <div class="table-scroll"><table>
+        <thead><tr><th scope="col">added effects</th><th scope="col" class="number">error</th><th scope="col" class="number">ratio to the first (95 %)</th><th scope="col">a recording that would decide</th></tr></thead>
+        <tbody>{rivals.map(({effects, separatedBy}, i) => {
+          const cv = crossValidationOf(page, model, effects), ratio = i ? compareStretches(cv, first) : null;
+          return <tr key={effects.join()}>
+            <th scope="row">{list(effects)}{i === 0 && <span class="badge">chosen</span>}</th>
+            <td class="number">{fmtCrossValidation(cv)}</td><td class="number">{ratio ? factorOf(ratio) : '–'}</td>
+            <td>{i ? sentence(separatedBy) || '–' : ''}</td>
+          </tr>;
+        })}</tbody>
+      </table></div>
+      <p class="note">Each predicts unseen data as well as the first, within one standard error. Record such a motion, and ask again with that recording among the runs.</p>
+    </div>
+  );
+}
+
+// Of the model with these effects: one of the search, or the refit of a candidate.
+function crossValidationOf(page: PageData, model: ModelData, effects: string[]): CrossValidationData | null {
+  const same = (names: string[]) => names.length === effects.length && names.every(n => effects.includes(n));
+  const refit = model.candidates.find(c => c.confirmed && same([candidateName(c), ...(c.confirmed.togetherWith ? [c.confirmed.togetherWith] : [])]));
+  if (refit?.confirmed?.crossValidation) return refit.confirmed.crossValidation;
+  return [...page.models].reverse().find(m => m.crossValidation && same(m.effects))?.crossValidation ?? null;
+}

@@ -1,0 +1,89 @@
+// What the frozen page shows of a search: its path, what speaks for each effect,
+// the rivals, the stretches that were left out.
+import assert from 'node:assert/strict';
+import {after, before, test} from 'node:test';
+import {failedPage, planarPage, undecidedPage} from '../fixture.mjs';
+import {launch, without} from './chromium.mjs';
+import {openFile, settled, writeReport} from './open.mjs';
+
+const skip = without;
+let browser;
+before(async () => { if (!skip) browser = await launch({webgl: false}); });
+after(async () => { await browser?.close(); });
+
+async function visit(name, document, steps, options) {
+  const {page, context, complaints} = await openFile(browser, writeReport(name, document), options);
+  try {
+    await steps(page);
+    assert.deepEqual(complaints.filter(c => !/WebGL/.test(c)), [], 'complaints');
+  } finally {
+    await context.close();
+  }
+}
+
+const text = (page, selector) => page.$eval(selector, e => e.innerText);
+const choose = async (page, label, option) => {
+  await page.locator('.controls').getByLabel(label, {exact: true}).selectOption({label: option});
+  await settled(page);
+};
+
+test('the verdict says how sure each effect is', {skip}, () =>
+  visit('undecided.html', undecidedPage(), async page => {
+    const said = await text(page, '#verdict .evidence');
+    assert.match(said, /What was added, and how sure that is/);
+    assert.match(said, /coulomb_friction@joint2\s+joint2\.friction 0\.04998 ± 1\.7e-4 N m\s+41\.5 ± 5\.9 → 0\.995 ± 0\.0099\s+41\.7 \(31\.7 to 54\.9\)\s+16 of 16 stretches/);
+    assert.match(said, /viscous_damping@joint1.*1\.58 \(1\.58 to 1\.58\)/s);
+  }));
+
+test('what is proposed has the evidence of its refit', {skip}, () => {
+  const document = planarPage();
+  return visit('proposed.html', {...document, models: document.models.slice(0, 1), steps: [], compared: null}, async page => {
+    const said = await text(page, '#verdict .evidence');
+    assert.match(said, /What is missing, and how sure that is/);
+    assert.match(said, /coulomb_friction@joint2.*41\.7 \(31\.7 to 54\.9\)/s);
+  });
+});
+
+test('rivals are named with what would tell them apart', {skip}, () =>
+  visit('undecided.html', undecidedPage(), async page => {
+    const said = await text(page, '#verdict .rivals');
+    assert.match(said, /coulomb_friction@joint2 and viscous_damping@joint1\s*chosen/);
+    assert.match(said, /coulomb_friction@joint2 and quadratic_drag@joint1.*They differ only in how they grow over both slow and fast motion/s);
+    assert.doesNotMatch(await text(page, '#verdict'), /does not explain it/);
+  }));
+
+test('the path has every model, and marks the one in which it ended', {skip}, () =>
+  visit('undecided.html', undecidedPage(), async page => {
+    const chart = page.locator('#add svg[aria-label^="Cross-validated error against the number of effects"]');
+    assert.deepEqual(await chart.locator('.mark').allTextContents(), ['0', '1', '2']);
+    const figure = await text(page, '#add figure');
+    assert.match(figure, /0 as given; 1 \+ coulomb_friction@joint2; 2 \+ viscous_damping@joint1\./);
+    assert.match(figure, /the model in which it ended/);
+    assert.match(figure, /other effects that were tried/);
+  }));
+
+test('the stretches of two models are compared over the same segments only', {skip}, () =>
+  visit('undecided.html', undecidedPage(), async page => {
+    await choose(page, 'Compared with', '+ coulomb_friction@joint2');
+    assert.equal(await page.locator('#where .folds circle[cx][r]').count() >= 32, true);
+    assert.match(await text(page, '#where .folds'), /The error of \+ coulomb_friction@joint2 is 0\.024 \(0\.0182 to 0\.0315\) times that of as given/);
+    await choose(page, 'Compared with', '+ viscous_damping@joint1');
+    assert.match(await text(page, '#where .folds'), /Their segments differ, so that the errors cannot be compared/);
+  }));
+
+test('a model that was not cross-validated has no stretches', {skip}, () =>
+  visit('failed.html', failedPage(), async page => {
+    await choose(page, 'Model', 'final fit, whole runs');
+    assert.equal(await page.locator('#where .folds').count(), 0);
+  }));
+
+test('documents that know of no cross-validation are shown without', {skip}, () => {
+  const document = planarPage();
+  for (const m of document.models) for (const key of ['crossValidation', 'rivals', 'open']) delete m[key];
+  for (const s of document.steps) delete s.crossValidationBefore;
+  for (const c of document.models[0].candidates) if (c.confirmed) delete c.confirmed.crossValidation;
+  return visit('old.html', document, async page => {
+    assert.equal(await page.locator('.rivals, .folds').count(), 0);
+    assert.equal(await page.locator('main > .warning').count(), 0);
+  });
+});
