@@ -11,25 +11,31 @@ const kCividis: [number, number, number][] = [
   [254, 232, 56],
 ];
 
+// On a dark ground, where the dark half of cividis is not seen.
+const kOnDark: [number, number, number][] = [
+  [74, 134, 214], [122, 150, 190], [168, 168, 150], [212, 198, 104], [254, 232, 56],
+];
+
 // f in [0, 1]; NaN is 0.
-export function cividisRgb(f: number): [number, number, number] {
+export function cividisRgb(f: number, dark = false): [number, number, number] {
+  const map = dark ? kOnDark : kCividis;
   const x = Math.min(Math.max(Number.isFinite(f) ? f : 0, 0), 1) *
-      (kCividis.length - 1);
-  const i = Math.min(Math.floor(x), kCividis.length - 2);
+      (map.length - 1);
+  const i = Math.min(Math.floor(x), map.length - 2);
   const mix = (k: number) =>
-      Math.round(kCividis[i][k] + (x - i) * (kCividis[i + 1][k] - kCividis[i][k]));
+      Math.round(map[i][k] + (x - i) * (map[i + 1][k] - map[i][k]));
   return [mix(0), mix(1), mix(2)];
 }
 
-export function cividis(f: number): string {
-  return `rgb(${cividisRgb(f).join(',')})`;
+export function cividis(f: number, dark = false): string {
+  return `rgb(${cividisRgb(f, dark).join(',')})`;
 }
 
-// f in [-1, 1]: blue, white, orange.
-export function diverging(f: number): string {
+// f in [-1, 1]: blue, the ground (white, or nearly black), orange.
+export function diverging(f: number, dark = false): string {
   const x = Math.min(Math.max(f, -1), 1);
-  const end = x < 0 ? [0, 114, 178] : [213, 94, 0];
-  return `rgb(${end.map(c => Math.round(255 + Math.abs(x) * (c - 255))).join(',')})`;
+  const end = x < 0 ? [0, 114, 178] : [213, 94, 0], ground = dark ? [27, 32, 39] : [255, 255, 255];
+  return `rgb(${end.map((c, i) => Math.round(ground[i] + Math.abs(x) * (c - ground[i]))).join(',')})`;
 }
 
 // Where an error stands between `min` (0), the noise floor or more, and `max`

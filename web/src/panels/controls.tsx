@@ -17,15 +17,15 @@ export function Controls({page}: {page: PageData}) {
       <Choice label="Run" value={r} onChange={setRun}
         options={page.runs.map((x, i) => ({value: i, text: x.heldOut ? `${names[i]} (held out)` : names[i], title: x.name}))} />
       <Choice label="Model" value={m} options={models} onChange={v => current.set(v)} />
-      <Choice label="Compared with" value={c ?? -1} onChange={v => compared.set(v < 0 ? null : v)}
+      <Choice label="Compared with" short="and" value={c ?? -1} onChange={v => compared.set(v < 0 ? null : v)}
         options={[{value: -1, text: 'none'}, ...models]} />
       <Playback page={page} r={r} />
       <span class="buttons" role="group" aria-label="Zoom in time">
-        <button type="button" onClick={() => zoomBy(0.5)} title="Zoom in around the cursor (+)">Zoom in</button>
-        <button type="button" onClick={() => zoomBy(2)} title="Zoom out (-)">Zoom out</button>
+        <button type="button" onClick={() => zoomBy(0.5)} title="Zoom in around the cursor (+)" aria-label="Zoom in">+</button>
+        <button type="button" onClick={() => zoomBy(2)} title="Zoom out (-)" aria-label="Zoom out">−</button>
         <button type="button" onClick={() => panBy(-0.5)} aria-label="Earlier">◀</button>
         <button type="button" onClick={() => panBy(0.5)} aria-label="Later">▶</button>
-        <button type="button" onClick={() => setZoom(null)} title="The whole run (0)">Whole run</button>
+        <button type="button" onClick={() => setZoom(null)} title="The whole run (0)" aria-label="Whole run">All</button>
       </span>
       <ZoomRange page={page} r={r} />
     </div>
@@ -43,13 +43,13 @@ function Playback({page, r}: {page: PageData; r: number}) {
   return (
     <span class="playback">
       <button type="button" onClick={() => playing.set(!on)} aria-pressed={on} class="play">{on ? 'Pause' : 'Play'}</button>
-      <label class="choice slider"><span>Time</span>
+      <label class="choice slider"><span class="hidden">Time</span>
         <input type="range" min={t0} max={t1} step={(t1 - t0) / 1000 || 1} value={t}
           aria-valuetext={`${t.toFixed(2)} s`}
           onInput={e => setCursor(Number((e.currentTarget as HTMLInputElement).value))} />
       </label>
       <output class="time" aria-label="Time cursor">{t.toFixed(2)} s</output>
-      <Choice label="Speed" value={v} onChange={x => speed.set(x)}
+      <Choice label="Speed" short="" value={v} onChange={x => speed.set(x)}
         options={[0.1, 0.25, 0.5, 1, 2, 5, 20].map(x => ({value: x, text: `${x} ×`}))} />
     </span>
   );

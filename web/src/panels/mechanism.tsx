@@ -37,7 +37,7 @@ export function Mechanism({page}: {page: PageData}) {
     resize();
     const stop = [
       cursor.subscribe(t => made.at(t)),
-      theme.subscribe(() => made.draw()),
+      theme.subscribe(() => made.at(cursor.value)),
       printing.subscribe(() => made.drawNow()),
     ];
     return () => {

@@ -33,12 +33,12 @@ export function Empty({children}: {children: ComponentChildren}) {
   return <p class="empty">{children}</p>;
 }
 
-export function Choice<T extends string | number>({label, value, options, onChange}: {
-  label: string; value: T; options: {value: T; text: string; title?: string}[]; onChange: (value: T) => void;
+export function Choice<T extends string | number>({label, short, value, options, onChange}: {
+  label: string; short?: string; value: T; options: {value: T; text: string; title?: string}[]; onChange: (value: T) => void;
 }) {
   return (
     <label class="choice">
-      <span>{label}</span>
+      <span>{short ?? label}</span>
       <select aria-label={label} value={String(value)} onChange={e => {
         const text = (e.currentTarget as HTMLSelectElement).value;
         const option = options.find(o => String(o.value) === text);

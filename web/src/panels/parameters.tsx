@@ -5,7 +5,7 @@ import {inStages} from '../data';
 import {fmt, list, sentence, unitText} from '../format';
 import type {ModelData, PageData, ParameterData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
-import {current, useStore} from '../state';
+import {current, theme, useStore} from '../state';
 import {Choice, DataTable, Empty, Panel, type Column} from './panel';
 
 const kHow = 'Where the interval is narrow, the data determine the parameter. One at its bound was stopped by it. Two parameters whose correlation is near 1 or -1 can be exchanged for each other: only their combination is known.';
@@ -57,6 +57,7 @@ const kMostBeside = 3; // more need the width of the page
 
 function Correlation({model}: {model: ModelData}) {
   const names = model.correlationNames;
+  const dark = useStore(theme) === 'dark';
   if (names.length < 2) return <Empty>A correlation needs two parameters that the data determine.</Empty>;
   return (
     <div class={names.length > kMostBeside ? 'table-scroll across' : 'table-scroll'}><table class="matrix">
@@ -67,7 +68,7 @@ function Correlation({model}: {model: ModelData}) {
         {names.map((other, k) => {
           const v = model.correlation[i]?.[k] ?? null;
           return <td key={other} title={`${n} and ${other}: ${fmt(v, 3)}`}
-            style={v === null ? {} : {background: diverging(v), color: v < -0.55 ? '#fff' : '#000'}}>{v === null ? '–' : v.toFixed(2)}</td>;
+            style={v === null ? {} : {background: diverging(v, dark), color: dark || v < -0.55 ? '#fff' : '#000'}}>{v === null ? '–' : v.toFixed(2)}</td>;
         })}
       </tr>)}</tbody>
     </table></div>

@@ -9,7 +9,7 @@ import {list, unitText} from '../format';
 import type {ForceData, JointData, ModelData, PageData} from '../page_data';
 import {ErrorScale, HeatMap} from '../plots/heat_map';
 import {XyChart, type Layer} from '../plots/xy_chart';
-import {compared, current, joint, run, useStore} from '../state';
+import {compared, current, joint, run, theme, useStore} from '../state';
 import {Discrepancy} from './discrepancy';
 import {Efforts} from './efforts';
 import {Folds} from './folds';
@@ -19,7 +19,7 @@ import {Residuals} from './residuals';
 
 const kMapColumns = 100, kPhasePoints = 3000, kPhaseBins = 12, kLawsAtFirst = 2;
 
-const kHow = 'Dark blue is the noise floor, or the least error where all are above it; yellow is the largest error. An error that comes with a speed, a position or an effort, and not at random, tells of what is missing; '
+const kHow = 'Blue is the noise floor, or the least error where all are above it; yellow is the largest error. An error that comes with a speed, a position or an effort, and not at random, tells of what is missing; '
   + 'so does the shape of the force that would explain it.';
 
 export function Where({page}: {page: PageData}) {
@@ -52,7 +52,8 @@ function JointChoice({page}: {page: PageData}) {
 function Phase({page, m, r}: {page: PageData; m: number; r: number}) {
   const j = useStore(joint);
   const data = page.mechanism.joints[j];
-  const {layers, min, max} = useMemo(() => phaseLayers(page, m, r, data), [page, m, r, data]);
+  const dark = useStore(theme) === 'dark';
+  const {layers, min, max} = useMemo(() => phaseLayers(page, m, r, data, dark), [page, m, r, data, dark]);
   const [x, y] = data.type === 'spherical'
     ? ['tilt, rad', 'angular speed, rad/s'] : [`position, ${data.unit}`, `velocity, ${data.unit}/s`];
   return (
@@ -66,7 +67,7 @@ function Phase({page, m, r}: {page: PageData; m: number; r: number}) {
 }
 
 // One layer for each colour, so that thousands of points are a dozen paths.
-function phaseLayers(page: PageData, m: number, r: number, data: JointData): {layers: Layer[]; min: number; max: number} {
+function phaseLayers(page: PageData, m: number, r: number, data: JointData, dark: boolean): {layers: Layer[]; min: number; max: number} {
   const shown = page.models[m].predictions[r];
   if (!shown || !shown.q.length) return {layers: [], min: 1, max: 1};
   const error = jointError(page, m, r, data.name);
@@ -89,7 +90,7 @@ function phaseLayers(page: PageData, m: number, r: number, data: JointData): {la
     bin.y.push(y);
   }
   const layers: Layer[] = bins.map((b, i) => ({
-    label: '', color: cividis((i + 0.5) / kPhaseBins), kind: 'points' as const, size: 4, ...b}));
+    label: '', color: cividis((i + 0.5) / kPhaseBins, dark), kind: 'points' as const, size: 4, ...b}));
   return {layers: [{label: '', color: '#999', kind: 'points' as const, size: 3, ...grey}, ...layers]
     .filter(l => l.x.length), min, max};
 }

@@ -2,7 +2,7 @@
 import {cividis, errorFraction} from '../colors';
 import type {ErrorMap} from '../data';
 import {fmtTicks, fmtTime, fmtTimes} from '../format';
-import {cursor, setCursor, timeKey, useStore} from '../state';
+import {cursor, setCursor, theme, timeKey, useStore} from '../state';
 import {scaleOf} from './axes';
 import {useWidth} from './xy_chart';
 
@@ -10,6 +10,7 @@ const kRow = 30, kBottom = 40, kRight = 10;
 
 export function HeatMap({map, title}: {map: ErrorMap; title: string}) {
   const {ref, width} = useWidth(600);
+  const dark = useStore(theme) === 'dark';
   const longest = Math.max(...map.rows.map(r => r.length), 4);
   const left = Math.min(200, 20 + longest * 7.2);
   const w = width - left - kRight, h = map.rows.length * kRow;
@@ -32,7 +33,7 @@ export function HeatMap({map, title}: {map: ErrorMap; title: string}) {
             <text x={left - 6} y={r * kRow + kRow / 2 + 4} text-anchor="end">{map.rows[r]}</text>
             {row.map((v, c) => Number.isFinite(v) && (
               <rect key={c} x={px(map.edges[c])} y={r * kRow + 1} width={w / row.length + 0.5} height={kRow - 2}
-                fill={cividis(errorFraction(v, map.max, map.min))}>
+                fill={cividis(errorFraction(v, map.max, map.min), dark)}>
                 <title>{`${map.rows[r]}, ${fmtTime(map.edges[c])} s to ${fmtTime(map.edges[c + 1])} s: ${fmtTimes(v)}`}</title>
               </rect>
             ))}
@@ -57,11 +58,12 @@ function CursorMark({px, height}: {px: (t: number) => number; height: number}) {
 export function ErrorScale({min, max}: {min: number; max: number}) {
   const steps = Array.from({length: 24}, (_, i) => i / 23);
   const top = Math.max(max, 2 * min);
+  const dark = useStore(theme) === 'dark';
   return (
     <p class="scale">
       <span>≤ {fmtTimes(min)}</span>
       <svg width="120" height="12" aria-hidden="true">
-        {steps.map((f, i) => <rect key={i} x={i * 5} y={0} width={5.5} height={12} fill={cividis(f)} />)}
+        {steps.map((f, i) => <rect key={i} x={i * 5} y={0} width={5.5} height={12} fill={cividis(f, dark)} />)}
       </svg>
       <span>{fmtTimes(top)} (logarithmic)</span>
     </p>

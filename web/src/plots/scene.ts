@@ -6,6 +6,7 @@ import {
 import {cividisRgb, errorFraction} from '../colors';
 import {decode, errorMap, nearest, type ErrorMap} from '../data';
 import type {PageData} from '../page_data';
+import {theme} from '../state';
 import {niceStep} from './axes';
 import {Orbit} from './orbit';
 import {loadRobot, type Robot} from './robot';
@@ -106,7 +107,7 @@ export class MechanismScene {
         .map((channel, r) => channel.joint === joint.name ? map.cells[r][c] : NaN)
         .filter(Number.isFinite);
       const color = errors.length
-        ? cividisRgb(errorFraction(Math.max(...errors), map.max, map.min))
+        ? cividisRgb(errorFraction(Math.max(...errors), map.max, map.min), theme.value === 'dark')
         : [140, 140, 140] as [number, number, number];
       this.solid.paint(j, color);
       this.ghost.paint(j, [230, 159, 0]);

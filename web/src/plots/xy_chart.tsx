@@ -40,7 +40,7 @@ export interface XyChartProps {
   logX?: boolean;
   logY?: boolean;
   height?: number;
-  ground?: boolean; // light in either theme: for colours that tell amounts
+  ground?: boolean; // of its own: for colours that tell amounts
   children?: ComponentChildren; // below the chart
 }
 
@@ -73,7 +73,7 @@ export function XyChart(props: XyChartProps) {
   const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
   const xNames = names(xTicks, sx.log), yNames = names(yTicks, sy.log);
   return (
-    <figure class={props.ground ? 'chart on-ground' : 'chart'}>
+    <figure class="chart">
       <figcaption>{props.title}</figcaption>
       <Legend layers={props.layers} />
       <div ref={ref}>
