@@ -5,6 +5,16 @@ export const kOkabeIto = [
   '#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#7F6A00',
 ];
 
+const kModelColors = 7; // --model-0, ... of style.css
+
+// The variable of a model's colour, the same whatever else is shown; of two
+// models the second has another one where they would share it.
+export function modelColor(index: number, beside?: number): string {
+  const own = index % kModelColors;
+  const taken = beside !== undefined && beside !== index && beside % kModelColors === own;
+  return `--model-${taken ? (own + 1) % kModelColors : own}`;
+}
+
 const kCividis: [number, number, number][] = [
   [0, 34, 78], [18, 53, 112], [59, 73, 108], [87, 93, 109], [112, 113, 115],
   [138, 134, 120], [165, 156, 116], [195, 179, 105], [225, 204, 85],

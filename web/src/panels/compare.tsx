@@ -1,5 +1,6 @@
 // Panel 2: measured against predicted, and the residual below it.
 import {useEffect, useMemo, useRef} from 'preact/hooks';
+import {modelColor} from '../colors';
 import {channelLabel, decode, nearest, runLabel, type Numbers} from '../data';
 import {fmt, fmtTime, fmtUnit} from '../format';
 import type {PageData} from '../page_data';
@@ -21,8 +22,8 @@ export function Compare({page}: {page: PageData}) {
   const shown = page.runs[r];
   const legend = [
     {label: 'measured', color: 'var(--measured)'},
-    {label: page.models[m].title, color: 'var(--first)'},
-    ...(pair.length > 1 ? [{label: page.models[pair[1]].title, color: 'var(--second)', dash: '5 4'}] : []),
+    {label: page.models[m].title, color: `var(${modelColor(m)})`},
+    ...(pair.length > 1 ? [{label: page.models[pair[1]].title, color: `var(${modelColor(pair[1], m)})`, dash: '5 4'}] : []),
   ];
   const missing = pair.some(i => !page.models[i].predictions[r]);
   return (
@@ -40,7 +41,6 @@ export function Compare({page}: {page: PageData}) {
   );
 }
 
-const kColors = ['--first', '--second'];
 const kDash = [undefined, [5, 4]];
 
 function Channel({page, r, pair, channel, component, name, last}: {
@@ -50,11 +50,11 @@ function Channel({page, r, pair, channel, component, name, last}: {
     const source = page.runs[r].channels[channel];
     const parts = pair.map(i => page.models[i].predictions[r].channels[channel]);
     const predicted: Curve[] = parts.map((p, i) => ({
-      label: page.models[pair[i]].title, color: kColors[i], dash: kDash[i],
+      label: page.models[pair[i]].title, color: modelColor(pair[i], pair[0]), dash: kDash[i],
       values: decode(p.predicted[component]),
     }));
     const residual: Curve[] = parts.map((p, i) => ({
-      label: `residual of ${page.models[pair[i]].title}`, color: kColors[i],
+      label: `residual of ${page.models[pair[i]].title}`, color: modelColor(pair[i], pair[0]),
       values: decode(p.residual[component]), width: 1,
     }));
     return {

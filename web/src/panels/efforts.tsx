@@ -1,5 +1,6 @@
 // Of panel 4: what the inverse dynamics leave of the measured efforts.
 import {useEffect, useMemo, useRef} from 'preact/hooks';
+import {modelColor} from '../colors';
 import {decode, interpolated, nearest, runLabel, type Numbers} from '../data';
 import {fmt, fmtTime, fmtUnit, unitText} from '../format';
 import type {EffortCurvesData, ModelData, PageData} from '../page_data';
@@ -8,7 +9,6 @@ import {Legend} from '../plots/xy_chart';
 import {cursor} from '../state';
 import {DataTable, Empty, type Column} from './panel';
 
-const kColors = ['--first', '--second'];
 const kDash = [undefined, [5, 4]];
 const kNoCuts: number[] = []; // one and the same: another would be drawn anew
 
@@ -30,7 +30,7 @@ export function Efforts({page, r, models}: {page: PageData; r: number; models: n
       <p class="shown"><strong>{runLabel(page, r)}</strong>{heldOut ? ', held out' : ', fitted'}</p>
       {joints.length ? <>
         <Legend layers={[{label: 'measured', color: 'var(--measured)'}, ...shown.map((i, k) => (
-          {label: page.models[i].title, color: `var(${kColors[k]})`, dash: k ? '5 4' : undefined}))]} />
+          {label: page.models[i].title, color: `var(${modelColor(i, shown[0])})`, dash: k ? '5 4' : undefined}))]} />
         <div class="grid-of-charts">
           {joints.map(joint => <JointEffort key={joint} page={page} r={r} models={shown} joint={joint} />)}
         </div>
@@ -87,8 +87,8 @@ function draw(page: PageData, r: number, models: number[], joint: string): Drawn
     const at = (values: Numbers) => k ? interpolated(decode(efforts.t), values, times) : values;
     const measured = at(decode(curve.measured)), values = at(decode(curve.predicted));
     const {title} = page.models[models[k]];
-    drawn.efforts.push({label: title, color: kColors[k], dash: kDash[k], values});
-    drawn.left.unshift({label: `left by ${title}`, color: kColors[k], values: measured.map((v, i) => v - values[i]), width: 1});
+    drawn.efforts.push({label: title, color: modelColor(models[k], models[0]), dash: kDash[k], values});
+    drawn.left.unshift({label: `left by ${title}`, color: modelColor(models[k], models[0]), values: measured.map((v, i) => v - values[i]), width: 1});
   });
   return drawn;
 }

@@ -1,5 +1,6 @@
 // Of panel 4: the error of each stretch that was left out of the fit.
 import {compareStretches, factorOf, fmtCrossValidation, sameSegments} from '../cross_validation';
+import {modelColor} from '../colors';
 import {runLabel} from '../data';
 import {fmt, fmtError, fmtRange} from '../format';
 import type {ModelData, PageData} from '../page_data';
@@ -37,10 +38,11 @@ function Bars({page, models}: {page: PageData; models: ModelData[]}) {
   const py = (v: number) => kTop + (1 - scale.at(v)) * h;
   const slot = w / stretches.length, size = Math.min(5, slot / 4);
   const runs = runsOf(page, stretches);
+  const color = (k: number) => `var(${modelColor(page.models.indexOf(models[k]), page.models.indexOf(models[0]))})`;
   return (
     <figure class="chart">
       <figcaption>Error of each stretch, × noise (logarithmic)</figcaption>
-      <Legend layers={models.map((m, k) => ({label: m.title, color: k ? 'var(--second)' : 'var(--first)', kind: 'points'}))} />
+      <Legend layers={models.map((m, k) => ({label: m.title, color: color(k), kind: 'points'}))} />
       <div ref={ref}>
         <svg width={width} height={kHeight} viewBox={`0 0 ${width} ${kHeight}`} role="img" aria-label="Cross-validated error of each stretch of the runs">
           {scale.ticks.map(t => <g key={t}>
@@ -56,7 +58,7 @@ function Bars({page, models}: {page: PageData; models: ModelData[]}) {
               <title>{r.name}</title>{cut(r.label, r.count * slot / 7)}{r.heldOut && r.count * slot > 150 ? ', held out' : ''}</text>
           </g>)}
           {[...models].reverse().map((m, k, all) => m.crossValidation!.stretches.map((s, i) => s.error !== null && s.error > 0 && (
-            <circle key={`${k}/${i}`} cx={kLeft + (i + 0.5) * slot} cy={py(s.error)} r={size} fill={k === all.length - 1 ? 'var(--first)' : 'var(--second)'}>
+            <circle key={`${k}/${i}`} cx={kLeft + (i + 0.5) * slot} cy={py(s.error)} r={size} fill={color(all.length - 1 - k)}>
               <title>{`${m.title}, ${s.trajectory}, ${fmtRange(s.t_start, s.t_end)}: ${fmtError(s.error)} × noise`}</title>
             </circle>
           )))}

@@ -5,7 +5,8 @@ import {inStages} from '../data';
 import {fmt, list, sentence, unitText} from '../format';
 import type {ModelData, PageData, ParameterData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
-import {current, theme, useStore} from '../state';
+import {compared, current, theme, useStore} from '../state';
+import {Ellipses} from './ellipses';
 import {Choice, DataTable, Empty, Panel, type Column} from './panel';
 
 const kHow = 'Where the interval is narrow, the data determine the parameter. One at its bound was stopped by it. Two parameters whose correlation is near 1 or -1 can be exchanged for each other: only their combination is known.';
@@ -38,7 +39,8 @@ function bounds(p: ParameterData): string {
 }
 
 export function Parameters({page}: {page: PageData}) {
-  const model = page.models[useStore(current)];
+  const m = useStore(current), c = useStore(compared);
+  const model = page.models[m];
   return (
     <Panel id="parameters" title="7 Parameters" how={kHow} wide>
       {model.parameters.length
@@ -47,6 +49,7 @@ export function Parameters({page}: {page: PageData}) {
       {model.notIdentifiable.map(g => <p class="doubt" key={g.join()}>{list(g)} {g.length > 1 ? 'are not separately identifiable from this data: only a combination of them is' : 'is not identifiable from this data'}.</p>)}
       <div class="grid-of-charts">
         <Correlation model={model} />
+        <Ellipses page={page} models={[m, ...(c !== null && c !== m ? [c] : [])]} />
         <Convergence model={model} />
       </div>
     </Panel>

@@ -1,7 +1,7 @@
 // Panel 4: where the model fails: in time, in the phase plane, by horizon, and
 // as a force.
 import {useMemo, useState} from 'preact/hooks';
-import {cividis, errorFraction, kOkabeIto} from '../colors';
+import {cividis, errorFraction, kOkabeIto, modelColor} from '../colors';
 import {
   candidateName, decode, errorMap, forceName, jointError, leastError, meanSquare, positionUnit, prediction, runLabel, tilt,
 } from '../data';
@@ -105,7 +105,7 @@ function Horizon({page, models}: {page: PageData; models: number[]}) {
     const {title, horizon} = page.models[index];
     if (!horizon.length) return without.push(title);
     layers.push({
-      label: title, color: k ? 'var(--second)' : 'var(--first)', kind: 'line', dash: k ? '6 4' : undefined,
+      label: title, color: `var(${modelColor(index, models[0])})`, kind: 'line', dash: k ? '6 4' : undefined,
       x: horizon.map(h => h.horizon_s), y: horizon.map(h => h.rms),
     });
   });

@@ -114,3 +114,20 @@ test('in dark colours nothing has a light ground', {skip}, () =>
       assert.ok(0.2126 * r + 0.7152 * g + 0.0722 * b < 130, ground);
     }
   }, {colorScheme: 'dark'}));
+
+test('a pair of parameters has its confidence region, of both models', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const said = await text(page, '#parameters .ellipses');
+    assert.match(said, /95 % confidence region of link1\.length and link2\.length/);
+    assert.match(said, /Their correlation is -0\.82\./);
+    assert.match(said, /as given\s+\+ coulomb_friction@joint2/);
+  }));
+
+test('a model keeps its colour when it is compared', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const colors = () => page.$$eval('#compare .legend li', list => Object.fromEntries(list.map(e => [e.innerText.trim(), e.querySelector('line').getAttribute('stroke')])));
+    const before = await colors();
+    await choose(page, 'Model', '+ coulomb_friction@joint2');
+    await choose(page, 'Compared with', 'as given');
+    assert.deepEqual(await colors(), before);
+  }));
