@@ -7,7 +7,7 @@ import {Compare} from './panels/compare';
 import {Controls} from './panels/controls';
 import {Mechanism} from './panels/mechanism';
 import {Guard} from './panels/panel';
-import {FirstFit} from './panels/progress';
+import {FirstFit, StudioProgress} from './panels/progress';
 import {Parameters} from './panels/parameters';
 import {TakeAway} from './panels/take_away';
 import {Verdict} from './panels/verdict';
@@ -54,7 +54,10 @@ function Header({data}: {data: PageData | null}) {
 
 function Panels({data}: {data: PageData}) {
   return <>
-    <Controls page={data} />
+    <div class="top" id="top" tabIndex={-1}>
+      <Controls page={data} />
+      {data.live && <StudioProgress />}
+    </div>
     <main id="main" tabIndex={-1}>
       <Guard><Verdict page={data} /></Guard>
       <div class="beside">

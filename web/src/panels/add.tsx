@@ -4,11 +4,10 @@ import {candidateName, modelWithId, prediction, wayTo} from '../data';
 import {fmtError, fmtTimes, fmtUnit} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {Waterfall, type Fall} from '../plots/waterfall';
-import {add, isRunning, refusal, remove} from '../server';
+import {add, isRunning, remove} from '../server';
 import {compared, current, studio, useStore} from '../state';
 import {Choice, Command, Empty, Panel} from './panel';
 import {Path} from './path';
-import {Progress} from './progress';
 import {kNothingMissing, noCandidates} from './which';
 
 const kOffered = 8;
@@ -30,16 +29,13 @@ export function Add({page}: {page: PageData}) {
 }
 
 function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
-  const event = useStore(studio), said = useStore(refusal);
-  const busy = isRunning(event);
+  const busy = isRunning(useStore(studio));
   return <>
-    <Progress event={event} />
-    {said && <p class="warning" role="alert">{said}</p>}
     {model.candidates.length === 0 && <Empty>{noCandidates(page, model)}</Empty>}
-    {model.candidates.length > 0 && <Offers model={model}><ul class="offers">
+    {model.candidates.length > 0 && model.verdict !== 'adequate' && <p>The buttons in the <a href="#which">table of candidates</a> add an effect.</p>}
+    {model.candidates.length > 0 && model.verdict === 'adequate' && <Offers model={model}><ul class="offers">
       {model.candidates.slice(0, kOffered).map(c => {
-        const name = toAdd(c);
-        return <li key={name}><button type="button" class="primary" disabled={busy} onClick={() => void add(model.id, name)}>Add {name}</button>
+        return <li key={candidateName(c)}><AddButton model={model} candidate={c} />
           <span class="note">{prediction(model, c)}</span></li>;
       })}
     </ul></Offers>}
@@ -48,6 +44,11 @@ function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
         <button type="button" disabled={busy} onClick={() => void remove(model.id, name)}>Remove {name}</button></li>)}
     </ul>
   </>;
+}
+
+export function AddButton({model, candidate}: {model: ModelData; candidate: CandidateData}) {
+  const name = toAdd(candidate), busy = isRunning(useStore(studio));
+  return <button type="button" class="primary" disabled={busy} onClick={() => void add(model.id, name)}>Add {name}</button>;
 }
 
 // An adequate model lacks nothing: its candidates are there for who asks.

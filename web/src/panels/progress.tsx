@@ -25,7 +25,7 @@ function Running({event}: {event: Running}) {
   const bounded = event.of > 0 && event.iteration <= event.of;
   const stop = () => {
     // The button goes away, and would take the focus with it.
-    box.current?.closest<HTMLElement>('.panel')?.focus();
+    box.current?.closest<HTMLElement>('.panel, .top')?.focus();
     void cancel();
   };
   return (
@@ -49,6 +49,15 @@ function Clock({event}: {event: Running}) {
     return () => clearInterval(timer);
   }, []);
   return <>{fmtSeconds(event.elapsed_s + Math.max(0, now - last.current.at) / 1000)}</>;
+}
+
+// Above all panels, wherever the page is scrolled to.
+export function StudioProgress() {
+  const event = useStore(studio), said = useStore(refusal);
+  return <>
+    <Progress event={event} />
+    {said && <p class="warning" role="alert">{said}</p>}
+  </>;
 }
 
 // Before there is a model: the first fit runs, or was cancelled.

@@ -27,7 +27,8 @@ export function Verdict({page}: {page: PageData}) {
       <dl class="tiles">
         <Tile name="Error of the fitted runs" value={fmtTimes(model.trainError)} note={fitOf(model.trainFitPercent) + errorsOver(model)} />
         <Tile name="Error of the held-out runs" value={fmtTimes(model.holdoutError)}
-          note={model.holdoutError === null ? 'nothing was held out' : `${fitOf(model.holdoutFitPercent)}over segments of ${fmt(model.segment_s, 3)} s, each from its own state`} />
+          note={model.holdoutError === null ? 'nothing was held out' : `${fitOf(model.holdoutFitPercent)}over segments of ${fmt(model.segment_s, 3)} s, each from its own state${model.joined ? ': not to be compared with that of the fitted runs' : ''}`} />
+        <WholeRunsTile model={model} />
         {first && model.verdict !== 'adequate' && <FirstTile model={model} first={first} />}
         <WorstTile page={page} model={model} />
         <Tile name="Noise" value={fmtUnit(page.noise, positionUnit(page), 3)} note="standard deviation of a measured position" />
@@ -37,6 +38,26 @@ export function Verdict({page}: {page: PageData}) {
       <Channels model={model} />
     </Panel>
   );
+}
+
+const kMostChannels = 4;
+
+// Fitted and held-out runs by one measure: predicted from one initial state each.
+function WholeRunsTile({model}: {model: ModelData}) {
+  const open = model.open?.length ? model.open : model.wholeRuns?.open ?? [];
+  if (!open.length) return null;
+  const lines = [false, true].flatMap(heldOut => {
+    const runs = open.filter(o => o.held_out === heldOut), time = runs.reduce((sum, o) => sum + o.duration_s, 0);
+    return (runs[0]?.channels ?? []).slice(0, kMostChannels).map(({name, unit}) => {
+      const of = runs.map(o => ({o, c: o.channels.find(c => c.name === name)}));
+      const square = of.reduce((sum, {o, c}) => sum + o.duration_s * (c?.rms ?? NaN) ** 2, 0) / time;
+      const worst = Math.min(...of.map(({c}) => c?.fit_percent ?? NaN));
+      return `${name}, ${heldOut ? 'held out' : 'fitted'}: ${fmtUnit(Math.sqrt(square), unit, 3)}${Number.isFinite(worst) ? `, fit ${fmtPercent(worst)}` : ''}`;
+    });
+  });
+  return <Tile name="Prediction of whole runs" isName value={lines[0]} note="rms error from one initial state for each run; of several runs the lowest fit">
+    {lines.slice(1).map(l => <span class="note" key={l}>{l}</span>)}
+  </Tile>;
 }
 
 function fitOf(percent: number | null | undefined): string {

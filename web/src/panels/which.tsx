@@ -5,6 +5,7 @@ import {fmt, fmtError, fmtP, fmtUnit, list, unitText} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
 import {current, useStore} from '../state';
+import {AddButton} from './add';
 import {forceLayers, quantityName} from './force_layers';
 import {DataTable, Empty, Panel, type Column} from './panel';
 
@@ -36,7 +37,7 @@ export function Which({page}: {page: PageData}) {
         <button type="button" onClick={() => setOpen(new Set())}>Hide all pictures</button>
       </p>
       <DataTable caption={`Candidates, best first; model: ${model.title}`} rows={model.candidates} rowKey={candidateName}
-        columns={columns(shown, toggle)}
+        columns={columns(shown, toggle, page.live && model.verdict !== 'adequate' ? model : null)}
         detail={c => shown.has(candidateName(c)) ? <Picture page={page} model={model} candidate={c} /> : null} />
     </Panel>
   );
@@ -54,11 +55,13 @@ export function noCandidates(page: PageData, model: ModelData): string {
   return 'Which effect is missing was not asked for this model: sysid_diagnose with its effects (--add) does.';
 }
 
-function columns(shown: Set<string>, toggle: (name: string) => void): Column<CandidateData>[] {
+// `to`: the model to which a button adds the candidate; null: no button.
+function columns(shown: Set<string>, toggle: (name: string) => void, to: ModelData | null): Column<CandidateData>[] {
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
       {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{c.refused && <span class="badge">rejected</span>}
       <span class="law">{c.law}</span>{c.refused && <span class="note">rejected: {c.refused}</span>}
+      {to && <><AddButton model={to} candidate={c} />{' '}</>}
       <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
         {shown.has(candidateName(c)) ? 'Hide picture' : 'Show picture'}<span class="hidden"> of {candidateName(c)}</span></button></>},
     {key: 'predicted', name: 'predicted', unit: '× noise', number: true, sort: c => c.predictedError, cell: c => <>{fmtError(c.predictedError)}{c.predictedError === null && <span class="hidden"> {c.noPrediction}</span>}</>},

@@ -59,6 +59,17 @@ test('a click adds the effect, and the error falls', {skip}, () =>
     assert.deepEqual(complaints, []);
   }));
 
+test('a button stands beside its candidate, and the progress above everything', {skip}, () =>
+  session(async (page, studio) => {
+    assert.equal(await page.locator('#which').getByRole('button', {name: /^Add /}).count(), 5);
+    assert.equal(await page.locator('#add').getByRole('button', {name: /^Add /}).count(), 0);
+    await offer(page).scrollIntoViewIfNeeded();
+    studio.say(kProgress);
+    await page.locator('.top .progress').waitFor();
+    const box = await page.locator('.top .progress').boundingBox();
+    assert.ok(box.y >= 0 && box.y + box.height < 900, JSON.stringify(box));
+  }));
+
 test('the clock runs though nothing is reported, and no bound is passed', {skip}, () =>
   session(async (page, studio) => {
     const seconds = async () => Number((await page.locator('.progress p').innerText()).match(/, ([\d.]+) s/)[1]);
@@ -86,7 +97,7 @@ test('a fit is cancelled, and said to be', {skip}, () =>
     studio.say({type: 'cancelled'});
     await page.getByText('The fit was cancelled').waitFor();
     assert.equal(await offer(page).isEnabled(), true);
-    assert.equal(await page.evaluate(() => document.activeElement.id), 'add');
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'top');
   }));
 
 test('a fit that failed says why', {skip}, () =>

@@ -63,7 +63,7 @@ async function nothingMisplaced(page) {
 async function pictures(page, name) {
   if (!process.env.SYSID_PICTURES) return;
   // Else it lies over what is taken.
-  await page.addStyleTag({content: '.controls, #mechanism { position: static !important }'});
+  await page.addStyleTag({content: '.top, #mechanism { position: static !important }'});
   await page.screenshot({path: pictureFile(`${name}.png`), fullPage: true});
   for (const id of await page.$$eval('.panel', list => list.map(e => e.id))) {
     await page.locator(`#${id}`).screenshot({path: pictureFile(`${name}_${id}.png`)});

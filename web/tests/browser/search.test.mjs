@@ -131,3 +131,13 @@ test('a model keeps its colour when it is compared', {skip}, () =>
     await choose(page, 'Compared with', 'as given');
     assert.deepEqual(await colors(), before);
   }));
+
+test('whole runs have one measure, fitted or held out', {skip}, () =>
+  visit('failed.html', failedPage(), async page => {
+    assert.doesNotMatch(await text(page, '#verdict .tiles'), /Prediction of whole runs/);
+    await choose(page, 'Model', 'final fit, whole runs');
+    const tiles = await text(page, '#verdict .tiles');
+    assert.match(tiles, /Prediction of whole runs\s+joint1, fitted: 0\.12 rad, fit 88\.0 %/);
+    assert.match(tiles, /joint2, held out: 0\.24 rad, fit 76\.0 %/);
+    assert.match(tiles, /over segments of 2 s, each from its own state: not to be compared/);
+  }));
