@@ -27,11 +27,14 @@ export function compareStretches(a: CrossValidationData | null | undefined, b: C
   return {log: mean, stdError: Math.sqrt(squares / (n * (n - 1))), lower: logs.filter(l => l > 0).length, of: n};
 }
 
-const kTwoSided = 1.96;
+// Of Student's distribution, two-sided 95 %, by the degrees of freedom; beyond
+// the table to two digits.
+const kStudent = [12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23];
+export const student = (dof: number) => kStudent[dof - 1] ?? 1.96 + 2.5 / dof;
 
 // How many times as large the error of a is, with its 95 % interval.
-export function factorOf({log, stdError}: Ratio): string {
-  const [low, high] = [-kTwoSided, kTwoSided].map(z => Math.exp(log + z * stdError));
+export function factorOf({log, stdError, of}: Ratio): string {
+  const [low, high] = [-1, 1].map(side => Math.exp(log + side * student(of - 1) * stdError));
   return `${fmt(Math.exp(log), 3)} (${fmt(low, 3)} to ${fmt(high, 3)})`;
 }
 

@@ -20,7 +20,10 @@ test('two models are compared stretch by stretch', () => {
 });
 
 test('the interval of a factor is that of its logarithm', () => {
-  assert.equal(cv.factorOf({log: Math.log(3), stdError: 0.1, lower: 9, of: 10}), '3 (2.47 to 3.65)');
+  assert.equal(cv.factorOf({log: Math.log(3), stdError: 0.1, lower: 9, of: 10}), '3 (2.39 to 3.76)');
+  // One or two stretches say little.
+  assert.equal(cv.factorOf({log: Math.log(3), stdError: 0.1, lower: 2, of: 2}), '3 (0.842 to 10.7)');
+  assert.ok(Math.abs(cv.student(19) - 2.093) < 0.005);
 });
 
 test('a path has a model once for each length of segments', () => {
