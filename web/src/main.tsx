@@ -15,7 +15,7 @@ import {Where} from './panels/where';
 import {Which} from './panels/which';
 import type {PageData} from './page_data';
 import {fetchPage, follow} from './server';
-import {connection, page, showPage, startTheme, theme, useStore} from './state';
+import {connection, fold, folded, page, showPage, startTheme, theme, useStore} from './state';
 
 const kPanels = [
   ['verdict', 'Verdict'], ['compare', 'Compare'], ['mechanism', 'Mechanism'], ['where', 'Where'],
@@ -45,11 +45,18 @@ function Header({data}: {data: PageData | null}) {
   return (
     <header>
       <h1>{data ? data.model : 'sysid'} <span class="note">{data && `${data.program} ${data.version}`}</span></h1>
-      <nav aria-label="Panels"><ol>{kPanels.map(([id, name]) => <li key={id}><a href={`#${id}`}>{name}</a></li>)}</ol></nav>
+      <nav aria-label="Panels"><ol>{kPanels.map(([id, name]) => <li key={id}><a href={`#${id}`} onClick={() => fold(id, false)}>{name}</a></li>)}</ol></nav>
+      {data && <FoldAll />}
       <button type="button" class="theme" onClick={toggleTheme} aria-pressed={dark}>{dark ? 'Light colours' : 'Dark colours'}</button>
       {link === 'lost' && <p class="warning" role="alert">The server does not answer; what is shown stays as it was. Trying again; if it was stopped, start sysid_studio with the same --out.</p>}
     </header>
   );
+}
+
+// All but the verdict, or none.
+function FoldAll() {
+  const some = useStore(folded).size > 0;
+  return <button type="button" class="fold-all" onClick={() => folded.set(new Set(some ? [] : kPanels.slice(1).map(([id]) => id)))}>{some ? 'Unfold all' : 'Fold all'}</button>;
 }
 
 function Panels({data}: {data: PageData}) {

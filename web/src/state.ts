@@ -43,6 +43,26 @@ export const studio = new Store<StudioEvent>({type: 'idle'});
 export const connection = new Store<'none' | 'open' | 'lost'>('none');
 export const printing = new Store(false);
 
+// Panels of which only the heading is shown, by their ids; a reload keeps them.
+export const folded = new Store<ReadonlySet<string>>(storedFolds());
+folded.subscribe(ids => {
+  try { localStorage.setItem('sysid-folded', [...ids].join(' ')); } catch { /* from disk */ }
+});
+
+export function fold(id: string, on: boolean) {
+  const next = new Set(folded.value);
+  if (on) next.add(id); else next.delete(id);
+  folded.set(next);
+}
+
+function storedFolds(): ReadonlySet<string> {
+  try {
+    return new Set((localStorage.getItem('sysid-folded') ?? '').split(' ').filter(Boolean));
+  } catch {
+    return new Set();
+  }
+}
+
 export type Theme = 'light' | 'dark';
 export const theme = new Store<Theme>('light');
 

@@ -1,16 +1,22 @@
 // What every panel has: a heading, and a sentence on how to read it.
 import {Component, type ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
-import {printing, useStore} from '../state';
+import {fold, folded, printing, useStore} from '../state';
 
 export function Panel({id, title, how, wide, children}: {
   id: string; title: string; how: ComponentChildren; wide?: boolean; children: ComponentChildren;
 }) {
+  const closed = useStore(folded).has(id), open = useStore(printing) || !closed;
   return (
     <section id={id} class={wide ? 'panel wide' : 'panel'} tabIndex={-1} aria-labelledby={`${id}-title`}>
-      <h2 id={`${id}-title`}>{title}</h2>
-      <p class="how">{how}</p>
-      {children}
+      <div class="head">
+        <h2 id={`${id}-title`}>{title}</h2>
+        <button type="button" class="fold" aria-expanded={!closed} onClick={() => fold(id, !closed)}>{closed ? 'Unfold' : 'Fold'}<span class="hidden"> {title}</span></button>
+      </div>
+      {open && <>
+        <p class="how">{how}</p>
+        {children}
+      </>}
     </section>
   );
 }

@@ -141,3 +141,24 @@ test('whole runs have one measure, fitted or held out', {skip}, () =>
     assert.match(tiles, /joint2, held out: 0\.24 rad, fit 76\.0 %/);
     assert.match(tiles, /over segments of 2 s, each from its own state: not to be compared/);
   }));
+
+test('panels fold, one or all, and a link unfolds its own', {skip}, () =>
+  visit('planar.html', planarPage(), async page => {
+    const height = () => page.evaluate(() => document.documentElement.scrollHeight);
+    const whole = await height();
+    await page.getByRole('button', {name: 'Fold 4 Where'}).click();
+    await settled(page);
+    assert.equal(await page.locator('#where .how').count(), 0);
+    assert.ok(await height() < whole - 1000);
+    await page.getByRole('button', {name: 'Unfold all'}).click();
+    await page.getByRole('button', {name: 'Fold all'}).click();
+    await settled(page);
+    assert.deepEqual(await page.$$eval('.panel', list => list.filter(e => e.querySelector('.how')).map(e => e.id)), ['verdict']);
+    await page.reload();
+    await page.waitForSelector('#take-away');
+    assert.equal(await page.locator('#where .how').count(), 0, 'a reload keeps them');
+    await page.locator('nav').getByRole('link', {name: 'Which'}).click();
+    assert.equal(await page.locator('#which table').count(), 1);
+    await page.emulateMedia({media: 'print'});
+    await page.waitForFunction(() => document.querySelectorAll('.panel .how').length >= 8);
+  }));
