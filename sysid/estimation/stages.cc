@@ -1,0 +1,164 @@
+#include "sysid/estimation/stages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/step_size.h"
+
+namespace sysid {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Predictions that are off by this have lost the motion.
+constexpr double kLost = 1.0;  // rad or m
+
+bool FreesEffects(const ShootingProblem& problem) {
+  return std::any_of(problem.free().begin(), problem.free().end(),
+                     [](const FreeParameter& free) {
+                       return free.parameter.kind == ParameterKind::kEffect;
+                     });
+}
+
+}  // namespace
+
+const std::shared_ptr<ShootingSegments>& Stages::Segments() {
+  if (segments_ == nullptr || !segments_->Fit(solution)) {
+    segments_ = std::make_shared<ShootingSegments>(problem_, solution);
+  }
+  return segments_;
+}
+
+// Channels whose errors are not those of the noise have one size each that the
+// data tells: with s_c^2 the mean square of channel c,
+//
+//   max over s of  -sum_c N_c (log s_c + e_c^2 / (2 s_c^2))
+//
+// is at s_c = e_c (Bard 1974, section 4-5: an error covariance that is unknown
+// and diagonal; in flight tests, the relaxation of the output-error method).
+// Only the ratio of the channels counts: what all of them leave inflates the
+// errors.
+bool Stages::Weigh() {
+  // Even weights for channels that differ by this much make a standard error a
+  // sixth wider at most, which is not worth a round.
+  constexpr double kWorth = 2.0;
+  constexpr double kSettled = 1.25;
+  if (!weighs_) return false;
+  const RunErrors errors = EvaluateErrors(problem_, solution, 0.0);
+  std::map<std::string, double> misfit;
+  double least = kInfinity;
+  for (const ChannelError& channel : errors.channels) {
+    if (!std::isfinite(channel.normalized_rms)) return false;
+    const double s =
+        channel.normalized_rms < kMissing ? 1.0 : channel.normalized_rms;
+    misfit[channel.name] = s;
+    least = std::min(least, s);
+  }
+  const double much = weighed_ ? kSettled : kWorth;
+  bool changed = false;
+  for (auto& [name, s] : misfit) {
+    s /= least;
+    const double ratio = s / problem_.Misfit(name);
+    changed = changed || ratio > much || ratio * much < 1.0;
+  }
+  if (!changed) return false;
+  weighed_ = true;
+  problem_ = problem_.Weighing(std::move(misfit));
+  segments_.reset();
+  return true;
+}
+
+double Stages::EquationsWeight() const {
+  if (problem_.equations() == nullptr) return 0.0;
+  const double square =
+      WeighedSquare(problem_, EvaluateErrors(problem_, solution, 0.0));
+  return std::sqrt(square * AutocorrelationTime(problem_, solution));
+}
+
+bool Stages::IsWhole() const {
+  return SameCut(solution, Recut(problem_, solution, kInfinity));
+}
+
+// From the error e of segments of length L: where errors grow fourfold over one
+// (ChooseSegment), 16 e is that two segments later; else that of a force which
+// the model misses grows by the square of time, to e (T / L)^2 over T.
+bool Stages::LosesMotion(bool chaotic) const {
+  const double lengths =
+      problem_.data().LongestDuration() / MeanSegment(problem_, solution);
+  const double growth = chaotic ? 16.0 : lengths * lengths;
+  return Rms() * growth > kLost;
+}
+
+bool Stages::ShortenStep() {
+  if (!choose_step_) return false;
+  double& step = solution.rollout.step;
+  const double needed = ChooseStepAhead(problem_, solution);
+  const bool shorter = step <= 0 || needed < 0.75 * step;
+  if (shorter) step = needed;
+  return shorter;
+}
+
+void Stages::RefineStep(double defect) {
+  if (!choose_step_) return;
+  solution.rollout.step = sysid::RefineStep(problem_, defect, solution);
+}
+
+double Stages::Error() const {
+  return EvaluateErrors(problem_, solution, 0.0).total.normalized_rms;
+}
+
+double Stages::Rms() const {
+  return EvaluateErrors(problem_, solution, 0.0).total.rms;
+}
+
+StageSummary Stages::Run(const StageGoal& goal) {
+  constexpr int kMostSteps = 4;
+  doing_ = goal.doing;
+  ShootingStage::Options options;
+  options.far = goal.misfit > 0.0 && std::isfinite(goal.defect);
+  options.twist_hold = std::max(1.0, goal.misfit);
+  options.defect = goal.defect;
+  options.misfit = misfit_;
+  options.equations = goal.equations;
+  options.news = goal.news;
+  options.function_tolerance = goal.tolerance;
+  StageSummary done;
+  for (int i = 0; i < kMostSteps; ++i) {
+    const int left = problem_.options().max_iterations - iterations;
+    options.max_iterations = std::max(1, std::min(goal.most, left));
+    ShootingStage stage(problem_, options, &solution, Segments());
+    done = stage.Solve(goal.doing, start_s_, &history);
+    iterations += done.iterations;
+    evaluations += done.evaluations;
+    // Again where the solution, or where it was heading, is too stiff; which
+    // only effects can make it.
+    if (!ShortenStep() || !FreesEffects(problem_)) break;
+  }
+  Measure();
+  return done;
+}
+
+void Stages::Measure() {
+  const double error = std::sqrt(
+      WeighedSquare(problem_, EvaluateErrors(problem_, solution, 0.0)));
+  if (std::isfinite(error)) misfit_ = std::max(1.0, error);
+}
+
+StageSummary Stages::RunSegments(const StageGoal& goal) {
+  doing_ = goal.doing;
+  ThrowIfCancelled(problem_.options().stop);
+  solution = SolveSegments(
+      problem_, solution,
+      {.twist_hold = std::max(1.0, goal.misfit), .tolerance = goal.tolerance});
+  ++iterations;
+  StageSummary done;
+  done.converged = true;
+  done.message = "the states of each segment";
+  return done;
+}
+
+}  // namespace sysid
