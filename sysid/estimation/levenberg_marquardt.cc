@@ -80,8 +80,8 @@ bool Follow(Stages* stages) {
 // Independent segments together with the equations of motion, (6.10).
 Ended SolveWithEquations(Stages* stages) {
   // Of the log-likelihood, of which z standard errors are worth z^2 / 2: a step
-  // that gains less moves no parameter by a seventh of its standard error.
-  constexpr double kNews = 0.01;
+  // that gains less moves no parameter by a fifth of its standard error.
+  constexpr double kNews = 0.02;
   StageGoal goal{"segments and equations", kInfinity, 0.0, StageGoal().most,
                  kHeldSpin};
   Ended ended;
@@ -95,15 +95,16 @@ Ended SolveWithEquations(Stages* stages) {
   return ended;
 }
 
-// Over short segments, from the data.
-void Begin(Stages* stages) {
+// Over short segments, from the data. Returns the error.
+double Begin(Stages* stages, int most) {
   if (stages->IsWhole()) {
     // No shorter segments to begin with: hold the spin instead.
-    stages->Run({"first steps", stages->Defect(kLooseDefect), 1e-2, 30,
+    stages->Run({"first steps", stages->Defect(kLooseDefect), 1e-2, most,
                  stages->Error()});
   } else {
-    stages->Run({"short segments", stages->Defect(kLooseDefect), 1e-3, 30});
+    stages->Run({"short segments", stages->Defect(kLooseDefect), 1e-3, most});
   }
+  return stages->Error();
 }
 
 // From short segments to those over which the motion is regular, `longest` at
@@ -149,16 +150,19 @@ Ended Join(Stages* stages, bool chaotic) {
 
 // From the data to one trajectory a run.
 Ended SolveJoined(Stages* stages) {
-  const Solution start = stages->solution;
-  Begin(stages);
-  // What short segments explain is followed further from where they end.
-  if (stages->problem().equations() != nullptr && stages->Error() > kMissing) {
-    const Solution begun = stages->solution;
-    stages->solution = start;
+  if (stages->problem().equations() != nullptr) {
+    const Solution start = stages->solution;
     const bool chaotic = Follow(stages);
-    if (stages->LosesMotion(chaotic)) return SolveWithEquations(stages);
-    stages->solution = begun;
+    const Solution followed = stages->solution;
+    const bool lost = stages->LosesMotion(chaotic);
+    stages->solution = start;
+    // A model that is right comes to the noise of short segments soon.
+    if (lost && Begin(stages, 10) > kMissing) {
+      stages->solution = followed;
+      return SolveWithEquations(stages);
+    }
   }
+  Begin(stages, 30);
   return Join(stages, Grow(stages, kInfinity, Drift::kLinear));
 }
 
@@ -255,7 +259,7 @@ Fit FitIndependentSegments(const ShootingProblem& problem, double longest) {
   Ended ended;
   if (StartFromData(&stages, &ended)) {
     if (problem.map().size() > 0) {
-      Begin(&stages);
+      Begin(&stages, 30);
       Grow(&stages, longest, Drift::kLittle);
     } else {
       const double given = problem.options().segment;
