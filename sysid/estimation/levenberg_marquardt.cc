@@ -156,7 +156,8 @@ Ended SolveJoined(Stages* stages) {
     const Solution followed = stages->solution;
     const bool lost = stages->LosesMotion(chaotic);
     stages->solution = start;
-    // A model that is right comes to the noise of short segments soon.
+    // From there a model that is right comes to the noise of short segments in
+    // a few iterations of Gauss and Newton.
     if (lost && Begin(stages, 10) > kMissing) {
       stages->solution = followed;
       return SolveWithEquations(stages);
