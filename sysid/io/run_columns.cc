@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "glog/logging.h"
 #include "models/error.h"
 #include "sysid/io/cell.h"
 
