@@ -96,6 +96,7 @@ int Main() {
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.may_free_nothing = true;
+  request.assumes_inertia = true;
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
       catalogue, session, SplitList(FLAGS_candidates, "--candidates"),

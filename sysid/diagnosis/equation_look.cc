@@ -13,6 +13,7 @@
 #include "sysid/estimation/cancelled.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/inverse_dynamics/motion.h"
 
 namespace sysid {
@@ -44,9 +45,9 @@ bool IsLinear(const Effect& effect) {
       [](const EffectParameter& p) { return p.grid.empty() && !p.whole; });
 }
 
-Columns MakeColumns(const DiagnosisProblem& problem, const Model& fitted,
+Columns MakeColumns(const DiagnosisProblem& problem, const Model& start,
                     const std::vector<std::shared_ptr<const Effect>>& effects) {
-  Columns columns(fitted);
+  Columns columns(start);
   std::vector<std::string> names;
   for (const FreeParameter& free : problem.free) {
     names.push_back(free.parameter.name);
@@ -429,12 +430,18 @@ bool IsMeasured(const Model& model, const DataSet& data) {
 }  // namespace
 
 EquationLook LookByEquations(
-    const DiagnosisProblem& problem, const Model& fitted,
+    const DiagnosisProblem& problem,
     const std::vector<std::shared_ptr<const Effect>>& candidates) {
-  if (!IsMeasured(fitted, *problem.train)) return {};
+  if (!IsMeasured(problem.model, *problem.train)) return {};
+  const ShootingProblem started = StartByInverseDynamics(ShootingProblem(
+      problem.model, problem.free, problem.train, problem.options));
+  MechanismParameters<double> values;
+  started.map().Apply<double>(started.InitialTheta().data(), &values);
+  Model start = started.model();
+  start.SetNominal(values);
   std::vector<const Run*> runs;
   for (const auto& data : problem.train->runs()) runs.push_back(&data->run);
-  const Columns columns = MakeColumns(problem, fitted, candidates);
+  const Columns columns = MakeColumns(problem, start, candidates);
   const EquationFilter first = FirstFilter(runs);
   EquationSearch slow(problem, columns, first);
   slow.Run();

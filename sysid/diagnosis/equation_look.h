@@ -32,11 +32,10 @@ struct EquationLook {
   int tests = 0;  // candidates that were looked at
 };
 
-// `fitted` is the problem's model with the fit's values as nominal ones.
-// Nothing where a run does not measure all joints, or where there are no
-// efforts.
+// From the problem's model at its start (StartByInverseDynamics). Nothing where
+// a run does not measure all joints, or where there are no efforts.
 EquationLook LookByEquations(
-    const DiagnosisProblem& problem, const Model& fitted,
+    const DiagnosisProblem& problem,
     const std::vector<std::shared_ptr<const Effect>>& candidates);
 
 }  // namespace sysid

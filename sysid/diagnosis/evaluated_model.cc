@@ -167,6 +167,15 @@ EvaluatedModel OpenAgain(const DiagnosisProblem& problem,
               Coarse(problem.options, before.train_error()));
 }
 
+// The options for a model of which no more than the states will be fitted,
+// which come no nearer to the data than those from the data.
+EstimationOptions CoarseAtStart(const DiagnosisProblem& problem) {
+  const auto posed = Pose(problem, problem.options);
+  return Coarse(
+      problem.options,
+      EvaluateErrors(*posed, ShortSegments(*posed), 0.0).total.normalized_rms);
+}
+
 void FitFrom(Solution start, EvaluatedModel* evaluated) {
   start.rollout = evaluated->problem->options().rollout;
   evaluated->fit = RefitIndependentSegments(*evaluated->problem, start);
@@ -252,15 +261,10 @@ double DiagnosisProblem::LongestToJudge() const {
 }
 
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
-  EstimationOptions options = problem.options;
   const bool states_only = problem.free.empty();
-  if (states_only) {
-    // Nothing will come nearer to the data than the states from the data.
-    const auto posed = Pose(problem, options);
-    options = Coarse(options, EvaluateErrors(*posed, ShortSegments(*posed), 0.0)
-                                  .total.normalized_rms);
-  }
-  EvaluatedModel base = Open(problem, {}, {}, {}, options);
+  EvaluatedModel base =
+      Open(problem, {}, {}, {},
+           states_only ? CoarseAtStart(problem) : problem.options);
   base.fit = FitIndependentSegments(StartByInverseDynamics(*base.problem),
                                     problem.LongestToJudge());
   if (base.fit.converged && !states_only) {
@@ -270,6 +274,14 @@ EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
     FitFrom(base.fit.point, &base);
     base.fit.history = std::move(history);
   }
+  Evaluate(problem, nullptr, &base);
+  return base;
+}
+
+EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem) {
+  EvaluatedModel base = Open(problem, {}, {}, {}, CoarseAtStart(problem));
+  const ShootingProblem started = StartByInverseDynamics(*base.problem);
+  base.fit = StatesAtStart(started, ShortSegments(started));
   Evaluate(problem, nullptr, &base);
   return base;
 }

@@ -81,11 +81,15 @@ bool Search::WasHere(const EvaluatedModel& evaluated) const {
 }
 
 Diagnosis Search::Run() {
-  doing_ = "fitting the model as given";
-  diagnosis_.base = EvaluateGiven(problem_);
+  if (!BeginByEquations()) {
+    doing_ = "fitting the model as given";
+    diagnosis_.base = EvaluateGiven(problem_);
+  }
   try {
-    ShortenSegments(problem_, &diagnosis_);
-    AddDoubts(&diagnosis_);
+    if (settled_.empty()) {
+      ShortenSegments(problem_, &diagnosis_);
+      AddDoubts(&diagnosis_);
+    }
     if (diagnosis_.usable) {
       RunFromBase();
     } else {
@@ -100,13 +104,12 @@ Diagnosis Search::Run() {
 }
 
 void Search::RunFromBase() {
-  if (options_.add) AddByEquations();
   // What the catalogue lacks would be taken for what is in it.
-  diagnosis_.by_equations = model_ != nullptr && !followed_.empty();
-  if (diagnosis_.by_equations) {
-    diagnosis_.final_verdict = Judge(now(), nullptr);
-  } else {
+  diagnosis_.by_equations = !settled_.empty() && !followed_.empty();
+  if (settled_.empty() || (options_.add && followed_.empty())) {
     AddOneByOne();
+  } else {
+    diagnosis_.final_verdict = Judge(now(), nullptr);
   }
   if (!diagnosis_.steps.empty()) Conclude();
   FindRivals(candidates_, &diagnosis_);
@@ -117,13 +120,13 @@ void Search::RunFromBase() {
                      &diagnosis_.candidates);
 }
 
-void Search::AddByEquations() {
-  const EvaluatedModel& base = diagnosis_.base;
-  if (IsAtNoiseFloor(base)) return;
-  Report("equations of motion", base.train_error());
-  EquationLook look = LookByEquations(problem_, base.fit.model, candidates_);
+bool Search::BeginByEquations() {
+  doing_ = "looking at the equations of motion";
+  EquationLook look = LookByEquations(problem_, candidates_);
   followed_ = look.followed;
-  if (look.effects.size() <= size_t{kMostEffectsBySegments}) return;
+  if (look.effects.size() <= size_t{kMostEffectsBySegments}) return false;
+  diagnosis_.base = EvaluateAtStart(problem_);
+  const EvaluatedModel& base = diagnosis_.base;
   Report("what the equations of motion show", base.train_error());
   std::shared_ptr<EvaluatedModel> model;
   do {
@@ -132,14 +135,14 @@ void Search::AddByEquations() {
     model = std::make_shared<EvaluatedModel>(
         EvaluateByEquations(problem_, base, shown));
   } while (DropAtBound(*model, &look.effects));
+  if (!std::isfinite(model->train_error()) ||
+      !std::isfinite(model->holdout_error())) {
+    return false;
+  }
   // What follows the motion of another joint no candidate describes. A fit of
   // the motion would make up for it by all that is free, as the encoder's noise
   // weighs it: the values stay those of the equations.
   if (followed_.empty()) *model = EvaluateAgain(problem_, std::move(*model));
-  if (!(model->train_error() < base.train_error()) ||
-      !(model->holdout_error() < base.holdout_error())) {
-    return;
-  }
   DiagnosisStep step = StepFrom(base);
   step.predicted = model->train_error();
   for (ScreenedEffect& effect : look.effects) {
@@ -162,9 +165,12 @@ void Search::AddByEquations() {
   diagnosis_.tests = look.tests;
   diagnosis_.proposed = step.effects;
   diagnosis_.verdict = Verdict::kMissingEffect;
-  EndAt(model, &step);
-  diagnosis_.steps.push_back(std::move(step));
-  model_ = std::move(model);
+  if (options_.add) {
+    EndAt(model, &step);
+    diagnosis_.steps.push_back(std::move(step));
+    model_ = std::move(model);
+  }
+  return true;
 }
 
 void Search::AddOneByOne() {

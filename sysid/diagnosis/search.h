@@ -12,7 +12,7 @@
 
 namespace sysid {
 
-// The search for what is missing. From the model as given it adds what the
+// The search for what is missing. To the model as given it adds what the
 // equations of motion show, or what the best refit of the screening's proposals
 // finds, one step at a time; after each it looks whether what was added before
 // is still needed, and at the end whether chance may have made it up.
@@ -46,11 +46,13 @@ class Search {
   // The model so far: as given, in longer segments, or with what was added.
   EvaluatedModel& now() { return model_ ? *model_ : diagnosis_.base; }
 
+  // Takes together what the equations of motion show, where that is more than a
+  // search adds one by one, which would judge each while the others are still
+  // missing; no fit would follow the motion of a model that misses so much.
+  // Segments judge fewer better than differentiated positions do: false, and
+  // there is no base yet.
+  bool BeginByEquations();
   void RunFromBase();
-  // Adds what the equations of motion show together, where those show more than
-  // a search adds one by one, which would judge each while the others are still
-  // missing. Segments judge fewer better than differentiated positions do.
-  void AddByEquations();
   void AddOneByOne();
   Found Find();
   void Note(Found* found, const std::vector<CandidateEffect>& listed);

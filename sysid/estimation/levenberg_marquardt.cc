@@ -281,7 +281,10 @@ Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut) {
   Stages stages(problem);
   Solution start = WithStatesFromData(problem, cut);
   start.theta = problem.InitialTheta();
-  stages.solution = SolveSegments(problem, start, {.twist_hold = kHeldSpin});
+  stages.solution = start;
+  stages.ShortenStep();
+  stages.solution =
+      SolveSegments(problem, stages.solution, {.twist_hold = kHeldSpin});
   return Finish(stages, {});
 }
 

@@ -128,4 +128,29 @@ Model StartRegular(const Model& model, const std::vector<bool>& given,
   }
 }
 
+Model AssumeInertia(const std::vector<FreeParameter>& free, Model* model,
+                    std::vector<std::string>* notices) {
+  const Mechanism& mechanism = model->mechanism();
+  MechanismParameters<double> values = model->nominal();
+  std::vector<std::string> names;
+  for (const SingularJoint& singular : SingularJoints(AtStarts(*model, free))) {
+    const int link = mechanism.joints[singular.joint].child_link;
+    Inertial<double>& body = values.links[link];
+    if (!body.inertia.isZero(0)) continue;
+    body.inertia = StartingInertia(mechanism, model->nominal(), link);
+    if (!(body.mass > 0)) body.mass = StartingMass(mechanism, model->nominal());
+    names.push_back(mechanism.links[link].name);
+  }
+  if (!names.empty()) {
+    model->SetNominal(values);
+    notices->push_back(
+        Join(names) +
+        (names.size() == 1 ? " has no inertia, and its joint"
+                           : " have no inertia, and their joints") +
+        " nothing else to move: assumed is that of a solid ball which reaches "
+        "from the centre of mass to the joint");
+  }
+  return AtStarts(*model, free);
+}
+
 }  // namespace sysid

@@ -26,4 +26,10 @@ Model StartRegular(const Model& model, const std::vector<bool>& given,
                    std::vector<FreeParameter>* free,
                    std::vector<std::string>* notices);
 
+// Gives every link without inertia that leaves a joint nothing to move, at the
+// starts of what is free, its StartingInertia (and StartingMass); a notice
+// names them. Returns the model at the starts.
+Model AssumeInertia(const std::vector<FreeParameter>& free, Model* model,
+                    std::vector<std::string>* notices);
+
 }  // namespace sysid

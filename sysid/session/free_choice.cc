@@ -460,8 +460,10 @@ void ChooseFree(const FitRequest& request, const FitSpecification& spec,
     session->free.push_back(MakeFree(*model, f));
   }
   CheckTransformed(*model, &session->free, free);
-  const Model start =
-      StartRegular(*model, given, &session->free, &session->notices);
+  Model start = StartRegular(*model, given, &session->free, &session->notices);
+  if (request.assumes_inertia) {
+    start = AssumeInertia(session->free, model, &session->notices);
+  }
   CheckJoints(start, fixes.empty() || was_singular ? session->model_file
                                                    : fixes.front().place);
 }

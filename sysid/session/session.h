@@ -29,6 +29,9 @@ struct FitRequest {
   std::string check = "all";
   // Whether nothing need be free: a model is then compared as it stands.
   bool may_free_nothing = false;
+  // Whether links without inertia are given one where their joints have nothing
+  // else to move (AssumeInertia): a diagnosis may find what moves there.
+  bool assumes_inertia = false;
   // Whether the program has other solvers than lm.
   bool any_solver = false;
 };

@@ -1,6 +1,7 @@
 // Recordings that others measured: found through SYSID_REAL_DATA, by default in
 // ../shared/data beside the repository; skipped where they are absent.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,12 +13,16 @@
 
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
+#include "sysid/session/diagnosis_session.h"
 #include "sysid/session/session.h"
 
 namespace sysid {
 namespace {
 
 using std::filesystem::path;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 path DataFolder() {
   const char* given = std::getenv("SYSID_REAL_DATA");
@@ -130,11 +135,8 @@ TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
   EXPECT_NEAR(ValueOfParameter(fit, "link1.length"), 0.66, 0.03);
 }
 
-// An arm under position control, at 250 Hz. Its wrist has a coupling that no
-// effect here describes, so that rollouts lose the motion; the other axes are
-// still what their efforts say.
-TEST(StaubliTx40, SegmentsAreFittedTogetherWithTheEquationsOfMotion) {
-  SKIP_WITHOUT("staubli_tx40");
+// An arm under position control, at 250 Hz.
+FitRequest Tx40At250Hz() {
   const path folder = DataFolder() / "staubli_tx40";
   const path thin = path(testing::TempDir()) / "tx40.csv";
   {
@@ -148,13 +150,22 @@ TEST(StaubliTx40, SegmentsAreFittedTogetherWithTheEquationsOfMotion) {
   FitRequest request;
   request.model = folder / "tx40.urdf";
   request.traj = {thin};
-  request.free = "inertial";
-  request.add = "viscous_damping@*,coulomb_friction@*,armature@*,effort_bias@*";
   request.columns =
       "joint_1.q=qm1/32,joint_2.q=qm2/32-pi/2,joint_3.q=qm3/45+pi/2,"
       "joint_4.q=qm4/-48,joint_5.q=qm5/45,joint_6.q=qm6/32-qm5/45,"
       "joint_1.tau=cm1*32,joint_2.tau=cm2*32,joint_3.tau=cm3*45,"
       "joint_4.tau=cm4*-48,joint_5.tau=cm5*45+cm6*32,joint_6.tau=cm6*32";
+  return request;
+}
+
+// Its wrist has a coupling that no
+// effect here describes, so that rollouts lose the motion; the other axes are
+// still what their efforts say.
+TEST(StaubliTx40, SegmentsAreFittedTogetherWithTheEquationsOfMotion) {
+  SKIP_WITHOUT("staubli_tx40");
+  FitRequest request = Tx40At250Hz();
+  request.free = "inertial";
+  request.add = "viscous_damping@*,coulomb_friction@*,armature@*,effort_bias@*";
   const Catalogue catalogue;
   const Session session = OpenSession(request, catalogue);
   const ShootingProblem problem(session.model, session.free, session.runs,
@@ -177,6 +188,39 @@ TEST(StaubliTx40, SegmentsAreFittedTogetherWithTheEquationsOfMotion) {
   for (int axis = 0; axis < 6; ++axis) {
     EXPECT_LE(at_end[axis].percent, 1.1 * at_start[axis].percent) << axis + 1;
   }
+}
+
+// Of the plain URDF, whose link 6 has no inertia, with nothing free: what every
+// drive has is missing, and the wrist's motors turn with two axes.
+TEST(StaubliTx40, DiagnosisAddsFrictionAndRotorsAndSaysWhatFollows) {
+  SKIP_WITHOUT("staubli_tx40");
+  FitRequest request = Tx40At250Hz();
+  request.may_free_nothing = true;
+  request.assumes_inertia = true;
+  const Catalogue catalogue;
+  const Session session = OpenSession(request, catalogue);
+  EXPECT_THAT(session.notices, Contains(HasSubstr("link_6 has no inertia")));
+  std::vector<std::string> notices;
+  const DiagnosisProblem problem = OpenDiagnosis(session, &notices);
+  DiagnosisOptions options;
+  options.add = true;
+  const Diagnosis diagnosis = Diagnose(
+      problem, ChooseCandidates(catalogue, session, {}, "test"), options);
+  EXPECT_EQ(diagnosis.verdict, Verdict::kMissingEffect);
+  EXPECT_TRUE(diagnosis.by_equations);
+  const std::vector<std::string> added = diagnosis.added();
+  for (const char* axis : {"joint_1", "joint_2", "joint_3", "joint_4"}) {
+    for (const char* effect :
+         {"viscous_damping@", "coulomb_friction@", "armature@"}) {
+      EXPECT_THAT(added, Contains(std::string(effect) + axis));
+    }
+  }
+  std::vector<std::string> followed;
+  for (const FollowedMotion& one : diagnosis.where.followed) {
+    followed.push_back(one.joint + " " + one.of);
+  }
+  EXPECT_THAT(followed, UnorderedElementsAre("joint_5 joint_6",  //
+                                             "joint_6 joint_5"));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ struct HiddenDrives {
   EquationLook Look() const {
     DiagnosisProblem problem(*model);
     problem.SetRuns({arm->run}, {});
-    return LookByEquations(problem, *model, candidates);
+    return LookByEquations(problem, candidates);
   }
 
   std::optional<TrackedArm> arm;
@@ -96,8 +96,7 @@ TEST(LookByEquations, NamesNothingOfACompleteModel) {
   HiddenDrives hidden(1e-5);
   DiagnosisProblem problem(hidden.arm->truth);
   problem.SetRuns({hidden.arm->run}, {});
-  const EquationLook look =
-      LookByEquations(problem, hidden.arm->truth, hidden.candidates);
+  const EquationLook look = LookByEquations(problem, hidden.candidates);
   EXPECT_THAT(NamesOf(look), SizeIs(::testing::Le(2)))
       << ::testing::PrintToString(NamesOf(look));
 }
