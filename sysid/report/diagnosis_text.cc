@@ -20,6 +20,19 @@ std::string Probability(double p) {
   return p < 1e-12 ? "<1e-12" : Format("%.2g", p);
 }
 
+std::string ParameterLines(const Fit& fit) {
+  std::string text;
+  for (const ParameterEstimate& p : fit.parameters) {
+    text += "  " + p.name + " = " + Value(p.value, p.std_error) +
+            (std::isfinite(p.std_error) ? Format(" +- %.2g", 1.96 * p.std_error)
+                                        : std::string()) +
+            Behind(p.unit) +
+            (p.identifiable ? "" : ", not identifiable from this data") +
+            (p.at_bound ? ", at its bound" : "") + "\n";
+  }
+  return text;
+}
+
 std::string Expected(const ScreenedEffect& effect) {
   std::vector<std::string> parts;
   for (const ExpectedParameter& p : effect.parameters) {
@@ -392,21 +405,15 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
             (final->session.effects.empty() ? std::string("no effects")
                                             : Join(final->session.effects)) +
             FinalWords(diagnosis.final_verdict) + "\n";
-    for (const ParameterEstimate& p : final->fit.parameters) {
-      text +=
-          "  " + p.name + " = " + Value(p.value, p.std_error) +
-          (std::isfinite(p.std_error) ? Format(" +- %.2g", 1.96 * p.std_error)
-                                      : std::string()) +
-          Behind(p.unit) +
-          (p.identifiable ? "" : ", not identifiable from this data") +
-          (p.at_bound ? ", at its bound" : "") + "\n";
-    }
+    text += ShowsCombinations(final->fit) ? BaseTable(final->fit)
+                                          : ParameterLines(final->fit);
     if (!final->fit.converged) {
       text += "  " +
               Paint(colour, kRed,
                     "its fit did not converge: " + final->fit.termination) +
               "\n";
     }
+    text += EffortLine(final->fit);
     text += OpenLines(final->fit.open, "open prediction of ");
     if (final->holdout) {
       text += OpenLines(final->holdout->open, "open prediction of held-out ");

@@ -7,6 +7,28 @@
 #include "models/error.h"
 
 namespace sysid {
+namespace {
+
+// What the equations of motion determine: "link2.Jyy + 0.0506 link3.m + 4
+// more".
+std::string BaseName(const BaseParameter& base) {
+  constexpr size_t kShown = 4;
+  std::string name = base.terms[0].name;
+  for (size_t i = 1; i < std::min(base.terms.size(), kShown); ++i) {
+    const double factor = base.terms[i].factor;
+    name += factor < 0 ? " - " : " + ";
+    if (std::abs(std::abs(factor) - 1.0) > 1e-4) {
+      name += Format("%.3g ", std::abs(factor));
+    }
+    name += base.terms[i].name;
+  }
+  if (base.terms.size() > kShown) {
+    name += Format(" + %d more", static_cast<int>(base.terms.size() - kShown));
+  }
+  return name;
+}
+
+}  // namespace
 
 std::string Times(double error) {
   if (!(error >= 999.5) || error >= 1e9) return Format("%.3g", error);
@@ -83,6 +105,38 @@ std::string ListEffects(const std::vector<std::string>& names,
   for (std::string& kind : kinds)
     kind += " (" + Join(targets[kind], ", ") + ")";
   return Join(kinds, ", ");
+}
+
+bool ShowsCombinations(const Fit& fit) {
+  return std::any_of(fit.base.begin(), fit.base.end(),
+                     [](const BaseParameter& b) { return b.terms.size() > 1; });
+}
+
+std::string BaseTable(const Fit& fit) {
+  size_t width = 0;
+  for (const BaseParameter& base : fit.base) {
+    width = std::max(width, BaseName(base).size());
+  }
+  std::string text = Format("  %-*s %16s %12s  %s\n", static_cast<int>(width),
+                            "base parameter", "value", "+- (95 %)", "unit");
+  for (const BaseParameter& base : fit.base) {
+    text += Format("  %-*s %16s %12s  ", static_cast<int>(width),
+                   BaseName(base).c_str(),
+                   Value(base.value, base.std_error).c_str(),
+                   Format("%.2g", 1.959964 * base.std_error).c_str()) +
+            base.unit + "\n";
+  }
+  return text + "\n";
+}
+
+std::string EffortLine(const Fit& fit) {
+  if (fit.effort.empty()) return "";
+  std::string text = "  inverse-dynamics residual, % of the rms effort:";
+  for (const EffortError& effort : fit.effort) {
+    text += " " + effort.joint + Format(" %.3g,", effort.percent);
+  }
+  text.back() = '\n';
+  return text;
 }
 
 }  // namespace sysid

@@ -43,4 +43,12 @@ std::string OpenLines(const std::vector<OpenError>& open,
 std::string ListEffects(const std::vector<std::string>& names,
                         const char* between);
 
+// Whether bodies show in combinations only: the parameters one by one are many,
+// and say less than the BaseTable.
+bool ShowsCombinations(const Fit& fit);
+std::string BaseTable(const Fit& fit);
+
+// What the equations of motion leave of each joint's effort, where it has one.
+std::string EffortLine(const Fit& fit);
+
 }  // namespace sysid
