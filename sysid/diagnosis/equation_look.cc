@@ -297,7 +297,11 @@ bool EquationSearch::AddOne() {
   for (const auto& [gain, candidate] : order) {
     Trial& trial = trials[candidate];
     const double advantage = Advantage(&trial, &now_);
-    if (!(advantage > 1.0)) continue;
+    // Chance makes so much of the best of as many (as IsWorse has it).
+    if (!(advantage >
+          std::max(1.0, std::sqrt(2.0 * std::log(1.0 * order.size()))))) {
+      continue;
+    }
     chosen_.push_back(candidate);
     const double tests = static_cast<double>(columns_.candidates.size());
     p_value_[candidate] =
@@ -313,7 +317,7 @@ bool EquationSearch::TakeOutOne() {
     std::vector<int> chosen = chosen_;
     chosen.erase(chosen.begin() + static_cast<std::ptrdiff_t>(i));
     Trial without = Solve(With(chosen), now_.variance);
-    if (!IsBetter(&without, &now_) || !IsPossible(without, chosen)) continue;
+    if (IsBetter(&now_, &without) || !IsPossible(without, chosen)) continue;
     chosen_ = std::move(chosen);
     now_ = std::move(without);
     return true;

@@ -21,9 +21,10 @@ namespace sysid {
 //   L = -1/2 sum_v n_v ln(|r_v + J_v d|^2 / n_v),                     (11.14)
 //
 // n_v the equations of joint v, each joint with the standard deviation that is
-// left of it. The model changes, by an effect more or less, where stretches
-// that were not fitted are then predicted better by more than one standard
-// error of the difference (cross-validation over 20 stretches).
+// left of it. An effect is added where stretches that were not fitted are then
+// predicted better (cross-validation over 20 stretches) by more standard errors
+// of the difference than chance makes of the best of so many, and goes again
+// where it is not missed by one.
 
 struct EquationLook {
   // In the order in which they were found, as they are expected.

@@ -241,9 +241,8 @@ const char* FinalWords(Verdict verdict) {
 std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   if (!diagnosis.usable) return "The model could not be fitted to this data.";
   const EvaluatedModel& base = diagnosis.base;
-  std::string text = "The error is " + Times(base.train_error()) +
-                     " times the noise (held out " +
-                     Times(base.holdout_error()) + ")";
+  std::string text = "The error is " + ErrorWords(base.fit.train) +
+                     " (held out " + Times(base.holdout_error()) + ")";
   if (!diagnosis.interrupted.empty()) {
     text += ", and the search for what is missing was interrupted while " +
             diagnosis.interrupted;
@@ -303,7 +302,7 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
                           : ListEffects(added, " and ")) +
            ": over segments of " + SegmentLengths(last.fit) +
            ", each from its own initial state, the error is " +
-           Times(last.train_error()) + " times the noise (held out " +
+           ErrorWords(last.fit.train) + " (held out " +
            Times(last.holdout_error()) + "), " +
            (diagnosis.final_verdict == Verdict::kAdequate
                 ? "and no relevant effect is missing. "

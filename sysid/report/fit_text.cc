@@ -107,20 +107,7 @@ std::string ErrorVerdict(const Fit& fit, Floor floor) {
 
 // The error in its unit, as a share of the motion, beside the noise.
 std::string ErrorLine(const std::string& label, const RunErrors& errors) {
-  std::string unit;  // of the positions, where they have one
-  bool one_unit = true;
-  for (const ChannelError& channel : errors.channels) {
-    if (!channel.position_like) continue;
-    one_unit = one_unit && (unit.empty() || unit == channel.unit);
-    unit = channel.unit;
-  }
-  const std::string share = OfTheMotion(errors.total.fit_percent);
-  const std::string beside =
-      Format("%.3g times the noise", errors.total.normalized_rms);
-  return label + "error " +
-         (one_unit && !unit.empty()
-              ? Format("%.3g ", errors.total.rms) + unit + share + ", " + beside
-              : beside + share);
+  return label + "error " + ErrorWords(errors);
 }
 
 std::string ChannelLine(const RunErrors& errors) {
@@ -161,8 +148,7 @@ bool ReachesNoise(const ShootingProblem& problem, const Fit& fit) {
 
 std::string FitSentence(const ShootingProblem& problem, const Fit& fit,
                         const Holdout* holdout) {
-  std::string text = "The error is " + Times(fit.train.total.normalized_rms) +
-                     " times the noise";
+  std::string text = "The error is " + ErrorWords(fit.train);
   if (holdout != nullptr) {
     text += " (held out " + Times(holdout->errors.total.normalized_rms) + ")";
   }

@@ -40,6 +40,22 @@ std::string Paint(bool colour, const char* code, const std::string& text) {
   return colour ? code + text + "\033[0m" : text;
 }
 
+std::string ErrorWords(const RunErrors& errors) {
+  std::string unit;  // of the positions, where they have one
+  bool one_unit = true;
+  for (const ChannelError& channel : errors.channels) {
+    if (!channel.position_like) continue;
+    one_unit = one_unit && (unit.empty() || unit == channel.unit);
+    unit = channel.unit;
+  }
+  const std::string share = OfTheMotion(errors.total.fit_percent);
+  const std::string beside =
+      Times(errors.total.normalized_rms) + " times the noise";
+  return one_unit && !unit.empty()
+             ? Format("%.3g ", errors.total.rms) + unit + share + ", " + beside
+             : beside + share;
+}
+
 std::string Behind(const std::string& unit) {
   return unit == "-" ? "" : " " + unit;
 }
