@@ -105,6 +105,24 @@ bool StandFor(const Screening& screening, int a, int b,
          (screening.confusability(a, b) > kAlike || IsAtNoiseFloor(with_a));
 }
 
+std::vector<ScreenedEffect> ThatExplainTheSame(
+    const Screening& screening, const std::vector<CandidateRefit>& refits,
+    int best) {
+  std::vector<ScreenedEffect> same;
+  const CandidateRefit& chosen = refits[best];
+  if (chosen.effects.size() != 1) return same;
+  for (const CandidateRefit& refit : refits) {
+    if (refit.effects.size() != 1 || refit.effects == chosen.effects ||
+        !refit.accepted() || refit.expected[0].dof > chosen.expected[0].dof) {
+      continue;
+    }
+    if (screening.confusability(chosen.effects[0], refit.effects[0]) > kAlike) {
+      same.push_back(refit.expected[0]);
+    }
+  }
+  return same;
+}
+
 std::vector<CandidateEffect> ListCandidates(
     const Screening& screening, const std::vector<CandidateRefit>& refits,
     int best) {

@@ -45,6 +45,12 @@ std::vector<CandidateEffect> ListCandidates(
 bool StandFor(const Screening& screening, int a, int b,
               const EvaluatedModel& with_a, const EvaluatedModel& with_b);
 
+// Single effects whose refits were accepted, and explain the same part of what
+// the model misses as that of `best` does, with no more parameters.
+std::vector<ScreenedEffect> ThatExplainTheSame(
+    const Screening& screening, const std::vector<CandidateRefit>& refits,
+    int best);
+
 // The motion in which two effects differ.
 std::string ToldApartBy(const Effect& one, const Effect& other);
 

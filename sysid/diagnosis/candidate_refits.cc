@@ -5,13 +5,14 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <utility>
 
 #include "sysid/diagnosis/discrepancy.h"
+#include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/parallel.h"
-#include "sysid/estimation/segmentation.h"
 
 namespace sysid {
 namespace {
@@ -108,33 +109,14 @@ std::string LikeliestChance(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated,
                             size_t candidates) {
   constexpr double kSignificant = 0.05;
-  // Times the error over segments, which a constant force makes of twice the
-  // time: more is another minimum, or chaos.
-  constexpr double kFollowed = 4.0;
-  const double followed =
-      kFollowed * std::max(evaluated.train_error(), evaluated.holdout_error());
+  const ShootingProblem all = WithAllRuns(problem, evaluated);
   Fit fit = evaluated.fit;
-  bool joined = false;
-  if (IsRegular(*evaluated.problem, evaluated.fit.point)) {
-    EstimationOptions quiet = evaluated.problem->options();
-    quiet.progress = nullptr;
-    std::vector<Run> runs = RunsOf(*problem.train);
-    if (problem.holdout != nullptr) {
-      for (Run& run : RunsOf(*problem.holdout)) runs.push_back(std::move(run));
-    }
-    const ShootingProblem all =
-        evaluated.problem->With(quiet)
-            .WithData(MakeDataSetLike(problem.model, std::move(runs), quiet,
-                                      *problem.train))
-            .StartingAt(evaluated.fit.point.theta);
-    Fit whole = FitLevenbergMarquardtFrom(all, evaluated.fit.segment_s);
-    joined = whole.converged && whole.train.total.normalized_rms < followed;
-    if (joined) {
-      fit = std::move(whole);
-      AddDiscrepancy(all, &fit);
-    }
+  if (std::optional<Fit> whole = FitWholeRuns(all, evaluated)) {
+    fit = std::move(*whole);
+    AddDiscrepancy(all, &fit);
+  } else {
+    AddDiscrepancy(*evaluated.problem, &fit);
   }
-  if (!joined) AddDiscrepancy(*evaluated.problem, &fit);
   std::string likeliest;
   double most = kSignificant;
   for (const auto& effect : evaluated.added) {

@@ -2,10 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/estimation/segmentation.h"
 
 namespace sysid {
+namespace {
+
+// As long as segments may be that leave enough to judge a model by.
+double Longest(const EvaluatedModel& evaluated) {
+  const DataSet& data = evaluated.problem->data();
+  return std::min(data.LongestDuration(),
+                  data.TotalDuration() / kFewestSegments);
+}
+
+}  // namespace
 
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
@@ -14,9 +27,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   // is chaos, or a wrong minimum.
   constexpr double kGrowth = 4.0;
   const double length = now.fit.segment_s;
-  const DataSet& data = now.problem->data();
-  const double longest =
-      std::min(data.LongestDuration(), data.TotalDuration() / kFewestSegments);
+  const double longest = Longest(now);
   if (problem.options.segment > 0 || !now.fit.converged ||
       length > 0.9 * longest) {
     return std::nullopt;
@@ -45,6 +56,42 @@ std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
     return std::nullopt;
   }
   return joined;
+}
+
+ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
+                            const EvaluatedModel& evaluated) {
+  EstimationOptions quiet = evaluated.problem->options();
+  quiet.progress = nullptr;
+  std::vector<Run> runs = RunsOf(*problem.train);
+  if (problem.holdout != nullptr) {
+    for (Run& run : RunsOf(*problem.holdout)) runs.push_back(std::move(run));
+  }
+  return evaluated.problem->With(quiet)
+      .WithData(MakeDataSetLike(problem.model, std::move(runs), quiet,
+                                *problem.train))
+      .StartingAt(evaluated.fit.point.theta);
+}
+
+std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
+                                const EvaluatedModel& evaluated) {
+  // Times the error over segments, which a constant force makes of twice the
+  // time: more is another minimum, or chaos.
+  constexpr double kFollowed = 4.0;
+  const double followed =
+      kFollowed * std::max(evaluated.train_error(), evaluated.holdout_error());
+  if (!IsRegular(*evaluated.problem, evaluated.fit.point)) return std::nullopt;
+  Fit whole = FitLevenbergMarquardtFrom(all, evaluated.fit.segment_s);
+  if (!whole.converged || !(whole.train.total.normalized_rms < followed)) {
+    return std::nullopt;
+  }
+  return whole;
+}
+
+bool CouldBeFollowedLonger(const DiagnosisProblem& problem,
+                           const EvaluatedModel& evaluated) {
+  return problem.options.segment <= 0 &&
+         evaluated.fit.segment_s > 0.9 * problem.LongestToJudge() &&
+         evaluated.fit.segment_s < 0.9 * problem.train->LongestDuration();
 }
 
 }  // namespace sysid

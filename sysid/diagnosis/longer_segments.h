@@ -26,4 +26,16 @@ std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
                                             const EvaluatedModel& now,
                                             const ReportDoing& report);
 
+// A model with all runs, those that are held out too.
+ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
+                            const EvaluatedModel& evaluated);
+// Its fit as one trajectory a run; nothing where that cannot follow the motion.
+std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
+                                const EvaluatedModel& evaluated);
+
+// Whether the motion may be followed for longer than the segments over which
+// the model was judged: those leave just enough of them to judge by.
+bool CouldBeFollowedLonger(const DiagnosisProblem& problem,
+                           const EvaluatedModel& evaluated);
+
 }  // namespace sysid

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "sysid/diagnosis/rivals.h"
 #include "sysid/diagnosis/search.h"
@@ -83,6 +85,38 @@ bool Search::LookBackAt(const std::string& name) {
   EndAt(model_, &step);
   diagnosis_.steps.push_back(step);
   return true;
+}
+
+std::vector<std::string> Search::AsGoodOverWholeRuns(
+    const EvaluatedModel& model, const std::string& name) {
+  std::vector<std::string> as_good;
+  const std::vector<ScreenedEffect>& others = explain_the_same_[name];
+  if (others.empty() || IsAtNoiseFloor(model) ||
+      !CouldBeFollowedLonger(problem_, model)) {
+    return as_good;
+  }
+  const auto error = [&](const EvaluatedModel& evaluated) {
+    const std::optional<Fit> whole =
+        FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated);
+    return whole ? whole->train.total.normalized_rms
+                 : std::numeric_limits<double>::infinity();
+  };
+  Report("alternatives to " + name + " over whole runs", model.train_error());
+  EstimationOptions options = Coarse(problem_.options, model.train_error());
+  options.progress = nullptr;
+  options.max_iterations = kRefitIterations;
+  const double with = error(model);
+  const EvaluatedModel without =
+      EvaluateWithout(problem_, model, name, options);
+  for (const ScreenedEffect& other : others) {
+    Report("alternatives to " + name + " over whole runs", model.train_error());
+    const EvaluatedModel instead =
+        EvaluateWith(problem_, without, {&other}, options);
+    if (error(instead) < (1.0 + kMatters) * with) {
+      as_good.push_back(other.name());
+    }
+  }
+  return as_good;
 }
 
 std::string Search::Chance(const EvaluatedModel& evaluated) {

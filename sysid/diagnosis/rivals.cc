@@ -6,18 +6,22 @@
 
 namespace sysid {
 
+void AddNames(const std::vector<std::string>& names,
+              std::vector<std::string>* known) {
+  for (const std::string& name : names) {
+    if (std::find(known->begin(), known->end(), name) == known->end()) {
+      known->push_back(name);
+    }
+  }
+}
+
 void AddAlternatives(const std::string& effect,
                      const std::vector<std::string>& alternatives,
                      std::vector<DiagnosisStep>* steps) {
   for (auto step = steps->rbegin(); step != steps->rend(); ++step) {
     for (size_t k = 0; k < step->effects.size(); ++k) {
       if (step->effects[k] != effect) continue;
-      std::vector<std::string>& known = step->indistinguishable_from[k];
-      for (const std::string& name : alternatives) {
-        if (std::find(known.begin(), known.end(), name) == known.end()) {
-          known.push_back(name);
-        }
-      }
+      AddNames(alternatives, &step->indistinguishable_from[k]);
       return;
     }
   }

@@ -8,6 +8,10 @@
 
 namespace sysid {
 
+// Adds names that are not yet known.
+void AddNames(const std::vector<std::string>& names,
+              std::vector<std::string>* known);
+
 // Notes in the steps, of an effect that was added, what else could stand in its
 // place.
 void AddAlternatives(const std::string& effect,

@@ -178,8 +178,17 @@ void Search::AddOneByOne() {
   for (int step = 0; step < kMostEffectsBySegments;) {
     been_.insert(EffectsOf(now()));
     Found found = Find();
-    const std::vector<CandidateEffect> listed =
+    std::vector<CandidateEffect> listed =
         ListCandidates(found.screening, found.refits, found.best);
+    if (found.best >= 0) {
+      explain_the_same_[found.get()->expected[0].name()] =
+          ThatExplainTheSame(found.screening, found.refits, found.best);
+      if (!options_.add) {
+        AddNames(
+            AsGoodOverWholeRuns(*found.get()->after, listed[0].screened.name()),
+            &listed[0].indistinguishable_from);
+      }
+    }
     Note(&found, listed);
     if (found.best < 0) {
       if (!LookFarther(&joined)) return;
@@ -313,6 +322,11 @@ void Search::Conclude() {
   const bool by_equations = diagnosis_.by_equations;
   if (!by_equations && TakeOutChance()) {
     diagnosis_.final_verdict = Judge(*model_, nullptr);
+  }
+  for (const auto& effect : model_->added) {
+    AddAlternatives(effect->name(),
+                    AsGoodOverWholeRuns(*model_, effect->name()),
+                    &diagnosis_.steps);
   }
   diagnosis_.final = model_;
   // What the first step could not see the later ones did; or took back.

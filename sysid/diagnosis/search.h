@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -70,6 +71,13 @@ class Search {
   // True where the model without `name` took the place of the one with it, or
   // one with another effect instead.
   bool LookBackAt(const std::string& name);
+  // Which of the effects that explain the same part of the errors predict whole
+  // runs as well in the place of `name`, where only the number of segments that
+  // is needed to judge by kept those from being longer: two laws that differ
+  // over short segments may not over long ones, and the data then do not
+  // decide.
+  std::vector<std::string> AsGoodOverWholeRuns(const EvaluatedModel& model,
+                                               const std::string& name);
   std::string Chance(const EvaluatedModel& evaluated);
   // Takes out, one after another, what may be no more than chance beside what
   // is still missing. The search itself adds it all the same: until all that is
@@ -92,6 +100,8 @@ class Search {
   // What the equations of motion showed, and looked back at: by name.
   std::set<std::string> settled_;
   std::vector<FollowedMotion> followed_;
+  // What explains the same as an effect that was found, by its name.
+  std::map<std::string, std::vector<ScreenedEffect>> explain_the_same_;
   std::string doing_;  // as Report() heard last
 };
 
