@@ -9,17 +9,6 @@
 #include "sysid/estimation/segmentation.h"
 
 namespace sysid {
-namespace {
-
-// As long as segments may be that leave enough to judge a model by.
-double Longest(const EvaluatedModel& evaluated) {
-  const DataSet& data = evaluated.problem->data();
-  return std::min(data.LongestDuration(),
-                  data.TotalDuration() / kFewestSegments);
-}
-
-}  // namespace
-
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
                                        const ReportDoing& report) {
@@ -27,7 +16,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   // is chaos, or a wrong minimum.
   constexpr double kGrowth = 4.0;
   const double length = now.fit.segment_s;
-  const double longest = Longest(now);
+  const double longest = problem.LongestToJudge();
   if (problem.options.segment > 0 || !now.fit.converged ||
       length > 0.9 * longest) {
     return std::nullopt;

@@ -90,7 +90,12 @@ bool Search::LookBackAt(const std::string& name) {
 std::vector<std::string> Search::AsGoodOverWholeRuns(
     const EvaluatedModel& model, const std::string& name) {
   std::vector<std::string> as_good;
-  const std::vector<ScreenedEffect>& others = explain_the_same_[name];
+  std::vector<ScreenedEffect> others = explain_the_same_[name];
+  std::erase_if(others, [&](const ScreenedEffect& other) {
+    return std::any_of(
+        model.added.begin(), model.added.end(),
+        [&](const auto& effect) { return effect->name() == other.name(); });
+  });
   if (others.empty() || IsAtNoiseFloor(model) ||
       !CouldBeFollowedLonger(problem_, model)) {
     return as_good;
