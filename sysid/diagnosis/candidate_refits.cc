@@ -58,7 +58,8 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
          predicted < kMuch * screening.error;
 }
 
-std::string WhyRefused(const EvaluatedModel& before,
+std::string WhyRefused(const DiagnosisProblem& problem,
+                       const EvaluatedModel& before,
                        const CandidateRefit& refit, int tried) {
   const EvaluatedModel& after = *refit.after;
   if (!std::isfinite(after.cv.error())) {
@@ -69,8 +70,10 @@ std::string WhyRefused(const EvaluatedModel& before,
   if (!IsWorse(before.cv, after.cv, tried)) {
     return "it does not improve the prediction of held-out data";
   }
-  // Runs of their own say more than stretches of those that were fitted.
-  return after.holdout_error() < before.holdout_error()
+  // Runs of their own say more than stretches of those that were fitted; what
+  // was held out of these is one stretch more.
+  return !problem.judged_by_others ||
+                 after.holdout_error() < before.holdout_error()
              ? ""
              : "it does not lower the error of the held-out runs";
 }
@@ -223,7 +226,7 @@ void Refitter::Refit(const EvaluatedModel& before,
     for (const ScreenedEffect& e : refit.expected) effects.push_back(&e);
     refit.after = EvaluateWith(problem_, before, effects,
                                Coarse(options, refit.predicted));
-    refit.refused = WhyRefused(before, refit, count);
+    refit.refused = WhyRefused(problem_, before, refit, count);
     const std::lock_guard lock(mutex);
     ++done;
     report();

@@ -28,6 +28,9 @@ struct DiagnosisProblem {
   Model model;
   std::vector<FreeParameter> free;
   std::shared_ptr<const DataSet> train, holdout;
+  // Whether the held-out runs are runs of their own, not the ends of the
+  // others.
+  bool judged_by_others = true;
   // Names of parameters that are known to be right: no candidate moves them.
   std::set<std::string> known;
   EstimationOptions options;

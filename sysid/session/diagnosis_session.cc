@@ -36,7 +36,7 @@ double MotionOverNoise(const RunData& data) {
   return most;
 }
 
-void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
+void CheckDecidable(const DiagnosisProblem& problem,
                     std::vector<std::string>* notices) {
   const int fewest =
       kFewestSegments * MinSegmentSamples(ShootingProblem(
@@ -68,7 +68,7 @@ void CheckDecidable(const DiagnosisProblem& problem, bool judged_by_others,
                          " times is the least",
                      "record motion that is wide beside the noise");
   }
-  if (!judged_by_others) return;
+  if (!problem.judged_by_others) return;
   for (const auto& data : problem.holdout->runs()) {
     const Run& run = data->run;
     if (run.size() < fewest) {
@@ -147,15 +147,15 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
   problem.free = session.free;
   problem.options = session.options;
   problem.known = {session.fixed.begin(), session.fixed.end()};
-  const bool judged_by_others = !session.holdout.empty();
+  problem.judged_by_others = !session.holdout.empty();
   std::vector<Run> train = session.runs, holdout = session.holdout;
-  if (!judged_by_others) {
+  if (!problem.judged_by_others) {
     holdout = HoldOutLastQuarter(&train);
     notices->push_back(
         "no --holdout: the last quarter of every run is held out to judge by");
   }
   problem.SetRuns(std::move(train), std::move(holdout));
-  CheckDecidable(problem, judged_by_others, notices);
+  CheckDecidable(problem, notices);
   const int n = Thin(&problem);
   if (n > 1) {
     notices->push_back("the search takes every " + std::to_string(n) +

@@ -21,7 +21,9 @@ namespace {
 
 using std::filesystem::path;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
 using ::testing::UnorderedElementsAre;
 
 path DataFolder() {
@@ -133,6 +135,46 @@ TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
   EXPECT_TRUE(fit.converged) << fit.termination;
   // The string is 0.65 m to the cup's rim; the coins lie deeper.
   EXPECT_NEAR(ValueOfParameter(fit, "link1.length"), 0.66, 0.03);
+}
+
+// The first seconds of a free swing of one link, of which a ratio of inertial
+// values shows.
+Diagnosis DiagnoseSwing(double seconds) {
+  // Away from its specification, which has the friction.
+  const path model = path(testing::TempDir()) / "swing.urdf";
+  std::filesystem::copy_file(SYSID_FAULT_MODELS "/multiarm_single.urdf", model,
+                             std::filesystem::copy_options::overwrite_existing);
+  FitRequest request;
+  request.model = model;
+  request.traj = {
+      Cut(DataFolder() / "multiarm_pendulum" / "single.csv", seconds)};
+  request.columns = "joint1.q=theta1-pi";
+  request.free = "link1.inertia_scale";
+  const Catalogue catalogue;
+  const Session session = OpenSession(request, catalogue);
+  std::vector<std::string> notices;
+  DiagnosisOptions options;
+  options.add = true;
+  return Diagnose(OpenDiagnosis(session, &notices),
+                  ChooseCandidates(catalogue, session, {}, "test"), options);
+}
+
+TEST(MultiArmPendulum, ThreeSecondsDoNotDecideWhichFriction) {
+  SKIP_WITHOUT("multiarm_pendulum");
+  const Diagnosis diagnosis = DiagnoseSwing(3.0);
+  EXPECT_EQ(diagnosis.verdict, Verdict::kUndecided);
+  EXPECT_THAT(diagnosis.rivals,
+              IsSupersetOf({ElementsAre("viscous_damping@joint1"),
+                            ElementsAre("coulomb_friction@joint1")}));
+}
+
+TEST(MultiArmPendulum, TenSecondsShowFrictionAndDrag) {
+  SKIP_WITHOUT("multiarm_pendulum");
+  const Diagnosis diagnosis = DiagnoseSwing(10.0);
+  EXPECT_THAT(diagnosis.added(), IsSupersetOf({"coulomb_friction@joint1",
+                                               "quadratic_drag@joint1"}));
+  EXPECT_LE(diagnosis.added().size(), 4u);
+  EXPECT_NE(diagnosis.verdict, Verdict::kUnexplained);
 }
 
 // An arm under position control, at 250 Hz.
