@@ -16,7 +16,9 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   // is chaos, or a wrong minimum.
   constexpr double kGrowth = 4.0;
   const double length = now.fit.segment_s;
-  const double longest = problem.LongestToJudge();
+  const DataSet& data = now.problem->data();
+  const double longest =
+      std::min(data.LongestDuration(), data.TotalDuration() / kFewestSegments);
   if (problem.options.segment > 0 || !now.fit.converged ||
       length > 0.9 * longest) {
     return std::nullopt;
