@@ -347,8 +347,8 @@ MechanismParameters<double> EquationSearch::Values() const {
   return values;
 }
 
-// What is left of each joint on the velocity of each other one, its sign and
-// its acceleration.
+// What is left of each joint, on the velocity of each other one, its sign and
+// its acceleration: how much of what the joint's own three leave they explain.
 std::vector<FollowedMotion> EquationSearch::Followed() const {
   constexpr double kMost = 0.5;  // of what is left
   const int nv = static_cast<int>(all_.of.size());
@@ -363,34 +363,35 @@ std::vector<FollowedMotion> EquationSearch::Followed() const {
     const double speed = rows.qd(time, w);
     return Eigen::Vector3d(speed, std::copysign(1.0, speed), rows.qdd(time, w));
   };
+  // The squares of joint v that the motion of some joints leaves.
+  const auto squares = [&](int v, const std::vector<int>& joints) {
+    const int n = 3 * static_cast<int>(joints.size());
+    Eigen::MatrixXd G = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(n), a(n);
+    double sum = 0.0;
+    for (const EquationRows& rows : rows_) {
+      for (int t = 0; t < rows.times(); ++t) {
+        for (size_t k = 0; k < joints.size(); ++k) {
+          a.segment<3>(static_cast<Eigen::Index>(3 * k)) =
+              motion(rows, t, joints[k]);
+        }
+        const double r = left(rows, t, v);
+        G += a * a.transpose();
+        g += a * r;
+        sum += r * r;
+      }
+    }
+    return sum - g.dot(SolveScaled(G, g));
+  };
   const std::vector<std::string> names = VelocityNames(columns_.model);
   std::vector<FollowedMotion> followed;
   for (int v = 0; v < nv; ++v) {
+    const double own = squares(v, {v});
     FollowedMotion best;
     for (int w = 0; w < nv; ++w) {
       if (w == v) continue;
-      Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3, 3);
-      Eigen::VectorXd g = Eigen::VectorXd::Zero(3);
-      for (const EquationRows& rows : rows_) {
-        for (int t = 0; t < rows.times(); ++t) {
-          const Eigen::Vector3d a = motion(rows, t, w);
-          G += a * a.transpose();
-          g += a * left(rows, t, v);
-        }
-      }
-      const Eigen::VectorXd c = SolveScaled(G, g);
-      double before = 0.0, after = 0.0;
-      for (const EquationRows& rows : rows_) {
-        for (int t = 0; t < rows.times(); ++t) {
-          const double r = left(rows, t, v);
-          before += r * r;
-          after += std::pow(r - c.dot(motion(rows, t, w)), 2);
-        }
-      }
-      const double share = before > 0.0 ? 1.0 - after / before : 0.0;
-      if (share > best.share) {
-        best = {names[v], names[w], share};
-      }
+      const double share = own > 0.0 ? 1.0 - squares(v, {v, w}) / own : 0.0;
+      if (share > best.share) best = {names[v], names[w], share};
     }
     if (best.share > kMost) followed.push_back(best);
   }
