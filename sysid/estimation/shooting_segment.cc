@@ -138,8 +138,14 @@ bool ShootingSegment::Linearize(const double* x, const double* theta,
   return true;
 }
 
-// J^T J = S^-1 P^T L D L^T P S^-1 with columns scaled to 1 (S) and pivots in
-// falling order (P): R = D^1/2 L^T P S^-1. A pivot that is rounding is none.
+// Pivoted Cholesky of J^T J with its columns scaled to 1 (S):
+//
+//   S J^T J S = L L^T,   R = L^T S^-1,   L z = S J^T r,
+//
+// L a column for each pivot, its rows in the order of J's columns. The pivot is
+// the column of which most is left; where that is rounding, nothing of J is
+// left. (Eigen's LDLT picks pivots by what was there before: of columns of
+// length 1 the first, so that one that depends on others divides by rounding.)
 void ShootingSegment::Compress(const RowMatrixXd& J, const Eigen::VectorXd& r) {
   const int n = static_cast<int>(J.cols());
   Eigen::MatrixXd products = Eigen::MatrixXd::Zero(n, n);
@@ -147,19 +153,29 @@ void ShootingSegment::Compress(const RowMatrixXd& J, const Eigen::VectorXd& r) {
   const Eigen::VectorXd norms = products.diagonal().cwiseSqrt();
   const Eigen::VectorXd scale =
       (norms.array() > 0).select(norms.cwiseInverse(), 0.0);
-  products = scale.asDiagonal() * products * scale.asDiagonal();
-  const Eigen::LDLT<Eigen::MatrixXd> factor(products);
+  products = scale.asDiagonal() *
+             Eigen::MatrixXd(products.selfadjointView<Eigen::Lower>()) *
+             scale.asDiagonal();
+  const Eigen::VectorXd wanted = scale.cwiseProduct(J.transpose() * r);
   const double rounding = n * std::numeric_limits<double>::epsilon();
-  const Eigen::VectorXd D = factor.vectorD();
-  const Eigen::VectorXd root =
-      (D.array() > rounding).select(D.cwiseMax(0.0).cwiseSqrt(), 0.0);
-  const Eigen::MatrixXd columns =
-      factor.transpositionsP() * Eigen::MatrixXd(norms.asDiagonal());
-  R_ = root.asDiagonal() * (factor.matrixU() * columns);
-  z_ =
-      factor.transpositionsP() * (scale.cwiseProduct(J.transpose() * r)).eval();
-  factor.matrixL().solveInPlace(z_);
-  z_ = (root.array() > 0).select(z_.cwiseQuotient(root), 0.0);
+  Eigen::MatrixXd L = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd left = products.diagonal();
+  z_.setZero(n);
+  for (int k = 0; k < n; ++k) {
+    int pivot;
+    const double most = left.maxCoeff(&pivot);
+    if (!(most > rounding)) break;
+    const Eigen::VectorXd before = L.row(pivot).head(k);
+    const double root = std::sqrt(most);
+    L.col(k) =
+        (left.array() > 0)
+            .select((products.col(pivot) - L.leftCols(k) * before) / root, 0.0);
+    L(pivot, k) = root;
+    z_[k] = (wanted[pivot] - before.dot(z_.head(k))) / root;
+    left -= L.col(k).cwiseAbs2();
+    left[pivot] = 0.0;
+  }
+  R_ = L.transpose() * norms.asDiagonal();
   squares_ = r.squaredNorm();
 }
 

@@ -154,6 +154,54 @@ INSTANTIATE_TEST_SUITE_P(Losses, SegmentTest,
                          testing::Values(RobustLoss::kNone, RobustLoss::kHuber,
                                          RobustLoss::kCauchy));
 
+// All inertial parameters of an arm whose data tells a few combinations: most
+// columns depend on others.
+TEST(ShootingSegment, HasTheNormalEquationsOfDependentColumns) {
+  const Model model = Shipped("arm7");
+  SimulationOptions simulation;
+  simulation.duration = 0.2;
+  simulation.rate = 500.0;
+  simulation.noise = 1e-4;
+  EstimationOptions options;
+  options.noise = 1e-4;
+  std::vector<std::string> names;
+  for (int link = 1; link <= 7; ++link) {
+    for (const char* name : {"mass", "com_x", "com_y", "com_z", "ixx", "iyy",
+                             "izz", "ixy", "ixz", "iyz"}) {
+      names.push_back("link" + std::to_string(link) + "." + name);
+    }
+  }
+  std::vector<Value> values;
+  for (const Parameter& p : FindParameters(model, names, "test")) {
+    values.push_back({p.name, p.nominal});
+  }
+  const ShootingProblem problem(
+      model, FreeFrom(model, values),
+      {Simulate(model, RandomState(model, 0.5, 1), simulation)}, options);
+  const int last = problem.runs().front()->run.size() - 1;
+  const VectorXd x = StatesFromData(problem, 0).row(0).transpose();
+  const VectorXd theta = problem.InitialTheta();
+  ScratchPool pool;
+  ShootingSegment segment(problem, {}, 0, 0, last, &pool);
+  VectorXd r, x_end;
+  RowMatrixXd J, J_end;
+  ASSERT_TRUE(segment.LinearizeRows(x.data(), theta.data(), Columns::kBoth, &r,
+                                    &x_end, &J, &J_end));
+  ASSERT_TRUE(segment.Linearize(x.data(), theta.data(), Columns::kBoth));
+  // Columns of length 1: what says little of the cost may be all that is known
+  // of a parameter.
+  VectorXd scale = J.colwise().norm().transpose();
+  for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
+  const MatrixXd A = J * scale.asDiagonal(),
+                 B = segment.R() * scale.asDiagonal();
+  EXPECT_LT((B.transpose() * B - A.transpose() * A).cwiseAbs().maxCoeff(),
+            1e-12);
+  EXPECT_LT(
+      (B.transpose() * segment.z() - A.transpose() * r).cwiseAbs().maxCoeff(),
+      1e-6 * r.norm());
+  EXPECT_LE(segment.z().squaredNorm(), r.squaredNorm());
+}
+
 TEST(ShootingSegment, RemembersOnlyThePlaceItWasAt) {
   const At at;
   ShootingSegment segment(*at.problem, {}, 0, 0, 10, &at.pool);
