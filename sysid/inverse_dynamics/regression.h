@@ -48,8 +48,9 @@ class EquationRegression {
   void Reweigh(const Eigen::VectorXd& d);
   // [R z] of (11.4), all joints together, square but for z.
   RowMatrixXd Triangle() const;
-  // E, with E E^T the covariance of z beside R = Triangle(), by (11.6): errors
-  // are correlated over time and between joints.
+  // E, with E E^T the covariance of z beside R = Triangle(), by (11.6), the
+  // estimates without each of some blocks of time: errors are correlated over
+  // time and between joints.
   RowMatrixXd ErrorRoot(const Eigen::VectorXd& d) const;
   // s_v, N m and N.
   const Eigen::VectorXd& sigma() const { return sigma_; }
