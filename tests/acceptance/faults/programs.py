@@ -21,7 +21,7 @@ class Programs:
 
     def __init__(self, folder, mujoco_recording=None, limit=600):
         self.folder = Path(folder).resolve()
-        self.mujoco = mujoco_recording
+        self.mujoco = mujoco_recording and Path(mujoco_recording).resolve()
         self.limit = limit  # s of the processor, for each program
         fit_help = subprocess.run([self.folder / "sysid_fit", "--help"],
                                   capture_output=True, text=True, check=True)
