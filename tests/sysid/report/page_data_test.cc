@@ -157,7 +157,7 @@ TEST_F(DiagnosedPage, DoesNotCallAFinalFitThatFailsAnEnd) {
   EXPECT_FALSE(EndsWell(*diagnosis_, *final_));
   EXPECT_THAT(
       EndSentence(*diagnosis_, *final_),
-      AllOf(HasSubstr("the error is 8.75 times the noise"),
+      AllOf(HasSubstr(", 8.75 times the noise"),
             HasSubstr("the model does not explain the data. What is small over "
                       "a segment adds up over a whole run.")));
   final_->fit.train.total.normalized_rms = error;
