@@ -126,7 +126,7 @@ int Main() {
     final->fit.cpu_time_s = CpuSeconds();
   }
   const FinalFit* fitted = final ? &*final : nullptr;
-  const NextStep step = ChooseNext(diagnosis);
+  const NextStep step = ChooseNext(session, diagnosis);
   const std::string next = CommandFromFlags("sysid_fit") +
                            FlagWith("add", step.add) +
                            FlagWith("fix", step.fix) + step.solver;

@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kMostConfirmed = 6;  // candidates that are refitted in a round
 constexpr int kMostPairs = 5;
+constexpr double kSignificant = 0.05;  // of a p-value
 
 // The names of all parameters of effects.
 std::set<std::string> NamesOf(const std::vector<const Effect*>& effects) {
@@ -67,6 +68,12 @@ std::string WhyRefused(const DiagnosisProblem& problem,
   }
   const std::string implausible = WhyImplausible(after);
   if (!implausible.empty()) return implausible;
+  // Such as an inertia so large that its joint rests, whatever its size.
+  for (const ScreenedEffect& effect : refit.expected) {
+    if (PValueOf(*effect.effect, problem.model, after.fit) > kSignificant) {
+      return effect.name() + " is not determined where its refit ended";
+    }
+  }
   if (!IsWorse(before.cv, after.cv, tried)) {
     return "it does not improve the prediction of held-out data";
   }
@@ -111,7 +118,6 @@ bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b) {
 std::string LikeliestChance(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated,
                             size_t candidates) {
-  constexpr double kSignificant = 0.05;
   const ShootingProblem all = WithAllRuns(problem, evaluated);
   Fit fit = evaluated.fit;
   if (std::optional<Fit> whole = FitWholeRuns(all, evaluated)) {

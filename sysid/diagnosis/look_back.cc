@@ -54,26 +54,40 @@ bool Search::LookBackAt(const std::string& name) {
     });
     if (refits.size() > kMostExchanged) refits.resize(kMostExchanged);
     refits_.Confirm(without, &refits);
-    std::vector<std::string> alternatives;
-    for (const CandidateRefit& refit : refits) {
-      if (own < 0 || !refit.accepted()) continue;
-      if (StandFor(screening, own, refit.effects[0], with, *refit.after)) {
-        alternatives.push_back(refit.expected[0].name());
+    // Which of them could stand in the place of an effect of the screening.
+    const auto alternatives = [&](int effect, const EvaluatedModel& model) {
+      std::vector<std::string> names;
+      for (const CandidateRefit& refit : refits) {
+        if (effect < 0 || refit.effects[0] == effect || !refit.accepted()) {
+          continue;
+        }
+        if (StandFor(screening, effect, refit.effects[0], model,
+                     *refit.after)) {
+          names.push_back(refit.expected[0].name());
+        }
       }
-    }
+      return names;
+    };
     const int best = refits_.Choose(refits);
     if (best < 0 || WasHere(*refits[best].after) ||
         !refits_.IsBetter(*refits[best].after, with)) {
-      AddAlternatives(name, alternatives, &diagnosis_.steps);
+      std::vector<std::string> tried;
+      for (const CandidateRefit& refit : refits) {
+        tried.push_back(refit.expected[0].name());
+      }
+      RemoveAlternatives(name, tried, &diagnosis_.steps);
+      AddAlternatives(name, alternatives(own, with), &diagnosis_.steps);
       return false;
     }
     const ScreenedEffect& effect = refits[best].expected[0];
-    // The one that goes then stands for the one that comes.
-    if (std::erase(alternatives, effect.name()) > 0) {
-      alternatives.push_back(name);
-    }
     step.effects = {effect.name()};
-    step.indistinguishable_from = {alternatives};
+    step.indistinguishable_from = {
+        alternatives(refits[best].effects[0], *refits[best].after)};
+    // The one that goes may stand for the one that comes.
+    if (own >= 0 && StandFor(screening, refits[best].effects[0], own,
+                             *refits[best].after, with)) {
+      step.indistinguishable_from[0].push_back(name);
+    }
     step.predicted = refits[best].predicted;
     step.parameters = EstimatesOf(*refits[best].after, {effect.effect.get()});
     next = std::make_shared<EvaluatedModel>(std::move(*refits[best].after));

@@ -27,6 +27,20 @@ void AddAlternatives(const std::string& effect,
   }
 }
 
+void RemoveAlternatives(const std::string& effect,
+                        const std::vector<std::string>& told_apart,
+                        std::vector<DiagnosisStep>* steps) {
+  for (DiagnosisStep& step : *steps) {
+    for (size_t k = 0; k < step.effects.size(); ++k) {
+      if (step.effects[k] != effect) continue;
+      std::erase_if(step.indistinguishable_from[k], [&](const auto& name) {
+        return std::find(told_apart.begin(), told_apart.end(), name) !=
+               told_apart.end();
+      });
+    }
+  }
+}
+
 void FindRivals(const std::vector<std::shared_ptr<const Effect>>& candidates,
                 Diagnosis* diagnosis) {
   const auto find = [&](const std::string& name) -> const Effect* {

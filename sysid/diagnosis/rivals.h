@@ -18,6 +18,11 @@ void AddAlternatives(const std::string& effect,
                      const std::vector<std::string>& alternatives,
                      std::vector<DiagnosisStep>* steps);
 
+// Takes out of them what a better model tells apart.
+void RemoveAlternatives(const std::string& effect,
+                        const std::vector<std::string>& told_apart,
+                        std::vector<DiagnosisStep>* steps);
+
 // Fills in `rivals`: what could stand in the place of each effect of the
 // answer, but no law that needs more parameters, which would be an extension
 // and no rival. With rivals a missing effect is undecided.

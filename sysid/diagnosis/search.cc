@@ -107,6 +107,7 @@ void Search::RunFromBase() {
   // What the catalogue lacks would be taken for what is in it.
   diagnosis_.by_equations = !settled_.empty() && !followed_.empty();
   if (settled_.empty() || (options_.add && followed_.empty())) {
+    if (options_.add) AddTogether();
     AddOneByOne();
   } else {
     diagnosis_.final_verdict = Judge(now(), nullptr);
@@ -124,7 +125,10 @@ bool Search::BeginByEquations() {
   doing_ = "looking at the equations of motion";
   EquationLook look = LookByEquations(problem_, candidates_);
   followed_ = look.followed;
-  if (look.effects.size() <= size_t{kMostEffectsBySegments}) return false;
+  if (look.effects.size() <= size_t{kMostEffectsBySegments}) {
+    shown_ = std::move(look.effects);
+    return false;
+  }
   diagnosis_.base = EvaluateAtStart(problem_);
   const EvaluatedModel& base = diagnosis_.base;
   Report("what the equations of motion show", base.train_error());
@@ -143,9 +147,38 @@ bool Search::BeginByEquations() {
   // the motion would make up for it by all that is free, as the encoder's noise
   // weighs it: the values stay those of the equations.
   if (followed_.empty()) *model = EvaluateAgain(problem_, std::move(*model));
-  DiagnosisStep step = StepFrom(base);
+  for (const ScreenedEffect& effect : look.effects) {
+    settled_.insert(effect.name());
+  }
+  diagnosis_.tests = look.tests;
+  Take(std::move(look.effects), std::move(model));
+  return true;
+}
+
+void Search::AddTogether() {
+  if (shown_.size() < 2 || IsAtNoiseFloor(diagnosis_.base)) return;
+  Report("what the equations of motion show", diagnosis_.base.train_error());
+  std::vector<const ScreenedEffect*> shown;
+  for (const ScreenedEffect& effect : shown_) shown.push_back(&effect);
+  EstimationOptions options = problem_.options;
+  options.progress = nullptr;
+  options.max_iterations = kRefitIterations;
+  auto model = std::make_shared<EvaluatedModel>(
+      EvaluateWith(problem_, diagnosis_.base, shown, options));
+  if (IsDoubtful(model->fit) || !WhyImplausible(*model).empty() ||
+      !ExplainsMost(problem_, diagnosis_.base, *model)) {
+    return;
+  }
+  been_.insert(EffectsOf(diagnosis_.base));
+  Take(std::move(shown_), std::move(model));
+  if (LookBack({})) LookBack({});
+}
+
+void Search::Take(std::vector<ScreenedEffect> effects,
+                  std::shared_ptr<EvaluatedModel> model) {
+  DiagnosisStep step = StepFrom(diagnosis_.base);
   step.predicted = model->train_error();
-  for (ScreenedEffect& effect : look.effects) {
+  for (ScreenedEffect& effect : effects) {
     effect.predicted_error = model->train_error();
     step.effects.push_back(effect.name());
     step.indistinguishable_from.emplace_back();
@@ -160,17 +193,13 @@ bool Search::BeginByEquations() {
       step.parameters.push_back(p);
     }
     diagnosis_.candidates.push_back(std::move(candidate));
-    settled_.insert(effect.name());
   }
-  diagnosis_.tests = look.tests;
   diagnosis_.proposed = step.effects;
   diagnosis_.verdict = Verdict::kMissingEffect;
-  if (options_.add) {
-    EndAt(model, &step);
-    diagnosis_.steps.push_back(std::move(step));
-    model_ = std::move(model);
-  }
-  return true;
+  if (!options_.add) return;
+  EndAt(model, &step);
+  diagnosis_.steps.push_back(std::move(step));
+  model_ = std::move(model);
 }
 
 void Search::AddOneByOne() {

@@ -54,6 +54,14 @@ class Search {
   // there is no base yet.
   bool BeginByEquations();
   void RunFromBase();
+  // Adds the few effects that the equations of motion show where together they
+  // explain most of the error: one by one each would be judged while the others
+  // are missing, and a joint that rests may predict better than one that swings
+  // too far.
+  void AddTogether();
+  // Effects that were found together, and the model that has them, as a step.
+  void Take(std::vector<ScreenedEffect> effects,
+            std::shared_ptr<EvaluatedModel> model);
   void AddOneByOne();
   Found Find();
   void Note(Found* found, const std::vector<CandidateEffect>& listed);
@@ -100,6 +108,7 @@ class Search {
   // What the equations of motion showed, and looked back at: by name.
   std::set<std::string> settled_;
   std::vector<FollowedMotion> followed_;
+  std::vector<ScreenedEffect> shown_;  // by them, where those are few
   // What explains the same as an effect that was found, by its name.
   std::map<std::string, std::vector<ScreenedEffect>> explain_the_same_;
   std::string doing_;  // as Report() heard last

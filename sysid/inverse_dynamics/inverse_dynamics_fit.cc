@@ -368,6 +368,14 @@ Fit InverseDynamicsFit::Estimate() {
   SayParameters(&fit);
   SayPositions(&fit);
   fit.termination = Words(fit);
+  if (!fit.parameters.empty() &&
+      std::none_of(fit.parameters.begin(), fit.parameters.end(),
+                   [](const ParameterEstimate& p) { return p.identifiable; })) {
+    fit.converged = false;
+    fit.termination =
+        "no free parameter has any influence on the equations of motion with "
+        "what was measured; fix them";
+  }
   fit.wall_time_s = Now() - start_s;
   fit.cpu_time_s = CpuSeconds() - start_cpu_s;
   return fit;

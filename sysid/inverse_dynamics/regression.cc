@@ -236,6 +236,7 @@ RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
   const Eigen::VectorXd& size = svd.singularValues();
   int rank = 0;
   while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
+  if (rank == 0) return RowMatrixXd(R.rows(), 0);
   const Eigen::MatrixXd P = scale.asDiagonal() * svd.matrixV().leftCols(rank) *
                             size.head(rank).cwiseInverse().asDiagonal();
   // Beside 1 a block's own information, where it is all of it.

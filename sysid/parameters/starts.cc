@@ -129,6 +129,7 @@ Model StartRegular(const Model& model, const std::vector<bool>& given,
 }
 
 Model AssumeInertia(const std::vector<FreeParameter>& free, Model* model,
+                    std::vector<std::string>* assumed,
                     std::vector<std::string>* notices) {
   const Mechanism& mechanism = model->mechanism();
   MechanismParameters<double> values = model->nominal();
@@ -138,8 +139,15 @@ Model AssumeInertia(const std::vector<FreeParameter>& free, Model* model,
     Inertial<double>& body = values.links[link];
     if (!body.inertia.isZero(0)) continue;
     body.inertia = StartingInertia(mechanism, model->nominal(), link);
-    if (!(body.mass > 0)) body.mass = StartingMass(mechanism, model->nominal());
-    names.push_back(mechanism.links[link].name);
+    const std::string& name = mechanism.links[link].name;
+    if (!(body.mass > 0)) {
+      body.mass = StartingMass(mechanism, model->nominal());
+      assumed->push_back(name + Format(".mass=%.6g", body.mass));
+    }
+    for (const char* moment : {".ixx", ".iyy", ".izz"}) {  // of a ball
+      assumed->push_back(name + moment + Format("=%.6g", body.inertia(0, 0)));
+    }
+    names.push_back(name);
   }
   if (!names.empty()) {
     model->SetNominal(values);

@@ -28,8 +28,10 @@ Model StartRegular(const Model& model, const std::vector<bool>& given,
 
 // Gives every link without inertia that leaves a joint nothing to move, at the
 // starts of what is free, its StartingInertia (and StartingMass); a notice
-// names them. Returns the model at the starts.
+// names them. `assumed` are the values, as --fix takes them. Returns the model
+// at the starts.
 Model AssumeInertia(const std::vector<FreeParameter>& free, Model* model,
+                    std::vector<std::string>* assumed,
                     std::vector<std::string>* notices);
 
 }  // namespace sysid

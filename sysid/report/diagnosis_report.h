@@ -18,7 +18,7 @@ struct NextStep {
   std::string add, fix;
   std::string solver;  // a flag more, where the motion is not to be fitted
 };
-NextStep ChooseNext(const Diagnosis& diagnosis);
+NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis);
 
 // The verdict in words.
 std::string DiagnosisSentence(const Diagnosis& diagnosis);

@@ -343,10 +343,11 @@ bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final) {
          ReachesNoise(*final.problem, final.fit);
 }
 
-NextStep ChooseNext(const Diagnosis& diagnosis) {
+NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis) {
+  std::vector<std::string> add, fix = session.assumed;
   // What does not explain the data is not recommended.
-  if (diagnosis.verdict == Verdict::kUnexplained) return {};
-  std::vector<std::string> add, fix;
+  if (diagnosis.verdict == Verdict::kUnexplained)
+    return {"", Join(fix, ","), ""};
   for (const auto& effect : diagnosis.last().added) {
     add.push_back(effect->name());
     for (const std::string& name : effect->ParameterNames()) {

@@ -119,7 +119,7 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
                    const Diagnosis& diagnosis, const FinalFit* final) {
   Json page = PageHeader(source);
   Json& models = page["models"];
-  const NextStep next = ChooseNext(diagnosis);
+  const NextStep next = ChooseNext(*source.session, diagnosis);
   const std::string command =
       source.fit_command(next.add, next.fix) + next.solver;
   const ShownModel base =

@@ -462,7 +462,8 @@ void ChooseFree(const FitRequest& request, const FitSpecification& spec,
   CheckTransformed(*model, &session->free, free);
   Model start = StartRegular(*model, given, &session->free, &session->notices);
   if (request.assumes_inertia) {
-    start = AssumeInertia(session->free, model, &session->notices);
+    start = AssumeInertia(session->free, model, &session->assumed,
+                          &session->notices);
   }
   CheckJoints(start, fixes.empty() || was_singular ? session->model_file
                                                    : fixes.front().place);

@@ -59,8 +59,9 @@ struct Session {
   // What of both the flags alone say.
   ColumnMap flag_columns;
   ChannelEdits flag_edits;
-  std::vector<std::string> fixed;  // names that --fix or `fix:` hold
-  std::vector<NamedValue> locked;  // joints held still, with their positions
+  std::vector<std::string> fixed;    // names that --fix or `fix:` hold
+  std::vector<std::string> assumed;  // AssumeInertia, as --fix takes it
+  std::vector<NamedValue> locked;    // joints held still, with their positions
   std::vector<NamedValue> flag_locks;  // what of that the flag says
   // What --add put into the model, and what that freed, by name.
   std::vector<std::string> added;

@@ -180,7 +180,7 @@ StudioModel FitStudioModel(
   PageFit fit = judged.Show(id, model.effects.empty()
                                     ? "as given"
                                     : "+ " + Join(model.effects, " + "));
-  const NextStep next = ChooseNext(diagnosis);
+  const NextStep next = ChooseNext(session, diagnosis);
   fit.next_command = source.fit_command(next.add, next.fix) + next.solver;
   model.page = PageModel(source, fit, &diagnosis);
   model.page["wholeRuns"] = PageWholeRuns(final);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "sysid/diagnosis/diagnose.h"
 #include "tests/support/tracked_arm.h"
 
 namespace sysid {
@@ -18,9 +19,11 @@ using ::testing::SizeIs;
 // An arm of three axes that is tracked, of which the model knows the bodies and
 // not the drives.
 struct HiddenDrives {
-  explicit HiddenDrives(double noise) {
+  explicit HiddenDrives(double noise, int joints = 3, int seed = 1) {
     TrackedArmOptions options;
-    options.joints = 3;
+    options.joints = joints;
+    options.seed = seed;
+    if (joints < 3) options.rate = 100.0;
     options.duration = 10.0;
     options.noise = noise;
     arm = MakeTrackedArm(options);
@@ -105,6 +108,24 @@ TEST(LookByEquations, SaysNothingWithoutEfforts) {
   HiddenDrives hidden(1e-5);
   hidden.arm->run.effort.setZero();
   EXPECT_THAT(hidden.Look().effects, IsEmpty());
+}
+
+// Six effects of two drives: one by one, a joint that rests predicts better
+// than one that lacks its friction.
+TEST(Diagnose, AddsTogetherWhatTheEquationsShow) {
+  const HiddenDrives hidden(1e-4, 2), other(1e-4, 2, 2);
+  DiagnosisProblem problem(*hidden.model);
+  problem.SetRuns({hidden.arm->run}, {other.arm->run});
+  DiagnosisOptions options;
+  options.add = true;
+  const Diagnosis diagnosis = Diagnose(problem, hidden.candidates, options);
+  ASSERT_FALSE(diagnosis.steps.empty());
+  EXPECT_GT(diagnosis.steps[0].effects.size(), 1u);
+  for (int i = 0; i < 2; ++i) {
+    for (const char* effect : {"viscous_damping@", "coulomb_friction@"}) {
+      EXPECT_THAT(diagnosis.added(), Contains(effect + JointName(i)));
+    }
+  }
 }
 
 }  // namespace

@@ -192,5 +192,22 @@ TEST(InverseDynamicsFit, WithoutEffortsOnlyRatiosShow) {
   EXPECT_GE(known, 4);
 }
 
+// A gain of efforts of which none was measured changes nothing.
+TEST(InverseDynamicsFit, SaysWhereNoParameterHasAnyInfluence) {
+  const Model truth = FrictionArm(0.0);
+  sysid::Run run = Shaken(truth, 1e-4, 1);
+  run.effort.setZero();
+  Model model = truth;
+  const Catalogue catalogue;
+  model.AddEffect(
+      catalogue.Make("effort_gain@joint1", model.mechanism(), "test"));
+  const Fit fit = FitInverseDynamics(ShootingProblem(
+      model, FreeNominal(model, {"joint1.effort_gain"}), {run}, {}));
+  EXPECT_FALSE(fit.converged);
+  EXPECT_NE(fit.termination.find("no free parameter has any influence"),
+            std::string::npos)
+      << fit.termination;
+}
+
 }  // namespace
 }  // namespace sysid

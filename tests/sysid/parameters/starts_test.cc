@@ -13,6 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::StartsWith;
 
 Model Pendulum() { return Model(LoadUrdf(FindModel("pendulum2_planar"))); }
 
@@ -35,19 +36,22 @@ Model WithoutInertia(double mass) {
 TEST(AssumeInertia, GivesWhatLeavesAJointNothingToMoveThatOfABall) {
   Model model = WithoutInertia(0.5);
   ASSERT_FALSE(SingularJoints(model).empty());
-  std::vector<std::string> notices;
-  const Model start = AssumeInertia({}, &model, &notices);
+  std::vector<std::string> notices, assumed;
+  const Model start = AssumeInertia({}, &model, &assumed, &notices);
   EXPECT_THAT(SingularJoints(start), IsEmpty());
   EXPECT_THAT(SingularJoints(model), IsEmpty());
   EXPECT_EQ(Last(model).mass, 0.5);
   EXPECT_TRUE(CanStart(Last(model).inertia));
   EXPECT_THAT(notices, ElementsAre(HasSubstr("link2 has no inertia")));
+  EXPECT_THAT(assumed,
+              ElementsAre(StartsWith("link2.ixx="), StartsWith("link2.iyy="),
+                          StartsWith("link2.izz=")));
 }
 
 TEST(AssumeInertia, GivesALinkWithoutMassTheLightestOne) {
   Model model = WithoutInertia(0.0);
-  std::vector<std::string> notices;
-  AssumeInertia({}, &model, &notices);
+  std::vector<std::string> notices, assumed;
+  AssumeInertia({}, &model, &assumed, &notices);
   EXPECT_EQ(Last(model).mass,
             StartingMass(model.mechanism(), WithoutInertia(0.0).nominal()));
   EXPECT_THAT(SingularJoints(model), IsEmpty());
@@ -56,8 +60,8 @@ TEST(AssumeInertia, GivesALinkWithoutMassTheLightestOne) {
 TEST(AssumeInertia, LeavesAModelThatCanMove) {
   Model model = Pendulum();
   const Eigen::Matrix3d before = Last(model).inertia;
-  std::vector<std::string> notices;
-  AssumeInertia({}, &model, &notices);
+  std::vector<std::string> notices, assumed;
+  AssumeInertia({}, &model, &assumed, &notices);
   EXPECT_EQ(Last(model).inertia, before);
   EXPECT_THAT(notices, IsEmpty());
 }
