@@ -125,6 +125,7 @@ bool Search::BeginByEquations() {
   doing_ = "looking at the equations of motion";
   EquationLook look = LookByEquations(problem_, candidates_);
   followed_ = look.followed;
+  diagnosis_.tests = look.tests;
   if (look.effects.size() <= size_t{kMostEffectsBySegments}) {
     shown_ = std::move(look.effects);
     return false;
@@ -150,7 +151,6 @@ bool Search::BeginByEquations() {
   for (const ScreenedEffect& effect : look.effects) {
     settled_.insert(effect.name());
   }
-  diagnosis_.tests = look.tests;
   Take(std::move(look.effects), std::move(model));
   return true;
 }
