@@ -112,13 +112,16 @@ ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b) {
   return {mean.value, mean.std_error};
 }
 
+double DeviationsOfBest(int tried) {
+  return std::max(1.0, std::sqrt(2.0 * std::log(tried)));
+}
+
 bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried) {
   if (!std::isfinite(b.error())) return false;
   if (!std::isfinite(a.error())) return true;
-  const double deviations = std::max(1.0, std::sqrt(2.0 * std::log(tried)));
   const ErrorRatio ratio = Compare(a, b);
-  return ratio.log_ratio >
-         std::max(deviations * ratio.std_error, std::log1p(kMatters));
+  return ratio.log_ratio > std::max(DeviationsOfBest(tried) * ratio.std_error,
+                                    std::log1p(kMatters));
 }
 
 CrossValidation CrossValidate(const LinearizedFit& fit) {

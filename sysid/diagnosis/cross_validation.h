@@ -41,10 +41,12 @@ ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b);
 // What matters: a twentieth of the error. An effect that lowers it by less does
 // next to nothing, however certain it is.
 inline constexpr double kMatters = 0.05;
-// Whether a is worse than b by more than one standard error of the difference
-// (the rule of Breiman et al. 1984), and by more than what matters. Where b is
-// the best of `tried` models: by more than the largest of as many standard
-// normal deviates, about sqrt(2 ln tried), which is what chance makes of it.
+// By so many standard errors the best of `tried` models must be better than
+// another: one (the rule of Breiman et al. 1984), or the largest of as many
+// standard normal deviates, about sqrt(2 ln tried), which chance makes of it.
+double DeviationsOfBest(int tried);
+// Whether a is worse than b, the best of `tried` models, by more than that and
+// by more than what matters.
 bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried = 1);
 
 // Of the fitted runs, from one linearisation of the fit: (7.11).

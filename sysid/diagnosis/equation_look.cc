@@ -297,9 +297,7 @@ bool EquationSearch::AddOne() {
   for (const auto& [gain, candidate] : order) {
     Trial& trial = trials[candidate];
     const double advantage = Advantage(&trial, &now_);
-    // Chance makes so much of the best of as many (as IsWorse has it).
-    if (!(advantage >
-          std::max(1.0, std::sqrt(2.0 * std::log(1.0 * order.size()))))) {
+    if (!(advantage > DeviationsOfBest(static_cast<int>(order.size())))) {
       continue;
     }
     chosen_.push_back(candidate);

@@ -9,6 +9,13 @@
 #include "sysid/estimation/segmentation.h"
 
 namespace sysid {
+namespace {
+
+// Segments are of whole samples and equal in a run: this near is as long.
+constexpr double kAsLong = 0.9;
+
+}  // namespace
+
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
                                        const ReportDoing& report) {
@@ -20,7 +27,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   const double longest =
       std::min(data.LongestDuration(), data.TotalDuration() / kFewestSegments);
   if (problem.options.segment > 0 || !now.fit.converged ||
-      length > 0.9 * longest) {
+      length > kAsLong * longest) {
     return std::nullopt;
   }
   report("longer segments", now.train_error());
@@ -81,8 +88,8 @@ std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
 bool CouldBeFollowedLonger(const DiagnosisProblem& problem,
                            const EvaluatedModel& evaluated) {
   return problem.options.segment <= 0 &&
-         evaluated.fit.segment_s > 0.9 * problem.LongestToJudge() &&
-         evaluated.fit.segment_s < 0.9 * problem.train->LongestDuration();
+         evaluated.fit.segment_s > kAsLong * problem.LongestToJudge() &&
+         evaluated.fit.segment_s < kAsLong * problem.train->LongestDuration();
 }
 
 }  // namespace sysid
