@@ -66,10 +66,10 @@ double OpenRms(const Fit& fit) {
 }
 
 // The rows of a recording up to a time (first column), in a file of its own.
-std::string Cut(const path& file, double until) {
+std::string Cut(const path& file, double until,
+                const path& folder = testing::TempDir()) {
   std::ifstream in(file);
-  const path out =
-      path(testing::TempDir()) / ("cut_" + file.filename().string());
+  const path out = folder / ("cut_" + file.filename().string());
   std::ofstream cut(out);
   std::string line;
   for (bool header = true; std::getline(in, line); header = false) {
@@ -140,14 +140,18 @@ TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
 // The first seconds of a free swing of one link, of which a ratio of inertial
 // values shows.
 Diagnosis DiagnoseSwing(double seconds) {
+  // Tests run beside each other: a folder for each.
+  const path folder =
+      path(testing::TempDir()) / ("swing" + std::to_string(seconds));
+  std::filesystem::create_directories(folder);
   // Away from its specification, which has the friction.
-  const path model = path(testing::TempDir()) / "swing.urdf";
+  const path model = folder / "swing.urdf";
   std::filesystem::copy_file(SYSID_FAULT_MODELS "/multiarm_single.urdf", model,
                              std::filesystem::copy_options::overwrite_existing);
   FitRequest request;
   request.model = model;
   request.traj = {
-      Cut(DataFolder() / "multiarm_pendulum" / "single.csv", seconds)};
+      Cut(DataFolder() / "multiarm_pendulum" / "single.csv", seconds, folder)};
   request.columns = "joint1.q=theta1-pi";
   request.free = "link1.inertia_scale";
   const Catalogue catalogue;
@@ -180,7 +184,10 @@ TEST(MultiArmPendulum, TenSecondsShowFrictionAndDrag) {
 // An arm under position control, at 250 Hz.
 FitRequest Tx40At250Hz() {
   const path folder = DataFolder() / "staubli_tx40";
-  const path thin = path(testing::TempDir()) / "tx40.csv";
+  const path thin =
+      path(testing::TempDir()) /
+      (std::string("tx40_") +
+       testing::UnitTest::GetInstance()->current_test_info()->name() + ".csv");
   {
     std::ifstream in(folder / "motor_side_1kHz.csv");
     std::ofstream out(thin);
