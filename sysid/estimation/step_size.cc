@@ -14,7 +14,10 @@
 namespace sysid {
 double ChooseStep(const ShootingProblem& problem, const Solution& point,
                   double step_error) {
-  constexpr int kMost = 64;
+  // A guard against a law that no step follows, not a choice: damping d on an
+  // inertia I is stable (RK4) below 2.8 I/d, and a nearly massless spin with
+  // 1 N m s/rad needs 1e-4 s.
+  constexpr int kMost = 4096;
   constexpr int kSegments = 40;  // of a run, evenly spread
   const double period = problem.data().MedianSamplePeriod();
   const int size = problem.model().state_size();
