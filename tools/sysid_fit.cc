@@ -129,15 +129,15 @@ void CheckSampling(const std::string& solver) {
   }
 }
 
-// Only the shooting solver estimates states, which are all there is to estimate
-// of a model as it stands.
+// The shooting solver estimates states of a model as it stands, the equations
+// of motion say what efforts it leaves; the others have nothing to do.
 void CheckSomethingIsFitted(const Session& session) {
   const Solver& solver = FindSolver(session.solver);
-  if (!session.free.empty() || solver.kind == SolverKind::kShooting) return;
+  if (!session.free.empty() || solver.kind != SolverKind::kStochastic) return;
   throw InputError("--solver",
                    session.solver + " has nothing to fit: nothing is free",
                    "name parameters with --free, or compare the model as it "
-                   "stands by --solver lm");
+                   "stands by --solver lm or inverse_dynamics");
 }
 
 // The samples are made before any is written: their URDFs and a line each.

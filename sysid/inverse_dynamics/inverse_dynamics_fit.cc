@@ -133,6 +133,8 @@ class InverseDynamicsFit {
 
  private:
   bool Search();  // false as Solve()
+  // The same with nothing free: only the filter is to be chosen.
+  bool Compare(const EquationFilter& first);
   void Filter(const EquationFilter& filter);
   EquationRegression Regress(const MechanismParameters<double>& values) const;
   // What is left by joint, without linearising.
@@ -231,6 +233,11 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
 
 // Theta, and what the data tell of it.
 void InverseDynamicsFit::SayParameters(Fit* fit) {
+  MechanismParameters<double> values;
+  map_.Apply<double>(found_.theta.data(), &values);
+  fit->effort =
+      CompareEfforts(problem_.model(), runs_, sampled_, values).errors;
+  if (map_.size() == 0) return;
   const Eigen::VectorXd d = found_.xi - xi0_;
   const CoordinatesAt at =
       DifferentiateCoordinates(coordinates_, map_, found_.theta.data());
@@ -245,10 +252,6 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
   if (moved.rank() == coordinates_.size()) {
     fit->base = BaseParameters(coordinates_, R, E, found_.xi);
   }
-  MechanismParameters<double> values;
-  map_.Apply<double>(found_.theta.data(), &values);
-  fit->effort =
-      CompareEfforts(problem_.model(), runs_, sampled_, values).errors;
 }
 
 // The state at a time of a run: by SmoothMotion, or near the ends, where that
@@ -323,8 +326,25 @@ std::string InverseDynamicsFit::Words(const Fit& fit) const {
   return words + (found_.converged ? "" : "; the minimum was not reached");
 }
 
+bool InverseDynamicsFit::Compare(const EquationFilter& first) {
+  MechanismParameters<double> values;
+  map_.Apply<double>(found_.theta.data(), &values);
+  for (const EquationFilter& filter :
+       {ChooseFilter(problem_.model(), values, runs_, first), first}) {
+    Filter(filter);
+    for (const SampledMotion& sampled : sampled_) {
+      if (EvaluateEquations(problem_.model(), sampled, values).times() > 0) {
+        found_.converged = true;
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 bool InverseDynamicsFit::Search() {
   const EquationFilter first = FirstFilter(runs_);
+  if (map_.size() == 0) return Compare(first);
   Filter(first);
   if (!Solve(problem_.InitialTheta())) return false;
   MechanismParameters<double> values;

@@ -128,11 +128,32 @@ TEST_F(FitTest, ComparesAModelAsItStands) {
 
 TEST_F(FitTest, HasSomethingToFitByOtherSolvers) {
   SimulateInto(folder_, "run.csv", {"--model", "pendulum1"});
-  for (const std::string solver : {"adam", "gmm", "inverse_dynamics"}) {
+  for (const std::string solver : {"adam", "gmm"}) {
     ExpectRefused(folder_, SYSID_FIT,
                   {"--model", "pendulum1", "--traj", "run.csv", "--free",
                    "none", "--solver", solver},
                   "--solver", solver + " has nothing to fit", "--solver lm");
+  }
+}
+
+TEST_F(FitTest, ComparesTheEffortsOfAModelAsItStands) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--excite", "multisine",
+                "--rate", "200", "--noise", "1e-5"});
+  const Arguments compare{"--model",  "pendulum2_planar", "--traj",
+                          "run.csv",  "--free",           "none",
+                          "--solver", "inverse_dynamics"};
+  const Json truth = Fit(compare);
+  EXPECT_THAT(result_.out, HasSubstr("no free parameters: compared "
+                                     "with 1 run"));
+  EXPECT_THAT(result_.out,
+              HasSubstr("inverse-dynamics residual, % of the rms effort"));
+  EXPECT_EQ(truth["parameters"], Json::array());
+  const Json wrong = Fit(compare + Arguments{"--fix", "link2.mass=2"});
+  ASSERT_EQ(truth["error"]["effort"].size(), 2u);
+  for (const int joint : {0, 1}) {
+    EXPECT_LT(truth["error"]["effort"][joint]["percent"], 6.0);
+    EXPECT_GT(wrong["error"]["effort"][joint]["percent"], 20.0);
   }
 }
 
