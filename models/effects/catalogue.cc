@@ -110,6 +110,12 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
     const bool on_link =
         mechanism.FindLink(target) >= 0 && entry->target == TargetKind::kLink;
     if (on_joint || on_link) {
+      if (on_joint && mechanism.joints[joint].held) {
+        throw InputError(place,
+                         "effect '" + kind + "' has no meaning on joint '" +
+                             target + "', which is held still (--lock)",
+                         "leave the effect out, or do not lock the joint");
+      }
       throw InputError(
           place,
           "effect '" + kind + "' has no meaning on the " +

@@ -108,8 +108,10 @@ ColumnMap ParseColumnMap(const std::string& text, const std::string& place) {
 
 ScopedName RunColumn(const std::string& text, const Mechanism& mechanism) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
-  return SplitScope(
-      text, [&](const std::string& name) { return Contains(names, name); });
+  const std::vector<std::string> held = HeldColumnNames(mechanism);
+  return SplitScope(text, [&](const std::string& name) {
+    return Contains(names, name) || Contains(held, name);
+  });
 }
 
 ColumnMap ColumnsOf(const ColumnMap& map, const std::string& path,
@@ -124,8 +126,20 @@ std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
                                          const std::string& path,
                                          const Mechanism& mechanism) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
+  const std::vector<std::string> held = HeldColumnNames(mechanism);
   std::vector<ColumnSource> sources;
   for (const ColumnMapping& entry : ColumnsOf(map, path, mechanism)) {
+    if (Contains(held, entry.name)) {
+      // Of no use, and no fault where the file does not have it.
+      ColumnSource source;
+      source.name = entry.name;
+      source.text = std::string(Trim(entry.expression));
+      ExpressionFault fault;
+      if (ParseExpression(source.text, header, &source.expression, &fault)) {
+        sources.push_back(source);
+      }
+      continue;
+    }
     if (!Contains(names, entry.name)) {
       const ColumnNameFault fault = ExplainUnknownColumn(entry.name, mechanism);
       throw InputError(entry.place, fault.what, fault.hint);

@@ -45,7 +45,8 @@ struct ColumnSource {
 };
 
 // Reads the expressions (expression.h) that hold for the run at `path` against
-// its header.
+// its header. Those of joints that are held still are in the result where the
+// header has what they need.
 //
 // Throws InputError at the entry's place for a name that is not one of the
 // mechanism's columns, a column that the header does not have (each with the

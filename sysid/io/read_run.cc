@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -43,6 +44,7 @@ class RunReader {
       CheckChannel(in_.channels[c], &run.channels[c]);
     }
     for (const Found& found : in_.efforts) HoldEffort(found, &run.effort);
+    NoteHeld();
     CheckDegrees(run);
     return run;
   }
@@ -50,7 +52,62 @@ class RunReader {
  private:
   using Found = RunSources::Group;
 
+  // As a person reads a position.
+  static std::string Short(double q) {
+    constexpr double kDigits = 1e4;
+    return RoundedText(std::round(q * kDigits) / kDigits);
+  }
+
+  // Where a joint that is held still says that it was.
+  struct HeldPosition {
+    int joint, source;
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    void Add(double q) {
+      if (!std::isfinite(q)) return;
+      least = std::min(least, q);
+      most = std::max(most, q);
+    }
+  };
+
+  // That columns of joints which are held still are not used, and where such a
+  // joint moved after all, or stood elsewhere.
+  void NoteHeld() const {
+    constexpr double kStill = 0.01;  // rad or m
+    std::vector<std::string> columns;
+    std::set<int> joints;
+    for (const Found& found : in_.held) {
+      joints.insert(found.group.target);
+      for (const int source : found.sources) {
+        columns.push_back(in_.sources[source].name);
+      }
+    }
+    if (columns.empty()) return;
+    Notice(Join(columns) + (columns.size() == 1 ? " is" : " are") +
+           " not used: --lock holds the joint" +
+           (joints.size() == 1 ? "" : "s") + " still");
+    for (const HeldPosition& held : held_) {
+      const Joint& joint = mechanism_.joints[held.joint];
+      const double at = joint.held->position, moved = held.most - held.least;
+      const std::string begin = "joint '" + joint.name + "' is held still at " +
+                                Short(at) + ", although its column ";
+      const std::string unit =
+          joint.held->type == JointType::kPrismatic ? " m" : " rad";
+      if (moved > kStill) {
+        Notice(begin + "moves by " + Short(moved) + unit + ", from " +
+               Short(held.least) + " to " + Short(held.most));
+      } else if (std::max(held.most - at, at - held.least) > kStill) {
+        const std::string mean = Short(0.5 * (held.least + held.most));
+        Notice(begin + "is at " + mean + unit + ": --lock " + joint.name + "=" +
+               mean);
+      }
+    }
+  }
+
   void ReadRows(Run* run) {
+    for (const Found& found : in_.held) {
+      if (!found.group.is_effort && found.group.kind == ChannelKind::kPosition)
+        held_.push_back({found.group.target, found.sources[0]});
+    }
     for (const ColumnSource& source : in_.sources) {
       first_cell_.push_back(wanted_.size());
       const std::vector<int>& columns = source.expression.columns();
@@ -112,6 +169,9 @@ class RunReader {
       return number;
     };
     // A number that is missing makes all of its group missing.
+    for (HeldPosition& held : held_) {
+      held.Add(Value(held.source, cells));
+    }
     const auto fill = [&](const Found& found, auto into) {
       for (size_t i = 0; i < found.sources.size(); ++i) {
         into[found.group.slots[i]] = measured(found.sources[i]);
@@ -319,6 +379,7 @@ class RunReader {
   const Mechanism& mechanism_;
   std::vector<std::string>* notices_;
   RunSources in_;
+  std::vector<HeldPosition> held_;
   // The columns that are asked for, and by source where its own are in them.
   std::vector<int> wanted_;
   std::vector<size_t> first_cell_;

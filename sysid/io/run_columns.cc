@@ -35,31 +35,35 @@ bool Split(const std::string& name, std::string* base, std::string* suffix) {
   return Contains(Suffixes(), *suffix);
 }
 
+// Those of a joint of this type.
+void AddGroups(const std::string& name, JointType type, int target,
+               std::vector<ColumnGroup>* groups) {
+  const auto add = [&](ChannelKind kind, const std::string& channel,
+                       const std::vector<std::string>& suffixes,
+                       const std::vector<int>& slots = {0, 1, 2}) {
+    groups->push_back({channel == name + ".tau", kind, target, channel,
+                       Columns(name, suffixes), slots});
+  };
+  if (type == JointType::kSpherical) {
+    add(ChannelKind::kOrientation, name, {"qw", "qx", "qy", "qz"},
+        {3, 0, 1, 2});
+    add(ChannelKind::kAngularVelocity, name + ".w", {"wx", "wy", "wz"});
+    add(ChannelKind::kPosition, name + ".tau", {"taux", "tauy", "tauz"});
+  } else {
+    add(ChannelKind::kPosition, name, {"q"}, {0});
+    add(ChannelKind::kVelocity, name + ".qd", {"qd"}, {0});
+    add(ChannelKind::kPosition, name + ".tau", {"tau"}, {0});
+  }
+}
+
 }  // namespace
 
 std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
   std::vector<ColumnGroup> groups;
   for (size_t i = 0; i < mechanism.joints.size(); ++i) {
     const Joint& joint = mechanism.joints[i];
-    const std::string& name = joint.name;
-    const int target = static_cast<int>(i);
-    const auto add = [&](ChannelKind kind, const std::string& channel,
-                         const std::vector<std::string>& suffixes,
-                         const std::vector<int>& slots = {0, 1, 2}) {
-      groups.push_back({channel == name + ".tau", kind, target, channel,
-                        Columns(name, suffixes), slots});
-    };
     if (VelocitySize(joint) == 0) continue;
-    if (joint.type == JointType::kSpherical) {
-      add(ChannelKind::kOrientation, name, {"qw", "qx", "qy", "qz"},
-          {3, 0, 1, 2});
-      add(ChannelKind::kAngularVelocity, name + ".w", {"wx", "wy", "wz"});
-      add(ChannelKind::kPosition, name + ".tau", {"taux", "tauy", "tauz"});
-    } else {
-      add(ChannelKind::kPosition, name, {"q"}, {0});
-      add(ChannelKind::kVelocity, name + ".qd", {"qd"}, {0});
-      add(ChannelKind::kPosition, name + ".tau", {"tau"}, {0});
-    }
+    AddGroups(joint.name, joint.type, static_cast<int>(i), &groups);
   }
   for (size_t i = 0; i < mechanism.links.size(); ++i) {
     const std::string& name = mechanism.links[i].name;
@@ -71,6 +75,24 @@ std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
                       {0, 1, 2}});
   }
   return groups;
+}
+
+std::vector<ColumnGroup> HeldColumnGroups(const Mechanism& mechanism) {
+  std::vector<ColumnGroup> groups;
+  for (size_t i = 0; i < mechanism.joints.size(); ++i) {
+    const Joint& joint = mechanism.joints[i];
+    if (!joint.held) continue;
+    AddGroups(joint.name, joint.held->type, static_cast<int>(i), &groups);
+  }
+  return groups;
+}
+
+std::vector<std::string> HeldColumnNames(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const ColumnGroup& group : HeldColumnGroups(mechanism)) {
+    names.insert(names.end(), group.columns.begin(), group.columns.end());
+  }
+  return names;
 }
 
 ColumnGroup AlongAxes(const ColumnGroup& group, const std::vector<int>& axes) {
@@ -142,6 +164,11 @@ ColumnNameFault ExplainUnknownColumn(const std::string& name,
                   "' (<mimic>) and has no column " + quoted,
               "measure that one, or leave its <mimic> out"};
     }
+    if (joint.held) {
+      return {"joint '" + base + "' is held still (--lock) and has no column " +
+                  quoted,
+              "leave the column out, or do not lock the joint"};
+    }
     std::vector<std::string> columns;
     for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
       if (group.kind == ChannelKind::kFramePosition || group.target != j)
@@ -150,8 +177,10 @@ ColumnNameFault ExplainUnknownColumn(const std::string& name,
     }
     return {"joint '" + base + "' is " + ToString(joint.type) +
                 " and has no column " + quoted,
-            columns.empty() ? "it does not move"
-                            : "its columns are " + Join(columns)};
+            columns.empty()
+                ? "leave the column out; if the joint moves, give it "
+                  "another type in the URDF (revolute, ...)"
+                : "its columns are " + Join(columns)};
   }
   const std::vector<std::string> bases =
       of_link ? mechanism.LinkNames() : mechanism.JointNames();

@@ -25,6 +25,11 @@ struct ColumnGroup {
 // in order, then the links.
 std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism);
 
+// Those that the joints would have which are held still (--lock), and their
+// columns.
+std::vector<ColumnGroup> HeldColumnGroups(const Mechanism& mechanism);
+std::vector<std::string> HeldColumnNames(const Mechanism& mechanism);
+
 // Of a frame position's group what is measured along these of its axes; any
 // other group as it is.
 ColumnGroup AlongAxes(const ColumnGroup& group, const std::vector<int>& axes);

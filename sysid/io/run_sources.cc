@@ -14,7 +14,10 @@ void FindSources(const TableFile& file, const ColumnMap& map,
                  const Mechanism& mechanism, RunSources* in) {
   const std::vector<std::string>& header = file.header();
   in->sources = ResolveColumns(map, header, file.path(), mechanism);
-  const std::vector<std::string> names = RunColumnNames(mechanism);
+  std::vector<std::string> names = RunColumnNames(mechanism);
+  for (std::string& name : HeldColumnNames(mechanism)) {
+    names.push_back(std::move(name));
+  }
   for (size_t i = 0; i < header.size(); ++i) {
     if (!Contains(names, header[i]) || in->Find(header[i]) >= 0) continue;
     ColumnSource source;
@@ -75,6 +78,18 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
                    "no column measures anything of " + model,
                    MeasuredHint(mechanism, file.header(),
                                 in->sources[in->Find("t")].column(), map));
+}
+
+// The columns of joints that are held still.
+void FindHeld(const Mechanism& mechanism, RunSources* in) {
+  for (const ColumnGroup& group : HeldColumnGroups(mechanism)) {
+    RunSources::Group found{group, {}, {}};
+    for (const std::string& column : group.columns) {
+      const int source = in->Find(column);
+      if (source >= 0) found.sources.push_back(source);
+    }
+    if (!found.sources.empty()) in->held.push_back(found);
+  }
 }
 
 // The joints whose position or effort is not read, and a column that would be
@@ -162,6 +177,7 @@ RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
   RunSources in;
   FindSources(file, map, mechanism, &in);
   FindGroups(file, map, mechanism, content, &in);
+  FindHeld(mechanism, &in);
   *ignored = IgnoredColumns(file.header(), mechanism, &in);
   return in;
 }

@@ -23,6 +23,7 @@ struct RunSources {
   std::vector<ColumnSource> sources;  // of t and of the groups' columns
   std::vector<Group> channels;
   std::vector<Group> efforts;
+  std::vector<Group> held;          // of joints that are held still: not used
   std::vector<std::string> unread;  // the file's other columns
 
   // The index of the source of our column `name`, or -1.

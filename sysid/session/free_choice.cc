@@ -11,6 +11,7 @@
 #include "sysid/io/csv.h"
 #include "sysid/parameters/patterns.h"
 #include "sysid/parameters/starts.h"
+#include "sysid/session/locks.h"
 #include "sysid/session/named_values.h"
 
 namespace sysid {
@@ -244,6 +245,7 @@ std::vector<AskedEffect> AddAsked(const FitRequest& request,
     }
     asked.push_back({effect.name, "--add"});
   }
+  DropHeldEffects(session->model.mechanism(), &asked, &session->notices);
   const std::vector<std::string> before = session->model.effects().names();
   const std::vector<AskedEffect> added =
       AddEffects(asked, catalogue, &session->model, &session->notices);

@@ -20,7 +20,56 @@ std::string Text(const NamedValue& lock) {
   return lock.name + (lock.value ? "=" + ShortestText(*lock.value) : "");
 }
 
+// The joint that is held still of which a parameter's name speaks: not its
+// origin, which it keeps.
+bool IsOfHeldJoint(const Mechanism& mechanism, const std::string& parameter) {
+  const size_t dot = parameter.rfind('.');
+  if (dot == std::string::npos) return false;
+  const std::string of = parameter.substr(dot + 1);
+  const int joint = mechanism.FindJoint(parameter.substr(0, dot));
+  return joint >= 0 && mechanism.joints[joint].held && of != "x" && of != "y" &&
+         of != "z";
+}
+
+void NoteDropped(const std::vector<std::string>& names,
+                 std::vector<std::string>* notices) {
+  if (names.empty()) return;
+  notices->push_back("not in the model, since --lock holds the joint still: " +
+                     Join(names));
+}
+
 }  // namespace
+
+void DropHeldEffects(const Mechanism& mechanism,
+                     std::vector<Located<std::string>>* effects,
+                     std::vector<std::string>* notices) {
+  std::vector<std::string> dropped;
+  std::erase_if(*effects, [&](const Located<std::string>& effect) {
+    const size_t at = effect.value.find('@');
+    if (at == std::string::npos) return false;
+    const int joint = mechanism.FindJoint(effect.value.substr(at + 1));
+    if (joint < 0 || !mechanism.joints[joint].held) return false;
+    dropped.push_back(effect.value);
+    return true;
+  });
+  NoteDropped(dropped, notices);
+}
+
+FitSpecification WithoutHeld(const Mechanism& mechanism,
+                             FitSpecification specification,
+                             std::vector<std::string>* notices) {
+  DropHeldEffects(mechanism, &specification.effects, notices);
+  std::vector<std::string> dropped;
+  const auto is_held = [&](const auto& entry) {
+    if (!IsOfHeldJoint(mechanism, entry.name)) return false;
+    dropped.push_back(entry.name);
+    return true;
+  };
+  std::erase_if(specification.free, is_held);
+  std::erase_if(specification.fix, is_held);
+  NoteDropped(dropped, notices);
+  return specification;
+}
 
 std::vector<NamedValue> ResolveLocks(const Mechanism& mechanism,
                                      const std::vector<NamedValue>& locks) {

@@ -27,6 +27,18 @@ Mechanism LockJoints(const Mechanism& mechanism,
                      const std::vector<NamedValue>& resolved,
                      std::vector<std::string>* notices);
 
+// Leaves out effects on joints that are held still, which have no meaning, with
+// a notice that names them.
+void DropHeldEffects(const Mechanism& mechanism,
+                     std::vector<Located<std::string>>* effects,
+                     std::vector<std::string>* notices);
+
+// The specification without effects on joints that are held still, nor what it
+// says of their parameters.
+FitSpecification WithoutHeld(const Mechanism& mechanism,
+                             FitSpecification specification,
+                             std::vector<std::string>* notices);
+
 // A line that names the joints of which no run has a column, with the flag that
 // holds them still; "" where there are none, or frames' positions measure them.
 std::string UnmeasuredNotice(const Mechanism& mechanism,

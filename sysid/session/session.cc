@@ -174,7 +174,9 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
   session.model_file = file;
   session.model_name = std::filesystem::path(file).stem().string();
   session.notices = notices;
-  ChooseFree(request, spec, catalogue, &session);
+  ChooseFree(request,
+             WithoutHeld(session.model.mechanism(), spec, &session.notices),
+             catalogue, &session);
   FillOptions(request, spec, &session);
   FillReading(request, spec, &session);
   return session;

@@ -11,8 +11,28 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 using Json = nlohmann::json;
+
+// The rows of a run of one joint, with a second one that goes from 0 to `end`.
+std::string Rows(const std::string& run, double end) {
+  std::istringstream lines(run);
+  std::vector<std::string> rows;
+  std::string line;
+  while (std::getline(lines, line)) {
+    if (line[0] == '#' || line[0] == 't') continue;
+    const size_t second = line.find(',', line.find(',') + 1);
+    rows.push_back(line.substr(0, second));
+  }
+  std::string text;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const double share =
+        static_cast<double>(i) / static_cast<double>(rows.size() - 1);
+    text += rows[i] + "," + std::to_string(share * end) + "\n";
+  }
+  return text;
+}
 
 class FitTest : public ::testing::Test {
  protected:
@@ -155,6 +175,37 @@ TEST_F(FitTest, ComparesTheEffortsOfAModelAsItStands) {
     EXPECT_LT(truth["error"]["effort"][joint]["percent"], 6.0);
     EXPECT_GT(wrong["error"]["effort"][joint]["percent"], 20.0);
   }
+}
+
+// A specification of the whole arm serves one of whose joints is locked.
+TEST_F(FitTest, LocksAJointThatColumnsAndEffectsName) {
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--lock", "joint2"});
+  folder_.Write("still.csv", "t,p1,p2\n" + Rows(folder_.Read("run.csv"), 0.0));
+  folder_.Write("moves.csv", "t,p1,p2\n" + Rows(folder_.Read("run.csv"), 0.5));
+  folder_.Write("spec.yaml",
+                "free: [link1.mass, joint2.damping]\n"
+                "effects: [viscous_damping@joint2]\n"
+                "columns: {joint1.q: p1, joint2.q: p2}\n");
+  const Arguments fit{"--model", "pendulum2_planar", "--spec",  "spec.yaml",
+                      "--lock",  "joint2",           "--check", "none",
+                      "--add",   "armature@joint2"};
+  const Json still = Fit(fit + Arguments{"--traj", "still.csv"});
+  EXPECT_THAT(result_.err,
+              HasSubstr("note: still.csv: joint2.q is not used: --lock holds "
+                        "the joint still\n"));
+  EXPECT_THAT(result_.err,
+              HasSubstr("note: not in the model, since --lock holds the joint "
+                        "still: viscous_damping@joint2\n"));
+  EXPECT_THAT(result_.err, HasSubstr("still: armature@joint2\n"));
+  EXPECT_THAT(result_.err, HasSubstr("still: joint2.damping\n"));
+  EXPECT_THAT(result_.err, Not(HasSubstr("although")));
+  EXPECT_EQ(still["effects"], Json::array());
+  Fit(fit + Arguments{"--traj", "moves.csv"});
+  EXPECT_THAT(result_.err,
+              HasSubstr("note: moves.csv: joint 'joint2' is held still at 0, "
+                        "although its column moves by 0.5 rad, from 0 to "
+                        "0.5\n"));
 }
 
 TEST_F(FitTest, GivesTheSameForOneThreadAndTwo) {

@@ -139,7 +139,8 @@ TEST(ColumnMapTest, ReportsAnUnknownName) {
   EXPECT_EQ(ResolveError("tip_joint.q=pos", {"t", "pos"}),
             "--columns: joint 'tip_joint' is fixed and has no column "
             "'tip_joint.q'\n"
-            "  hint: it does not move");
+            "  hint: leave the column out; if the joint moves, give it "
+            "another type in the URDF (revolute, ...)");
 }
 
 }  // namespace
