@@ -246,8 +246,16 @@ std::string IdentifiedSpecification(const Session& session, const Fit& fit) {
     const bool scale = p.name.ends_with(".inertia_scale");
     const double value = scale ? 1.0 : p.value;
     const double unit = scale ? 1.0 / p.value : 1.0;
-    text += "  " + Key(p.name) + ": {initial: " + ShortestText(value) +
-            bound("lower", p.lower * unit) + bound("upper", p.upper * unit);
+    text += "  " + Key(p.name) + ": {initial: " + ShortestText(value);
+    // Those that somebody gave: its own a parameter has anyway, and they move
+    // with its nominal value.
+    const FreeParameter& asked = session.free[i];
+    if (asked.lower > asked.parameter.lower) {
+      text += bound("lower", p.lower * unit);
+    }
+    if (asked.upper < asked.parameter.upper) {
+      text += bound("upper", p.upper * unit);
+    }
     if (const auto& prior = session.free[i].prior) {
       text += ", prior: {mean: " + ShortestText(prior->mean * unit) +
               ", std: " + ShortestText(prior->std * unit) + "}";

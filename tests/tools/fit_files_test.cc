@@ -236,6 +236,22 @@ TEST_F(FitFilesTest, NamesMayHoldWhatYamlAndCsvUse) {
   EXPECT_EQ(again["parameters"][1]["name"], "it's: #1.damping");
 }
 
+// Bounds that come with a parameter are none of the user's: a body with bounds
+// of its own is not kept possible as one.
+TEST_F(FitFilesTest, TheIdentifiedSpecificationHasNoBoundsThatNobodyGave) {
+  folder_.Write("rods.urdf", kRods);
+  SimulateInto(folder_, "run.csv",
+               {"--model", "rods.urdf", "--set", "link2.mass=0.6", "--excite",
+                "multisine", "--rate", "200"});
+  const Arguments fit{"--traj", "run.csv", "--solver", "inverse_dynamics"};
+  Fit(fit + Arguments{"--model", "rods.urdf", "--free", "inertial"});
+  const std::string kept = folder_.Read("result/identified.sysid.yaml");
+  EXPECT_THAT(kept, HasSubstr("link2.mass: {initial: "));
+  EXPECT_EQ(kept.find("lower"), std::string::npos) << kept;
+  Fit(fit +
+      Arguments{"--model", "result/identified.urdf", "--free", "inertial"});
+}
+
 TEST_F(FitFilesTest, TheIdentifiedSpecificationKeepsWhatWasAsked) {
   SimulateInto(folder_, "run.csv",
                {"--model", "pendulum2_planar", "--duration", "2"});
