@@ -60,6 +60,35 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
   return runs;
 }
 
+// Of joints that no run drives while others are driven: that may be so, or
+// their efforts were not recorded. Joints that a machine leaves passive are few
+// and have no motor, whose effort a URDF would limit.
+void NotePassive(const std::vector<const Run*>& runs,
+                 const Mechanism& mechanism,
+                 std::vector<std::string>* notices) {
+  std::vector<std::string> driven, passive, columns;
+  bool has_motor = false;
+  for (const Joint& joint : mechanism.joints) {
+    const int size = VelocitySize(joint);
+    if (size == 0) continue;
+    const bool is_driven =
+        std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
+          return !run->effort.middleCols(joint.v_index, size).isZero(0.0);
+        });
+    (is_driven ? driven : passive).push_back(joint.name);
+    if (is_driven) continue;
+    columns.push_back(joint.name + (size == 1 ? ".tau" : ".taux"));
+    has_motor |= joint.effort_limit > 0.0;
+  }
+  if (driven.empty() || passive.empty()) return;
+  if (!has_motor && driven.size() <= passive.size()) return;
+  notices->push_back("no effort is recorded of " + Join(passive) + ", but of " +
+                     Join(driven) +
+                     ": right only if no motor acts there; else map the "
+                     "columns " +
+                     Join(columns));
+}
+
 // A joint that one run drives and another does not: that may be so, or its
 // efforts were not recorded.
 void NoteUndriven(const std::vector<Run>& runs, const std::vector<Run>& holdout,
@@ -195,15 +224,16 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   std::vector<std::string> read;
   session.runs = ReadRuns(request.traj, session, &read);
   session.holdout = ReadRuns(request.holdout, session, &read);
+  std::vector<const Run*> all;
+  for (const Run& run : session.runs) all.push_back(&run);
+  for (const Run& run : session.holdout) all.push_back(&run);
+  NotePassive(all, session.model.mechanism(), &read);
   session.notices.insert(session.notices.begin(), read.begin(), read.end());
   CheckTimes(session.runs, session.columns, session.model.mechanism());
   CheckMotion(session.runs);
   CheckTimes(session.holdout, session.columns, session.model.mechanism());
   NoteUndriven(session.runs, session.holdout, session.model.mechanism(),
                &session.notices);
-  std::vector<const Run*> all;
-  for (const Run& run : session.runs) all.push_back(&run);
-  for (const Run& run : session.holdout) all.push_back(&run);
   const std::string unmeasured =
       UnmeasuredNotice(session.model.mechanism(), all, session.flag_locks);
   if (!unmeasured.empty()) session.notices.push_back(unmeasured);

@@ -177,6 +177,31 @@ TEST_F(FitTest, ComparesTheEffortsOfAModelAsItStands) {
   }
 }
 
+TEST_F(FitTest, SaysFirstOfWhichJointNoEffortIsRecorded) {
+  folder_.Write("chain.urdf", R"(<robot name="chain"><link name="base"/>
+<joint name="a" type="revolute"><parent link="base"/><child link="la"/>
+<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="9" velocity="9"/>
+</joint><link name="la"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
+<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.001"/>
+</inertial></link><joint name="b" type="revolute">
+<origin xyz="0 0 -0.4"/><parent link="la"/><child link="lb"/>
+<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="9" velocity="9"/>
+</joint><link name="lb"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
+<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.001"/>
+</inertial></link></robot>)");
+  SimulateInto(folder_, "run.csv",
+               {"--model", "chain.urdf", "--excite", "multisine"});
+  std::string text = folder_.Read("run.csv");
+  text.replace(text.find("b.tau"), 5, "x.tau");
+  folder_.Write("run.csv", text);
+  Fit({"--model", "chain.urdf", "--traj", "run.csv", "--free", "lb.mass",
+       "--check", "none", "--solver", "inverse_dynamics"});
+  EXPECT_THAT(result_.err,
+              HasSubstr("note: no effort is recorded of b, but of a: right "
+                        "only if no motor acts there; else map the columns "
+                        "b.tau\n"));
+}
+
 // A specification of the whole arm serves one of whose joints is locked.
 TEST_F(FitTest, LocksAJointThatColumnsAndEffectsName) {
   SimulateInto(folder_, "run.csv",
