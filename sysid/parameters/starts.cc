@@ -54,17 +54,23 @@ void StartPossible(const std::vector<std::string>& names,
                    const std::vector<std::string>& held, Model* model,
                    std::vector<std::string>* notices) {
   std::set<int> links;
+  MechanismParameters<double> values = model->nominal();
+  std::vector<std::string> negative;
   for (const Parameter& parameter : FindParameters(*model, names, "")) {
     if (parameter.kind == ParameterKind::kInertia) {
       links.insert(parameter.index);
     }
+    if (parameter.kind == ParameterKind::kMass && parameter.nominal < 0.0) {
+      values.links[parameter.index].mass = -parameter.nominal;
+      negative.push_back(model->mechanism().links[parameter.index].name);
+    }
   }
+  model->SetNominal(values);
   for (const Parameter& parameter : FindParameters(*model, held, "")) {
     if (parameter.kind == ParameterKind::kInertia) {
       links.erase(parameter.index);
     }
   }
-  MechanismParameters<double> values = model->nominal();
   std::vector<std::string> nearest, balls;
   double farthest = 0.0;
   for (const int link : links) {
@@ -82,6 +88,10 @@ void StartPossible(const std::vector<std::string>& names,
     }
   }
   model->SetNominal(values);
+  if (!negative.empty()) {
+    notices->push_back("the mass of " + Join(negative) +
+                       " is free and negative: the fit starts from its size");
+  }
   if (!nearest.empty()) {
     notices->push_back("the inertia of " + Join(nearest) +
                        " is free and no body's: the fit starts from the "

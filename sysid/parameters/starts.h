@@ -13,7 +13,8 @@ namespace sysid {
 
 // Gives every link of which a rotational inertia among `names` is free, and
 // CanStart refuses the nominal one, its StartingInertia; a notice for all of
-// one kind. Links of which an entry is among `held` stay as they are.
+// one kind; and every negative mass among them its size. Links of which an
+// entry is among `held` stay as they are.
 void StartPossible(const std::vector<std::string>& names,
                    const std::vector<std::string>& held, Model* model,
                    std::vector<std::string>* notices);

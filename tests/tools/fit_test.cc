@@ -202,6 +202,21 @@ TEST_F(FitTest, SaysFirstOfWhichJointNoEffortIsRecorded) {
                         "b.tau\n"));
 }
 
+TEST_F(FitTest, StartsAtTheSizeOfANegativeMass) {
+  std::string urdf = kRods;
+  const size_t last = urdf.rfind("<mass value=\"1\"/>");
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--excite", "multisine"});
+  folder_.Write("rods.urdf", urdf.replace(last, 17, "<mass value=\"-0.7\"/>"));
+  const Json fit =
+      Fit({"--model", "rods.urdf", "--traj", "run.csv", "--free", "link2.mass",
+           "--check", "none", "--solver", "inverse_dynamics"});
+  EXPECT_THAT(result_.err, HasSubstr("note: the mass of link2 is free and "
+                                     "negative: the fit starts from its "
+                                     "size\n"));
+  EXPECT_EQ(Parameter(fit, "link2.mass")["initial"], 0.7);
+}
+
 // A specification of the whole arm serves one of whose joints is locked.
 TEST_F(FitTest, LocksAJointThatColumnsAndEffectsName) {
   SimulateInto(folder_, "run.csv",
