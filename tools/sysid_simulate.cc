@@ -331,7 +331,7 @@ void FillDuration(double duration, SimulationOptions* options) {
 // The run of a controller that follows --track.
 Run TrackReference(const Model& model, SimulationOptions options,
                    std::vector<std::string>* notices) {
-  const Run file = ReadRun(FLAGS_track, {}, model.mechanism(), notices);
+  const Run file = ReadPositions(FLAGS_track, model.mechanism(), notices);
   JointReference reference(model, file);
   FillDuration(reference.duration(), &options);
   CheckSize(model);

@@ -395,13 +395,26 @@ Run ReadRun(const std::string& path, const ColumnMap& columns,
   return run;
 }
 
-Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
-                std::vector<std::string>* notices) {
+namespace {
+
+Run ReadContent(const std::string& path, RunContent content,
+                const Mechanism& mechanism, std::vector<std::string>* notices) {
   const std::unique_ptr<TableFile> file = OpenTable(path);
-  Run run = RunReader(file.get(), {}, mechanism, notices, RunContent::kEfforts)
-                .Read();
+  Run run = RunReader(file.get(), {}, mechanism, notices, content).Read();
   run.name = path;
   return run;
+}
+
+}  // namespace
+
+Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
+                std::vector<std::string>* notices) {
+  return ReadContent(path, RunContent::kEfforts, mechanism, notices);
+}
+
+Run ReadPositions(const std::string& path, const Mechanism& mechanism,
+                  std::vector<std::string>* notices) {
+  return ReadContent(path, RunContent::kPositions, mechanism, notices);
 }
 
 Run ParseRun(const std::string& path, const std::string& text,

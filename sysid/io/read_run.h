@@ -37,6 +37,10 @@ Run ReadRun(const std::string& path, const ColumnMap& columns,
 Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
                 std::vector<std::string>* notices);
 
+// The same of a file of which only positions are used.
+Run ReadPositions(const std::string& path, const Mechanism& mechanism,
+                  std::vector<std::string>* notices);
+
 // The same from a text with separators (csv.h); `path` only names it.
 Run ParseRun(const std::string& path, const std::string& text,
              const ColumnMap& columns, const Mechanism& mechanism,

@@ -132,7 +132,8 @@ std::string UnreadJoints(const Mechanism& mechanism, const RunSources& in,
 }
 
 std::string IgnoredColumns(const std::vector<std::string>& header,
-                           const Mechanism& mechanism, RunSources* sources) {
+                           const Mechanism& mechanism, RunContent content,
+                           RunSources* sources) {
   const RunSources& in = *sources;
   std::vector<std::string> ignored;
   for (size_t i = 0; i < header.size(); ++i) {
@@ -155,6 +156,7 @@ std::string IgnoredColumns(const std::vector<std::string>& header,
   const std::string list =
       (ignored.size() == 1 ? "ignored the column " : "ignored the columns ") +
       JoinSome(ignored);
+  if (content != RunContent::kMeasurements) return list;
   std::string column;
   const std::string unread = UnreadJoints(mechanism, in, &column);
   if (unread.empty()) return list;
@@ -178,7 +180,7 @@ RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
   FindSources(file, map, mechanism, &in);
   FindGroups(file, map, mechanism, content, &in);
   FindHeld(mechanism, &in);
-  *ignored = IgnoredColumns(file.header(), mechanism, &in);
+  *ignored = IgnoredColumns(file.header(), mechanism, content, &in);
   return in;
 }
 

@@ -31,7 +31,8 @@ struct RunSources {
 };
 
 // What a file must have, one of it at least.
-enum class RunContent { kMeasurements, kEfforts };
+// kPositions: measurements of which no other is missed.
+enum class RunContent { kMeasurements, kPositions, kEfforts };
 
 // The map first, then the columns that have our names. `ignored` is a notice of
 // the file's other columns, "" where there are none; it begins with the joints

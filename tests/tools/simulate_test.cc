@@ -415,6 +415,19 @@ TEST_F(SimulateArmTest, AppliesEfforts) {
             "cannot be given beside --efforts", "leave one of them out");
 }
 
+// A reference has no efforts, and nobody can map its columns.
+TEST_F(SimulateArmTest, AsksForNoEffortsInAReference) {
+  folder_.Write("more.csv", "t,shoulder.q,speed\n0,0,1\n1,0.1,1\n");
+  const ProgramResult result =
+      Arm("run.csv", {"--track", "more.csv", "--gains", "30,2"});
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(
+      result.err,
+      testing::StartsWith("note: more.csv: ignored the column speed\n"
+                          "note: more.csv: no column of elbow: held where it "
+                          "starts\n"));
+}
+
 TEST_F(SimulateArmTest, ExcitesWithinTheLimits) {
   for (const std::string seed : {"1", "2", "3"}) {
     const ProgramResult result =
