@@ -77,10 +77,12 @@ void FindEmpty(const Mechanism& mechanism, const std::string& file,
   }
   if (names.empty()) return;
   Finding finding = Note("no_inertia", file, names);
-  finding.evidence = "of the file nothing there has inertia";
+  finding.evidence = std::string("the links that ") +
+                     (names.size() == 1 ? "it moves" : "they move") +
+                     " have no inertia in the file";
   finding.consequence =
-      "what moves there is only what is added or free: a rotor, a mass, an "
-      "inertia";
+      "the only inertia there is what is added or free: a rotor, a mass, a "
+      "rotational inertia";
   findings->push_back(finding);
 }
 
