@@ -10,6 +10,8 @@
 #include "models/error.h"
 #include "models/urdf/write_urdf.h"
 #include "sysid/diagnosis/discrepancy.h"
+#include "sysid/inverse_dynamics/effort_comparison.h"
+#include "sysid/inverse_dynamics/fitted_base.h"
 #include "sysid/io/memory.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
@@ -184,9 +186,17 @@ int Main() {
                                problem.data());
     holdout = PredictHoldout(OpenHoldout(fit.model, held_out, session.options,
                                          fit.point.rollout, fit.segment_s));
+    holdout->effort = CompareEfforts(*holdout->problem, {}).errors;
   }
-  if (solver.kind == SolverKind::kShooting)
+  if (solver.kind == SolverKind::kEquations) {
+    // Longer ones take longer than such a fit.
+    constexpr double kLongestHorizon = 0.5;  // s
+    solved.fit.horizon = EvaluateHorizon(problem, fit.point, kLongestHorizon);
+  }
+  if (solver.kind == SolverKind::kShooting) {
     AddDiscrepancy(problem, &solved.fit);
+    AddBaseParameters(problem, &solved.fit);
+  }
   watch.ClearLine();
   PrintNotices(session.notices,
                CheckSessionData(&session, OutcomeOf(fit, problem)));

@@ -82,13 +82,14 @@ double AutocorrelationTime(
 double ObservedStateDof(const ShootingProblem& problem);
 
 // Error against how far ahead the model predicts: states estimated from short
-// windows, then rolled out; rms over position-like channels.
+// windows, then rolled out; rms over position-like channels. To `longest`, s.
 struct HorizonError {
   double horizon_s = 0.0;
   double rms = 0.0;
 };
-std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
-                                          const Solution& solution);
+std::vector<HorizonError> EvaluateHorizon(
+    const ShootingProblem& problem, const Solution& solution,
+    double longest = std::numeric_limits<double>::infinity());
 
 // One prediction over the whole run from the first state of the point; in the
 // measurement's own unit, angles as the angle between (rad).

@@ -59,7 +59,13 @@ struct Fit : Estimates {
   std::vector<OpenError> open;
   std::vector<HistoryEntry> history;
   std::vector<EffortError> effort;  // where efforts were measured
-  std::vector<BaseParameter> base;  // of inverse_dynamics
+  // Of the filter of efforts and equations of motion, Hz; 0 where neither was
+  // looked at.
+  double cut_off_hz = 0.0;
+  // No efforts were measured and inverse_dynamics tells ratios only; the scale
+  // is then held, or not free.
+  bool only_ratios = false, holds_scale = false;
+  std::vector<BaseParameter> base;  // of inverse_dynamics and lm
   // Of the joints where a force is missing; with it the covariance is (6.7).
   std::vector<Discrepancy> discrepancy;
   // What the channels were weighed by at the end (ShootingProblem::Weighing).

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "sysid/estimation/evaluation.h"
+#include "sysid/estimation/fit.h"
 
 namespace sysid {
 
@@ -14,6 +14,7 @@ struct Holdout {
   RunErrors errors;
   std::vector<OpenError> open;
   Solution point;
+  std::vector<EffortError> effort;  // as Fit::effort; its owner fills it in
 };
 
 // How held-out runs are predicted: as the fitted ones were, integrated and cut

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <random>
 
 #include "models/state.h"
@@ -81,10 +82,10 @@ struct Start {
 
 // Those of a run that is cut at these samples.
 void AddStarts(const ShootingProblem& problem, int run, std::vector<int> cuts,
-               std::vector<Start>* starts) {
+               double longest, std::vector<Start>* starts) {
   const std::vector<double>& t = problem.runs()[run]->run.t;
   cuts.pop_back();
-  const std::vector<double> reach = HorizonReach(t, cuts);
+  const std::vector<double> reach = HorizonReach(t, cuts, longest);
   for (size_t k = 0; k < cuts.size(); ++k) {
     const int last = After(t, t[cuts[k]] + reach[k] * 1.01) - 1;
     if (reach[k] == 0.0) continue;
@@ -158,17 +159,32 @@ void AddDraws(const ShootingProblem& problem, const Solution& point,
   }
 }
 
+// At all samples, by the segments of a point: sooner than from the data.
+std::vector<RowMatrixXd> StatesOfPoint(const ShootingProblem& problem,
+                                       const Solution& point) {
+  std::vector<RowMatrixXd> states(point.runs.size());
+  for (size_t r = 0; r < states.size(); ++r) {
+    if (!SampleStates(problem, point, static_cast<int>(r), &states[r])) {
+      return AllStatesFromData(problem);
+    }
+  }
+  return states;
+}
+
 }  // namespace
 
 std::vector<double> HorizonReach(const std::vector<double>& t,
-                                 const std::vector<int>& starts) {
+                                 const std::vector<int>& starts,
+                                 double longest) {
   constexpr double kApart = 0.25;         // of the horizon
   constexpr int kFewest = 8, kMost = 20;  // of a horizon
   std::vector<double> reach(starts.size(), 0.0);
   for (const double horizon : kHorizons) {
+    if (horizon > longest) break;
     // Of its last tenth there must be samples.
     const double room = t.back() - t.front() - 0.9 * horizon;
     if (!(room >= 0.0)) continue;
+    if (std::isfinite(longest)) reach.assign(starts.size(), 0.0);
     const double apart =
         std::max(std::min(kApart * horizon, room / kFewest), room / kMost);
     double next = t.front();
@@ -184,13 +200,18 @@ std::vector<double> HorizonReach(const std::vector<double>& t,
 }
 
 std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
-                                          const Solution& solution) {
-  Solution windows = CutPoint(problem, solution.theta,
-                              AllStatesFromData(problem), kHorizonWindow);
+                                          const Solution& solution,
+                                          double longest) {
+  Solution windows =
+      CutPoint(problem, solution.theta,
+               std::isfinite(longest) ? StatesOfPoint(problem, solution)
+                                      : AllStatesFromData(problem),
+               kHorizonWindow);
   windows.rollout = solution.rollout;
   std::vector<Start> starts;
   for (size_t r = 0; r < windows.runs.size(); ++r) {
-    AddStarts(problem, static_cast<int>(r), windows.runs[r].samples, &starts);
+    AddStarts(problem, static_cast<int>(r), windows.runs[r].samples, longest,
+              &starts);
   }
   std::vector<SegmentPlace> places;
   for (const Start& start : starts) {
@@ -221,7 +242,8 @@ std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
     const int run = static_cast<int>(r);
     if (!SampleStates(problem, point, run, &states[r])) continue;
     const std::vector<double>& t = problem.runs()[r]->run.t;
-    AddStarts(problem, run, CutRun(t, kHorizonWindow, 1), &starts);
+    AddStarts(problem, run, CutRun(t, kHorizonWindow, 1),
+              std::numeric_limits<double>::infinity(), &starts);
   }
   ScratchPool pool;
   return AddUp(problem, starts.size(), [&](int i, Sums* sums) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "sysid/estimation/evaluation.h"
@@ -19,8 +20,11 @@ inline constexpr double kHorizonWindow = 0.2;  // s
 // windows counts; and at most 20: the root mean square of 20 independent errors
 // is within a third of what more would give (three standard errors of a
 // chi-square, 3 / sqrt(2 x 20)).
-std::vector<double> HorizonReach(const std::vector<double>& t,
-                                 const std::vector<int>& starts);
+// With a `longest`, s, of which there is no longer one, the starts are those of
+// the longest up to it, fewer and soon rolled out: they tell the shorter ones.
+std::vector<double> HorizonReach(
+    const std::vector<double>& t, const std::vector<int>& starts,
+    double longest = std::numeric_limits<double>::infinity());
 
 // What EvaluateHorizon would find if the model were true, and knew its
 // parameters: the noise of the windows makes the states that are estimated from

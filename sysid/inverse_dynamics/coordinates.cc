@@ -1,5 +1,6 @@
 #include "sysid/inverse_dynamics/coordinates.h"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -201,6 +202,34 @@ void EquationCoordinates::Seed(const MechanismParameters<double>& values,
         break;
     }
   }
+}
+
+CoordinatesAt DifferentiateCoordinates(const EquationCoordinates& coordinates,
+                                       const ParameterMap& map,
+                                       const double* theta) {
+  constexpr int kWidth = EquationCoordinates::kWidth;
+  CoordinatesAt at;
+  const int n = coordinates.size(), p = map.size();
+  at.xi.resize(n);
+  at.D.resize(n, p);
+  std::vector<Jet24> seeded(theta, theta + p), xi(n);
+  MechanismParameters<Jet24> values;
+  for (int begin = 0; begin == 0 || begin < p; begin += kWidth) {
+    const int count = std::min(kWidth, p - begin);
+    for (int c = 0; c < count; ++c) {
+      seeded[begin + c] = Jet24(theta[begin + c], c);
+    }
+    map.Apply<Jet24>(seeded.data(), &values);
+    coordinates.Read<Jet24>(values, xi.data());
+    for (int i = 0; i < n; ++i) {
+      at.xi[i] = xi[i].a;
+      for (int c = 0; c < count; ++c) at.D(i, begin + c) = xi[i].v[c];
+    }
+    for (int c = 0; c < count; ++c) {
+      seeded[begin + c] = Jet24(theta[begin + c]);
+    }
+  }
+  return at;
 }
 
 }  // namespace sysid

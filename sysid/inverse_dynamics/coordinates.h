@@ -57,4 +57,13 @@ class EquationCoordinates {
   std::vector<Coordinate> coordinates_;
 };
 
+// xi, and d xi / d theta.
+struct CoordinatesAt {
+  Eigen::VectorXd xi;
+  RowMatrixXd D;
+};
+CoordinatesAt DifferentiateCoordinates(const EquationCoordinates& coordinates,
+                                       const ParameterMap& map,
+                                       const double* theta);
+
 }  // namespace sysid

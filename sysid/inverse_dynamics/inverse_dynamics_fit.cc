@@ -28,40 +28,6 @@
 namespace sysid {
 namespace {
 
-// d xi / d theta, and xi, at theta.
-struct CoordinatesAt {
-  Eigen::VectorXd xi;
-  RowMatrixXd D;
-};
-
-CoordinatesAt DifferentiateCoordinates(const EquationCoordinates& coordinates,
-                                       const ParameterMap& map,
-                                       const double* theta) {
-  constexpr int kWidth = EquationCoordinates::kWidth;
-  CoordinatesAt at;
-  const int n = coordinates.size(), p = map.size();
-  at.xi.resize(n);
-  at.D.resize(n, p);
-  std::vector<Jet24> seeded(theta, theta + p), xi(n);
-  MechanismParameters<Jet24> values;
-  for (int begin = 0; begin == 0 || begin < p; begin += kWidth) {
-    const int count = std::min(kWidth, p - begin);
-    for (int c = 0; c < count; ++c) {
-      seeded[begin + c] = Jet24(theta[begin + c], c);
-    }
-    map.Apply<Jet24>(seeded.data(), &values);
-    coordinates.Read<Jet24>(values, xi.data());
-    for (int i = 0; i < n; ++i) {
-      at.xi[i] = xi[i].a;
-      for (int c = 0; c < count; ++c) at.D(i, begin + c) = xi[i].v[c];
-    }
-    for (int c = 0; c < count; ++c) {
-      seeded[begin + c] = Jet24(theta[begin + c]);
-    }
-  }
-  return at;
-}
-
 // Whether some change of theta multiplies all coordinates by one factor.
 bool MovesScale(const CoordinatesAt& at) {
   constexpr double kRounding = 1e-6;
@@ -387,6 +353,9 @@ Fit InverseDynamicsFit::Estimate() {
   fit.model.SetNominal(values);
   SayParameters(&fit);
   SayPositions(&fit);
+  fit.cut_off_hz = CutOff(filter_.average);
+  fit.only_ratios = only_ratios_;
+  fit.holds_scale = holds_scale_;
   fit.termination = Words(fit);
   if (!fit.parameters.empty() &&
       std::none_of(fit.parameters.begin(), fit.parameters.end(),

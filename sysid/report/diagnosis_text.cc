@@ -413,7 +413,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
                     "its fit did not converge: " + final->fit.termination) +
               "\n";
     }
-    text += EffortLine(final->fit);
+    text += EffortLine("  ", final->fit.effort, final->fit.cut_off_hz);
     text += OpenLines(final->fit.open, "open prediction of ");
     if (final->holdout) {
       text += OpenLines(final->holdout->open, "open prediction of held-out ");

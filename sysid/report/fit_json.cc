@@ -85,7 +85,10 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   error["segments"] = fit.train.segments;
   error["open"] = OpenJson(fit.open, false);
   error["effort"] = fit.effort;
+  error["effort_cut_off_hz"] =
+      fit.cut_off_hz > 0.0 ? Finite(fit.cut_off_hz) : Json(nullptr);
   if (holdout) {
+    error["holdout_effort"] = holdout->effort;
     error["holdout_channels"] = holdout->errors.channels;
     for (const Json& open : OpenJson(holdout->open, true)) {
       error["open"].push_back(open);

@@ -70,6 +70,38 @@ std::string DiscrepancyLine(const Fit& fit) {
                        fit.discrepancy[0].correlation_time_s);
 }
 
+// Positions beside the efforts: what those are worth in a prediction.
+std::string HorizonLine(const Fit& fit) {
+  if (fit.horizon.empty()) return "";
+  std::string unit;
+  for (const ChannelError& channel : fit.train.channels) {
+    if (!channel.position_like) continue;
+    if (!unit.empty() && unit != channel.unit) return "";
+    unit = channel.unit;
+  }
+  std::string text = "  error of predicted positions, " + unit + ":";
+  for (const HorizonError& error : fit.horizon) {
+    text +=
+        Format(" %.3g after ", error.rms) + Format("%g s,", error.horizon_s);
+  }
+  text.back() = '\n';
+  return text;
+}
+
+// What a fit without efforts says of scales: nothing.
+std::string RatioLine(const Fit& fit) {
+  if (!fit.only_ratios || fit.parameters.empty()) return "";
+  return Format(
+             "  no efforts were measured (equations of motion up to %.2g "
+             "Hz): only ratios of inertias, ",
+             fit.cut_off_hz) +
+         "frictions and other forces are identifiable" +
+         (fit.holds_scale
+              ? "; all values and intervals hold for the scale of the "
+                "starting values, which is held\n"
+              : "\n");
+}
+
 // Whether the error is no more than noise: up to 1.1, and three standard
 // deviations of what chance makes of the residuals. An estimated noise is
 // itself uncertain, about three times as much as its number of measurements
@@ -197,6 +229,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   if (!fit.parameters.empty()) {
     text += "\n" + (regrouped ? BaseTable(fit) : ParameterTable(fit)) + "\n";
   }
+  text += RatioLine(fit);
   std::string verdict = ErrorLine("", fit.train);
   verdict += ": " + ErrorVerdict(fit, FloorOf(problem, fit));
   text += "  " +
@@ -212,13 +245,15 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
       text += Format(", held out %.3g -> %.3g", added->holdout_before,
                      added->holdout_after);
     }
-    text += ", each segment from its own initial state\n";
+    text += ", before the fit, each segment from its own initial state\n";
   }
-  text += ChannelLine(fit.train) + DiscrepancyLine(fit) + EffortLine(fit) +
-          WorstLine(fit.train);
+  text += ChannelLine(fit.train) + DiscrepancyLine(fit) +
+          (kind == SolverKind::kEquations ? HorizonLine(fit) : "") +
+          EffortLine("  ", fit.effort, fit.cut_off_hz) + WorstLine(fit.train);
   if (holdout) {
     text += ErrorLine("  held out: ", holdout->errors) +
-            ", each segment from its own initial state\n";
+            ", each segment from its own initial state\n" +
+            EffortLine("  held out: ", holdout->effort, 0.0);
   }
   text += OpenLines(fit.open, "open prediction of ");
   if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");

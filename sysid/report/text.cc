@@ -145,14 +145,17 @@ std::string BaseTable(const Fit& fit) {
   return text + "\n";
 }
 
-std::string EffortLine(const Fit& fit) {
-  if (fit.effort.empty()) return "";
-  std::string text = "  inverse-dynamics residual, % of the rms effort:";
-  for (const EffortError& effort : fit.effort) {
+std::string EffortLine(const std::string& label,
+                       const std::vector<EffortError>& efforts,
+                       double cut_off_hz) {
+  if (efforts.empty()) return "";
+  std::string text = label + "inverse-dynamics residual, % of the rms effort:";
+  for (const EffortError& effort : efforts) {
     text += " " + effort.joint + Format(" %.3g,", effort.percent);
   }
-  text.back() = '\n';
-  return text;
+  text.pop_back();
+  return text +
+         (cut_off_hz > 0.0 ? Format(" (up to %.2g Hz)\n", cut_off_hz) : "\n");
 }
 
 }  // namespace sysid

@@ -51,7 +51,10 @@ std::string ListEffects(const std::vector<std::string>& names,
 bool ShowsCombinations(const Fit& fit);
 std::string BaseTable(const Fit& fit);
 
-// What the equations of motion leave of each joint's effort, where it has one.
-std::string EffortLine(const Fit& fit);
+// What the equations of motion leave of each joint's effort, where it has one:
+// up to this frequency, Hz, where it is known.
+std::string EffortLine(const std::string& label,
+                       const std::vector<EffortError>& efforts,
+                       double cut_off_hz);
 
 }  // namespace sysid

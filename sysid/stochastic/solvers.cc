@@ -11,7 +11,9 @@ namespace sysid {
 namespace {
 
 Fit WithEfforts(const ShootingProblem& problem, Fit fit) {
-  fit.effort = CompareEfforts(problem, fit.point.theta).errors;
+  const EffortComparison comparison = CompareEfforts(problem, fit.point.theta);
+  fit.effort = comparison.errors;
+  fit.cut_off_hz = comparison.cut_off_hz;
   return fit;
 }
 

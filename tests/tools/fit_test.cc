@@ -15,8 +15,9 @@ using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 using Json = nlohmann::json;
 
-// The rows of a run of one joint, with a second one that goes from 0 to `end`.
-std::string Rows(const std::string& run, double end) {
+// The rows of a run of one joint, with a second one that goes from
+// `begin` to `end`.
+std::string Rows(const std::string& run, double begin, double end) {
   std::istringstream lines(run);
   std::vector<std::string> rows;
   std::string line;
@@ -29,7 +30,8 @@ std::string Rows(const std::string& run, double end) {
   for (size_t i = 0; i < rows.size(); ++i) {
     const double share =
         static_cast<double>(i) / static_cast<double>(rows.size() - 1);
-    text += rows[i] + "," + std::to_string(share * end) + "\n";
+    text +=
+        rows[i] + "," + std::to_string(begin + share * (end - begin)) + "\n";
   }
   return text;
 }
@@ -177,6 +179,56 @@ TEST_F(FitTest, ComparesTheEffortsOfAModelAsItStands) {
   }
 }
 
+TEST_F(FitTest, SaysOfAFreeSwingThatOnlyRatiosAreIdentifiable) {
+  folder_.Write("rods.urdf", kRods);
+  SimulateInto(folder_, "run.csv",
+               {"--model", "rods.urdf", "--rate", "200", "--noise", "1e-5"});
+  Fit({"--model", "rods.urdf", "--traj", "run.csv", "--free", "inertial",
+       "--solver", "inverse_dynamics"});
+  EXPECT_THAT(result_.out, HasSubstr("\n  no efforts were measured (equations "
+                                     "of motion up to "));
+  EXPECT_THAT(result_.out,
+              HasSubstr(" Hz): only ratios of inertias, frictions and other "
+                        "forces are identifiable; all values and intervals "
+                        "hold for the scale of the starting values, which is "
+                        "held\n"));
+}
+
+// What an arm is judged by: efforts of every joint and positions ahead, of the
+// fitted run and of others; and which combinations show, whatever the solver.
+TEST_F(FitTest, SaysWhatIsLeftOfEffortsAndPositionsOfAnArm) {
+  folder_.Write("rods.urdf", kRods);
+  for (const std::string seed : {"1", "2"}) {
+    SimulateInto(folder_, seed + ".csv",
+                 {"--model", "rods.urdf", "--excite", "multisine", "--rate",
+                  "200", "--noise", "1e-5", "--seed", seed});
+  }
+  const Arguments fit{"--model",   "rods.urdf", "--traj", "1.csv",
+                      "--holdout", "2.csv",     "--free", "inertial"};
+  const Json equations = Fit(fit + Arguments{"--solver", "inverse_dynamics"});
+  EXPECT_THAT(result_.out, HasSubstr("  error of predicted positions, rad: "));
+  EXPECT_THAT(result_.out, HasSubstr(" after 0.1 s, "));
+  EXPECT_THAT(result_.out, HasSubstr(" after 0.5 s\n"));
+  EXPECT_THAT(result_.out, HasSubstr(" Hz)\n"));
+  EXPECT_THAT(result_.out, HasSubstr("  held out: inverse-dynamics residual"));
+  EXPECT_GT(equations["error"]["effort_cut_off_hz"], 0.5);
+  EXPECT_EQ(equations["error"]["holdout_effort"].size(), 2u);
+  EXPECT_EQ(equations["error"]["horizon"].back()["horizon_s"], 0.5);
+  const Json segments = Fit(fit);
+  EXPECT_THAT(result_.out, HasSubstr("  base parameter "));
+  ASSERT_EQ(segments["base_parameters"].size(),
+            equations["base_parameters"].size());
+  for (size_t i = 0; i < segments["base_parameters"].size(); ++i) {
+    const Json& a = segments["base_parameters"][i];
+    const Json& b = equations["base_parameters"][i];
+    EXPECT_EQ(a["terms"][0]["name"], b["terms"][0]["name"]);
+    const double error = a["std_error"].get<double>();
+    EXPECT_GT(error, 0.0);
+    EXPECT_LT(std::abs(a["value"].get<double>() - b["value"].get<double>()),
+              5.0 * std::hypot(error, b["std_error"].get<double>()));
+  }
+}
+
 TEST_F(FitTest, SaysFirstOfWhichJointNoEffortIsRecorded) {
   folder_.Write("chain.urdf", R"(<robot name="chain"><link name="base"/>
 <joint name="a" type="revolute"><parent link="base"/><child link="la"/>
@@ -221,8 +273,10 @@ TEST_F(FitTest, StartsAtTheSizeOfANegativeMass) {
 TEST_F(FitTest, LocksAJointThatColumnsAndEffectsName) {
   SimulateInto(folder_, "run.csv",
                {"--model", "pendulum2_planar", "--lock", "joint2"});
-  folder_.Write("still.csv", "t,p1,p2\n" + Rows(folder_.Read("run.csv"), 0.0));
-  folder_.Write("moves.csv", "t,p1,p2\n" + Rows(folder_.Read("run.csv"), 0.5));
+  folder_.Write("still.csv",
+                "t,p1,p2\n" + Rows(folder_.Read("run.csv"), 0.0, 0.0));
+  folder_.Write("moves.csv",
+                "t,p1,p2\n" + Rows(folder_.Read("run.csv"), 0.0, 0.5));
   folder_.Write("spec.yaml",
                 "free: [link1.mass, joint2.damping]\n"
                 "effects: [viscous_damping@joint2]\n"
@@ -246,6 +300,42 @@ TEST_F(FitTest, LocksAJointThatColumnsAndEffectsName) {
               HasSubstr("note: moves.csv: joint 'joint2' is held still at 0, "
                         "although its column moves by 0.5 rad, from 0 to "
                         "0.5\n"));
+  folder_.Write("bent.csv",
+                "t,p1,p2\n" + Rows(folder_.Read("run.csv"), 0.3, 0.3));
+  Fit(fit + Arguments{"--traj", "bent.csv"});
+  EXPECT_THAT(result_.err,
+              HasSubstr("note: bent.csv: joint 'joint2' is held still at 0, "
+                        "although its column is at 0.3 rad: --lock "
+                        "joint2=0.3\n"));
+  ExpectRefused(
+      folder_, SYSID_FIT,
+      fit + Arguments{"--traj", "still.csv", "--shift", "joint2.q=0.01"},
+      "--shift",
+      "joint 'joint2' is held still (--lock) and has no column "
+      "'joint2.q'",
+      "leave the column out, or do not lock the joint");
+  ExpectRefused(folder_, SYSID_SIMULATE,
+                {"--model", "pendulum2_planar", "--lock", "joint2", "--add",
+                 "viscous_damping@joint2=0.1", "--out_csv", "x.csv"},
+                "--add",
+                "effect 'viscous_damping' has no meaning on joint 'joint2', "
+                "which is held still (--lock)",
+                "leave the effect out, or do not lock the joint");
+}
+
+TEST_F(FitTest, SaysWhichJointMovesNoInertia) {
+  std::string urdf = kRods;
+  const size_t last = urdf.rfind("<inertial>");
+  const size_t end = urdf.rfind("</inertial>") + 11;
+  folder_.Write("rods.urdf", urdf.erase(last, end - last));
+  SimulateInto(folder_, "run.csv",
+               {"--model", "pendulum2_planar", "--duration", "4"});
+  const ProgramResult fit = folder_.Run(
+      SYSID_FIT, {"--model", "rods.urdf", "--traj", "run.csv", "--free",
+                  "inertial", "--solver", "inverse_dynamics"});
+  EXPECT_THAT(fit.err, HasSubstr("note: no_inertia: rods.urdf: joint2: the "
+                                 "links that it moves have no inertia in the "
+                                 "file\n"));
 }
 
 TEST_F(FitTest, GivesTheSameForOneThreadAndTwo) {

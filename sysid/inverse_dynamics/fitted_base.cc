@@ -1,0 +1,63 @@
+#include "sysid/inverse_dynamics/fitted_base.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include "sysid/inverse_dynamics/base_parameters.h"
+#include "sysid/inverse_dynamics/filter_choice.h"
+#include "sysid/inverse_dynamics/regression.h"
+
+namespace sysid {
+namespace {
+
+// A root of a covariance: S S^T.
+Eigen::MatrixXd RootOf(const Eigen::MatrixXd& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
+  return eigen.eigenvectors() *
+         eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+}  // namespace
+
+void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
+  const Model& model = problem.model();
+  const ParameterMap& map = problem.map();
+  if (map.size() == 0 || fit->covariance.rows() != map.size() ||
+      !fit->covariance.allFinite()) {
+    return;
+  }
+  std::vector<const Run*> runs;
+  for (const auto& data : problem.runs()) {
+    if (!UnmeasuredJoints(model, data->run).empty()) return;
+    runs.push_back(&data->run);
+  }
+  const double* theta = fit->point.theta.data();
+  const EquationCoordinates coordinates(model, map.parameters());
+  const CoordinatesAt at = DifferentiateCoordinates(coordinates, map, theta);
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> moved(at.D);
+  if (moved.rank() != coordinates.size()) return;
+  MechanismParameters<double> values;
+  map.Apply<double>(theta, &values);
+  const EquationFilter filter =
+      ChooseFilter(model, values, runs, FirstFilter(runs));
+  const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
+    coordinates.Seed(values, begin, s);
+  };
+  std::vector<EquationRows> rows;
+  for (const Run* run : runs) {
+    rows.push_back(MakeEquationRows<Jet24>(
+        model, SampleMotion(model, *run, filter), coordinates.size(), seeding,
+        {coordinates.Links(), values}));
+  }
+  const EquationRegression regression(std::move(rows), problem.options().loss,
+                                      problem.options().loss_scale);
+  if (regression.times() == 0 || regression.IsHomogeneous(at.xi)) return;
+  const RowMatrixXd R = regression.Triangle().leftCols(coordinates.size());
+  // d xi = D d theta = D (d values / d theta)^-1 d values.
+  const Eigen::MatrixXd by_theta = Eigen::FullPivHouseholderQR<Eigen::MatrixXd>(
+                                       map.ValueJacobian(fit->point.theta))
+                                       .solve(RootOf(fit->covariance));
+  fit->base = BaseParameters(coordinates, R, R * at.D * by_theta, at.xi);
+}
+
+}  // namespace sysid
