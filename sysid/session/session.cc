@@ -68,13 +68,25 @@ void NotePassive(const std::vector<const Run*>& runs,
                  std::vector<std::string>* notices) {
   std::vector<std::string> driven, passive, columns;
   bool has_motor = false;
-  for (const Joint& joint : mechanism.joints) {
+  for (size_t j = 0; j < mechanism.joints.size(); ++j) {
+    const Joint& joint = mechanism.joints[j];
     const int size = VelocitySize(joint);
     if (size == 0) continue;
     const bool is_driven =
         std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
           return !run->effort.middleCols(joint.v_index, size).isZero(0.0);
         });
+    // Of one without any column UnmeasuredNotice speaks.
+    const bool is_measured =
+        std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
+          return std::any_of(run->channels.begin(), run->channels.end(),
+                             [&](const Channel& channel) {
+                               return channel.kind !=
+                                          ChannelKind::kFramePosition &&
+                                      channel.target == static_cast<int>(j);
+                             });
+        });
+    if (!is_driven && !is_measured) continue;
     (is_driven ? driven : passive).push_back(joint.name);
     if (is_driven) continue;
     columns.push_back(joint.name + (size == 1 ? ".tau" : ".taux"));
