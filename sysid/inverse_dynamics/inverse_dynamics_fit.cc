@@ -357,9 +357,8 @@ Fit InverseDynamicsFit::Estimate() {
   fit.only_ratios = only_ratios_;
   fit.holds_scale = holds_scale_;
   fit.termination = Words(fit);
-  if (!fit.parameters.empty() &&
-      std::none_of(fit.parameters.begin(), fit.parameters.end(),
-                   [](const ParameterEstimate& p) { return p.identifiable; })) {
+  // Of parameters that show in combinations alone none is identifiable.
+  if (!fit.parameters.empty() && fit.covariance.isZero(0.0)) {
     fit.converged = false;
     fit.termination =
         "no free parameter has any influence on the equations of motion with "

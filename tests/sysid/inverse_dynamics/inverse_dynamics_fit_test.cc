@@ -192,6 +192,24 @@ TEST(InverseDynamicsFit, WithoutEffortsOnlyRatiosShow) {
   EXPECT_GE(known, 4);
 }
 
+// A cart and its pole: no mass or moment shows alone, four combinations do.
+TEST(InverseDynamicsFit, ParametersMayShowInCombinationsAlone) {
+  const Model truth = Shipped("cartpole");
+  SimulationOptions options;
+  options.duration = 20.0;
+  options.rate = 200.0;
+  options.noise = 1e-4;
+  options.excitation = Excitation::kMultisine;
+  const sysid::Run run = Simulate(truth, RandomState(truth, 0.5, 1), options);
+  const Fit fit = FitInverseDynamics(ShootingProblem(
+      truth, FreeNominal(truth, AllOf({"cart", "pole"})), {run}, {}));
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  for (const ParameterEstimate& p : fit.parameters) {
+    EXPECT_FALSE(p.identifiable) << p.name;
+  }
+  EXPECT_EQ(fit.base.size(), 4u);
+}
+
 // A gain of efforts of which none was measured changes nothing.
 TEST(InverseDynamicsFit, SaysWhereNoParameterHasAnyInfluence) {
   const Model truth = FrictionArm(0.0);
