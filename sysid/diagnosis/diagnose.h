@@ -6,6 +6,7 @@
 
 #include "sysid/diagnosis/candidate_list.h"
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/diagnosis/model_comparison.h"
 #include "sysid/diagnosis/verdict.h"
 #include "sysid/diagnosis/where.h"
 
@@ -58,6 +59,9 @@ struct Diagnosis {
   std::vector<DiagnosisStep> steps;
   // Null where nothing was added.
   std::shared_ptr<const EvaluatedModel> final;
+  // All over the segments of the last model; of an interrupted search the path
+  // alone, each over its own.
+  ModelComparison comparison;
   Verdict final_verdict = Verdict::kAdequate;
   // The final model's values are those of inverse dynamics, because forces that
   // no candidate describes would bend a fit of the motion (where.followed).

@@ -37,6 +37,7 @@ bool Search::LookBackAt(const std::string& name) {
   options.max_iterations = kRefitIterations;
   EvaluatedModel without = EvaluateWithout(problem_, with, name, options);
   if (!std::isfinite(without.train_error())) return false;
+  tried_.push_back(ErrorsOf(without));
   DiagnosisStep step = StepFrom(with);
   step.removed = name;
   std::shared_ptr<EvaluatedModel> next;

@@ -95,6 +95,7 @@ Diagnosis Search::Run() {
     } else {
       diagnosis_.verdict = diagnosis_.final_verdict = Verdict::kUnexplained;
       diagnosis_.where = NowhereOf(diagnosis_.base);
+      diagnosis_.comparison.path = {ErrorsOf(diagnosis_.base)};
     }
   } catch (const Cancelled&) {
     if (!options_.keep_evaluated) throw;
@@ -114,6 +115,7 @@ void Search::RunFromBase() {
   }
   if (!diagnosis_.steps.empty()) Conclude();
   FindRivals(candidates_, &diagnosis_);
+  CompareModels();
   Report("where it fails", diagnosis_.base.train_error());
   diagnosis_.where = FindWhere(diagnosis_.base);
   diagnosis_.where.followed = followed_;
@@ -248,6 +250,9 @@ Search::Found Search::Find() {
   std::vector<CandidateRefit>& refits = found.refits;
   refits = ProposeEffects(found.screening);
   refits_.Confirm(now(), &refits);
+  for (const CandidateRefit& refit : refits) {
+    tried_.push_back(ErrorsOf(*refit.after));
+  }
   found.best = refits_.Choose(refits);
   if (found.best < 0 || Judge(now(), found.get()) != Verdict::kMissingEffect) {
     std::vector<CandidateRefit> pairs = ProposePairs(found.screening);
@@ -370,6 +375,31 @@ void Search::Conclude() {
   }
 }
 
+void Search::CompareModels() {
+  const EvaluatedModel& last = diagnosis_.last();
+  ModelComparison& comparison = diagnosis_.comparison;
+  Report("comparing the models", last.train_error());
+  comparison.path = {ErrorsOver(problem_, diagnosis_.base, last)};
+  for (const DiagnosisStep& step : diagnosis_.steps) {
+    comparison.path.push_back(ErrorsOver(problem_, *step.after, last));
+  }
+  SetNeighbours(tried_, last, &comparison);
+  for (const auto& effect : last.added) {
+    const std::string name = effect->name();
+    const bool known = std::any_of(
+        comparison.left_out.begin(), comparison.left_out.end(),
+        [&](const ModelErrors& model) { return model.change == name; });
+    if (known || settled_.contains(name)) continue;
+    Report("comparing the models", last.train_error());
+    EstimationOptions options = Coarse(problem_.options, last.train_error());
+    options.progress = nullptr;
+    options.max_iterations = kRefitIterations;
+    comparison.left_out.push_back(
+        ErrorsOf(EvaluateWithout(problem_, last, name, options)));
+    comparison.left_out.back().change = name;
+  }
+}
+
 // The model of the last step is whole: a later one was in the making.
 void Search::Keep() {
   diagnosis_.interrupted = doing_;
@@ -384,6 +414,10 @@ void Search::Keep() {
   }
   diagnosis_.final_verdict = Judge(diagnosis_.last(), nullptr);
   diagnosis_.where = NowhereOf(diagnosis_.base);
+  diagnosis_.comparison = {{ErrorsOf(diagnosis_.base)}, {}, {}};
+  for (const DiagnosisStep& step : diagnosis_.steps) {
+    diagnosis_.comparison.path.push_back(ErrorsOf(*step.after));
+  }
 }
 
 }  // namespace sysid

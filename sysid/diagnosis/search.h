@@ -70,6 +70,8 @@ class Search {
   bool LookFarther(bool* joined);
   void Add(CandidateRefit* chosen, const std::vector<CandidateEffect>& listed);
   void Conclude();
+  // The models of the way and the neighbours of the last one beside each other.
+  void CompareModels();
   void Keep();  // what a search that was stopped may still say
 
   // In look_back.cc.
@@ -109,6 +111,7 @@ class Search {
   std::set<std::string> settled_;
   std::vector<FollowedMotion> followed_;
   std::vector<ScreenedEffect> shown_;  // by them, where those are few
+  std::vector<ModelErrors> tried_;     // every refit
   // What explains the same as an effect that was found, by its name.
   std::map<std::string, std::vector<ScreenedEffect>> explain_the_same_;
   std::string doing_;  // as Report() heard last

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
+#include "models/dynamics.h"
 #include "models/state.h"
+#include "models/workspace.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/linearization.h"
@@ -12,12 +15,83 @@
 #include "sysid/estimation/state_weights.h"
 
 namespace sysid {
+namespace {
+
+// The longest h r of a step that follows a decay exp(-r t) and stays stable
+// (2.78 of Runge and Kutta's, 2 of Euler's), less a tenth.
+double StableTime(Integrator integrator) {
+  return Order(integrator) < 4 ? 1.8 : 2.5;
+}
+
+// The fastest rate, 1/s, at which the effects brake a joint: of the change of
+// its acceleration with its own speed, where the segments start,
+//
+//   r = max_i -(qdd_i(qd + v e_i) - qdd_i(qd - v e_i)) / (2 v),
+//
+// less that of the mechanism without effects. v is the largest speed of the
+// joint: a dry friction changes by no more than twice its size.
+double DampingRate(const ShootingProblem& problem, const Solution& point) {
+  const Model& model = problem.model();
+  if (model.effects().parameters().empty()) return 0.0;
+  MechanismParameters<double> values;
+  problem.map().Apply<double>(point.theta.data(), &values);
+  Workspace<double> with(model), without(model);
+  with.SetParameters(values);
+  for (size_t i = 0; i < values.effects.size(); ++i) {
+    values.effects[i] = model.effects().parameters()[i].null_value;
+  }
+  without.SetParameters(values);
+  const StateLayout& at = model.layout();
+  std::vector<double> speed(at.nv(), 0.0);
+  for (const Solution::Nodes& nodes : point.runs) {
+    for (const Body& body : model.movers()) {
+      const auto qd = nodes.states.middleCols(at.qd(body), VelocitySize(body));
+      const double fastest = qd.size() > 0 ? qd.cwiseAbs().maxCoeff() : 0.0;
+      for (int i = 0; i < VelocitySize(body); ++i) {
+        double& v = speed[body.v_index + i];
+        v = std::max(v, fastest);
+      }
+    }
+  }
+  const std::vector<double> tau(at.nv(), 0.0);
+  std::vector<double> qdd(at.nv());
+  // Of one workspace; 0 where its dynamics fail.
+  const auto braked = [&](Workspace<double>* ws, std::vector<double> x, int i) {
+    double change = 0.0;
+    for (const double sign : {1.0, -1.0}) {
+      std::vector<double> moved = x;
+      moved[at.qd() + i] += sign * speed[i];
+      if (!ForwardDynamics<double>(ws, moved.data() + at.q(),
+                                   moved.data() + at.qd(), tau.data(),
+                                   qdd.data())) {
+        return 0.0;
+      }
+      change += sign * qdd[i];
+    }
+    return -change / (2.0 * speed[i]);
+  };
+  double rate = 0.0;
+  for (const Solution::Nodes& nodes : point.runs) {
+    for (int k = 0; k < nodes.segments(); ++k) {
+      const auto row = nodes.states.row(k);
+      const std::vector<double> x(row.data(), row.data() + row.size());
+      for (int i = 0; i < at.nv(); ++i) {
+        if (!(speed[i] > 0) || !std::isfinite(speed[i])) continue;
+        rate = std::max(rate, braked(&with, x, i) - braked(&without, x, i));
+      }
+    }
+  }
+  return rate;
+}
+
+}  // namespace
+
 double ChooseStep(const ShootingProblem& problem, const Solution& point,
                   double step_error) {
-  // A guard against a law that no step follows, not a choice: damping d on an
-  // inertia I is stable (RK4) below 2.8 I/d, and a nearly massless spin with
-  // 1 N m s/rad needs 1e-4 s.
-  constexpr int kMost = 4096;
+  // For accuracy a period takes 64 steps at most: a smoothed dry friction that
+  // stops a spin of hardly any inertia may chatter, which no sensor sees. For
+  // stability it takes what it needs; the last is a guard, not a choice.
+  constexpr int kMostAccurate = 64, kMost = 4096;
   constexpr int kSegments = 40;  // of a run, evenly spread
   const double period = problem.data().MedianSamplePeriod();
   const int size = problem.model().state_size();
@@ -81,11 +155,14 @@ double ChooseStep(const ShootingProblem& problem, const Solution& point,
     const double ends = std::sqrt(squares / end.size());
     return errors <= step_error && ends <= step_error;
   };
-  while (parts < kMost &&
+  while (parts < kMostAccurate &&
          !ParallelFor(static_cast<int>(some.size()), problem.options().threads,
                       fine_enough)) {
     parts *= 2;
   }
+  const double longest =
+      StableTime(point.rollout.integrator) / DampingRate(problem, point);
+  while (parts < kMost && period / parts > longest) parts *= 2;
   return period / parts;
 }
 

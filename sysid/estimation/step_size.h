@@ -9,7 +9,8 @@ namespace sysid {
 // The longest step, of the median sample period over 1, 2, 4, ..., with which
 // rolling the point's segments out differs from half that step by less than
 // `step_error` standard deviations (rms of the worst segment: of its
-// measurements, and of the state at its end).
+// measurements, and of the state at its end), 1/64 at the shortest; and shorter
+// where the effects' damping needs it to stay stable.
 double ChooseStep(const ShootingProblem& problem, const Solution& point,
                   double step_error);
 

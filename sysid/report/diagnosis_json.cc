@@ -90,17 +90,15 @@ std::vector<std::string> Extended(std::vector<std::string> given,
   return given;
 }
 
-// A model on the way: its error where it was not fitted decides.
-Json PathEntry(const EvaluatedModel& evaluated,
-               const std::vector<std::string>& given) {
-  std::vector<std::string> added;
-  for (const auto& effect : evaluated.added) added.push_back(effect->name());
-  return {{"effects", Extended(given, added)},
-          {"segment_s", Finite(evaluated.fit.segment_s)},
-          {"cv_error", Finite(evaluated.cv.error())},
-          {"cv_error_se", Finite(evaluated.cv.std_error())},
-          {"train", Finite(evaluated.train_error())},
-          {"holdout", Finite(evaluated.holdout_error())}};
+// A model of the search: its error where it was not fitted decides.
+Json ModelEntry(const ModelErrors& model,
+                const std::vector<std::string>& given) {
+  return {{"effects", Extended(given, model.effects)},
+          {"segment_s", Finite(model.segment_s)},
+          {"cv_error", Finite(model.cv.error())},
+          {"cv_error_se", Finite(model.cv.std_error())},
+          {"train", Finite(model.train.normalized_rms)},
+          {"holdout", Finite(model.holdout.normalized_rms)}};
 }
 
 }  // namespace
@@ -151,10 +149,16 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
       json["added"].push_back(added);
     }
   }
-  json["models"] = {PathEntry(diagnosis.base, session.effects)};
-  for (const DiagnosisStep& step : diagnosis.steps) {
-    json["models"].push_back(PathEntry(*step.after, session.effects));
-  }
+  const auto entries = [&](const std::vector<ModelErrors>& models) {
+    return List(models, [&](const ModelErrors& model) {
+      Json entry = ModelEntry(model, session.effects);
+      if (!model.change.empty()) entry["effect"] = model.change;
+      return entry;
+    });
+  };
+  json["models"] = entries(diagnosis.comparison.path);
+  json["left_out"] = entries(diagnosis.comparison.left_out);
+  json["one_more"] = entries(diagnosis.comparison.added);
   json["rivals"] =
       List(diagnosis.rivals, [&](const std::vector<std::string>& added) {
         return Json(Extended(session.effects, added));

@@ -20,6 +20,25 @@ std::string Probability(double p) {
   return p < 1e-12 ? "<1e-12" : Format("%.2g", p);
 }
 
+// Errors over the noise in the unit of the positions, where all have one.
+struct ErrorScale {
+  double size = 1.0;
+  std::string unit;
+
+  explicit ErrorScale(const RunErrors& errors) {
+    const ErrorSummary& total = errors.total;
+    if (!(total.normalized_rms > 0) || !std::isfinite(total.rms)) return;
+    unit = CommonUnit(errors.channels);
+    if (!unit.empty()) size = total.rms / total.normalized_rms;
+  }
+  std::string Name() const {
+    return unit.empty() ? "errors over the noise" : "errors in " + unit;
+  }
+  std::string operator()(double error) const {
+    return std::isfinite(error) ? Format("%.3g", size * error) : "-";
+  }
+};
+
 std::string ParameterLines(const Fit& fit) {
   std::string text;
   for (const ParameterEstimate& p : fit.parameters) {
@@ -48,8 +67,9 @@ std::string Expected(const ScreenedEffect& effect) {
 std::string WhereText(const Where& where) {
   std::string text = "where\n ";
   for (const ChannelError& channel : where.channels) {
-    text += Format(" %s %.3g times its noise,", channel.name.c_str(),
-                   channel.normalized_rms);
+    text += " " + channel.name + Format(" %.3g", channel.rms) +
+            Behind(channel.unit) + ", " + Times(channel.normalized_rms) +
+            " times its noise;";
   }
   text.back() = '\n';
   const auto worst =
@@ -108,10 +128,11 @@ size_t Shown(const std::vector<CandidateEffect>& candidates) {
 std::string WhichText(const Diagnosis& diagnosis) {
   const std::vector<CandidateEffect>& candidates = diagnosis.candidates;
   const size_t shown = Shown(candidates);
-  std::string text = Format(
-      "which of %zu effects (errors over the noise; p-values corrected for %d "
-      "tests)\n",
-      candidates.size(), diagnosis.tests);
+  const ErrorScale scale(diagnosis.base.fit.train);
+  std::string text =
+      Format("which of %zu effects (", candidates.size()) + scale.Name() +
+      " over segments of " + SegmentLengths(diagnosis.base.fit) +
+      Format("; p-values corrected for %d tests)\n", diagnosis.tests);
   size_t width = 6;
   for (size_t i = 0; i < shown; ++i) {
     width = std::max(width, candidates[i].screened.name().size());
@@ -121,13 +142,13 @@ std::string WhichText(const Diagnosis& diagnosis) {
                  "expected (+- 95 %)");
   for (size_t i = 0; i < shown; ++i) {
     const CandidateEffect& c = candidates[i];
-    text +=
-        Format("  %-*s %9.3g %9s %9s %8s  ", static_cast<int>(width),
-               c.screened.name().c_str(), c.screened.predicted_error,
-               c.confirmed ? Format("%.3g", c.confirmed->train).c_str() : "-",
-               c.confirmed ? Format("%.3g", c.confirmed->holdout).c_str() : "-",
-               Probability(c.screened.p_value).c_str()) +
-        Expected(c.screened) + "\n";
+    text += Format("  %-*s %9s %9s %9s %8s  ", static_cast<int>(width),
+                   c.screened.name().c_str(),
+                   scale(c.screened.predicted_error).c_str(),
+                   c.confirmed ? scale(c.confirmed->train).c_str() : "-",
+                   c.confirmed ? scale(c.confirmed->holdout).c_str() : "-",
+                   Probability(c.screened.p_value).c_str()) +
+            Expected(c.screened) + "\n";
     if (c.confirmed && !c.confirmed->together_with.empty()) {
       text += Format("  %-*s refitted together with ", static_cast<int>(width),
                      "") +
@@ -170,17 +191,35 @@ std::string PowerText(const Diagnosis& diagnosis) {
   return text;
 }
 
-std::string StepsText(const Diagnosis& diagnosis) {
-  std::string text =
-      "added (errors over the noise; + in, - out)\n"
-      "  over    predicted          fitted        held out\n";
-  for (const DiagnosisStep& step : diagnosis.steps) {
-    text += Format("  %-6s %9.3g %6.3g -> %-6.3g %6.3g -> %-6.3g ",
-                   Format("%.3g s", step.segment_s).c_str(), step.predicted,
-                   step.train_before, step.train_after, step.holdout_before,
-                   step.holdout_after);
-    if (!step.removed.empty()) text += " - " + step.removed;
-    for (const std::string& name : step.effects) text += " + " + name;
+// The models of the search and the neighbours of the last one, over segments of
+// one length.
+std::string ModelsText(const Diagnosis& diagnosis) {
+  constexpr size_t kMostAdded = 3;
+  const ModelComparison& models = diagnosis.comparison;
+  const ErrorScale scale(diagnosis.last().fit.train);
+  const auto errors = [&](const ModelErrors& model) {
+    return Format(
+        "  %9s %9s %9s +- %-8s  ", scale(model.train.normalized_rms).c_str(),
+        scale(model.holdout.normalized_rms).c_str(),
+        scale(model.cv.error()).c_str(), scale(model.cv.std_error()).c_str());
+  };
+  std::string text = "models (" + scale.Name();
+  if (diagnosis.interrupted.empty()) {
+    text += " over segments of " + SegmentLengths(diagnosis.last().fit);
+  }
+  text += Format(")\n  %9s %9s %9s +- %-8s\n", "fitted", "held out",
+                 "cross-val", "std error");
+  for (size_t i = 0; i < models.path.size(); ++i) {
+    text += errors(models.path[i]);
+    if (i == 0) {
+      text += "as given\n";
+      continue;
+    }
+    const DiagnosisStep& step = diagnosis.steps[i - 1];
+    std::vector<std::string> changes;
+    if (!step.removed.empty()) changes.push_back("- " + step.removed);
+    for (const std::string& name : step.effects) changes.push_back("+ " + name);
+    text += Join(changes, " ");
     for (const ParameterEstimate& p : step.parameters) {
       text +=
           "  " + p.name + " " + Value(p.value, p.std_error) + Behind(p.unit);
@@ -188,8 +227,16 @@ std::string StepsText(const Diagnosis& diagnosis) {
     text += "\n";
     for (const std::vector<std::string>& others : step.indistinguishable_from) {
       if (others.empty()) continue;
-      text += Format("  %51s equally good: ", "") + Join(others) + "\n";
+      text += Format("  %44s equally good: ", "") + Join(others) + "\n";
     }
+  }
+  if (models.left_out.empty() && models.added.empty()) return text;
+  text += "  the last of them with one effect less or more, fitted again\n";
+  for (const ModelErrors& model : models.left_out) {
+    text += errors(model) + "without " + model.change + "\n";
+  }
+  for (size_t i = 0; i < std::min(models.added.size(), kMostAdded); ++i) {
+    text += errors(models.added[i]) + "with " + models.added[i].change + "\n";
   }
   return text;
 }
@@ -211,15 +258,35 @@ Answer AnswerOf(const Diagnosis& diagnosis) {
   return {diagnosis.proposed, first.train, first.holdout};
 }
 
-std::string TheErrorIs(const Answer& answer) {
-  return " the error is " + Times(answer.train) + " (held out " +
+std::string TheErrorIs(const Diagnosis& diagnosis, const Answer& answer) {
+  const ErrorScale scale(diagnosis.steps.empty() ? diagnosis.base.fit.train
+                                                 : diagnosis.last().fit.train);
+  const std::string unit = Behind(scale.unit.empty() ? "-" : scale.unit);
+  return " the error is " + scale(answer.train) + unit + ", " +
+         Times(answer.train) + " times the noise (held out " +
          Times(answer.holdout) + ").";
+}
+
+// The error of the model as given, over the segments of the answer.
+std::string ErrorAsGiven(const Diagnosis& diagnosis) {
+  const EvaluatedModel& base = diagnosis.base;
+  if (diagnosis.comparison.path.empty() ||
+      diagnosis.comparison.path[0].segment_s == base.fit.segment_s) {
+    return "The error is " + ErrorWords(base.fit.train) + " (held out " +
+           Times(base.holdout_error()) + ")";
+  }
+  const ModelErrors& given = diagnosis.comparison.path[0];
+  return "Over segments of " + SegmentLengths(diagnosis.last().fit) +
+         " the error is " +
+         ErrorWords(given.train, CommonUnit(base.fit.train.channels)) +
+         " (held out " + Times(given.holdout.normalized_rms) + ")";
 }
 
 // Where a search ended that does not explain the data.
 std::string AfterSteps(const Diagnosis& diagnosis, const Answer& answer) {
   if (diagnosis.steps.empty() || answer.effects.empty()) return "";
-  return " With " + ListEffects(answer.effects, " and ") + TheErrorIs(answer);
+  return " With " + ListEffects(answer.effects, " and ") +
+         TheErrorIs(diagnosis, answer);
 }
 
 // Of the final model. Without --auto an effect may be missing from it.
@@ -240,9 +307,7 @@ const char* FinalWords(Verdict verdict) {
 
 std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   if (!diagnosis.usable) return "The model could not be fitted to this data.";
-  const EvaluatedModel& base = diagnosis.base;
-  std::string text = "The error is " + ErrorWords(base.fit.train) +
-                     " (held out " + Times(base.holdout_error()) + ")";
+  std::string text = ErrorAsGiven(diagnosis);
   if (!diagnosis.interrupted.empty()) {
     text += ", and the search for what is missing was interrupted while " +
             diagnosis.interrupted;
@@ -281,15 +346,16 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
     }
     return text +
            ": an effect is missing; these explain the data equally well: " +
-           Join(rivals, "; ") + ". With the first" + TheErrorIs(answer);
+           Join(rivals, "; ") + ". With the first" +
+           TheErrorIs(diagnosis, answer);
   }
   text += ": " + ListEffects(answer.effects, " and ");
   if (answer.effects.size() < 2) {
-    return text + " is missing; with it" + TheErrorIs(answer);
+    return text + " is missing; with it" + TheErrorIs(diagnosis, answer);
   }
   return text + " are missing" +
          (diagnosis.steps.empty() ? ", which only together explain it" : "") +
-         "; with them" + TheErrorIs(answer);
+         "; with them" + TheErrorIs(diagnosis, answer);
 }
 
 std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
@@ -399,7 +465,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
       diagnosis.interrupted.empty() || !diagnosis.candidates.empty();
   if (looked) text += WhichText(diagnosis);
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
-  if (!diagnosis.steps.empty()) text += StepsText(diagnosis);
+  if (!diagnosis.steps.empty()) text += ModelsText(diagnosis);
   if (final != nullptr) {
     text += "final model: " +
             (final->session.effects.empty() ? std::string("no effects")

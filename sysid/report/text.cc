@@ -40,20 +40,26 @@ std::string Paint(bool colour, const char* code, const std::string& text) {
   return colour ? code + text + "\033[0m" : text;
 }
 
-std::string ErrorWords(const RunErrors& errors) {
-  std::string unit;  // of the positions, where they have one
-  bool one_unit = true;
-  for (const ChannelError& channel : errors.channels) {
+std::string CommonUnit(const std::vector<ChannelError>& channels) {
+  std::string unit;
+  for (const ChannelError& channel : channels) {
     if (!channel.position_like) continue;
-    one_unit = one_unit && (unit.empty() || unit == channel.unit);
+    if (!unit.empty() && unit != channel.unit) return "";
     unit = channel.unit;
   }
-  const std::string share = OfTheMotion(errors.total.fit_percent);
-  const std::string beside =
-      Times(errors.total.normalized_rms) + " times the noise";
-  return one_unit && !unit.empty()
-             ? Format("%.3g ", errors.total.rms) + unit + share + ", " + beside
-             : beside + share;
+  return unit;
+}
+
+std::string ErrorWords(const ErrorSummary& error, const std::string& unit) {
+  const std::string share = OfTheMotion(error.fit_percent);
+  const std::string beside = Times(error.normalized_rms) + " times the noise";
+  return unit.empty()
+             ? beside + share
+             : Format("%.3g ", error.rms) + unit + share + ", " + beside;
+}
+
+std::string ErrorWords(const RunErrors& errors) {
+  return ErrorWords(errors.total, CommonUnit(errors.channels));
 }
 
 std::string Behind(const std::string& unit) {

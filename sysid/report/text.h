@@ -20,7 +20,12 @@ inline constexpr const char* kGreen = "\033[32m";
 // exponent where people read on ("1090").
 std::string Times(double error);
 
-// "0.0012 rad (fit 99.6 %), 1.03 times the noise".
+// The unit of all positions; empty where they have several.
+std::string CommonUnit(const std::vector<ChannelError>& channels);
+
+// "0.0012 rad (fit 99.6 %), 1.03 times the noise"; without the first where
+// there is no common unit.
+std::string ErrorWords(const ErrorSummary& error, const std::string& unit);
 std::string ErrorWords(const RunErrors& errors);
 
 // In bold, red or green (kBold, ...), where there is `colour`.

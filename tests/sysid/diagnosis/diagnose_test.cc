@@ -20,6 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::UnorderedElementsAre;
+using ::testing::UnorderedElementsAreArray;
 
 const std::vector<Value> kLengths{{"link1.length", 0.5}, {"link2.length", 0.5}};
 // What is free, and right.
@@ -202,6 +203,28 @@ TEST(Diagnose, FindsTwoEffects) {
     if (i == 0 || step.segment_s != diagnosis.steps[i - 1].segment_s) continue;
     EXPECT_NEAR(step.train_before, diagnosis.steps[i - 1].train_after,
                 0.02 * step.train_before);
+  }
+  // All models beside each other, over the segments of the last: none of its
+  // neighbours predicts better.
+  const ModelComparison& models = diagnosis.comparison;
+  ASSERT_EQ(models.path.size(), diagnosis.steps.size() + 1);
+  EXPECT_THAT(models.path[0].effects, IsEmpty());
+  EXPECT_THAT(models.path.back().effects,
+              UnorderedElementsAreArray(diagnosis.added()));
+  EXPECT_GT(models.path[0].cv.error(), 2.0 * models.path.back().cv.error());
+  for (const ModelErrors& model : models.path) {
+    EXPECT_EQ(model.segment_s, diagnosis.last().fit.segment_s);
+  }
+  std::vector<std::string> left_out;
+  for (const ModelErrors& model : models.left_out) {
+    left_out.push_back(model.change);
+    EXPECT_EQ(model.effects.size() + 1, diagnosis.added().size());
+    EXPECT_EQ(model.segment_s, diagnosis.last().fit.segment_s);
+    EXPECT_TRUE(IsWorse(model.cv, models.path.back().cv)) << model.change;
+  }
+  EXPECT_THAT(left_out, UnorderedElementsAreArray(diagnosis.added()));
+  for (const ModelErrors& model : models.added) {
+    EXPECT_FALSE(IsWorse(models.path.back().cv, model.cv)) << model.change;
   }
 }
 

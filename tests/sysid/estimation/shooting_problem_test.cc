@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/step_size.h"
@@ -211,6 +212,26 @@ TEST(ChooseStep, IsFinerForAStiffFriction) {
   const double step = StepFor(model, run, 1e-4);
   EXPECT_LT(step, 0.006);
   EXPECT_GT(step, 0.01 / 65);
+}
+
+// A link with hardly any inertia about its axis: 1.5 N m s/rad stop its spin
+// within 50 us, and no longer step is stable.
+TEST(ChooseStep, IsStableForADampedSpin) {
+  const Model model = Shipped("pendulum1", {"viscous_damping@joint1"},
+                              {{"joint1.damping", 1.5}});
+  SimulationOptions simulation;
+  simulation.duration = 2.0;
+  simulation.noise = 1e-3;
+  simulation.step = 2e-5;
+  EstimationOptions options;
+  options.noise = 1e-3;
+  const ShootingProblem problem(
+      model, {}, {Simulate(model, RandomState(model, 1.0, 1), simulation)},
+      options);
+  Solution point = PointOf(problem, 0.5);
+  point.rollout.step = ChooseStep(problem, point, 0.2);
+  EXPECT_LT(point.rollout.step, 0.01 / 64);
+  EXPECT_LT(EvaluateErrors(problem, point, 0.0).total.normalized_rms, 30.0);
 }
 
 TEST(ChooseStep, IsFinerWhereTheNoiseIsSmaller) {
