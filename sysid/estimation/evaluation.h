@@ -83,9 +83,14 @@ double ObservedStateDof(const ShootingProblem& problem);
 
 // Error against how far ahead the model predicts: states estimated from short
 // windows, then rolled out; rms over position-like channels. To `longest`, s.
+struct HorizonChannel {
+  std::string name;
+  double rms = 0.0;  // rad or m
+};
 struct HorizonError {
   double horizon_s = 0.0;
   double rms = 0.0;
+  std::vector<HorizonChannel> channels;  // by name
 };
 std::vector<HorizonError> EvaluateHorizon(
     const ShootingProblem& problem, const Solution& solution,

@@ -6,7 +6,10 @@
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <random>
+#include <string>
+#include <utility>
 
 #include "models/state.h"
 #include "sysid/estimation/initial_states.h"
@@ -24,6 +27,11 @@ constexpr double kFree = 1.0;  // of StateBelief: no twist is held
 
 struct Sum {
   double squares = 0.0, dof = 0.0;
+
+  void operator+=(const Sum& other) {
+    squares += other.squares;
+    dof += other.dof;
+  }
 };
 
 // The first sample of a run that is later than t.
@@ -32,7 +40,7 @@ int After(const std::vector<double>& times, double t) {
                           times.begin());
 }
 
-using Sums = std::vector<Sum>;  // of each horizon
+using Sums = std::vector<std::map<std::string, Sum>>;  // horizons, channels
 
 // Calls use(row, sum) for the measurements of positions at each horizon: within
 // a tenth of it before it.
@@ -46,8 +54,9 @@ void ForEachAhead(const RunData& data, const SegmentRollout& rollout,
       if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
         continue;
       }
-      use(row, &(*sums)[h]);
-      (*sums)[h].dof += ResidualDof(data.measurements.residuals[row.channel]);
+      Sum& sum = (*sums)[h][data.run.channels[row.channel].name];
+      use(row, &sum);
+      sum.dof += ResidualDof(data.measurements.residuals[row.channel]);
     }
   }
 }
@@ -63,13 +72,19 @@ std::vector<HorizonError> AddUp(
   });
   std::vector<HorizonError> result;
   for (int h = 0; h < kCount; ++h) {
-    Sum sum;
+    std::map<std::string, Sum> channels;
     for (const Sums& part : parts) {
-      sum.squares += part[h].squares;
-      sum.dof += part[h].dof;
+      for (const auto& [name, sum] : part[h]) channels[name] += sum;
     }
-    if (sum.dof == 0) continue;
-    result.push_back({kHorizons[h], std::sqrt(sum.squares / sum.dof)});
+    Sum all;
+    HorizonError error{kHorizons[h], 0.0, {}};
+    for (const auto& [name, sum] : channels) {
+      all += sum;
+      error.channels.push_back({name, std::sqrt(sum.squares / sum.dof)});
+    }
+    if (all.dof == 0) continue;
+    error.rms = std::sqrt(all.squares / all.dof);
+    result.push_back(std::move(error));
   }
   return result;
 }

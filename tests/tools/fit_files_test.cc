@@ -49,6 +49,9 @@ void ExpectError(const Json& error) {
   for (const Json& horizon : error["horizon"]) {
     EXPECT_TRUE(horizon.at("horizon_s").is_number());
     EXPECT_TRUE(IsNumberOrNull(horizon.at("rms")));
+    ASSERT_FALSE(horizon.at("channels").empty());
+    EXPECT_TRUE(horizon["channels"][0].at("name").is_string());
+    EXPECT_TRUE(IsNumberOrNull(horizon["channels"][0].at("rms")));
   }
   ASSERT_FALSE(error.at("open").empty());
   for (const Json& run : error["open"]) {
