@@ -84,14 +84,12 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
   return rate;
 }
 
-}  // namespace
-
-double ChooseStep(const ShootingProblem& problem, const Solution& point,
-                  double step_error) {
-  // For accuracy a period takes 64 steps at most: a smoothed dry friction that
-  // stops a spin of hardly any inertia may chatter, which no sensor sees. For
-  // stability it takes what it needs; the last is a guard, not a choice.
-  constexpr int kMostAccurate = 64, kMost = 4096;
+// The longest step that is accurate enough: ChooseStep without what stability
+// needs. A period takes 64 at most: a smoothed dry friction that stops a spin
+// of hardly any inertia may chatter, which no sensor sees.
+double AccurateStep(const ShootingProblem& problem, const Solution& point,
+                    double step_error) {
+  constexpr int kMostParts = 64;
   constexpr int kSegments = 40;  // of a run, evenly spread
   const double period = problem.data().MedianSamplePeriod();
   const int size = problem.model().state_size();
@@ -155,15 +153,25 @@ double ChooseStep(const ShootingProblem& problem, const Solution& point,
     const double ends = std::sqrt(squares / end.size());
     return errors <= step_error && ends <= step_error;
   };
-  while (parts < kMostAccurate &&
+  while (parts < kMostParts &&
          !ParallelFor(static_cast<int>(some.size()), problem.options().threads,
                       fine_enough)) {
     parts *= 2;
   }
-  const double longest =
-      StableTime(point.rollout.integrator) / DampingRate(problem, point);
-  while (parts < kMost && period / parts > longest) parts *= 2;
   return period / parts;
+}
+
+}  // namespace
+
+double ChooseStep(const ShootingProblem& problem, const Solution& point,
+                  double step_error) {
+  constexpr double kShortest = 1.0 / 4096;  // of a period: a guard, no choice
+  const double period = problem.data().MedianSamplePeriod();
+  const double stable =
+      StableTime(point.rollout.integrator) / DampingRate(problem, point);
+  double step = AccurateStep(problem, point, step_error);
+  while (step > stable && step > kShortest * period) step *= 0.5;
+  return step;
 }
 
 double ChooseStepAhead(const ShootingProblem& problem, const Solution& point) {
@@ -181,7 +189,7 @@ double ChooseStepAhead(const ShootingProblem& problem, const Solution& point) {
     value = std::clamp(value < 0 ? -size : size, free.lower, free.upper);
   }
   if (!grows) return needed;
-  return std::min(needed, ChooseStep(problem, ahead, kStableError));
+  return std::min(needed, AccurateStep(problem, ahead, kStableError));
 }
 
 double RefineStep(const ShootingProblem& problem, double defect,
