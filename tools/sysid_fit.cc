@@ -15,6 +15,7 @@
 #include "sysid/io/memory.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
+#include "sysid/report/sampled_models.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/stochastic/solvers.h"
@@ -23,7 +24,7 @@
 #include "tools/stochastic_flags.h"
 
 DECLARE_uint64(seed);
-DEFINE_int32(sample, 0, "URDFs to draw from the mixture, into --out");
+DEFINE_int32(sample, 0, "URDFs to draw from what was fitted, into --out");
 
 namespace sysid {
 namespace {
@@ -54,7 +55,7 @@ constexpr char kHelp[] =
                              on a mixture of Gaussians (docs/stochastic.md)
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
     --huber D (rad, m; default: none, 0.1)  --from_rest    of adam and gmm
-    --kernels 3  --draws 16  --spread 0.3  --online  --sample N    of gmm
+    --kernels 3  --draws 16  --spread 0.3  --online    of gmm
   --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
@@ -64,6 +65,9 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
                              identified.urdf
+  --sample N                 into DIR also N URDFs and samples.csv, drawn from
+                             the normal distribution of the estimate (gmm: from
+                             the mixture)
 Ctrl-C gives the best point so far, once more ends at once.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
@@ -99,31 +103,39 @@ std::string WriteOutputs(const PageFit& fit) {
   return Join(names);
 }
 
-// A draw from the mixture a file: sample_1.urdf, ..., and all in samples.csv.
-void WriteSamples(const Session& session, const ShootingProblem& problem,
-                  const MixtureFit& mixture) {
-  const SampledModels samples =
-      SampleModels(session, problem, mixture, FLAGS_sample, FLAGS_seed);
-  for (int i = 0; i < FLAGS_sample; ++i) {
+// A draw a file: sample_1.urdf, ..., and all in samples.csv.
+void WriteSamples(const SampledModels& samples) {
+  for (size_t i = 0; i < samples.urdfs.size(); ++i) {
     WriteIntoFolder("sample_" + std::to_string(i + 1) + ".urdf",
                     samples.urdfs[i]);
   }
   WriteIntoFolder("samples.csv", samples.csv);
 }
 
-std::string SampleFiles() {
-  if (FLAGS_sample == 0) return "";
-  const std::string last = std::to_string(FLAGS_sample);
+std::string SampleFiles(const SampledModels& samples) {
+  const size_t count = samples.urdfs.size();
+  if (count == 0) return "";
   return ", samples.csv, sample_1.urdf" +
-         (FLAGS_sample > 1 ? " to sample_" + last + ".urdf" : "");
+         (count > 1 ? " to sample_" + std::to_string(count) + ".urdf" : "");
 }
 
-void CheckSampling(const std::string& solver) {
+std::string SampleText(const SampledModels& samples, const Fit& fit) {
+  std::string text;
+  for (const std::string& remark : samples.remarks) {
+    text += "  " + remark + "\n";
+  }
+  if (!samples.urdfs.empty() && !fit.converged) {
+    text += "  the samples are drawn from a fit that has not converged\n";
+  }
+  return text;
+}
+
+void CheckSampling(const Session& session) {
   if (!FlagGiven("sample")) return;
   CheckCount("sample", FLAGS_sample, 100000);
-  if (solver != "gmm") {
-    throw InputError("--sample", "has no meaning for --solver " + solver,
-                     "only gmm has a mixture to draw from");
+  if (session.free.empty()) {
+    throw InputError("--sample", "has nothing to draw: nothing is free",
+                     "name parameters with --free");
   }
   if (FLAGS_out.empty()) {
     throw InputError("--sample", "has nowhere to write to",
@@ -159,7 +171,7 @@ int Main() {
   Session session = OpenSession(request, catalogue);
   CheckSolverFlags(session.solver);
   CheckSomethingIsFitted(session);
-  CheckSampling(session.solver);
+  CheckSampling(session);
   const Solver& solver = FindSolver(session.solver);
   const SolverOptions how{AdamOptionsFromFlags(), MixtureOptionsFromFlags()};
   if (session.solver == "gmm") CheckMixtureSize(session, how.mixture);
@@ -208,34 +220,35 @@ int Main() {
   const PageFit shown =
       Show(session, problem, fit, held, tried, mixture ? &*mixture : nullptr);
   const std::string json = ModelFileText(shown, "fit.json");
+  SampledModels samples;
+  if (FLAGS_sample > 0) {
+    samples = SampleModels(session, problem, solved, FLAGS_sample, FLAGS_seed);
+  }
   std::string written;  // once all of it is
   GiveResult(
       [&] {
         if (FLAGS_out.empty()) return;
         const std::string names = WriteOutputs(shown);
-        if (FLAGS_sample > 0) WriteSamples(session, problem, *mixture);
-        written =
-            "  written to " + FLAGS_out + ": " + names + SampleFiles() + "\n";
+        if (!samples.urdfs.empty()) WriteSamples(samples);
+        written = "  written to " + FLAGS_out + ": " + names +
+                  SampleFiles(samples) + "\n";
       },
       json,
       [&] {
         const bool colour = isatty(STDOUT_FILENO) == 1;
         std::string text = FitText(session, problem, fit, held, tried, colour);
         if (mixture) text += MixtureText(*mixture);
-        text += written;
-        if (FLAGS_sample > 0 && !fit.converged) {
-          text +=
-              "  the samples are drawn from a mixture that has not converged\n";
-        }
-        return text;
+        return text + written + SampleText(samples, fit);
       });
   if (!fit.converged) {
     watch.SayKept("the best point so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: %s\n",
                  fit.termination.c_str());
-    return kExitNoResult;
   }
-  return kExitDone;
+  if (!samples.failure.empty()) {
+    std::fprintf(stderr, "error: no samples: %s\n", samples.failure.c_str());
+  }
+  return fit.converged && samples.failure.empty() ? kExitDone : kExitNoResult;
 }
 
 }  // namespace

@@ -13,18 +13,6 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-Eigen::VectorXd ThetaScale(const ShootingProblem& problem,
-                           const Eigen::VectorXd& theta) {
-  Eigen::VectorXd scale(theta.size());
-  for (int i = 0; i < theta.size(); ++i) {
-    scale[i] = problem.map().IsTransformed(i)
-                   ? 1.0
-                   : std::max(std::abs(theta[i]),
-                              problem.free()[i].parameter.typical_scale);
-  }
-  return scale;
-}
-
 bool AtBound(double value, double bound, double scale) {
   return std::isfinite(bound) && std::abs(value - bound) <= 1e-6 * scale;
 }
@@ -60,6 +48,18 @@ Identifiability AnalyseLoose(const RowMatrixXd& R, const Eigen::VectorXd& scale,
 }
 
 }  // namespace
+
+Eigen::VectorXd ThetaScale(const ShootingProblem& problem,
+                           const Eigen::VectorXd& theta) {
+  Eigen::VectorXd scale(theta.size());
+  for (int i = 0; i < theta.size(); ++i) {
+    scale[i] = problem.map().IsTransformed(i)
+                   ? 1.0
+                   : std::max(std::abs(theta[i]),
+                              problem.free()[i].parameter.typical_scale);
+  }
+  return scale;
+}
 
 std::string NotIdentifiable(const std::vector<std::string>& group) {
   return Join(group) +
@@ -110,6 +110,8 @@ Estimates MakeEstimates(const ShootingProblem& problem,
   const Eigen::MatrixXd blur = D * known.undetermined;
   const Eigen::MatrixXd moved = D * known.covariance;
   estimates.covariance = moved * score_covariance * moved.transpose();
+  estimates.theta_covariance =
+      known.covariance * score_covariance * known.covariance;
   for (int i = 0; i < n; ++i) {
     const FreeParameter& free = problem.free()[i];
     bool identifiable = known.identifiable[i];

@@ -26,11 +26,19 @@ struct Estimates {
   // it says nothing of.
   std::vector<std::vector<std::string>> not_identifiable;
   Eigen::MatrixXd covariance;  // of the parameters' values
+  // Of theta (models/parameters.h), from which that follows by
+  // ParameterMap::ValueJacobian: zero along what the data does not determine.
+  Eigen::MatrixXd theta_covariance;
 };
 
 // "a is not identifiable from this data", of a group of
 // Estimates::not_identifiable.
 std::string NotIdentifiable(const std::vector<std::string>& group);
+
+// The sizes of theta: 1 where it is a logarithm or a ratio by (4.1), else the
+// larger of |theta_i| and a typical one.
+Eigen::VectorXd ThetaScale(const ShootingProblem& problem,
+                           const Eigen::VectorXd& theta);
 
 // Whether a value is at one of its bounds.
 bool HeldByBounds(const FreeParameter& free, double value);

@@ -116,12 +116,16 @@ Estimates EstimatesByRank(const ShootingProblem& problem,
   while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
   const Eigen::MatrixXd D =
       problem.map().ValueJacobian(theta) * scale.asDiagonal();
-  const Eigen::MatrixXd known = D * svd.matrixV().leftCols(rank) *
-                                size.head(rank).cwiseInverse().asDiagonal() *
-                                svd.matrixU().leftCols(rank).transpose() * E;
+  // Of theta / scale.
+  const Eigen::MatrixXd root = svd.matrixV().leftCols(rank) *
+                               size.head(rank).cwiseInverse().asDiagonal() *
+                               svd.matrixU().leftCols(rank).transpose() * E;
+  const Eigen::MatrixXd known = D * root;
   const Eigen::MatrixXd unseen = svd.matrixV().rightCols(p - rank);
   const Eigen::MatrixXd moved = D * unseen;
   estimates.covariance = known * known.transpose();
+  estimates.theta_covariance =
+      scale.asDiagonal() * (root * root.transpose()) * scale.asDiagonal();
   std::vector<int> open;
   for (int i = 0; i < p; ++i) {
     const bool identifiable = moved.row(i).norm() < kMoves * D.row(i).norm();

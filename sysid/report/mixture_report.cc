@@ -1,7 +1,5 @@
 #include "sysid/report/mixture_report.h"
 
-#include "models/urdf/write_urdf.h"
-#include "sysid/io/csv.h"
 #include "sysid/report/text.h"
 
 namespace sysid {
@@ -34,45 +32,6 @@ std::string MixtureText(const MixtureFit& mixture) {
     text += "  " + remark + "\n";
   }
   return text;
-}
-
-SampledModels SampleModels(const Session& session,
-                           const ShootingProblem& problem,
-                           const MixtureFit& mixture, int count,
-                           std::uint64_t seed) {
-  const Eigen::MatrixXd values =
-      SampleParameters(problem, mixture.kernels, count, seed);
-  std::vector<Parameter> parameters;
-  SampledModels out;
-  out.csv = "sample";
-  for (const FreeParameter& free : problem.free()) {
-    parameters.push_back(free.parameter);
-    out.csv += "," + CsvCell(free.parameter.name);
-  }
-  out.csv += "\n";
-  for (int i = 0; i < count; ++i) {
-    const std::string number = std::to_string(i + 1);
-    std::vector<std::string> comments{
-        "draw " + number + " of " + std::to_string(count) +
-        " from the mixture that sysid_fit --solver gmm identified for " +
-        session.model_name};
-    if (!mixture.fit.converged) {
-      comments.push_back("not converged: " + mixture.fit.termination);
-    }
-    out.csv += number;
-    std::vector<double> row;
-    for (size_t p = 0; p < parameters.size(); ++p) {
-      row.push_back(values(i, p));
-      out.csv += "," + ShortestText(row.back());
-      comments.push_back(parameters[p].name + " = " + ShortestText(row.back()) +
-                         " " + parameters[p].unit);
-    }
-    out.csv += "\n";
-    Model model = session.model;
-    SetParameters(parameters, row, &model);
-    out.urdfs.push_back(WriteUrdf(model, comments));
-  }
-  return out;
 }
 
 }  // namespace sysid

@@ -197,7 +197,7 @@ TEST(Mixture, SaysThatItsSamplesAreOfNoUsableResult) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("samples.csv, sample_1.urdf\n"),
-                    HasSubstr("samples are drawn from a mixture that has not "
+                    HasSubstr("samples are drawn from a fit that has not "
                               "converged")));
   EXPECT_THAT(folder.Read("result/sample_1.urdf"),
               HasSubstr("not converged: the mean has not settled"));
@@ -237,8 +237,6 @@ TEST(Flags, OfAnotherSolverAreRefused) {
          "no meaning for --solver adam", "gmm");
   expect({"--solver", "adam", "--loss", "huber"}, "--loss",
          "no meaning for --solver adam", "--huber");
-  expect({"--solver", "adam", "--sample", "2"}, "--sample",
-         "no meaning for --solver adam", "mixture");
   expect({"--solver", "gmm", "--sample", "0"}, "--sample", "cannot be 0",
          "between 1");
   expect({"--solver", "gmm", "--kernels", "0"}, "--kernels", "cannot be 0",

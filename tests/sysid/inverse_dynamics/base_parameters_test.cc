@@ -62,6 +62,9 @@ TEST(EstimatesByRank, TellsSingleParametersFromGroups) {
               ElementsAre(ElementsAre("link1.mass", "link2.mass"),
                           ElementsAre("gravity")));
   EXPECT_TRUE(std::isnan(estimates.parameters[3].std_error));
+  // Here theta are the values. What shows in no row does not vary.
+  EXPECT_LT((estimates.theta_covariance - estimates.covariance).norm(), 1e-12);
+  EXPECT_EQ(estimates.theta_covariance(3, 3), 0.0);
 }
 
 }  // namespace
