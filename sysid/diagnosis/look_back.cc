@@ -31,13 +31,8 @@ bool Search::LookBack(const std::vector<std::string>& newest) {
 
 bool Search::LookBackAt(const std::string& name) {
   const EvaluatedModel& with = now();
-  Report("looking back at " + name, with.train_error());
-  EstimationOptions options = Coarse(problem_.options, with.train_error());
-  options.progress = nullptr;
-  options.max_iterations = kRefitIterations;
-  EvaluatedModel without = EvaluateWithout(problem_, with, name, options);
+  EvaluatedModel without = Without(name);
   if (!std::isfinite(without.train_error())) return false;
-  tried_.push_back(ErrorsOf(without));
   DiagnosisStep step = StepFrom(with);
   step.removed = name;
   std::shared_ptr<EvaluatedModel> next;

@@ -354,8 +354,11 @@ void Search::Add(CandidateRefit* chosen,
 
 void Search::Conclude() {
   const bool by_equations = diagnosis_.by_equations;
-  if (!by_equations && TakeOutChance()) {
-    diagnosis_.final_verdict = Judge(*model_, nullptr);
+  if (!by_equations) {
+    const bool unneeded = TakeOutUnneeded();
+    if (TakeOutChance() || unneeded) {
+      diagnosis_.final_verdict = Judge(*model_, nullptr);
+    }
   }
   for (const auto& effect : model_->added) {
     AddAlternatives(effect->name(),
@@ -375,6 +378,52 @@ void Search::Conclude() {
   }
 }
 
+EvaluatedModel Search::Without(const std::string& name) {
+  Report("leaving out " + name, now().train_error());
+  EstimationOptions options = Coarse(problem_.options, now().train_error());
+  options.progress = nullptr;
+  options.max_iterations = kRefitIterations;
+  EvaluatedModel without = EvaluateWithout(problem_, now(), name, options);
+  tried_.push_back(ErrorsOf(without));
+  return without;
+}
+
+bool Search::WasTriedWithout(const std::string& name,
+                             const EvaluatedModel& model) const {
+  ModelComparison around;
+  SetNeighbours(tried_, model, &around);
+  return std::any_of(
+      around.left_out.begin(), around.left_out.end(),
+      [&](const ModelErrors& errors) { return errors.change == name; });
+}
+
+bool Search::TakeOutUnneeded() {
+  bool any = false, again = true;
+  while (again) {
+    again = false;
+    const std::vector<std::shared_ptr<const Effect>> effects = now().added;
+    for (auto effect = effects.rbegin(); effect != effects.rend(); ++effect) {
+      const std::string& name = (*effect)->name();
+      // The look back has judged those.
+      if (settled_.contains(name) || WasTriedWithout(name, now())) continue;
+      DiagnosisStep step = StepFrom(now());
+      EvaluatedModel without = Without(name);
+      if (!std::isfinite(without.cv.error()) ||
+          !WhyImplausible(without).empty() || IsWorse(without.cv, now().cv)) {
+        continue;
+      }
+      step.removed = name;
+      step.predicted = without.train_error();
+      model_ = std::make_shared<EvaluatedModel>(std::move(without));
+      EndAt(model_, &step);
+      diagnosis_.steps.push_back(std::move(step));
+      any = again = true;
+      break;
+    }
+  }
+  return any;
+}
+
 void Search::CompareModels() {
   const EvaluatedModel& last = diagnosis_.last();
   ModelComparison& comparison = diagnosis_.comparison;
@@ -383,21 +432,14 @@ void Search::CompareModels() {
   for (const DiagnosisStep& step : diagnosis_.steps) {
     comparison.path.push_back(ErrorsOver(problem_, *step.after, last));
   }
-  SetNeighbours(tried_, last, &comparison);
   for (const auto& effect : last.added) {
-    const std::string name = effect->name();
-    const bool known = std::any_of(
-        comparison.left_out.begin(), comparison.left_out.end(),
-        [&](const ModelErrors& model) { return model.change == name; });
-    if (known || settled_.contains(name)) continue;
-    Report("comparing the models", last.train_error());
-    EstimationOptions options = Coarse(problem_.options, last.train_error());
-    options.progress = nullptr;
-    options.max_iterations = kRefitIterations;
-    comparison.left_out.push_back(
-        ErrorsOf(EvaluateWithout(problem_, last, name, options)));
-    comparison.left_out.back().change = name;
+    if (settled_.contains(effect->name()) ||
+        WasTriedWithout(effect->name(), last)) {
+      continue;
+    }
+    Without(effect->name());
   }
+  SetNeighbours(tried_, last, &comparison);
 }
 
 // The model of the last step is whole: a later one was in the making.

@@ -70,6 +70,14 @@ class Search {
   bool LookFarther(bool* joined);
   void Add(CandidateRefit* chosen, const std::vector<CandidateEffect>& listed);
   void Conclude();
+  // Takes out what the model is as good without, fitted again: what came in
+  // beside a fit that was stuck. True where it took any.
+  bool TakeOutUnneeded();
+  // The model so far without one of its effects, fitted again; and whether that
+  // was tried over a model's segments.
+  EvaluatedModel Without(const std::string& name);
+  bool WasTriedWithout(const std::string& name,
+                       const EvaluatedModel& model) const;
   // The models of the way and the neighbours of the last one beside each other.
   void CompareModels();
   void Keep();  // what a search that was stopped may still say
