@@ -72,13 +72,8 @@ std::string DiscrepancyLine(const Fit& fit) {
 
 // Positions beside the efforts: what those are worth in a prediction.
 std::string HorizonLine(const Fit& fit) {
-  if (fit.horizon.empty()) return "";
-  std::string unit;
-  for (const ChannelError& channel : fit.train.channels) {
-    if (!channel.position_like) continue;
-    if (!unit.empty() && unit != channel.unit) return "";
-    unit = channel.unit;
-  }
+  const std::string unit = CommonUnit(fit.train.channels);
+  if (fit.horizon.empty() || unit.empty()) return "";
   std::string text = "  error of predicted positions, " + unit + ":";
   for (const HorizonError& error : fit.horizon) {
     text +=
