@@ -59,12 +59,6 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
          predicted < kMuch * screening.error;
 }
 
-std::vector<const ScreenedEffect*> Screened(const CandidateRefit& refit) {
-  std::vector<const ScreenedEffect*> effects;
-  for (const ScreenedEffect& e : refit.expected) effects.push_back(&e);
-  return effects;
-}
-
 std::string WhyRefused(const DiagnosisProblem& problem,
                        const EvaluatedModel& before,
                        const CandidateRefit& refit, int tried) {
@@ -199,33 +193,18 @@ void Refitter::Confirm(const EvaluatedModel& before,
                            {refit.expected[0].effect.get()});
         });
   };
-  // So does a stiff one, whose refit takes longer than all others together; of
-  // these the common kinds come first.
-  constexpr double kStiff = 1.0 / 8;  // of the model's step
-  const auto is_stiff = [&](const CandidateRefit& refit) {
-    return StepWith(problem_, before, Screened(refit)) <
-           kStiff * before.fit.point.rollout.step;
-  };
-  std::vector<CandidateRefit> first, waiting, stiff;
-  for (CandidateRefit& refit : *refits) {
-    (waits(refit)      ? waiting
-     : is_stiff(refit) ? stiff
-                       : first)
-        .push_back(std::move(refit));
+  std::vector<bool> late;
+  for (const CandidateRefit& refit : *refits) late.push_back(waits(refit));
+  std::vector<CandidateRefit> first, waiting;
+  for (size_t i = 0; i < refits->size(); ++i) {
+    (late[i] ? waiting : first).push_back(std::move((*refits)[i]));
   }
   Refit(before, &first);
-  const auto then_refit = [&](std::vector<CandidateRefit> next) {
-    const int best = Choose(first);
-    if (best >= 0 && IsAtNoiseFloor(*first[best].after)) return;
-    Refit(before, &next);
-    std::move(next.begin(), next.end(), std::back_inserter(first));
-  };
-  then_refit(std::move(waiting));
-  std::stable_sort(stiff.begin(), stiff.end(),
-                   [&](const CandidateRefit& a, const CandidateRefit& b) {
-                     return Rarity(a) < Rarity(b);
-                   });
-  for (CandidateRefit& refit : stiff) then_refit({refit});
+  const int best = Choose(first);
+  if (best < 0 || !IsAtNoiseFloor(*first[best].after)) {
+    Refit(before, &waiting);
+    std::move(waiting.begin(), waiting.end(), std::back_inserter(first));
+  }
   *refits = std::move(first);
 }
 
@@ -249,7 +228,9 @@ void Refitter::Refit(const EvaluatedModel& before,
   report();
   ParallelFor(count, threads, [&](int i) {
     CandidateRefit& refit = (*refits)[i];
-    refit.after = EvaluateWith(problem_, before, Screened(refit),
+    std::vector<const ScreenedEffect*> effects;
+    for (const ScreenedEffect& e : refit.expected) effects.push_back(&e);
+    refit.after = EvaluateWith(problem_, before, effects,
                                Coarse(options, refit.predicted));
     refit.refused = WhyRefused(problem_, before, refit, count);
     const std::lock_guard lock(mutex);
@@ -334,24 +315,16 @@ bool Refitter::IsBetter(const EvaluatedModel& a,
                                                  : a.cv.error() < b.cv.error();
 }
 
-// How far down the catalogue its kind is, which goes from the common to the
-// rare.
-int Refitter::Rarity(const Effect& effect) const {
-  const auto at =
-      std::find_if(candidates_.begin(), candidates_.end(),
-                   [&](const auto& c) { return c->kind() == effect.kind(); });
-  return static_cast<int>(at - candidates_.begin());
-}
-
+// How far down the catalogue the kinds of its effects are, which goes from the
+// common to the rare.
 int Refitter::Rarity(const EvaluatedModel& evaluated) const {
   int rarity = 0;
-  for (const auto& effect : evaluated.added) rarity += Rarity(*effect);
-  return rarity;
-}
-
-int Refitter::Rarity(const CandidateRefit& refit) const {
-  int rarity = 0;
-  for (const ScreenedEffect& e : refit.expected) rarity += Rarity(*e.effect);
+  for (const auto& effect : evaluated.added) {
+    const auto at = std::find_if(
+        candidates_.begin(), candidates_.end(),
+        [&](const auto& c) { return c->kind() == effect->kind(); });
+    rarity += static_cast<int>(at - candidates_.begin());
+  }
   return rarity;
 }
 

@@ -75,9 +75,7 @@ class Refitter {
  private:
   void Refit(const EvaluatedModel& before,
              std::vector<CandidateRefit>* refits) const;
-  int Rarity(const Effect& effect) const;
   int Rarity(const EvaluatedModel& evaluated) const;
-  int Rarity(const CandidateRefit& refit) const;
 
   const DiagnosisProblem& problem_;
   const std::vector<std::shared_ptr<const Effect>>& candidates_;

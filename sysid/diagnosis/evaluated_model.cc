@@ -139,43 +139,6 @@ double StartOf(const Effect& effect, const ExpectedParameter& expected,
   return expected.null_value + part * change;
 }
 
-// The effects of a model with further ones, and where their refit may start.
-struct Extension {
-  std::vector<std::shared_ptr<const Effect>> added;
-  std::set<std::string> without_influence;
-  std::vector<std::map<std::string, double>> starts;
-};
-
-Extension Extend(const DiagnosisProblem& problem, const EvaluatedModel& before,
-                 const std::vector<const ScreenedEffect*>& effects) {
-  Extension extended{before.added, before.without_influence, {}};
-  // From where the screening expects them, and less far: its first order may
-  // overshoot.
-  std::map<std::string, double> from = ValuesOf(before);
-  if (IsDoubtful(before.fit)) {
-    // What a model made of its parameters for want of an effect may be far from
-    // where this one wants them: from where they started.
-    for (const FreeParameter& free : problem.free) {
-      from.erase(free.parameter.name);
-    }
-  }
-  for (const double part : {1.0, 0.3, 0.0}) {
-    extended.starts.push_back(from);
-    for (const ScreenedEffect* effect : effects) {
-      for (const ExpectedParameter& expected : effect->parameters) {
-        extended.starts.back()[expected.name] =
-            StartOf(*effect->effect, expected, part);
-      }
-    }
-  }
-  for (const ScreenedEffect* effect : effects) {
-    extended.added.push_back(effect->effect);
-    extended.without_influence.insert(effect->without_influence.begin(),
-                                      effect->without_influence.end());
-  }
-  return extended;
-}
-
 std::shared_ptr<const ShootingProblem> Pose(const DiagnosisProblem& problem,
                                             const EstimationOptions& options) {
   return std::make_shared<const ShootingProblem>(problem.model, problem.free,
@@ -346,27 +309,38 @@ EvaluatedModel EvaluateByEquations(
   return after;
 }
 
-double StepWith(const DiagnosisProblem& problem, const EvaluatedModel& before,
-                const std::vector<const ScreenedEffect*>& effects) {
-  Extension extended = Extend(problem, before, effects);
-  const EvaluatedModel after = Open(problem, std::move(extended.added),
-                                    std::move(extended.without_influence),
-                                    extended.starts.front(), problem.options);
-  Solution start = before.fit.point;
-  if (problem.options.rollout.step > 0 ||
-      !ThetaAt(*after.problem, extended.starts.front(), &start.theta)) {
-    return start.rollout.step;
-  }
-  return ChooseStep(*after.problem, start, kStableError);
-}
-
 EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
                             const EvaluatedModel& before,
                             const std::vector<const ScreenedEffect*>& effects,
                             const EstimationOptions& options) {
-  Extension extended = Extend(problem, before, effects);
-  return Refit(problem, before, std::move(extended.added),
-               std::move(extended.without_influence), extended.starts, options);
+  std::vector<std::shared_ptr<const Effect>> added = before.added;
+  std::set<std::string> without_influence = before.without_influence;
+  // From where the screening expects them, and less far: its first order may
+  // overshoot.
+  std::vector<std::map<std::string, double>> starts;
+  std::map<std::string, double> from = ValuesOf(before);
+  if (IsDoubtful(before.fit)) {
+    // What a model made of its parameters for want of an effect may be far from
+    // where this one wants them: from where they started.
+    for (const FreeParameter& free : problem.free) {
+      from.erase(free.parameter.name);
+    }
+  }
+  for (const double part : {1.0, 0.3, 0.0}) {
+    starts.push_back(from);
+    for (const ScreenedEffect* effect : effects) {
+      for (const ExpectedParameter& expected : effect->parameters) {
+        starts.back()[expected.name] = StartOf(*effect->effect, expected, part);
+      }
+    }
+  }
+  for (const ScreenedEffect* effect : effects) {
+    added.push_back(effect->effect);
+    without_influence.insert(effect->without_influence.begin(),
+                             effect->without_influence.end());
+  }
+  return Refit(problem, before, std::move(added), std::move(without_influence),
+               starts, options);
 }
 
 EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,

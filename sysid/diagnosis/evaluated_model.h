@@ -84,10 +84,6 @@ EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
                             const std::vector<const ScreenedEffect*>& effects,
                             const EstimationOptions& options);
 
-// The integration step, s, that the start of that refit needs to stay stable.
-double StepWith(const DiagnosisProblem& problem, const EvaluatedModel& before,
-                const std::vector<const ScreenedEffect*>& effects);
-
 // The model of `before` without one of the effects that were added.
 EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
                                const EvaluatedModel& before,
