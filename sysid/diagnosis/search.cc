@@ -432,6 +432,8 @@ void Search::CompareModels() {
   for (const DiagnosisStep& step : diagnosis_.steps) {
     comparison.path.push_back(ErrorsOver(problem_, *step.after, last));
   }
+  // As it ended, where it was fitted again in longer segments after its step.
+  comparison.path.back() = ErrorsOf(last);
   for (const auto& effect : last.added) {
     if (settled_.contains(effect->name()) ||
         WasTriedWithout(effect->name(), last)) {

@@ -70,8 +70,9 @@ class Search {
   bool LookFarther(bool* joined);
   void Add(CandidateRefit* chosen, const std::vector<CandidateEffect>& listed);
   void Conclude();
-  // Takes out what the model is as good without, fitted again: what came in
-  // beside a fit that was stuck. True where it took any.
+  // Takes out the effects without which the model, fitted again, is not worse:
+  // the newest was judged by the fit before it, which may have been stuck in a
+  // local minimum. True where it took any.
   bool TakeOutUnneeded();
   // The model so far without one of its effects, fitted again; and whether that
   // was tried over a model's segments.

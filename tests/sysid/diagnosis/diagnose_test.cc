@@ -211,6 +211,7 @@ TEST(Diagnose, FindsTwoEffects) {
   EXPECT_THAT(models.path[0].effects, IsEmpty());
   EXPECT_THAT(models.path.back().effects,
               UnorderedElementsAreArray(diagnosis.added()));
+  EXPECT_EQ(models.path.back().cv.error(), diagnosis.last().cv.error());
   EXPECT_GT(models.path[0].cv.error(), 2.0 * models.path.back().cv.error());
   for (const ModelErrors& model : models.path) {
     EXPECT_EQ(model.segment_s, diagnosis.last().fit.segment_s);
