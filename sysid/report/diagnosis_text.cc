@@ -25,12 +25,13 @@ struct ErrorScale {
   double size = 1.0;
   std::string unit;
 
-  explicit ErrorScale(const RunErrors& errors) {
-    const ErrorSummary& total = errors.total;
+  ErrorScale(const ErrorSummary& total, const std::string& common_unit) {
     if (!(total.normalized_rms > 0) || !std::isfinite(total.rms)) return;
-    unit = CommonUnit(errors.channels);
+    unit = common_unit;
     if (!unit.empty()) size = total.rms / total.normalized_rms;
   }
+  explicit ErrorScale(const RunErrors& errors)
+      : ErrorScale(errors.total, CommonUnit(errors.channels)) {}
   std::string Name() const {
     return unit.empty() ? "errors over the noise" : "errors in " + unit;
   }
@@ -198,10 +199,13 @@ std::string ModelsText(const Diagnosis& diagnosis) {
   const ModelComparison& models = diagnosis.comparison;
   const ErrorScale scale(diagnosis.last().fit.train);
   const auto errors = [&](const ModelErrors& model) {
+    // Channels differ in noise: each model has its own errors in the unit.
+    const ErrorScale train(model.train, scale.unit);
+    const ErrorScale holdout(model.holdout, scale.unit);
     return Format(
-        "  %9s %9s %9s +- %-8s  ", scale(model.train.normalized_rms).c_str(),
-        scale(model.holdout.normalized_rms).c_str(),
-        scale(model.cv.error()).c_str(), scale(model.cv.std_error()).c_str());
+        "  %9s %9s %9s +- %-8s  ", train(model.train.normalized_rms).c_str(),
+        holdout(model.holdout.normalized_rms).c_str(),
+        train(model.cv.error()).c_str(), train(model.cv.std_error()).c_str());
   };
   std::string text = "models (" + scale.Name();
   if (diagnosis.interrupted.empty()) {
