@@ -10,9 +10,12 @@ option(SYSID_PRECOMPILE "Parse the libraries' headers once for all files"
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
-  # The sloppiness that ccache's manual asks for with precompiled headers.
+  # The sloppiness that ccache's manual asks for with precompiled headers; paths
+  # from here, so that another clone finds what this one compiled.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
-    CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE_PROGRAM})
+    CCACHE_SLOPPINESS=pch_defines,time_macros
+    CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=true
+    ${CCACHE_PROGRAM})
 endif()
 
 set(SYSID_SANITIZE "" CACHE STRING
@@ -147,5 +150,17 @@ function(sysid_kernel_sources)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT SYSID_SANITIZE)
     set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS
       "--param=inline-unit-growth=1000;--param=large-function-growth=10000;--param=large-stack-frame-growth=10000;--param=max-inline-insns-single=2000;--param=max-inline-insns-auto=400;--param=large-unit-insns=100000")
+  endif()
+endfunction()
+
+# Files whose time goes into 3-by-3 products of doubles: Eigen asks g++ to inline
+# its one-line functions, but does not insist as it does with other compilers
+# (docs/decisions/0019-inlined-eigen.md).
+function(sysid_inline_eigen)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT SYSID_SANITIZE)
+    set_source_files_properties(${ARGN} PROPERTIES
+      COMPILE_DEFINITIONS
+        "EIGEN_STRONG_INLINE=inline __attribute__((always_inline))"
+      SKIP_PRECOMPILE_HEADERS ON)  # theirs are Eigen's own
   endif()
 endfunction()

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "models/dry_friction.h"
+#include "models/motion-impl.h"
 
 // Definitions of dry_friction.h, and the modes as the steps need them. Equation
 // numbers: docs/dry_friction.md.
@@ -21,7 +22,7 @@ inline DryMode Slipping(double sign) {
 }
 
 // c(0) of a body's joint, all its dry friction together and, projected, that of
-// its followers.
+// its followers; under the efforts and inputs of the last evaluation.
 template <typename T>
 double LevelAtRest(const Workspace<T>& ws, int body) {
   double level = 0.0;
@@ -30,7 +31,8 @@ double LevelAtRest(const Workspace<T>& ws, int body) {
     const Body& own = ws.model().bodies()[effect.body];
     if ((own.leader < 0 ? effect.body : own.leader) != body) continue;
     level += std::abs(own.multiplier) *
-             ValueOf(effect.hooks->DryFriction(effect.p, T(0.0)));
+             ValueOf(effect.hooks->DryFriction(RestingJoint(ws, effect),
+                                               effect.p, T(0.0)));
   }
   return level;
 }
@@ -82,9 +84,10 @@ double Violation(const Workspace<T>& ws, int i, const T* qdd, DryMode* better) {
 // joint of no level (a candidate that is off) never rests: nothing would hold
 // it.
 template <typename T>
-bool DecideModes(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
+bool DecideModes(Workspace<T>* ws, const T* q, const T* qd, const T* held,
                  T* qdd) {
   constexpr int kMostPivots = 64;
+  Hold(ws, q, qd, held);
   const auto rate = [&](int i) {
     return ValueOf(qd[ws->model().bodies()[i].v_index]);
   };
@@ -97,7 +100,7 @@ bool DecideModes(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
     }
   }
   for (int pivot = 0;; ++pivot) {
-    if (!ForwardDynamics<T>(ws, q, qd, tau, qdd)) return false;
+    if (!ForwardDynamics<T>(ws, q, qd, held, qdd)) return false;
     int wrong = -1;
     double most = 0.0;
     DryMode mode = DryMode::kSmoothed;
@@ -119,9 +122,9 @@ bool DecideModes(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
 }  // namespace internal
 
 template <typename T>
-bool RestOrSlip(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
+bool RestOrSlip(Workspace<T>* ws, const T* q, const T* qd, const T* held,
                 T* qdd) {
-  const bool ok = internal::DecideModes(ws, q, qd, tau, qdd);
+  const bool ok = internal::DecideModes(ws, q, qd, held, qdd);
   internal::ForgetModes(ws);
   return ok;
 }

@@ -13,6 +13,6 @@ namespace sysid {
 // itself. (ForwardDynamics alone takes it smoothed.)
 template <typename T>
 [[nodiscard]] bool RestOrSlip(Workspace<T>* ws, const T* q, const T* qd,
-                              const T* tau, T* qdd);
+                              const T* held, T* qdd);
 
 }  // namespace sysid

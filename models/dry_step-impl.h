@@ -81,22 +81,24 @@ struct Stepper<T>::Watch {
 
 template <typename T>
 template <class Companion>
-bool Stepper<T>::StepDry(double h, const T* tau, T* x, Companion* companion) {
+bool Stepper<T>::StepDry(double h, const T* held, T* x, Companion* companion) {
   const int nv = ws_->model().nv();
   end_x_.resize(ws_->model().state_size());
   first_qdd_.resize(nv);
   before_qdd_.resize(nv);
   jump_.resize(nv);
   dry_.resize(ws_->dry_bodies.size());
+  const StateLayout& at = ws_->model().layout();
+  internal::Hold<T>(ws_, x + at.q(), x + at.qd(), held);
   for (size_t i = 0; i < dry_.size(); ++i) {
     dry_[i].body = ws_->dry_bodies[i];
     dry_[i].v = ws_->model().bodies()[dry_[i].body].v_index;
-    dry_[i].level = internal::LevelAtRest(*ws_, dry_[i].body);
+    std::fill_n(dry_[i].level, 4, internal::LevelAtRest(*ws_, dry_[i].body));
   }
   bool ok = true;
   double left = h;
   for (int event = 0; ok && left > 0.0; ++event) {
-    ok = StepToEvent(event < internal::kMostEvents, tau, x, &left, companion);
+    ok = StepToEvent(event < internal::kMostEvents, held, x, &left, companion);
   }
   internal::ForgetModes(ws_);
   return ok;
@@ -106,17 +108,17 @@ bool Stepper<T>::StepDry(double h, const T* tau, T* x, Companion* companion) {
 // takes from `left` what has passed. Where it does not look, to the end.
 template <typename T>
 template <class Companion>
-bool Stepper<T>::StepToEvent(bool look, const T* tau, T* x, double* left,
+bool Stepper<T>::StepToEvent(bool look, const T* held, T* x, double* left,
                              Companion* companion) {
   bool started;
-  if (!Start(tau, x, &started, companion)) return false;
+  if (!Start(held, x, &started, companion)) return false;
   double h = *left;
   int first = -1;    // the joint whose event is at h
   bool cut = false;  // h is less than what is left
   for (int tries = 0;; ++tries) {
     Watch<Companion> watch{this, companion};
     const bool look_on = look && tries < internal::kMostTries;
-    const bool ok = StepRungeKutta4(h, tau, x, end_x_.data(), &watch, started);
+    const bool ok = StepRungeKutta4(h, held, x, end_x_.data(), &watch, started);
     started = false;
     if (!ok && !look_on) return false;
     // What friction alone stops long before h, it has taken far beyond.
@@ -131,7 +133,7 @@ bool Stepper<T>::StepToEvent(bool look, const T* tau, T* x, double* left,
     const Event event = look_on ? NextEvent(h) : Event();
     if (event.joint < 0) break;
     bool located;
-    Locate(event, tau, x, &h, &located);
+    Locate(event, held, x, &h, &located);
     if (located) {
       cut = true;
       first = event.joint;
@@ -147,20 +149,20 @@ bool Stepper<T>::StepToEvent(bool look, const T* tau, T* x, double* left,
   const int body = dry_[first].body;
   // What breaks away is let go by the next Start: its force is above its level.
   return ws_->bodies[body].dry == DryMode::kRests ||
-         Stop(body, tau, x, companion);
+         Stop(body, held, x, companion);
 }
 
 // Decides who rests. `started`: the dynamics at x are in the workspace.
 template <typename T>
 template <class Companion>
-bool Stepper<T>::Start(const T* tau, T* x, bool* started,
+bool Stepper<T>::Start(const T* held, T* x, bool* started,
                        Companion* companion) {
   const StateLayout& at = ws_->model().layout();
   const T *q = x + at.q(), *qd = x + at.qd();
   for (DryJoint& joint : dry_) joint.passed = joint.settles = false;
   *started = false;
   if (internal::TakeSigns(ws_, qd)) return true;
-  if (!internal::DecideModes(ws_, q, qd, tau, qdd_.data())) return false;
+  if (!internal::DecideModes(ws_, q, qd, held, qdd_.data())) return false;
   *started = true;
   // One whose qd = 0 still has a derivative stops here, (5): as if it came
   // slipping, one after the other; against what holds it, so that its
@@ -174,12 +176,12 @@ bool Stepper<T>::Start(const T* tau, T* x, bool* started,
     *started = false;
   }
   if (*started) return true;
-  if (!ForwardDynamics<T>(ws_, q, qd, tau, qdd_.data())) return false;
+  if (!ForwardDynamics<T>(ws_, q, qd, held, qdd_.data())) return false;
   for (const DryJoint& joint : dry_) {
     if (!joint.settles) continue;
     before_qdd_ = qdd_;
     ws_->bodies[joint.body].dry = DryMode::kRests;
-    if (!ForwardDynamics<T>(ws_, q, qd, tau, qdd_.data())) return false;
+    if (!ForwardDynamics<T>(ws_, q, qd, held, qdd_.data())) return false;
     Jump(joint.body, x, companion);
   }
   return true;
@@ -189,13 +191,13 @@ bool Stepper<T>::Start(const T* tau, T* x, bool* started,
 // others may move that rested.
 template <typename T>
 template <class Companion>
-bool Stepper<T>::Stop(int body, const T* tau, T* x, Companion* companion) {
+bool Stepper<T>::Stop(int body, const T* held, T* x, Companion* companion) {
   const StateLayout& at = ws_->model().layout();
   const T *q = x + at.q(), *qd = x + at.qd();
-  if (!ForwardDynamics<T>(ws_, q, qd, tau, before_qdd_.data())) return false;
+  if (!ForwardDynamics<T>(ws_, q, qd, held, before_qdd_.data())) return false;
   T& rate = x[at.qd() + ws_->model().bodies()[body].v_index];
   rate -= T(ValueOf(rate));  // to the last bit; its derivative stays
-  if (!internal::DecideModes(ws_, q, qd, tau, qdd_.data())) return false;
+  if (!internal::DecideModes(ws_, q, qd, held, qdd_.data())) return false;
   Jump(body, x, companion);
   return true;
 }
@@ -228,6 +230,9 @@ void Stepper<T>::Record(int stage, const T* qd, const T* qdd) {
   for (DryJoint& joint : dry_) {
     const BodyData<T>& b = ws_->bodies[joint.body];
     if (stage == 0) joint.rate = ValueOf(qd[joint.v]);
+    if (!ws_->drive.empty()) {
+      joint.level[stage] = internal::LevelAtRest(*ws_, joint.body);
+    }
     joint.drive[stage] = ValueOf(b.dry == DryMode::kRests ? b.u : qdd[joint.v]);
   }
 }
@@ -260,15 +265,16 @@ typename Stepper<T>::Event Stepper<T>::NextEvent(double h) const {
     double until = 1.0;
     if (mode == DryMode::kRests) {
       const double middle = 0.5 * (joint.drive[1] + joint.drive[2]);
+      const double middle_level = 0.5 * (joint.level[1] + joint.level[2]);
       const double end = joint.drive[3];
-      if (!(std::abs(end) > joint.level)) {
-        if (!(std::abs(middle) > joint.level)) continue;
+      if (!(std::abs(end) > joint.level[3])) {
+        if (!(std::abs(middle) > middle_level)) continue;
         until = 0.5;
       }
       const double sign = (until == 1.0 ? end : middle) < 0.0 ? -1.0 : 1.0;
-      margin = Cubic::Parabola(joint.level - sign * joint.drive[0],
-                               joint.level - sign * middle,
-                               joint.level - sign * end);
+      margin = Cubic::Parabola(joint.level[0] - sign * joint.drive[0],
+                               middle_level - sign * middle,
+                               joint.level[3] - sign * end);
     } else {
       const double s = internal::SignOf(mode);
       const double end = s * ValueOf(end_x_[qd + joint.v]);
@@ -289,22 +295,25 @@ typename Stepper<T>::Event Stepper<T>::NextEvent(double h) const {
 // The margin (4) of a joint h seconds after x, in the modes that are. False
 // where the dynamics fail.
 template <typename T>
-bool Stepper<T>::Margin(const DryJoint& joint, double h, const T* tau,
+bool Stepper<T>::Margin(const DryJoint& joint, double h, const T* held,
                         const T* x, double* margin) {
   const StateLayout& at = ws_->model().layout();
   const DryMode mode = ws_->bodies[joint.body].dry;
   internal::NoCompanion alone;
   std::copy(first_qdd_.begin(), first_qdd_.end(), qdd_.begin());
-  if (!StepRungeKutta4(h, tau, x, end_x_.data(), &alone, true)) return false;
+  if (!StepRungeKutta4(h, held, x, end_x_.data(), &alone, true)) return false;
   const T* qd = end_x_.data() + at.qd();
   if (mode != DryMode::kRests) {
     *margin = internal::SignOf(mode) * ValueOf(qd[joint.v]);
     return true;
   }
-  if (!ForwardDynamics<T>(ws_, end_x_.data() + at.q(), qd, tau, qdd_.data())) {
+  if (!ForwardDynamics<T>(ws_, end_x_.data() + at.q(), qd, held, qdd_.data())) {
     return false;
   }
-  *margin = joint.level - std::abs(ValueOf(ws_->bodies[joint.body].u));
+  const double level = ws_->drive.empty()
+                           ? joint.level[0]
+                           : internal::LevelAtRest(*ws_, joint.body);
+  *margin = level - std::abs(ValueOf(ws_->bodies[joint.body].u));
   return true;
 }
 
@@ -312,8 +321,8 @@ bool Stepper<T>::Margin(const DryJoint& joint, double h, const T* tau,
 // only the interpolant passes 0. A joint that stops does so to rounding; one
 // that breaks away is a little past its level, which lets it go.
 template <typename T>
-void Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
-                        bool* located) {
+void Stepper<T>::Locate(const Event& event, const T* held, const T* x,
+                        double* h, bool* located) {
   constexpr int kMostTries = 80;
   constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   constexpr double kPast = 1e-9;  // of the level: a second-order matter
@@ -322,10 +331,10 @@ void Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
   double low = 0.0, high = event.until * *h, margin = 0.0;
   *located = true;
   if (rests || event.until < 1.0) {
-    *located = Margin(joint, high, tau, x, &margin) && margin < 0.0;
+    *located = Margin(joint, high, held, x, &margin) && margin < 0.0;
     if (!*located) return;
   }
-  const double wanted = rests ? -0.5 * kPast * joint.level : 0.0;
+  const double wanted = rests ? -0.5 * kPast * joint.level[0] : 0.0;
   const double near =
       rests ? -wanted
             : 4.0 * kEpsilon *
@@ -333,7 +342,7 @@ void Stepper<T>::Locate(const Event& event, const T* tau, const T* x, double* h,
   double at = event.guess * *h, slope = event.slope / *h;
   double last_at = 0.0, last_margin = 0.0;
   for (int i = 0; i < kMostTries && high - low > 2.0 * kEpsilon * high; ++i) {
-    if (!Margin(joint, at, tau, x, &margin)) {
+    if (!Margin(joint, at, held, x, &margin)) {
       high = at;
       at = 0.5 * (low + high);
       continue;

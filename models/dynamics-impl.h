@@ -174,17 +174,18 @@ void AccelerateBodies(Workspace<T>* ws, T* qdd) {
 }  // namespace internal
 
 template <typename T>
-bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* tau,
+bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* held,
                      T* qdd) {
-  if (!ws->model().followers().empty()) {
-    return internal::AccelerateWithFollowers<T>(ws, q, qd, tau, qdd);
+  if (!ws->model().followers().empty() || !ws->pair_effects.empty()) {
+    return internal::AccelerateByMassMatrix<T>(ws, q, qd, held, qdd);
   }
+  internal::SetGravity<T>(ws, held);
   internal::PlaceBodies<T>(ws, q);
   internal::MoveBodies<T>(ws, qd, !ws->link_force_effects.empty());
   for (BodyData<T>& body : ws->bodies) internal::InertiaAndBias<T>(&body);
   internal::ApplyLinkForces<T>(ws);
-  for (size_t i = 0; i < ws->tau.size(); ++i) ws->tau[i] = tau[i];
-  internal::AddEffectEfforts<T>(ws, q, qd, ws->tau.data());
+  for (size_t i = 0; i < ws->tau.size(); ++i) ws->tau[i] = held[i];
+  internal::AddEffectEfforts<T>(ws, q, qd, held, ws->tau.data());
   if (!internal::ArticulateBodies<T>(ws, ws->tau.data())) return false;
   internal::AccelerateBodies<T>(ws, qdd);
   for (size_t i = 0; i < ws->tau.size(); ++i) {
@@ -198,8 +199,9 @@ namespace internal {
 // The effort of the drives of all joints, (2.15).
 template <typename T>
 void InverseDynamicsOfTree(Workspace<T>* ws, const T* q, const T* qd,
-                           const T* qdd, T* tau) {
+                           const T* qdd, const T* held, T* tau) {
   const std::vector<Body>& bodies = ws->model().bodies();
+  SetGravity<T>(ws, held);
   PlaceBodies<T>(ws, q);
   MoveBodies<T>(ws, qd, true);
   for (BodyData<T>& body : ws->bodies) InertiaAndBias<T>(&body);
@@ -229,7 +231,7 @@ void InverseDynamicsOfTree(Workspace<T>* ws, const T* q, const T* qd,
   }
   // Forces inwards; what the effects give, the drives need not.
   for (T& effort : ws->tau) effort = T(0.0);
-  AddEffectEfforts<T>(ws, q, qd, ws->tau.data());
+  AddEffectEfforts<T>(ws, q, qd, held, ws->tau.data());
   for (int i = static_cast<int>(bodies.size()) - 1; i >= 0; --i) {
     const Body& body = bodies[i];
     BodyData<T>& b = ws->bodies[i];
@@ -251,6 +253,7 @@ void InverseDynamicsOfTree(Workspace<T>* ws, const T* q, const T* qd,
       parent.n += b.n + Cross<T>(b.r, b.f);
     }
   }
+  AddPairs<T>(*ws, qd, qdd, tau);
 }
 
 // Of all joints, (2.16).
@@ -306,21 +309,32 @@ void MassMatrixOfTree(Workspace<T>* ws, const T* q, MatrixX<T>* mass_matrix) {
       AddToParent<T>(b.r, b.I, b.H, b.M, b.n, b.f, &ws->bodies[body.parent]);
     }
   }
+  for (const auto& effect : ws->pair_effects) {
+    const int a = bodies[effect.body].v_index;
+    const int b = bodies[effect.second_body].v_index;
+    const T ratio = effect.hooks->Ratio(effect.p);
+    const T inertia = effect.hooks->PairInertia(effect.p);
+    (*mass_matrix)(a, a) += inertia;
+    (*mass_matrix)(a, b) += ratio * inertia;
+    (*mass_matrix)(b, a) += ratio * inertia;
+    (*mass_matrix)(b, b) += ratio * ratio * inertia;
+  }
 }
 
 }  // namespace internal
 
 template <typename T>
 void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
-                     T* tau) {
+                     const T* held, T* tau) {
+  if (held == nullptr) held = ws->nothing.data();
   if (ws->model().followers().empty()) {
-    internal::InverseDynamicsOfTree<T>(ws, q, qd, qdd, tau);
+    internal::InverseDynamicsOfTree<T>(ws, q, qd, qdd, held, tau);
     return;
   }
   internal::InverseDynamicsOfTree<T>(ws, internal::AllPositions<T>(ws, q),
                                      internal::AllRates<T>(ws, qd, &ws->yd),
                                      internal::AllRates<T>(ws, qdd, &ws->ydd),
-                                     ws->y_tau.data());
+                                     held, ws->y_tau.data());
   internal::ProjectEffort<T>(*ws, ws->y_tau.data(), tau);
 }
 
@@ -354,3 +368,14 @@ Vector3<T> LinkPosition(const Workspace<T>& ws, int link) {
 }
 
 }  // namespace sysid
+
+// The algorithms for one scalar, in the namespace.
+#define SYSID_INSTANTIATE_DYNAMICS(T)                                 \
+  template class Workspace<T>;                                        \
+  template bool ForwardDynamics<T>(Workspace<T>*, const T*, const T*, \
+                                   const T*, T*);                     \
+  template void InverseDynamics<T>(Workspace<T>*, const T*, const T*, \
+                                   const T*, const T*, T*);           \
+  template void MassMatrix<T>(Workspace<T>*, const T*, MatrixX<T>*);  \
+  template void ForwardKinematics<T>(Workspace<T>*, const T*);        \
+  template Vector3<T> LinkPosition<T>(const Workspace<T>&, int);

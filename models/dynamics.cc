@@ -7,17 +7,7 @@
 
 namespace sysid {
 
-#define SYSID_INSTANTIATE(T)                                          \
-  template class Workspace<T>;                                        \
-  template bool ForwardDynamics<T>(Workspace<T>*, const T*, const T*, \
-                                   const T*, T*);                     \
-  template void InverseDynamics<T>(Workspace<T>*, const T*, const T*, \
-                                   const T*, T*);                     \
-  template void MassMatrix<T>(Workspace<T>*, const T*, MatrixX<T>*);  \
-  template void ForwardKinematics<T>(Workspace<T>*, const T*);        \
-  template Vector3<T> LinkPosition<T>(const Workspace<T>&, int);
-SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
-#undef SYSID_INSTANTIATE
+SYSID_INSTANTIATE_DYNAMICS(double)
 
 double KineticEnergy(Workspace<double>* ws, const double* q, const double* qd) {
   Eigen::MatrixXd M;

@@ -11,22 +11,30 @@ namespace sysid {
 // Dynamics Algorithms", 2008, written with classical accelerations of body
 // origins (docs/theory.md section 2 derives the equations that the code cites).
 // T is a scalar of models/scalars.h. Pointers are to nq (q) and nv (qd, qdd,
-// tau) numbers; tau is the effort of the drives, to which the effects of the
-// model add theirs. Joints that follow others have no numbers of their own: all
-// this is in the coordinates of the state, (2.28).
+// tau) numbers. `held` is what acts from outside, Model::held_size() numbers:
+// the efforts of the drives, to which the effects of the model add theirs, and
+// the inputs that effects read. It must outlive the next call. Joints that
+// follow others have no numbers of their own: all this is in the coordinates of
+// the state, (2.28).
 
 // qdd by the articulated-body algorithm (ABA), of a model with followers by
 // (2.28). False where a joint-space inertia is not positive (SingularJoints
 // names the joint) or a number is not finite.
 template <typename T>
 [[nodiscard]] bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd,
-                                   const T* tau, T* qdd);
+                                   const T* held, T* qdd);
 
 // tau by the recursive Newton-Euler algorithm (RNEA): the effort of the drives
-// that gives qdd, so ForwardDynamics(InverseDynamics(qdd)) = qdd.
+// that gives qdd, so ForwardDynamics(InverseDynamics(qdd)) = qdd. What effects
+// read of `held` is as it stands there; null: zeros.
 template <typename T>
 void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
-                     T* tau);
+                     const T* held, T* tau);
+template <typename T>
+void InverseDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
+                     T* tau) {
+  InverseDynamics<T>(ws, q, qd, qdd, nullptr, tau);
+}
 
 // The joint-space inertia M(q), nv x nv, by the composite-rigid-body algorithm
 // (CRBA); the armature of effects is on its diagonal.

@@ -1,5 +1,7 @@
 #include "models/dynamics_tangent.h"
 
+#include <algorithm>
+
 #include "models/math/rotation.h"
 
 // Of a DynamicsTangent what there is once, and the columns; the point is in
@@ -13,7 +15,9 @@ using Eigen::Vector3d;
 
 constexpr unsigned kCoveredHooks =
     kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
-    kInputHook | kMeasurementHook | kInputDelayHook | kDryFrictionHook;
+    kInputHook | kMeasurementHook | kInputDelayHook | kDryFrictionHook |
+    kBesideDryHook | kDriveHook | kLimitHook | kInputLagHook | kOwnDelayHook |
+    kRatesHook | kReadsEffort;
 
 bool Moves(const Jet8& x) { return (x.v.array() != 0.0).any(); }
 
@@ -84,7 +88,12 @@ DynamicsTangent::DynamicsTangent(const Model& model)
     law.by_p.resize(effect.parameters().size());
     law.link = effect.link();
     law.dry = (effect.hooks() & kDryFrictionHook) != 0;
-    if (effect.hooks() & kEffortHook) {
+    law.beside = (effect.hooks() & kBesideDryHook) != 0;
+    if ((effect.hooks() & (kEffortHook | kLimitHook)) && effect.ReadsMore()) {
+      const int child = model.mechanism().joints[effect.joint()].child_link;
+      law.body = model.placement(child).body;
+      AddWideLaw(i, law);
+    } else if (effect.hooks() & kEffortHook) {
       const int child = model.mechanism().joints[effect.joint()].child_link;
       law.body = model.placement(child).body;
       points_[law.body].has_effort = true;
@@ -94,23 +103,134 @@ DynamicsTangent::DynamicsTangent(const Model& model)
       law.body = model.placement(effect.link()).body;
       if (law.body >= 0) link_forces_.push_back(law);
     }
+    if ((effect.hooks() & kGravityHook) && !effect.inputs().empty()) {
+      law.body = -1;
+      AddWideLaw(i, law);
+      moves_gravity_ = true;
+    }
+  }
+  std::stable_sort(
+      wide_.begin(), wide_.end(),
+      [](const WideLaw& a, const WideLaw& b) { return a.of < b.of; });
+  if (wide_.empty()) return;
+  drive_.resize(model.nv());
+  drive_lanes_.resize(model.nv());
+  wide_lanes_.resize(model.nv());
+}
+
+void DynamicsTangent::AddWideLaw(int i, const Law& law) {
+  const Effect& effect = model_->effects().effect(i);
+  WideLaw wide;
+  wide.law = law;
+  wide.of = law.body < 0                  ? WideLaw::Of::kGravity
+            : effect.hooks() & kDriveHook ? WideLaw::Of::kDrive
+            : effect.hooks() & kLimitHook ? WideLaw::Of::kLimit
+                                          : WideLaw::Of::kJoint;
+  wide.first_held = model_->held_index(i);
+  const auto add = [&](Argument::Of of, int place, int v) {
+    wide.arguments.push_back({of, place, v});
+  };
+  const auto add_joint = [&](const Body& body) {
+    add(Argument::Of::kQ, body.q_index, body.v_index);
+    add(Argument::Of::kQd, body.v_index, body.v_index);
+  };
+  if (law.body >= 0) {
+    const Body& body = model_->bodies()[law.body];
+    wide.v = body.v_index;
+    add_joint(body);
+    for (const int joint : effect.other_joints()) {
+      const int child = model_->mechanism().joints[joint].child_link;
+      add_joint(model_->bodies()[model_->placement(child).body]);
+    }
+    if (effect.hooks() & (kReadsEffort | kLimitHook)) {
+      add(Argument::Of::kEffort, body.v_index, body.v_index);
+    }
+  }
+  for (size_t k = 0; k < effect.inputs().size(); ++k) {
+    const int place = wide.first_held + static_cast<int>(k);
+    add(Argument::Of::kHeld, place, place);
+  }
+  wide.q.resize(model_->nq());
+  wide.qd.resize(model_->nv());
+  wide.held.resize(model_->held_size());
+  wide_.push_back(std::move(wide));
+}
+
+Lanes DynamicsTangent::WideColumn(const WideLaw& wide,
+                                  const ParameterColumns& theta,
+                                  const Lanes* dq, const Lanes* dqd,
+                                  const Lanes* dheld, int row) const {
+  Lanes d = ZeroLanes();
+  for (const Argument& x : wide.arguments) {
+    switch (x.of) {
+      case Argument::Of::kQ:
+        d += dq[x.v] * x.by[row];
+        break;
+      case Argument::Of::kQd:
+        d += dqd[x.v] * x.by[row];
+        break;
+      case Argument::Of::kHeld:
+        if (dheld != nullptr) d += dheld[x.v] * x.by[row];
+        break;
+      case Argument::Of::kEffort:
+        d += drive_lanes_[x.v] * x.by[row];
+    }
+  }
+  for (size_t j = 0; j < wide.law.p.size(); ++j) {
+    const ParameterColumns::OfNumber& by = theta.effects[wide.law.first + j];
+    if (by.moves) d += by.d * wide.law.by_p[j][row];
+  }
+  return d;
+}
+
+// (2.33): what the drives give, to drive_lanes_, and what laws give beside it.
+void DynamicsTangent::WideColumns(const ParameterColumns& theta,
+                                  const Lanes* dq, const Lanes* dqd,
+                                  const Lanes* dheld) {
+  for (size_t v = 0; v < drive_lanes_.size(); ++v) {
+    drive_lanes_[v] = dheld == nullptr ? ZeroLanes() : dheld[v];
+    wide_lanes_[v] = ZeroLanes();
+  }
+  for (const WideLaw& wide : wide_) {
+    if (wide.of == WideLaw::Of::kGravity) continue;
+    const Lanes d = WideColumn(wide, theta, dq, dqd, dheld, 0);
+    switch (wide.of) {
+      case WideLaw::Of::kDrive:
+        drive_lanes_[wide.v] += d;
+        break;
+      case WideLaw::Of::kLimit:
+        drive_lanes_[wide.v] = d;
+        break;
+      default:
+        wide_lanes_[wide.v] += d;
+    }
   }
 }
 
 void DynamicsTangent::Columns(const ParameterColumns& theta, const Lanes* dq,
-                              const Lanes* dqd, const Lanes* dtau,
+                              const Lanes* dqd, const Lanes* dheld,
                               Lanes* dqdd) {
-  MoveColumns(theta, dq, dqd);
+  MoveColumns(theta, dq, dqd, dheld);
   ForceColumns(theta);
   if (!link_forces_.empty()) LinkForceColumns(theta, dq, dqd);
-  EffortColumns(theta, dq, dqd, dtau);
+  EffortColumns(theta, dq, dqd, dheld);
   ArticulateColumns(theta, dq);
   AccelerateColumns(dqdd);
 }
 
 // (2.18), (2.19), outwards.
 void DynamicsTangent::MoveColumns(const ParameterColumns& theta,
-                                  const Lanes* dq, const Lanes* dqd) {
+                                  const Lanes* dq, const Lanes* dqd,
+                                  const Lanes* dheld) {
+  Lanes3 root_a = theta.gravity_moves ? theta.gravity * -1.0 : ZeroLanes3();
+  if (moves_gravity_) {
+    for (const WideLaw& wide : wide_) {
+      if (wide.of != WideLaw::Of::kGravity) continue;
+      root_a.x -= WideColumn(wide, theta, dq, dqd, dheld, 0);
+      root_a.y -= WideColumn(wide, theta, dq, dqd, dheld, 1);
+      root_a.z -= WideColumn(wide, theta, dq, dqd, dheld, 2);
+    }
+  }
   for (size_t i = 0; i < lanes_.size(); ++i) {
     const Body& body = model_->bodies()[i];
     const BodyData<double>& b = ws_->bodies[i];
@@ -123,8 +243,7 @@ void DynamicsTangent::MoveColumns(const ParameterColumns& theta,
       d.s = b.R_WB * Load3(&dqd_i);
     }
     if (rooted) {
-      const Lanes3 a =
-          theta.gravity_moves ? theta.gravity * -1.0 : ZeroLanes3();
+      const Lanes3 a = root_a;
       d.alpha = ZeroLanes3();
       if (body.type == JointType::kSpherical) {
         d.w = d.s;
@@ -240,7 +359,12 @@ void DynamicsTangent::LinkForceColumns(const ParameterColumns& theta,
 // What the drives and the effects give, of (2.22): d tau, less d J_a qdd.
 void DynamicsTangent::EffortColumns(const ParameterColumns& theta,
                                     const Lanes* dq, const Lanes* dqd,
-                                    const Lanes* dtau) {
+                                    const Lanes* dheld) {
+  const Lanes* dtau = dheld;
+  if (!wide_.empty()) {
+    WideColumns(theta, dq, dqd, dheld);
+    dtau = drive_lanes_.data();
+  }
   for (size_t i = 0; i < lanes_.size(); ++i) {
     const Body& body = model_->bodies()[i];
     const BodyPoint& p = points_[i];
@@ -257,6 +381,7 @@ void DynamicsTangent::EffortColumns(const ParameterColumns& theta,
       if (p.has_effort) {
         d.tau.x += p.tau_q(0, 0) * dq[v] + p.tau_qd(0, 0) * dqd[v];
       }
+      if (!wide_.empty()) d.tau.x += wide_lanes_[v];
       if (by.armature) d.tau.x -= p.qdd_W[0] * by.J_a;
     }
   }

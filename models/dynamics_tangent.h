@@ -33,10 +33,10 @@ struct ParameterColumns {
   std::vector<Lanes3> force_com;  // com_B of link_force_effects' links
 };
 
-// The tangent of forward dynamics: by how much qdd moves with q, qd, tau and
-// the parameters, for any number of columns of those. The articulated inertias
-// of the evaluation are used again, so that a column costs three walks over the
-// bodies, linear ones:
+// The tangent of forward dynamics: by how much qdd moves with q, qd, what is
+// held and the parameters, for any number of columns of those. The articulated
+// inertias of the evaluation are used again, so that a column costs three walks
+// over the bodies, linear ones:
 //
 //   d qdd = M^-1 (d tau - d ID(q, qd, qdd; theta), qdd held)           (2.17)
 //
@@ -51,14 +51,14 @@ class DynamicsTangent {
   static bool Covers(const Model& model);
 
   // The evaluation whose tangent is asked for: right after
-  // ForwardDynamics<double>(ws, q, qd, tau, qdd).
+  // ForwardDynamics<double>(ws, q, qd, held, qdd).
   void SetPoint(const Workspace<double>& ws, const double* q, const double* qd,
                 const double* qdd);
 
-  // Eight columns: nv lanes in (dtau: null where the drives' efforts stay), nv
-  // lanes out.
+  // Eight columns: nv lanes in (dheld: held_size, or null where what is held
+  // stays), nv lanes out.
   void Columns(const ParameterColumns& theta, const Lanes* dq, const Lanes* dqd,
-               const Lanes* dtau, Lanes* dqdd);
+               const Lanes* dheld, Lanes* dqdd);
 
  private:
   // Numbers of the evaluation, apart from what the workspace holds.
@@ -90,25 +90,51 @@ class DynamicsTangent {
     const EffectHooks<Jet8>* hooks;
     int body;
     int link;
-    int first;  // of its parameters
-    bool dry;   // kDryFrictionHook
+    int first;    // of its parameters
+    bool dry;     // kDryFrictionHook
+    bool beside;  // kBesideDryHook
     std::vector<Jet8> p;
     std::vector<Eigen::Vector3d> by_p;  // world axes
     // Of a force on a link.
     Eigen::Vector3d arm, force;
     Eigen::Matrix3d by_w, by_v, by_phi;
   };
+  // What a law of a hinge or slide reads, beside its parameters, or the law of
+  // gravity; and by how much it moves with it.
+  struct Argument {
+    enum class Of { kQ, kQd, kHeld, kEffort } of;
+    int place;  // in q, in qd or in what is held
+    int v;      // in dq or dqd; in what is held
+    double by[3] = {0.0, 0.0, 0.0};
+  };
+  // A law that reads more than its joint (Effect::ReadsMore).
+  struct WideLaw {
+    enum class Of { kDrive, kLimit, kJoint, kGravity } of;
+    Law law;
+    int v = -1;  // of its joint; -1 of gravity
+    int first_held = 0;
+    std::vector<Argument> arguments;
+    std::vector<Jet8> q, qd, held;  // scratch
+  };
 
   void SetBody(int i, const double* qd, const double* qdd);
   void DifferentiateEffort(const double* q, const double* qd, Law* law);
   void DifferentiateLinkForce(Law* law);
+  void AddWideLaw(int effect, const Law& law);
+  void DifferentiateWide(const double* q, const double* qd, WideLaw* wide);
+  // How a wide law moves.
+  Lanes WideColumn(const WideLaw& wide, const ParameterColumns& theta,
+                   const Lanes* dq, const Lanes* dqd, const Lanes* dheld,
+                   int row) const;
+  void WideColumns(const ParameterColumns& theta, const Lanes* dq,
+                   const Lanes* dqd, const Lanes* dheld);
   void MoveColumns(const ParameterColumns& theta, const Lanes* dq,
-                   const Lanes* dqd);
+                   const Lanes* dqd, const Lanes* dheld);
   void ForceColumns(const ParameterColumns& theta);
   void LinkForceColumns(const ParameterColumns& theta, const Lanes* dq,
                         const Lanes* dqd);
   void EffortColumns(const ParameterColumns& theta, const Lanes* dq,
-                     const Lanes* dqd, const Lanes* dtau);
+                     const Lanes* dqd, const Lanes* dheld);
   void ArticulateColumns(const ParameterColumns& theta, const Lanes* dq);
   void AccelerateColumns(Lanes* dqdd);
 
@@ -117,6 +143,11 @@ class DynamicsTangent {
   std::vector<BodyPoint> points_;
   std::vector<BodyLanes> lanes_;
   std::vector<Law> efforts_, link_forces_;
+  // In the order of (2.32).
+  std::vector<WideLaw> wide_;
+  bool moves_gravity_ = false;                   // some wide law does
+  std::vector<double> drive_;                    // what the drives give so far
+  std::vector<Lanes> drive_lanes_, wide_lanes_;  // nv each
 };
 
 }  // namespace sysid

@@ -56,6 +56,10 @@ void DynamicsTangent::SetPoint(const Workspace<double>& ws, const double* q,
   const int count = static_cast<int>(points_.size());
   for (int i = 0; i < count; ++i) SetBody(i, qd, qdd);
   for (Law& law : efforts_) DifferentiateEffort(q, qd, &law);
+  if (!wide_.empty()) {
+    std::copy_n(ws.held, drive_.size(), drive_.begin());
+    for (WideLaw& wide : wide_) DifferentiateWide(q, qd, &wide);
+  }
   for (Law& law : link_forces_) DifferentiateLinkForce(&law);
   // (2.15): what each joint transmits.
   for (int i = count - 1; i >= 0; --i) {
@@ -146,8 +150,8 @@ void DynamicsTangent::DifferentiateEffort(const double* q, const double* qd,
           Seeded(ws_->parameters().effects[law->first + k], 2 * nv + k - begin);
     }
     const JointState<Jet8> joint{body.type, nv, q_jet, qd_jet};
-    internal::AddEffort(*law->hooks, law->dry, ws_->bodies[law->body].dry,
-                        joint, law->p.data(), tau);
+    internal::AddEffort(*law->hooks, law->dry, law->beside,
+                        ws_->bodies[law->body].dry, joint, law->p.data(), tau);
     const int end = std::min(begin + kLanes, 2 * nv + count);
     for (int s = begin; s < end; ++s) {
       Vector3d by = ColumnOf(tau, nv, s - begin);
@@ -160,6 +164,75 @@ void DynamicsTangent::DifferentiateEffort(const double* q, const double* qd,
         (s == 0 ? point.tau_q : point.tau_qd)(0, 0) += by[0];
       }
     }
+  }
+}
+
+// The laws come in the order of (2.32): drive_ is what the drives give before.
+void DynamicsTangent::DifferentiateWide(const double* q, const double* qd,
+                                        WideLaw* wide) {
+  Law& law = wide->law;
+  const int count = static_cast<int>(wide->arguments.size());
+  const int total = count + static_cast<int>(law.p.size());
+  const int rows = wide->v < 0 ? 3 : 1;
+  Jet8 effort;
+  for (int begin = 0; begin < total; begin += kLanes) {
+    if (wide->v >= 0) effort = Jet8(drive_[wide->v]);
+    for (int s = 0; s < count; ++s) {
+      const Argument& x = wide->arguments[s];
+      switch (x.of) {
+        case Argument::Of::kQ:
+          wide->q[x.place] = Seeded(q[x.place], s - begin);
+          break;
+        case Argument::Of::kQd:
+          wide->qd[x.place] = Seeded(qd[x.place], s - begin);
+          break;
+        case Argument::Of::kHeld:
+          wide->held[x.place] = Seeded(ws_->held[x.place], s - begin);
+          break;
+        case Argument::Of::kEffort:
+          effort = Seeded(drive_[x.place], s - begin);
+      }
+    }
+    for (int k = 0; k < total - count; ++k) {
+      law.p[k] =
+          Seeded(ws_->parameters().effects[law.first + k], count + k - begin);
+    }
+    const Jet8* inputs = wide->held.data() + wide->first_held;
+    Vector3<Jet8> out = Vector3<Jet8>::Zero();
+    if (wide->v < 0) {
+      for (int k = 0; k < 3; ++k) out[k] = Jet8(ws_->gravity[k]);
+      law.hooks->ModifyGravity(inputs, law.p.data(), &out);
+    } else {
+      const Body& body = model_->bodies()[law.body];
+      const JointState<Jet8> joint{body.type,
+                                   1,
+                                   wide->q.data() + body.q_index,
+                                   wide->qd.data() + body.v_index,
+                                   &effort,
+                                   inputs,
+                                   wide->q.data(),
+                                   wide->qd.data()};
+      if (wide->of == WideLaw::Of::kLimit) {
+        out[0] = effort;
+        law.hooks->LimitDrive(joint, law.p.data(), out.data());
+      } else {
+        internal::AddEffort(*law.hooks, law.dry, law.beside,
+                            ws_->bodies[law.body].dry, joint, law.p.data(),
+                            out.data());
+      }
+    }
+    const int end = std::min(begin + kLanes, total);
+    for (int s = begin; s < end; ++s) {
+      const Vector3d by = ColumnOf(out.data(), rows, s - begin);
+      if (s >= count) {
+        law.by_p[s - count] = by;
+      } else {
+        for (int k = 0; k < 3; ++k) wide->arguments[s].by[k] = by[k];
+      }
+    }
+    if (begin + kLanes < total) continue;
+    if (wide->of == WideLaw::Of::kDrive) drive_[wide->v] += out[0].a;
+    if (wide->of == WideLaw::Of::kLimit) drive_[wide->v] = out[0].a;
   }
 }
 

@@ -92,18 +92,19 @@ bool SolveInPlace(MatrixX<T>* A, T* x) {
   return true;
 }
 
-// Forward dynamics by (2.28). Of a joint that its dry friction holds, qdd is 0
-// and the row gives what is held; D^-1 of the others is that of M.
+// Forward dynamics by (2.28), with followers or pairs of joints. Of a joint
+// that its dry friction holds, qdd is 0 and the row gives what is held; D^-1 of
+// the others is that of M.
 template <typename T>
-bool AccelerateWithFollowers(Workspace<T>* ws, const T* q, const T* qd,
-                             const T* tau, T* qdd) {
+bool AccelerateByMassMatrix(Workspace<T>* ws, const T* q, const T* qd,
+                            const T* held, T* qdd) {
   const Model& model = ws->model();
   const int nv = model.nv();
   MassMatrix<T>(ws, q, &ws->M);
   std::fill_n(qdd, nv, T(0.0));
-  InverseDynamics<T>(ws, q, qd, qdd, ws->force.data());
+  InverseDynamics<T>(ws, q, qd, qdd, held, ws->force.data());
   for (int i = 0; i < nv; ++i) {
-    ws->force[i] = tau[i] - ws->force[i];
+    ws->force[i] = held[i] - ws->force[i];
     qdd[i] = ws->force[i];
   }
   ws->factor = ws->M;

@@ -79,28 +79,29 @@ Stepper<T>::Stepper(Integrator integrator, Workspace<T>* workspace)
 }
 
 template <typename T>
-bool Stepper<T>::Step(double h, const T* tau, T* x) {
+bool Stepper<T>::Step(double h, const T* held, T* x) {
   internal::NoCompanion alone;
-  return StepWith(h, tau, x, &alone);
+  return StepWith(h, held, x, &alone);
 }
 
 template <typename T>
 template <class Companion>
-bool Stepper<T>::StepWith(double h, const T* tau, T* x, Companion* companion) {
+bool Stepper<T>::StepWith(double h, const T* held, T* x, Companion* companion) {
   if (integrator_ == Integrator::kSemiImplicitEuler) {
-    return StepEuler(h, tau, x, companion);
+    return StepEuler(h, held, x, companion);
   }
-  return ws_->dry_bodies.empty() ? StepRungeKutta4(h, tau, x, x, companion)
-                                 : StepDry(h, tau, x, companion);
+  return ws_->dry_bodies.empty() ? StepRungeKutta4(h, held, x, x, companion)
+                                 : StepDry(h, held, x, companion);
 }
 
 template <typename T>
 template <class Companion>
-bool Stepper<T>::StepEuler(double h, const T* tau, T* x, Companion* companion) {
+bool Stepper<T>::StepEuler(double h, const T* held, T* x,
+                           Companion* companion) {
   const Model& model = ws_->model();
   const StateLayout& at = model.layout();
   const T* qd = x + at.qd();
-  if (!ForwardDynamics<T>(ws_, x + at.q(), qd, tau, qdd_.data())) return false;
+  if (!ForwardDynamics<T>(ws_, x + at.q(), qd, held, qdd_.data())) return false;
   companion->Accelerated(x + at.q(), qd, qdd_.data());
   for (int i = 0; i < at.nv(); ++i) {
     u_[i] = (qd[i] + qdd_[i] * h) * h;
@@ -116,7 +117,7 @@ bool Stepper<T>::StepEuler(double h, const T* tau, T* x, Companion* companion) {
 // the same sum of accelerations for qd.                                (3.3)
 template <typename T>
 template <class Companion>
-bool Stepper<T>::StepRungeKutta4(double h, const T* tau, const T* x, T* out,
+bool Stepper<T>::StepRungeKutta4(double h, const T* held, const T* x, T* out,
                                  Companion* companion, bool started) {
   const Model& model = ws_->model();
   using internal::kAhead, internal::kWeight;
@@ -128,7 +129,7 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* tau, const T* x, T* out,
   const T* stage_qd = stage_x_.data() + at.qd();
   for (int stage = 0; stage < 4; ++stage) {
     if (!(started && stage == 0) &&
-        !ForwardDynamics<T>(ws_, stage_q, stage_qd, tau, qdd_.data())) {
+        !ForwardDynamics<T>(ws_, stage_q, stage_qd, held, qdd_.data())) {
       return false;
     }
     companion->Accelerated(stage_q, stage_qd, qdd_.data());

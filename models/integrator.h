@@ -29,9 +29,9 @@ class Stepper {
  public:
   Stepper(Integrator integrator, Workspace<T>* workspace);
 
-  // x after h seconds under the efforts tau (nv numbers).
+  // x after h seconds with `held`, the efforts and inputs (Model::held_size()).
   // False where the dynamics fail (ForwardDynamics).
-  [[nodiscard]] bool Step(double h, const T* tau, T* x);
+  [[nodiscard]] bool Step(double h, const T* held, T* x);
 
   // The same with a companion to each of its lines (StepTangent):
   //   Accelerated(q, qd, qdd): the dynamics at the start or at a stage;
@@ -43,16 +43,16 @@ class Stepper {
   // With dry friction a step may be several, and stages that lead to no end are
   // taken back by other ones.
   template <class Companion>
-  [[nodiscard]] bool StepWith(double h, const T* tau, T* x,
+  [[nodiscard]] bool StepWith(double h, const T* held, T* x,
                               Companion* companion);
 
  private:
   template <class Companion>
-  bool StepEuler(double h, const T* tau, T* x, Companion* companion);
+  bool StepEuler(double h, const T* held, T* x, Companion* companion);
   // From x to `out`, which may be x; `started`: the dynamics at x are in the
   // workspace and in qdd_.
   template <class Companion>
-  bool StepRungeKutta4(double h, const T* tau, const T* x, T* out,
+  bool StepRungeKutta4(double h, const T* held, const T* x, T* out,
                        Companion* companion, bool started = false);
 
   // Steps with dry friction (dry_step-impl.h).
@@ -60,7 +60,7 @@ class Stepper {
   // A joint with dry friction along the stages of a step.
   struct DryJoint {
     int body = 0, v = 0;
-    double level = 0.0;    // c(0)
+    double level[4];       // c(0) at the stages
     bool passed = false;   // its event ends the step, or was none
     bool settles = false;  // it rests from the start, but its qd still moves
     double rate = 0.0;     // qd at the start
@@ -77,22 +77,22 @@ class Stepper {
   struct Watch;
 
   template <class Companion>
-  bool StepDry(double h, const T* tau, T* x, Companion* companion);
+  bool StepDry(double h, const T* held, T* x, Companion* companion);
   template <class Companion>
-  bool StepToEvent(bool look, const T* tau, T* x, double* left,
+  bool StepToEvent(bool look, const T* held, T* x, double* left,
                    Companion* companion);
   template <class Companion>
-  bool Start(const T* tau, T* x, bool* started, Companion* companion);
+  bool Start(const T* held, T* x, bool* started, Companion* companion);
   template <class Companion>
-  bool Stop(int body, const T* tau, T* x, Companion* companion);
+  bool Stop(int body, const T* held, T* x, Companion* companion);
   template <class Companion>
   void Jump(int body, T* x, Companion* companion);
   void Record(int stage, const T* qd, const T* qdd);
   double SensibleStep(double h) const;
   Event NextEvent(double h) const;
-  void Locate(const Event& event, const T* tau, const T* x, double* h,
+  void Locate(const Event& event, const T* held, const T* x, double* h,
               bool* located);
-  bool Margin(const DryJoint& joint, double h, const T* tau, const T* x,
+  bool Margin(const DryJoint& joint, double h, const T* held, const T* x,
               double* margin);
 
   Integrator integrator_;

@@ -7,9 +7,9 @@ namespace sysid {
 
 template <typename T>
 void JointPart(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
-               T* tau) {
+               const T* held, T* tau) {
   for (T& effort : ws->tau) effort = T(0.0);
-  internal::AddEffectEfforts<T>(ws, q, qd, ws->tau.data());
+  internal::AddEffectEfforts<T>(ws, q, qd, held, ws->tau.data());
   const std::vector<Body>& bodies = ws->model().bodies();
   for (size_t i = 0; i < bodies.size(); ++i) {
     const int first = bodies[i].v_index;
@@ -17,12 +17,13 @@ void JointPart(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
       tau[v] = ws->bodies[i].armature * qdd[v] - ws->tau[v];
     }
   }
+  internal::AddPairs<T>(*ws, qd, qdd, tau);
 }
 
 template <typename T>
 bool OnlyJointPartVaries(const Workspace<T>& ws) {
   if (!ws.model().followers().empty() || !ws.link_force_effects.empty() ||
-      !ws.measurement_effects.empty()) {
+      !ws.measurement_effects.empty() || !ws.gravity_effects.empty()) {
     return false;
   }
   if constexpr (!std::is_same_v<T, double>) {
@@ -43,8 +44,9 @@ bool OnlyJointPartVaries(const Workspace<T>& ws) {
   return true;
 }
 
-#define SYSID_INSTANTIATE(T)                                                   \
-  template void JointPart<T>(Workspace<T>*, const T*, const T*, const T*, T*); \
+#define SYSID_INSTANTIATE(T)                                              \
+  template void JointPart<T>(Workspace<T>*, const T*, const T*, const T*, \
+                             const T*, T*);                               \
   template bool OnlyJointPartVaries<T>(const Workspace<T>&);
 SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
 #undef SYSID_INSTANTIATE

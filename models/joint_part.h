@@ -12,7 +12,8 @@ namespace sysid {
 // forces, which no such effect changes, so that derivatives by their
 // parameters need no recursion. Of a model without followers.
 template <typename T>
-void JointPart(Workspace<T>* ws, const T* q, const T* qd, const T* qdd, T* tau);
+void JointPart(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
+               const T* held, T* tau);
 
 // Whether the parameters of `ws` are constants but for those that only
 // JointPart and the acting efforts depend on.

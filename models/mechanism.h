@@ -119,6 +119,10 @@ struct Mechanism {
   // what the dynamics do not use. None of a mechanism that was made in code.
   std::shared_ptr<const std::string> source;
 
+  // Names of what a recording has beside our columns, for effects that read it:
+  // what the user says that there is.
+  std::vector<std::string> inputs;
+
   // Index, or -1.
   int FindLink(const std::string& link_name) const;
   int FindJoint(const std::string& joint_name) const;

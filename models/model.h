@@ -71,6 +71,12 @@ class Model {
   int nv() const { return layout_.nv(); }
   int state_size() const { return layout_.size(); }
   int tangent_size() const { return layout_.tangent_size(); }
+  // Of what is held over a step (docs/decisions/0018-held-inputs.md): the
+  // efforts, nv numbers, then the inputs of each effect, in their order.
+  int held_size() const { return nv() + effects_.input_count(); }
+  int held_index(int effect) const {
+    return nv() + effects_.first_input(effect);
+  }
 
  private:
   void SetFollower(Body* body) const;

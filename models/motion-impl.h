@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -166,14 +167,17 @@ void ApplyLinkForces(Workspace<T>* ws) {
 
 // What an effect gives its joint; dry friction by the joint's mode.
 template <typename T>
-void AddEffort(const EffectHooks<T>& hooks, bool dry, DryMode mode,
+void AddEffort(const EffectHooks<T>& hooks, bool dry, bool beside, DryMode mode,
                const JointState<T>& joint, const T* p, T* tau) {
   if (!dry || mode == DryMode::kSmoothed) {
     hooks.AddEffort(joint, p, tau);
-  } else if (mode == DryMode::kForward) {
-    tau[0] -= hooks.DryFriction(p, joint.qd[0]);
+    return;
+  }
+  if (beside) hooks.AddBesideDry(joint, p, tau);
+  if (mode == DryMode::kForward) {
+    tau[0] -= hooks.DryFriction(joint, p, joint.qd[0]);
   } else if (mode == DryMode::kBackward) {
-    tau[0] += hooks.DryFriction(p, -joint.qd[0]);
+    tau[0] += hooks.DryFriction(joint, p, -joint.qd[0]);
   }
 }
 
@@ -189,15 +193,103 @@ DryMode DryModeOf(const Workspace<T>& ws, int i) {
                                       : mode;
 }
 
-// q, qd and tau of all joints, (2.25).
+// A joint as its dry friction sees it: with the effort and the inputs of the
+// last evaluation alone.
 template <typename T>
-void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, T* tau) {
+JointState<T> RestingJoint(const Workspace<T>& ws,
+                           const typename Workspace<T>::Bound& effect) {
+  const Body& body = ws.model().bodies()[effect.body];
+  JointState<T> joint{body.type, VelocitySize(body.type), nullptr, nullptr};
+  if (effect.more) {
+    const T* given = ws.drive.empty() ? ws.held : ws.drive.data();
+    joint.effort = given + body.v_index;
+    joint.inputs = ws.held + effect.first_held;
+  }
+  return joint;
+}
+
+// The joint of an effect as it sees it; q and qd of all joints, (2.25).
+template <typename T>
+JointState<T> JointOf(const Workspace<T>& ws,
+                      const typename Workspace<T>::Bound& effect, const T* q,
+                      const T* qd) {
+  const Body& body = ws.model().bodies()[effect.body];
+  JointState<T> joint = RestingJoint(ws, effect);
+  joint.q = q + body.q_index;
+  joint.qd = qd + body.v_index;
+  if (effect.more) {
+    joint.all_q = q;
+    joint.all_qd = qd;
+  }
+  return joint;
+}
+
+// What the drives give, (2.32): the efforts, what effects give in their place,
+// limited. To ws->drive, which has room where there are such effects.
+template <typename T>
+void SetDrive(Workspace<T>* ws, const T* q, const T* qd) {
+  std::copy_n(ws->held, ws->model().nv(), ws->drive.begin());
+  std::fill(ws->drive.begin() + ws->model().nv(), ws->drive.end(), T(0.0));
+  for (const auto& effect : ws->drive_effects) {
+    const JointState<T> joint = JointOf(*ws, effect, q, qd);
+    const int v = ws->model().bodies()[effect.body].v_index;
+    effect.hooks->AddEffort(joint, effect.p, &ws->drive[v]);
+  }
+  for (const auto& effect : ws->limit_effects) {
+    const JointState<T> joint = JointOf(*ws, effect, q, qd);
+    const int v = ws->model().bodies()[effect.body].v_index;
+    effect.hooks->LimitDrive(joint, effect.p, &ws->drive[v]);
+  }
+}
+
+// What levels of dry friction read, before anything is evaluated.
+template <typename T>
+void Hold(Workspace<T>* ws, const T* q, const T* qd, const T* held) {
+  ws->held = held;
+  if (!ws->drive.empty()) SetDrive(ws, q, qd);
+}
+
+// Adds to tau, of all joints (2.25), what the effects give beside the efforts
+// that are held, (2.32).
+template <typename T>
+void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, const T* held,
+                      T* tau) {
+  Hold(ws, q, qd, held);
+  if (!ws->drive.empty()) {
+    for (int v = 0; v < ws->model().nv(); ++v) tau[v] += ws->drive[v] - held[v];
+  }
   for (const auto& effect : ws->effort_effects) {
-    const Body& body = ws->model().bodies()[effect.body];
-    const JointState<T> joint{body.type, VelocitySize(body.type),
-                              q + body.q_index, qd + body.v_index};
-    AddEffort(*effect.hooks, effect.dry, DryModeOf(*ws, effect.body), joint,
-              effect.p, tau + body.v_index);
+    const int v = ws->model().bodies()[effect.body].v_index;
+    AddEffort(*effect.hooks, effect.dry, effect.beside,
+              DryModeOf(*ws, effect.body), JointOf(*ws, effect, q, qd),
+              effect.p, tau + v);
+  }
+}
+
+// (2.34): what pairs of joints take from the drives, at rates and accelerations
+// of all joints.
+template <typename T>
+void AddPairs(const Workspace<T>& ws, const T* qd, const T* qdd, T* tau) {
+  for (const auto& effect : ws.pair_effects) {
+    const int a = ws.model().bodies()[effect.body].v_index;
+    const int b = ws.model().bodies()[effect.second_body].v_index;
+    const T ratio = effect.hooks->Ratio(effect.p);
+    const T needed =
+        effect.hooks->PairInertia(effect.p) * (qdd[a] + ratio * qdd[b]) -
+        effect.hooks->PairEffort(qd[a] + ratio * qd[b], effect.p);
+    tau[a] += needed;
+    tau[b] += ratio * needed;
+  }
+}
+
+// Gravity as inputs move it.
+template <typename T>
+void SetGravity(Workspace<T>* ws, const T* held) {
+  if (ws->gravity_effects.empty()) return;
+  ws->gravity = ws->still_gravity;
+  for (const auto& effect : ws->gravity_effects) {
+    effect.hooks->ModifyGravity(held + effect.first_held, effect.p,
+                                &ws->gravity);
   }
 }
 

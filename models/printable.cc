@@ -73,4 +73,24 @@ std::string Printable(std::string_view text) {
   return shown;
 }
 
+std::string Shown(std::string_view text) {
+  constexpr size_t kMost = 40;
+  std::string shown = "'";
+  for (const char c : text.substr(0, kMost)) {
+    // Bytes of UTF-8 are kept whole only as long as the text is not cut.
+    const bool printable = static_cast<unsigned char>(c) >= 0x80
+                               ? text.size() <= kMost
+                               : c >= ' ' && c != 0x7f;
+    shown += printable ? c : '?';
+  }
+  if (text.size() > kMost) shown += "...";
+  return shown + "'";
+}
+
+std::string_view Trim(std::string_view text) {
+  while (!text.empty() && IsBlank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && IsBlank(text.back())) text.remove_suffix(1);
+  return text;
+}
+
 }  // namespace sysid

@@ -17,4 +17,13 @@ bool HasControls(std::string_view text);
 // InputError's texts and the notices are so.
 std::string Printable(std::string_view text);
 
+// A cell or name as an error shows it: in quotes, at most 40 characters, what
+// cannot be printed as '?'.
+std::string Shown(std::string_view text);
+
+inline bool IsBlank(char c) { return c == ' ' || c == '\t'; }
+
+// Without the blanks around.
+std::string_view Trim(std::string_view text);
+
 }  // namespace sysid

@@ -28,8 +28,9 @@ Matrix3d OfAxis(double a, double b, double c, const Vector3d& u) {
 StateColumns::StateColumns(const Model& model,
                            const ParameterColumns& parameters)
     : theta(parameters) {
-  for (std::vector<Lanes>* rows : {&dq, &dqd, &dtau, &stage_q, &stage_qd, &qdd,
-                                   &du, &rate, &sum_u, &sum_v}) {
+  dheld.assign(model.held_size(), ZeroLanes());
+  for (std::vector<Lanes>* rows :
+       {&dq, &dqd, &stage_q, &stage_qd, &qdd, &du, &rate, &sum_u, &sum_v}) {
     rows->assign(model.nv(), ZeroLanes());
   }
 }
@@ -40,10 +41,10 @@ StepTangent::StepTangent(Integrator integrator, Workspace<double>* workspace)
       dynamics_(workspace->model()),
       moves_(workspace->model().bodies().size()) {}
 
-bool StepTangent::Step(double h, const double* tau, double* x,
+bool StepTangent::Step(double h, const double* held, double* x,
                        const std::vector<StateColumns*>& columns) {
   columns_ = &columns;
-  return stepper_.StepWith(h, tau, x, this);
+  return stepper_.StepWith(h, held, x, this);
 }
 
 void StepTangent::Accelerated(const double* q, const double* qd,
@@ -112,7 +113,7 @@ void StepTangent::Moved(double h, const double* u) {
   for (StateColumns* eight : *columns_) {
     StateColumns& c = *eight;
     dynamics_.Columns(c.theta, c.dq.data(), c.dqd.data(),
-                      c.tau_moves ? c.dtau.data() : nullptr, c.qdd.data());
+                      c.held_moves ? c.dheld.data() : nullptr, c.qdd.data());
     for (size_t i = 0; i < c.dqd.size(); ++i) {
       c.dqd[i] += c.qdd[i] * h;
       c.du[i] = c.dqd[i] * h;
@@ -159,7 +160,7 @@ void StepTangent::StageColumns(int stage, double ahead, double weight,
   const std::vector<Lanes>& rate = first ? c.dqd : c.rate;
   dynamics_.Columns(c.theta, first ? c.dq.data() : c.stage_q.data(),
                     first ? c.dqd.data() : c.stage_qd.data(),
-                    c.tau_moves ? c.dtau.data() : nullptr, c.qdd.data());
+                    c.held_moves ? c.dheld.data() : nullptr, c.qdd.data());
   const int nv = ws_->model().nv();
   for (int i = 0; i < nv; ++i) {
     const Lanes u = rate[i] * weight, v = c.qdd[i] * weight;

@@ -9,14 +9,14 @@ namespace sysid {
 
 // Eight columns of a rollout: how the state moves (nv lanes each; dq of a
 // spherical joint is a rotation vector in the child's axes, dqd the change of
-// the numbers qd), and with it the efforts of the drives.
+// the numbers qd), and with it what is held.
 struct StateColumns {
   StateColumns(const Model& model, const ParameterColumns& parameters);
 
   ParameterColumns theta;
   std::vector<Lanes> dq, dqd;
-  std::vector<Lanes> dtau;  // of the step to come
-  bool tau_moves = false;   // else dtau is not read
+  std::vector<Lanes> dheld;  // of the step to come
+  bool held_moves = false;   // else dheld is not read
 
   // Scratch of a step.
   std::vector<Lanes> stage_q, stage_qd, qdd, du, rate, sum_u, sum_v;
@@ -29,9 +29,9 @@ class StepTangent {
  public:
   StepTangent(Integrator integrator, Workspace<double>* workspace);
 
-  // x and its columns after h seconds under the efforts tau.
+  // x and its columns after h seconds with what is held.
   // False where the dynamics fail.
-  [[nodiscard]] bool Step(double h, const double* tau, double* x,
+  [[nodiscard]] bool Step(double h, const double* held, double* x,
                           const std::vector<StateColumns*>& columns);
 
  private:

@@ -15,12 +15,13 @@ Workspace<T>::Workspace(const Model& model)
     : bodies(model.bodies().size()),
       p_BL(model.mechanism().links.size(), Vector3<T>::Zero()),
       tau(model.nv() + model.followers().size(), T(0.0)),
+      nothing(model.held_size(), T(0.0)),
       model_(&model) {
   if (!model.followers().empty()) {
     y.resize(model.nq() + model.followers().size());
     for (std::vector<T>* all : {&yd, &ydd, &y_tau}) all->resize(tau.size());
-    force.resize(model.nv());
   }
+  force.resize(model.nv());
   MechanismParameters<T> parameters;
   model.nominal().CastTo(&parameters);
   SetParameters(parameters);
@@ -77,22 +78,49 @@ void Workspace<T>::BindEffects() {
   input_effects.clear();
   delay_effects.clear();
   measurement_effects.clear();
+  for (auto* list : {&drive_effects, &limit_effects, &lag_effects,
+                     &gravity_effects, &readers, &pair_effects}) {
+    list->clear();
+  }
+  sensors_read_rates = false;
   dry_bodies.clear();
   gravity = Vector3<T>(T(0.0), T(0.0), -parameters_.gravity);
   const EffectSet& effects = model_->effects();
   for (int i = 0; i < effects.size(); ++i) {
     const Effect& effect = effects.effect(i);
+    const unsigned hooks = effect.hooks();
     Bound bound{&HooksFor(effect, ScalarTag<T>()),
-                parameters_.effects.data() + effects.offset(i), -1,
-                effect.link(), (effect.hooks() & kDryFrictionHook) != 0};
+                parameters_.effects.data() + effects.offset(i),
+                -1,
+                -1,
+                effect.link(),
+                (hooks & kDryFrictionHook) != 0,
+                (hooks & kBesideDryHook) != 0,
+                effect.ReadsMore(),
+                model_->held_index(i),
+                static_cast<int>(effect.inputs().size()),
+                effect.inputs().data()};
     if (effect.joint() >= 0) {
       const int child = model_->mechanism().joints[effect.joint()].child_link;
       bound.body = model_->placement(child).body;
+      if (effect.second_joint() >= 0) {
+        const int second =
+            model_->mechanism().joints[effect.second_joint()].child_link;
+        bound.second_body = model_->placement(second).body;
+      }
     } else if (effect.link() >= 0) {
       bound.body = model_->placement(effect.link()).body;
     }
-    const unsigned hooks = effect.hooks();
-    if (hooks & kEffortHook) effort_effects.push_back(bound);
+    if (bound.inputs > 0) readers.push_back(bound);
+    if (hooks & kDriveHook) {
+      drive_effects.push_back(bound);
+    } else if (hooks & kEffortHook) {
+      effort_effects.push_back(bound);
+    }
+    if (hooks & kLimitHook) limit_effects.push_back(bound);
+    if (hooks & kPairHook) pair_effects.push_back(bound);
+    if (hooks & kInputLagHook) lag_effects.push_back(bound);
+    if (hooks & kRatesHook) sensors_read_rates = true;
     if (bound.dry &&
         model_->bodies()[bound.body].type != JointType::kSpherical) {
       const int leader = model_->bodies()[bound.body].leader;
@@ -109,13 +137,21 @@ void Workspace<T>::BindEffects() {
     if (hooks & kInputHook) input_effects.push_back(bound);
     if (hooks & kInputDelayHook) delay_effects.push_back(bound);
     if (hooks & kMeasurementHook) measurement_effects.push_back(bound);
-    if (hooks & kGravityHook) bound.hooks->ModifyGravity(bound.p, &gravity);
+    if (hooks & kGravityHook) {
+      if (bound.inputs > 0) {
+        gravity_effects.push_back(bound);
+      } else {
+        bound.hooks->ModifyGravity(nullptr, bound.p, &gravity);
+      }
+    }
     if (hooks & kJointInertiaHook) {
       BodyData<T>& body = bodies[bound.body];
       bound.hooks->AddJointInertia(bound.p, &body.armature);
       body.has_armature = true;
     }
   }
+  still_gravity = gravity;
+  drive.resize(drive_effects.empty() && limit_effects.empty() ? 0 : tau.size());
 }
 
 }  // namespace sysid

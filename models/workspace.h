@@ -67,11 +67,16 @@ class Workspace {
   // Folds the parameters into the constants of each body: once a rollout.
   void SetParameters(const MechanismParameters<T>& parameters);
 
-  // Turns true positions into measured ones (nq numbers), by the effects.
-  void ModifyMeasurement(T* q) const {
+  // Turns true positions into measured ones (nq numbers), by the effects. The
+  // rates, nv numbers each, are read where sensors_read_rates.
+  void ModifyMeasurement(const T* qd, const T* qdd, T* q) const {
     for (const Bound& effect : measurement_effects) {
-      effect.hooks->ModifyMeasurement(
-          effect.p, q + model_->bodies()[effect.body].q_index);
+      const Body& body = model_->bodies()[effect.body];
+      const JointRates<T> rates =
+          sensors_read_rates
+              ? JointRates<T>{qd + body.v_index, qdd + body.v_index}
+              : JointRates<T>{nullptr, nullptr};
+      effect.hooks->ModifyMeasurement(rates, effect.p, q + body.q_index);
     }
   }
 
@@ -87,18 +92,35 @@ class Workspace {
   struct Bound {
     const EffectHooks<T>* hooks;
     const T* p;
-    int body;  // of the target joint or link, -1 for base
+    int body;         // of the target joint or link, -1 for base
+    int second_body;  // of a pair of joints, else -1
     int link;
-    bool dry;  // kDryFrictionHook
+    bool dry;                  // kDryFrictionHook
+    bool beside;               // kBesideDryHook
+    bool more;                 // ReadsMore()
+    int first_held;            // of its inputs, in what is held
+    int inputs;                // how many
+    const EffectInput* names;  // of the inputs
   };
   std::vector<Bound> effort_effects, link_force_effects, input_effects,
       delay_effects, measurement_effects;
+  // What the drives give beside the efforts, what limits it, lags of efforts,
+  // gravity that inputs move, and all that read inputs.
+  std::vector<Bound> drive_effects, limit_effects, lag_effects, gravity_effects,
+      readers, pair_effects;
+  bool sensors_read_rates = false;
+  // What was held in the last evaluation, and what the drives gave, where
+  // effects change that: else empty, the efforts themselves.
+  const T* held = nullptr;
+  std::vector<T> drive;
+  std::vector<T> nothing;    // held where nothing acts: zeros
+  Vector3<T> still_gravity;  // without gravity_effects
   // Movers, hinges and slides, that dry friction may hold: their own or that of
   // their followers.
   std::vector<int> dry_bodies;
 
-  // Where there are followers: coordinates of all joints, (2.25), and what the
-  // equations of motion become in those of the state, (2.28).
+  // Where there are followers or pairs: coordinates of all joints, (2.25), and
+  // what the equations of motion become in those of the state, (2.28).
   std::vector<T> y, yd, ydd, y_tau, force;
   MatrixX<T> M_y, M, factor;
 

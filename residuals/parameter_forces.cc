@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 #include "residuals/segment-impl.h"
 
 namespace sysid {
@@ -24,7 +24,8 @@ class Balance {
         force_(tangent.A.size() * model.nv()),
         x_(model.state_size()),
         qdd_(model.nv()),
-        needed_(model.nv()) {}
+        needed_(model.nv()),
+        held_(model.held_size()) {}
 
   void Evaluate(const T* theta) {
     map_.Apply<T>(theta, &values_);
@@ -36,10 +37,11 @@ class Balance {
       Set(tangent_.middle.row(i), &x_);
       Set(tangent_.acceleration.row(i), &qdd_);
       T* f = &force_[i * at.nv()];
-      ActingEffort<T>(run, ws_, k, run.t[k], run.t[k + 1] - run.t[k], f);
+      ActingInputs<T>(run, ws_, k, run.t[k], run.t[k + 1] - run.t[k],
+                      held_.data());
       InverseDynamics<T>(&ws_, x_.data() + at.q(), x_.data() + at.qd(),
-                         qdd_.data(), needed_.data());
-      for (int s = 0; s < at.nv(); ++s) f[s] -= needed_[s];
+                         qdd_.data(), held_.data(), needed_.data());
+      for (int s = 0; s < at.nv(); ++s) f[s] = held_[s] - needed_[s];
     }
     if (ws_.measurement_effects.empty() && !rollout_.needs_kinematics()) return;
     errors_.resize(rollout_.num_residuals());
@@ -67,7 +69,7 @@ class Balance {
   const SegmentTangent& tangent_;
   MechanismParameters<T> values_;
   Workspace<T> ws_;
-  std::vector<T> force_, errors_, x_, qdd_, needed_;
+  std::vector<T> force_, errors_, x_, qdd_, needed_, held_;
 };
 
 }  // namespace

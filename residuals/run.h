@@ -28,15 +28,32 @@ struct Channel {
   RowMatrixXd values;  // samples x 1 to 4
 };
 
+// What was recorded beside efforts and measurements, for effects that read it:
+// "joint1.cmd", "base.ax", "joint1.temperature", or a name of its own.
+struct Input {
+  std::string name;
+  bool held = false;  // until the next sample; else linear between samples
+  std::vector<double> values;  // one a sample, none missing
+};
+
 // A recording: what sysid_fit fits. SI units throughout.
 struct Run {
   std::string name;       // the file as the user gave it
   std::vector<double> t;  // s, strictly increasing
   std::vector<Channel> channels;
-  RowMatrixXd effort;               // samples x nv, held until the next sample;
-                                    // zero where nothing was measured
+  RowMatrixXd effort;  // samples x nv, held until the next sample;
+                       // zero where nothing was measured
+  std::vector<Input> inputs;
   std::vector<std::string> unread;  // columns of the file that nobody reads
   int size() const { return static_cast<int>(t.size()); }
 };
+
+// The name under which an effect reads the time of a run, s.
+inline constexpr char kTimeInput[] = "t";
+
+// Null where the run has none of this name.
+const Input* FindInput(const Run& run, const std::string& name);
+// Whether effects may read this of the run: an input, or the time.
+bool HasInput(const Run& run, const std::string& name);
 
 }  // namespace sysid

@@ -5,8 +5,9 @@
 #include <variant>
 
 #include "models/state.h"
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 #include "residuals/segment.h"
+#include "residuals/sensed_positions.h"
 
 // Definition of SegmentRollout's templates; included only where they are
 // instantiated (segment.cc).
@@ -36,7 +37,7 @@ template <typename T>
 class Sensors {
  public:
   Sensors(const SegmentRollout& rollout, Workspace<T>* ws)
-      : rollout_(rollout), ws_(ws), seen_(rollout.model().nq()) {}
+      : rollout_(rollout), ws_(ws), seen_(ws) {}
 
   // The errors at sample k, the next, with the state x.
   void Measure(int k, const T* x, T* errors) {
@@ -44,11 +45,10 @@ class Sensors {
     if (row_ >= rows.size() || rows[row_].sample != k) return;
     const Model& model = ws_->model();
     const Run& run = *rollout_.measurements().run;
+    const T* seen = seen_(run, k, x);
     const T* q = x + model.layout().q();
-    std::copy_n(q, model.nq(), seen_.begin());
-    ws_->ModifyMeasurement(seen_.data());
     if (rollout_.needs_kinematics()) ForwardKinematics<T>(ws_, q);
-    const PredictedState<T> state{seen_.data(), x + model.layout().qd(), ws_};
+    const PredictedState<T> state{seen, x + model.layout().qd(), ws_};
     for (; row_ < rows.size() && rows[row_].sample == k; ++row_) {
       const Channel& channel = run.channels[rows[row_].channel];
       const double* measured =
@@ -62,7 +62,7 @@ class Sensors {
  private:
   const SegmentRollout& rollout_;
   Workspace<T>* ws_;
-  std::vector<T> seen_;
+  SensedPositions<T> seen_;
   size_t row_ = 0;
 };
 
@@ -76,7 +76,7 @@ class SegmentWalk {
         ws_(rollout.model()),
         stepper_(rollout.options().integrator, &ws_),
         sensors_(rollout, &ws_),
-        tau_(rollout.model().nv()) {
+        held_(rollout.model().held_size()) {
     MechanismParameters<T> values;
     rollout.parameters().Apply<T>(theta, &values);
     ws_.SetParameters(values);
@@ -92,12 +92,13 @@ class SegmentWalk {
     const int steps = rollout_.StepsAfter(k);
     const int count = std::max(1, static_cast<int>(std::ceil(steps * part)));
     for (int s = 0; s < count; ++s) {
-      ActingEffort<T>(run_, ws_, k, run_.t[k] + span * s / count, span / count,
-                      tau_.data());
+      ActingInputs<T>(run_, ws_, k, run_.t[k] + span * s / count, span / count,
+                      held_.data());
       if (f != nullptr) {
-        for (size_t i = 0; i < tau_.size(); ++i) tau_[i] += f[i];
+        const int nv = rollout_.model().nv();
+        for (int i = 0; i < nv; ++i) held_[i] += f[i];
       }
-      if (!stepper_.Step(span / count, tau_.data(), x)) return false;
+      if (!stepper_.Step(span / count, held_.data(), x)) return false;
     }
     return true;
   }
@@ -110,7 +111,7 @@ class SegmentWalk {
   Workspace<T> ws_;
   Stepper<T> stepper_;
   Sensors<T> sensors_;
-  std::vector<T> tau_;
+  std::vector<T> held_;
 };
 
 }  // namespace internal

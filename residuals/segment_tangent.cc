@@ -97,7 +97,7 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
   }
   const Run& run = *rollout.measurements().run;
   RowMatrixXd by_state(n, n + nv);
-  std::vector<double> x(x0, x0 + size), half(size), tau(nv);
+  std::vector<double> x(x0, x0 + size), half(size), held(model.held_size());
   for (int k = rollout.first();; ++k) {
     const int i = k - rollout.first();
     tangent->states.row(i) = Eigen::Map<Eigen::RowVectorXd>(x.data(), size);
@@ -121,9 +121,9 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
     }
     tangent->middle.row(i) = Eigen::Map<Eigen::RowVectorXd>(half.data(), size);
     const double start = run.t[k], span = run.t[k + 1] - start;
-    ActingEffort<double>(run, *walk.workspace(), k, start, span, tau.data());
+    ActingInputs<double>(run, *walk.workspace(), k, start, span, held.data());
     if (!RestOrSlip<double>(walk.workspace(), half.data() + at.q(),
-                            half.data() + at.qd(), tau.data(),
+                            half.data() + at.qd(), held.data(),
                             tangent->acceleration.row(i).data())) {
       return false;
     }

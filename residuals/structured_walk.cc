@@ -8,10 +8,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-bool MovesEfforts(const EffectSet& effects, const ParameterColumns& theta) {
+bool MovesHeld(const EffectSet& effects, const ParameterColumns& theta) {
   for (int i = 0; i < effects.size(); ++i) {
     const Effect& effect = effects.effect(i);
-    if (!(effect.hooks() & (kInputHook | kInputDelayHook))) continue;
+    if (!(effect.hooks() & kActingHooks)) continue;
     for (size_t k = 0; k < effect.parameters().size(); ++k) {
       if (theta.effects[effects.offset(i) + k].moves) return true;
     }
@@ -38,7 +38,7 @@ ColumnBlock::ColumnBlock(const Model& model, const ParameterMap& map,
       columns_(model, ParameterColumns(model)),
       theta_(map.size()),
       x_(model.state_size()),
-      tau_(model.nv()) {}
+      held_(model.held_size()) {}
 
 void ColumnBlock::SetTheta(const double* theta) {
   const int begin = layout_.state ? model_.tangent_size() : 0;
@@ -50,7 +50,7 @@ void ColumnBlock::SetTheta(const double* theta) {
   map_.Apply<Jet8>(theta_.data(), &values);
   ws_.SetParameters(values);
   columns_.theta = ParameterColumns(ws_);
-  moves_efforts_ = MovesEfforts(model_.effects(), columns_.theta);
+  moves_held_ = MovesHeld(model_.effects(), columns_.theta);
 }
 
 void ColumnBlock::Start(const SegmentRollout& rollout) {
@@ -61,13 +61,14 @@ void ColumnBlock::Start(const SegmentRollout& rollout) {
 void ColumnBlock::SeedState(const double* x) {
   const StateLayout& at = model_.layout();
   const int efforts = CountColumns(model_, map_, layout_) - at.nv();
+  std::fill(columns_.dheld.begin(), columns_.dheld.end(), ZeroLanes());
   for (int i = 0; i < at.nv(); ++i) {
-    columns_.dq[i] = columns_.dqd[i] = columns_.dtau[i] = ZeroLanes();
+    columns_.dq[i] = columns_.dqd[i] = ZeroLanes();
     if (layout_.state) {
       columns_.dq[i] = UnitLanes(at.dq() + i - first_);
       columns_.dqd[i] = UnitLanes(at.dqd() + i - first_);
     }
-    if (layout_.efforts) columns_.dtau[i] = UnitLanes(efforts + i - first_);
+    if (layout_.efforts) columns_.dheld[i] = UnitLanes(efforts + i - first_);
   }
   for (const Body& body : model_.bodies()) {
     if (body.type != JointType::kSpherical) continue;
@@ -76,14 +77,14 @@ void ColumnBlock::SeedState(const double* x) {
     Store3(Load3(&columns_.dqd[v]) + Cross(w, Load3(&columns_.dq[v])),
            &columns_.dqd[v]);
   }
-  columns_.tau_moves = layout_.efforts || moves_efforts_;
+  columns_.held_moves = layout_.efforts || moves_held_;
 }
 
-void ColumnBlock::SetEfforts(const Run& run, int sample, double t, double h) {
-  if (!moves_efforts_) return;
-  ActingEffort<Jet8>(run, ws_, sample, t, h, tau_.data());
-  for (size_t i = 0; i < tau_.size(); ++i) {
-    columns_.dtau[i] = LanesOf(tau_[i]);
+void ColumnBlock::SetHeld(const Run& run, int sample, double t, double h) {
+  if (!moves_held_) return;
+  ActingInputs<Jet8>(run, ws_, sample, t, h, held_.data());
+  for (size_t i = 0; i < held_.size(); ++i) {
+    columns_.dheld[i] = LanesOf(held_[i]);
   }
 }
 
@@ -141,7 +142,10 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
 StructuredWalk::StructuredWalk(const Model& model, const ParameterMap& map,
                                Integrator integrator,
                                const ColumnLayout& layout)
-    : map_(map), ws_(model), stepper_(integrator, &ws_), tau_(model.nv()) {
+    : map_(map),
+      ws_(model),
+      stepper_(integrator, &ws_),
+      held_(model.held_size()) {
   // At least one, which also says the errors. Sensors point into their block,
   // so it must stay where it is.
   const int columns = CountColumns(model, map, layout);
@@ -179,9 +183,9 @@ bool StructuredWalk::Advance(int k, double* x, double* middle) {
   const double span = run.t[k + 1] - run.t[k], h = span / steps;
   for (int s = 0; s < steps; ++s) {
     const double t = run.t[k] + span * s / steps;
-    ActingEffort<double>(run, ws_, k, t, h, tau_.data());
-    for (ColumnBlock& block : blocks_) block.SetEfforts(run, k, t, h);
-    if (!stepper_.Step(h, tau_.data(), x, columns_)) return false;
+    ActingInputs<double>(run, ws_, k, t, h, held_.data());
+    for (ColumnBlock& block : blocks_) block.SetHeld(run, k, t, h);
+    if (!stepper_.Step(h, held_.data(), x, columns_)) return false;
     if (middle != nullptr && 2 * (s + 1) == steps) {
       std::copy_n(x, ws_.model().state_size(), middle);
     }

@@ -31,8 +31,8 @@ class ColumnBlock {
   void Start(const SegmentRollout& rollout);
   void SeedState(const double* x);
   void Measure(int k, const double* x);
-  // The efforts of the step from t to t + h.
-  void SetEfforts(const Run& run, int sample, double t, double h);
+  // What acts in the step from t to t + h.
+  void SetHeld(const Run& run, int sample, double t, double h);
 
   double Error(int e) const { return errors_[e].a; }
   void ReadError(int e, RowMatrixXd* J) const;
@@ -47,9 +47,9 @@ class ColumnBlock {
   int count_;  // of columns, at most eight
   Workspace<Jet8> ws_;
   StateColumns columns_;
-  bool moves_efforts_ = false;  // some column is a gain's or a delay's
+  bool moves_held_ = false;  // some column is a gain's or a delay's
   std::optional<Sensors<Jet8>> sensors_;
-  std::vector<Jet8> theta_, x_, tau_, errors_;
+  std::vector<Jet8> theta_, x_, held_, errors_;
 };
 
 // SegmentWalk with columns of a Jacobian beside the state, each carried by the
@@ -84,7 +84,7 @@ class StructuredWalk {
   StepTangent stepper_;
   std::vector<ColumnBlock> blocks_;
   std::vector<StateColumns*> columns_;
-  std::vector<double> tau_;
+  std::vector<double> held_;
 };
 
 }  // namespace sysid::internal

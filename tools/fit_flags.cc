@@ -10,11 +10,13 @@
 #include "sysid/io/cell.h"
 #include "sysid/io/write_file.h"
 #include "sysid/session/named_values.h"
+#include "sysid/session/run_list.h"
 #include "tools/program.h"
 
 DEFINE_string(model, "", "shipped model's name, or a URDF file");
-DEFINE_string(traj, "", "runs to fit, comma separated");
-DEFINE_string(holdout, "", "runs to predict only, comma separated");
+DEFINE_string(traj, "", "runs to fit: files, patterns, @LIST");
+DEFINE_string(holdout, "", "runs to predict only, as --traj");
+DEFINE_bool(skip_bad_runs, false, "set runs aside that cannot be read");
 DEFINE_string(spec, "", "fit specification, YAML");
 DEFINE_string(free, "", "parameters to fit, name or name=start");
 DEFINE_string(fix, "", "parameters to hold, name or name=value");
@@ -55,7 +57,7 @@ const char kDiagnosisFlagsHelp[] =
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy
-  --threads N (default: all cores)    --seed N
+  --threads N (default: all cores)    --seed N    --skip_bad_runs
 )";
 
 namespace {
@@ -75,8 +77,10 @@ std::string Quoted(const std::string& text) {
 FitRequest RequestFromFlags() {
   FitRequest request;
   request.model = FLAGS_model;
-  request.traj = SplitList(FLAGS_traj, "--traj");
-  request.holdout = SplitList(FLAGS_holdout, "--holdout");
+  request.traj = ExpandRuns(SplitList(FLAGS_traj, "--traj"), "--traj");
+  request.holdout =
+      ExpandRuns(SplitList(FLAGS_holdout, "--holdout"), "--holdout");
+  request.skip_bad_runs = FLAGS_skip_bad_runs;
   request.spec = FLAGS_spec;
   request.free = FLAGS_free;
   request.fix = FLAGS_fix;
@@ -105,6 +109,7 @@ std::string CommandFromFlags(const std::string& program) {
     if (!FlagGiven(name)) continue;
     command += std::string(" --") + name + " " + Quoted(FlagText(name));
   }
+  if (FLAGS_skip_bad_runs) command += " --skip_bad_runs";
   return command;
 }
 

@@ -28,7 +28,7 @@ constexpr char kHelp[] =
 
   --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
                              pendulum3_planar, cartpole, arm7) or a URDF
-  --traj A.csv,B.csv         recordings
+  --traj A.csv,B.csv         recordings; 'd/*.csv', @LISTFILE
   --holdout C.csv            more of them
   --spec FILE.yaml           what is to be fitted (default: MODEL.sysid.yaml
                              beside the URDF)
@@ -44,7 +44,7 @@ constexpr char kHelp[] =
   --residual heading|rotation
   --loss, --segment, --step, --integrator, --solver: those of sysid_fit, so that
                              its flags can be given as they are
-  --threads N (default: all cores)
+  --threads N (default: all cores)    --skip_bad_runs
   --json FILE|-              machine-readable result
   --out DIR                  check.json
 Each finding states its place, the evidence, the consequence for a fit and a
@@ -61,10 +61,10 @@ struct Refused {
 };
 
 // Reads what can be read.
-void ReadAll(const std::vector<std::string>& files, Session* session,
+void ReadAll(const std::vector<std::string>& files, bool skip, Session* session,
              std::vector<Run>* runs, std::vector<Refused>* refused) {
   for (const std::string& file : files) {
-    if (!std::filesystem::exists(file)) {
+    if (!skip && !std::filesystem::exists(file)) {
       ReadSessionRun(*session, file, nullptr);  // says so
     }
     try {
@@ -76,9 +76,12 @@ void ReadAll(const std::vector<std::string>& files, Session* session,
       refused->push_back(
           {Unreadable(error), file, {{error.name(), error.expression()}}});
     } catch (const InputError& error) {
-      // A flag that is wrong is no fault of the recording.
-      if (error.place().starts_with("--")) throw;
+      // A flag that is wrong is no fault of the recording, unless it is to be
+      // one of this recording alone.
+      const bool of_flag = error.place().starts_with("--");
+      if (of_flag && !skip) throw;
       refused->push_back({Unreadable(error), file, {}});
+      if (of_flag) refused->back().finding.file = file;
     }
   }
 }
@@ -106,8 +109,10 @@ int Main() {
   request.may_free_nothing = true;
   Session session = OpenModelSession(request, catalogue);
   std::vector<Refused> refused;
-  ReadAll(request.traj, &session, &session.runs, &refused);
-  ReadAll(request.holdout, &session, &session.holdout, &refused);
+  ReadAll(request.traj, request.skip_bad_runs, &session, &session.runs,
+          &refused);
+  ReadAll(request.holdout, request.skip_bad_runs, &session, &session.holdout,
+          &refused);
   CheckOutputs(request, session);
   PrintNotices(session.notices);
   std::vector<std::string> runs = request.traj;

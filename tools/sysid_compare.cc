@@ -33,11 +33,12 @@ constexpr char kHelp[] =
   sysid_compare --model pendulum2 --traj data/runs/figure1.csv \
     --truth link1.length=0.81,link2.length=0.304 --figure figure.svg
 
-  --model NAME|FILE.urdf  --traj A.csv,B.csv  --spec FILE.yaml
+  --model NAME|FILE.urdf  --traj A.csv,'d/*.csv',@LISTFILE  --spec FILE.yaml
   --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=expr,...
   --lock joint=0.3,...
   --integrator rk4|semi_implicit_euler  --step S  --segment S  --noise S
-  --residual heading|rotation  --shift  --ignore  --threads N  as of sysid_fit
+  --residual heading|rotation  --shift  --ignore  --threads N  --skip_bad_runs
+                             as of sysid_fit
   --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
   --huber D  --from_rest  --kernels 3  --draws 16  --spread 0.3  --online
                              of Adam and the mixture, as of sysid_fit

@@ -32,7 +32,7 @@ constexpr char kHelp[] =
 
   --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
                              pendulum3_planar, cartpole, arm7) or a URDF
-  --traj A.csv,B.csv         recordings, fitted together
+  --traj A.csv,B.csv         recordings, fitted together; 'd/*.csv', @LISTFILE
   --holdout C.csv            recordings not fitted, which decide between effects
                              (default: the last quarter of every run)
   --auto                     add the best effect, refit, and look again, until

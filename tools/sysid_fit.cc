@@ -36,7 +36,7 @@ constexpr char kHelp[] =
 
   --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
                              pendulum3_planar, cartpole, arm7) or a URDF
-  --traj A.csv,B.csv         recordings, fitted together
+  --traj A.csv,B.csv         recordings, fitted together; 'd/*.csv', @LISTFILE
   --holdout C.csv            recordings that are only predicted
   --spec FILE.yaml           what to fit (default: MODEL.sysid.yaml beside it)
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at):
@@ -61,7 +61,7 @@ constexpr char kHelp[] =
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy
   --check none|numbers|all   of the recordings (default: all)
-  --threads N (default: all cores)    --seed N
+  --threads N (default: all cores)    --seed N    --skip_bad_runs
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
                              identified.urdf

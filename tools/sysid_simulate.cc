@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <tuple>
 #include <utility>
 
@@ -13,7 +14,9 @@
 #include "models/error.h"
 #include "models/find_model.h"
 #include "models/parameters.h"
+#include "models/urdf/load_urdf.h"
 #include "sysid/checks/model_findings.h"
+#include "sysid/io/column_map.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/memory.h"
 #include "sysid/io/read_run.h"
@@ -42,6 +45,9 @@ DEFINE_string(excite, "none", "none or multisine");
 DEFINE_double(amplitude, 1, "of --excite: 1 uses the room between limits");
 DEFINE_string(band, "0.1,2", "of --excite: lowest and highest frequency, Hz");
 DEFINE_string(efforts, "", "a file with the efforts to apply, J.tau");
+DEFINE_string(inputs, "",
+              "a file with what effects read: J.cmd, J.temperature, base.ax, "
+              "...");
 DEFINE_string(track, "", "a file with positions to follow, J.q");
 DEFINE_string(gains, "", "of --track: kp,kd, or joint=kp:kd,...");
 DEFINE_string(integrator, "rk4", "rk4 or semi_implicit_euler");
@@ -393,6 +399,32 @@ Run MakeRun(const Model& model, const SimulationOptions& options,
   return Simulate(model, x0, options);
 }
 
+// What the model's effects read, from --inputs.
+void ReadInputsOf(const Model& model, SimulationOptions* options,
+                  std::vector<std::string>* notices) {
+  if (!FLAGS_inputs.empty()) {
+    options->inputs = std::make_shared<const Run>(
+        ReadInputs(FLAGS_inputs, model.mechanism(), notices));
+    const Run& run = *options->inputs;
+    if (FLAGS_efforts.empty() && FLAGS_track.empty()) {
+      FillDuration(run.t.back() - run.t.front(), options);
+    }
+  }
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    for (const EffectInput& input : effect.inputs()) {
+      if (input.name == "t" || (options->inputs != nullptr &&
+                                HasInput(*options->inputs, input.name))) {
+        continue;
+      }
+      throw InputError(
+          "--inputs",
+          effect.name() + " reads " + input.name + ", which is not there",
+          "give a file with the columns t and " + input.name);
+    }
+  }
+}
+
 int Main() {
   if (FLAGS_model.empty()) {
     throw InputError(
@@ -417,15 +449,22 @@ int Main() {
   std::string file;
   std::vector<std::string> notices;
   std::vector<NamedValue> locks = SplitAssignments(FLAGS_lock, "--lock");
-  Model model = OpenModel(FLAGS_model, catalogue, &locks, &file, &notices);
+  ColumnMap words;
+  if (!FLAGS_inputs.empty()) {
+    words = OwnInputColumns(FLAGS_inputs, LoadUrdf(FindModel(FLAGS_model)));
+  }
+  Model model =
+      OpenModel(FLAGS_model, catalogue, &locks, &file, &notices, words);
   ChangeModel(catalogue, file, &model);
+  ReadInputsOf(model, &options, &notices);
   for (const Finding& finding : ModelFindings(model, file)) {
     notices.push_back(BriefText(finding));
   }
   const bool to_stdout = IsStdout(FLAGS_out_csv);
   if (!to_stdout) {
-    CheckIsNoInput("--out_csv", FLAGS_out_csv,
-                   {file, FLAGS_initial, FLAGS_track, FLAGS_efforts});
+    CheckIsNoInput(
+        "--out_csv", FLAGS_out_csv,
+        {file, FLAGS_initial, FLAGS_track, FLAGS_efforts, FLAGS_inputs});
     CheckWritableFile(FLAGS_out_csv);
   }
   AddNotices(model, options, &notices);

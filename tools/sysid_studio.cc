@@ -36,7 +36,7 @@ served; Ctrl-C ends it.
 
   --model NAME|FILE.urdf     a shipped model (pendulum1..3, pendulum2_planar,
                              pendulum3_planar, cartpole, arm7) or a URDF
-  --traj A.csv,B.csv         recordings, fitted together
+  --traj A.csv,B.csv         recordings, fitted together; 'd/*.csv', @LISTFILE
   --holdout C.csv            recordings not fitted, which decide between effects
                              (default: the last quarter of every run)
   --port N                   on 127.0.0.1 (default: 8080; 0: any free one)

@@ -18,6 +18,16 @@ bool Moves(const Mechanism& mechanism, int link) {
   return false;
 }
 
+// The moving joint that carries a link, or -1.
+int MoverBelow(const Mechanism& mechanism, int link) {
+  while (link > 0) {
+    const int joint = link - 1;
+    if (mechanism.joints[joint].type != JointType::kFixed) return joint;
+    link = mechanism.joints[joint].parent_link;
+  }
+  return -1;
+}
+
 }  // namespace
 
 Catalogue::Catalogue() {
@@ -35,6 +45,8 @@ void EffectSet::Add(std::shared_ptr<const Effect> effect) {
   for (const EffectParameter& parameter : effect->parameters()) {
     parameters_.push_back(parameter);
   }
+  first_inputs_.push_back(input_count_);
+  input_count_ += static_cast<int>(effect->inputs().size());
   effects_.push_back(std::move(effect));
 }
 
@@ -60,6 +72,19 @@ std::vector<std::string> Catalogue::Targets(const Entry& entry,
   std::vector<std::string> targets;
   if (entry.target == TargetKind::kBase) {
     targets.push_back("base");
+  } else if (entry.target == TargetKind::kJointPair) {
+    // Neighbours of one kind: no moving joint is between them.
+    for (const Joint& second : mechanism.joints) {
+      const int first = MoverBelow(mechanism, second.parent_link);
+      if (VelocitySize(second) != 1 || first < 0) continue;
+      const Joint& joint = mechanism.joints[first];
+      if (VelocitySize(joint) != 1 || !entry.applies(second.type) ||
+          (joint.type == JointType::kPrismatic) !=
+              (second.type == JointType::kPrismatic)) {
+        continue;
+      }
+      targets.push_back(joint.name + "," + second.name);
+    }
   } else if (entry.target == TargetKind::kLink) {
     for (size_t i = 1; i < mechanism.links.size(); ++i) {
       if (mechanism.nominal.links[i].mass > 0 &&
@@ -89,13 +114,27 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                                             : mechanism.JointNames().front()));
   }
   const std::string kind = name.substr(0, at);
-  const std::string target = name.substr(at + 1);
+  std::string target = name.substr(at + 1);
   const auto entry =
       std::find_if(entries_.begin(), entries_.end(),
                    [&](const Entry& e) { return e.kind == kind; });
   if (entry == entries_.end()) {
     throw InputError(place, "unknown effect '" + kind + "'",
                      NameHint(kind, kinds()));
+  }
+  std::string law;
+  if (entry->target == TargetKind::kJointPair) {
+    std::replace(target.begin(), target.end(), '+', ',');
+  }
+  if (entry->typed) {
+    const size_t colon = target.find(':');
+    if (colon == std::string::npos) {
+      throw InputError(place, "effect '" + name + "' has no law",
+                       "write it behind a colon: '" + name + ": -k*q^3'");
+    }
+    law = target.substr(colon);
+    target.erase(colon);
+    while (!target.empty() && target.back() == ' ') target.pop_back();
   }
   const int follower = mechanism.FindJoint(target);
   if (entry->target == TargetKind::kJoint && follower >= 0 &&
@@ -131,7 +170,12 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                      "effect '" + kind + "': unknown target '" + target + "'",
                      NameHint(target, targets));
   }
-  return entry->make(mechanism, target);
+  try {
+    return entry->make(mechanism, target + law);
+  } catch (const LawFault& fault) {
+    throw InputError(place, "effect '" + name + "': " + fault.what(),
+                     fault.hint());
+  }
 }
 
 // What a force and an inertia do at a joint that follows another, they do to
@@ -140,7 +184,8 @@ std::shared_ptr<const Effect> Catalogue::MakeOnFollower(
     const Entry& entry, const Mechanism& mechanism, const std::string& target,
     const std::string& place) const {
   std::shared_ptr<const Effect> effect = entry.make(mechanism, target);
-  if (effect->hooks() & (kInputHook | kInputDelayHook | kMeasurementHook)) {
+  if ((effect->hooks() & (kActingHooks | kMeasurementHook)) ||
+      effect->ReadsMore()) {
     const Followed followed =
         FollowedBy(mechanism, mechanism.FindJoint(target));
     const std::string& leader = mechanism.joints[followed.joint].name;
@@ -154,14 +199,24 @@ std::shared_ptr<const Effect> Catalogue::MakeOnFollower(
   return effect;
 }
 
-std::vector<std::string> Catalogue::Candidates(
-    const Mechanism& mechanism) const {
-  std::vector<std::string> candidates;
+std::vector<std::string> Catalogue::Names(const Mechanism& mechanism) const {
+  std::vector<std::string> names;
   for (const Entry& entry : entries_) {
+    if (entry.typed) continue;
     for (const std::string& target : Targets(entry, mechanism)) {
-      candidates.push_back(entry.kind + "@" + target);
+      names.push_back(entry.kind + "@" + target);
     }
   }
+  return names;
+}
+
+std::vector<std::string> Catalogue::Candidates(
+    const Mechanism& mechanism) const {
+  std::vector<std::string> candidates = Names(mechanism);
+  std::erase_if(candidates, [&](const std::string& name) {
+    const auto effect = Make(name, mechanism, "candidates");
+    return !effect->IsCandidate() || !effect->inputs().empty();
+  });
   return candidates;
 }
 

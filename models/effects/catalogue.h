@@ -22,13 +22,17 @@ class EffectSet {
   }
   // Where effect i's parameters begin in MechanismParameters::effects.
   int offset(int i) const { return offsets_[i]; }
+  // Where its inputs begin among those of all effects, and how many these are.
+  int first_input(int i) const { return first_inputs_[i]; }
+  int input_count() const { return input_count_; }
   const std::vector<EffectParameter>& parameters() const { return parameters_; }
   bool Contains(const std::string& name) const;
   std::vector<std::string> names() const;  // "coulomb_friction@joint1"
 
  private:
   std::vector<std::shared_ptr<const Effect>> effects_;
-  std::vector<int> offsets_;
+  std::vector<int> offsets_, first_inputs_;
+  int input_count_ = 0;
   std::vector<EffectParameter> parameters_;
 };
 
@@ -43,44 +47,53 @@ class Catalogue {
     entries_.push_back(
         {E::kName, E::kTarget,
          [](JointType type) {
-           if constexpr (requires { E::Applies(type); }) {
-             return E::Applies(type);
-           } else {
-             return true;
-           }
+      if constexpr (requires { E::Applies(type); }) {
+        return E::Applies(type);
+      } else {
+        return true;
+      }
          },
          [](const Mechanism& mechanism, const std::string& target) {
-           return std::shared_ptr<const Effect>(new E(mechanism, target));
-         }});
-  }
+      return std::shared_ptr<const Effect>(new E(mechanism, target));
+         },
+         requires { E::kTyped;
+  }});
+}  // namespace sysid
 
-  // "coulomb_friction@joint1" -> the effect. `place` says in errors where the
-  // name was read ("--add"). Throws InputError for a name without '@', an
-  // unknown effect or target (with the nearest known), a target of the wrong
-  // kind or a joint on which the effect has no meaning.
-  std::shared_ptr<const Effect> Make(const std::string& name,
-                                     const Mechanism& mechanism,
-                                     const std::string& place) const;
+// "coulomb_friction@joint1" -> the effect. `place` says in errors where the
+// name was read ("--add"). Throws InputError for a name without '@', an
+// unknown effect or target (with the nearest known), a target of the wrong
+// kind or a joint on which the effect has no meaning.
+std::shared_ptr<const Effect> Make(const std::string& name,
+                                   const Mechanism& mechanism,
+                                   const std::string& place) const;
 
-  std::vector<std::string> kinds() const;
-  // Every effect on every target where it has a meaning.
-  std::vector<std::string> Candidates(const Mechanism& mechanism) const;
+std::vector<std::string> kinds() const;
+// Every effect on every target where it has a meaning, but for laws that a
+// user types.
+std::vector<std::string> Names(const Mechanism& mechanism) const;
+// Those of them that a diagnosis tries without being told, on any recording:
+// they read no inputs.
+std::vector<std::string> Candidates(const Mechanism& mechanism) const;
 
- private:
-  struct Entry {
-    std::string kind;
-    TargetKind target;
-    bool (*applies)(JointType);
-    std::shared_ptr<const Effect> (*make)(const Mechanism&, const std::string&);
-  };
-  std::vector<std::string> Targets(const Entry& entry,
-                                   const Mechanism& mechanism) const;
-  std::shared_ptr<const Effect> MakeOnFollower(const Entry& entry,
-                                               const Mechanism& mechanism,
-                                               const std::string& target,
-                                               const std::string& place) const;
-
-  std::vector<Entry> entries_;
+private:
+struct Entry {
+  std::string kind;
+  TargetKind target;
+  bool (*applies)(JointType);
+  std::shared_ptr<const Effect> (*make)(const Mechanism&, const std::string&);
+  // The name goes on behind the target, ": " and a law; `make` takes both.
+  bool typed = false;
 };
+std::vector<std::string> Targets(const Entry& entry,
+                                 const Mechanism& mechanism) const;
+std::shared_ptr<const Effect> MakeOnFollower(const Entry& entry,
+                                             const Mechanism& mechanism,
+                                             const std::string& target,
+                                             const std::string& place) const;
+
+std::vector<Entry> entries_;
+}
+;
 
 }  // namespace sysid

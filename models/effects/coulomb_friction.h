@@ -13,6 +13,13 @@ inline double FrictionSmoothingSpeed(bool prismatic) {
   return prismatic ? 1e-3 : 5e-3;
 }
 
+// sign(qd) of a hinge or slide where its dry friction is smoothed.
+template <typename T>
+T SmoothSign(const T& qd, double v_s) {
+  using std::sqrt;
+  return qd / sqrt(qd * qd + T(v_s * v_s));
+}
+
 // Dry friction of one level c: -c sign(qd) where the joint slips, and whatever
 // holds it, up to c, where it rests (docs/dry_friction.md). Smoothed:
 //   tau = -c qd / sqrt(|qd|^2 + v_s^2),
@@ -43,7 +50,7 @@ class CoulombFriction : public EffectOf<CoulombFriction> {
   }
 
   template <typename T>
-  T DryFriction(const T* p, const T& /*speed*/) const {
+  T DryFriction(const JointState<T>&, const T* p, const T& /*speed*/) const {
     return p[0];
   }
 

@@ -33,11 +33,18 @@ Effect::Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
                const Mechanism& mechanism, const std::string& target)
     : kind_(kind), target_(target), hooks_(hooks) {
   if (target_kind == TargetKind::kJoint) joint_ = mechanism.FindJoint(target);
+  if (target_kind == TargetKind::kJointPair) {
+    const size_t comma = target.find(',');
+    joint_ = mechanism.FindJoint(target.substr(0, comma));
+    second_joint_ = mechanism.FindJoint(target.substr(comma + 1));
+    CHECK_GE(second_joint_, 0) << kind << "@" << target;
+  }
   if (target_kind == TargetKind::kLink) link_ = mechanism.FindLink(target);
   prismatic_ =
       joint_ >= 0 && mechanism.joints[joint_].type == JointType::kPrismatic;
   CHECK(joint_ >= 0 || !(hooks & (kEffortHook | kJointInertiaHook | kInputHook |
-                                  kMeasurementHook)))
+                                  kMeasurementHook | kDriveHook | kLimitHook |
+                                  kInputLagHook | kReadsEffort)))
       << kind << " acts on a joint and has none";
   CHECK(!(hooks & kDryFrictionHook) || (hooks & kEffortHook))
       << kind << " needs its law smoothed, too";
@@ -60,7 +67,10 @@ void Effect::AddSearchedParameter(const std::string& name,
                                   const std::string& unit, double start,
                                   const std::vector<double>& grid, double lower,
                                   double upper, bool whole) {
-  AddParameter(name, unit, start, lower, upper);
+  // One that starts at zero is as large as the first that is tried.
+  double scale = start;
+  for (size_t i = 0; i < grid.size() && scale == 0.0; ++i) scale = grid[i];
+  AddParameter(name, unit, scale, lower, upper);
   parameters_.back().null_value = start;
   parameters_.back().grid = grid;
   parameters_.back().whole = whole;

@@ -25,7 +25,8 @@ class GravityTilt : public EffectOf<GravityTilt> {
   }
 
   template <typename T>
-  void ModifyGravity(const T* p, Vector3<T>* gravity) const {
+  void ModifyGravity(const T* /*inputs*/, const T* p,
+                     Vector3<T>* gravity) const {
     const Quaternion<T> turn = Exp<T>(Vector3<T>(p[0], p[1], T(0.0)));
     *gravity = ToMatrix(turn) * Vector3<T>(*gravity);
   }

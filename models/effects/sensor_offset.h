@@ -23,7 +23,7 @@ class SensorOffset : public EffectOf<SensorOffset> {
   static bool Applies(JointType type) { return type != JointType::kSpherical; }
 
   template <typename T>
-  void ModifyMeasurement(const T* p, T* q) const {
+  void ModifyMeasurement(const JointRates<T>&, const T* p, T* q) const {
     q[0] += p[0];
   }
 };

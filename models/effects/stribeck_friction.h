@@ -57,7 +57,7 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
   }
 
   template <typename T>
-  T DryFriction(const T* p, const T& speed) const {
+  T DryFriction(const JointState<T>&, const T* p, const T& speed) const {
     return Level<T>(p, speed * speed);
   }
 

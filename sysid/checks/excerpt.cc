@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "sysid/checks/series.h"
 
@@ -46,6 +47,12 @@ Run Slice(const Run& run, int first, int last) {
   slice.name = run.name;
   slice.t.assign(run.t.begin() + first, run.t.begin() + last);
   slice.effort = run.effort.middleRows(first, last - first);
+  for (const Input& input : run.inputs) {
+    slice.inputs.push_back(
+        {input.name,
+         input.held,
+         {input.values.begin() + first, input.values.begin() + last}});
+  }
   for (const Channel& channel : run.channels) {
     Channel part = channel;
     part.values = channel.values.middleRows(first, last - first);
@@ -65,6 +72,15 @@ Run Thin(const Run& run, int stride) {
     thin.t.push_back(run.t[k * stride]);
     thin.effort.row(k) =
         run.effort.middleRows(k * stride, stride).colwise().mean();
+  }
+  for (const Input& input : run.inputs) {
+    thin.inputs.push_back({input.name, input.held, {}});
+    for (int k = 0; k < n; ++k) {
+      const auto first = input.values.begin() + k * stride;
+      thin.inputs.back().values.push_back(
+          input.held ? std::accumulate(first, first + stride, 0.0) / stride
+                     : *first);
+    }
   }
   for (const Channel& channel : run.channels) {
     Channel kept = channel;

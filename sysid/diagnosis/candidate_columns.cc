@@ -242,6 +242,17 @@ void UseSecants(const LinearizedFit& fit, const Model& fitted,
   }
 }
 
+// Whether an effect has parameters of these.
+bool Shares(const EffectSet& effects, const Effect& effect) {
+  const auto is_own = [&](const EffectParameter& parameter) {
+    return std::any_of(
+        effect.parameters().begin(), effect.parameters().end(),
+        [&](const EffectParameter& own) { return own.name == parameter.name; });
+  };
+  return std::any_of(effects.parameters().begin(), effects.parameters().end(),
+                     is_own);
+}
+
 }  // namespace
 
 std::vector<Candidate> MakeCandidates(
@@ -251,7 +262,10 @@ std::vector<Candidate> MakeCandidates(
   std::vector<Candidate> candidates;
   int total = 0;
   for (const auto& effect : effects) {
-    if (fitted.effects().Contains(effect->name())) continue;
+    if (fitted.effects().Contains(effect->name()) ||
+        (effect->Extends() && !Shares(fitted.effects(), *effect))) {
+      continue;
+    }
     Candidate candidate(fitted);
     candidate.effect = effect;
     try {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 #include "residuals/parameter_forces.h"
 #include "sysid/diagnosis/force_response.h"
 #include "sysid/diagnosis/joint_motion.h"

@@ -59,6 +59,8 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
          predicted < kMuch * screening.error;
 }
 
+}  // namespace
+
 std::string WhyRefused(const DiagnosisProblem& problem,
                        const EvaluatedModel& before,
                        const CandidateRefit& refit, int tried) {
@@ -84,8 +86,6 @@ std::string WhyRefused(const DiagnosisProblem& problem,
              ? ""
              : "it does not lower the error of the held-out runs";
 }
-
-}  // namespace
 
 std::string WhyImplausible(const EvaluatedModel& evaluated) {
   for (const auto& effect : evaluated.added) {

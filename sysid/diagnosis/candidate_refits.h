@@ -54,6 +54,11 @@ std::string LikeliestChance(const DiagnosisProblem& problem,
 // Why some effect that was added is not what it means; empty where all are.
 std::string WhyImplausible(const EvaluatedModel& evaluated);
 
+// Why a refit of one of `tried` proposals is not accepted; empty where it is.
+std::string WhyRefused(const DiagnosisProblem& problem,
+                       const EvaluatedModel& before,
+                       const CandidateRefit& refit, int tried);
+
 // Refits proposals, and chooses among them. What it is made from must outlive
 // it.
 class Refitter {

@@ -376,6 +376,7 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
   }
   std::vector<int> at;
   std::vector<double> moved;
+  bool undetermined = false;
   for (const EffectParameter& own : effect.parameters()) {
     if (!own.grid.empty() || own.whole) continue;
     const auto known = nominal.find(own.name);
@@ -383,11 +384,15 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
     for (size_t i = 0; i < fit.parameters.size(); ++i) {
       const ParameterEstimate& estimate = fit.parameters[i];
       if (estimate.name != own.name || estimate.at_bound) continue;
+      if (!estimate.identifiable) {
+        undetermined = true;
+        continue;
+      }
       at.push_back(static_cast<int>(i));
       moved.push_back(estimate.value - none);
     }
   }
-  if (at.empty()) return 0.0;
+  if (at.empty()) return undetermined ? 1.0 : 0.0;
   const int n = static_cast<int>(at.size());
   const VectorXd d = Eigen::Map<const VectorXd>(moved.data(), n);
   const Eigen::LDLT<MatrixXd> solver(MatrixXd(fit.covariance(at, at)));

@@ -24,8 +24,9 @@ void AddDiscrepancy(const ShootingProblem& problem, Fit* fit);
 
 // That an effect of the fit's model is none: Wald's test of those of its
 // parameters in which the law is linear, by the fit's covariance, against their
-// nominal values in `given`, or where the law is off. 0 where a bound holds
-// them.
+// nominal values in `given`, or where the law is off. Parameters that the data
+// do not determine take no part; 1 where these are all, 0 where a bound holds
+// all.
 double PValueOf(const Effect& effect, const Model& given, const Fit& fit);
 
 }  // namespace sysid

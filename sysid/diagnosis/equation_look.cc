@@ -38,11 +38,29 @@ struct Columns {
   std::vector<Candidate> candidates;
 };
 
-// An effect whose law is linear in its parameters from where it is off.
-bool IsLinear(const Effect& effect) {
-  return std::all_of(
-      effect.parameters().begin(), effect.parameters().end(),
-      [](const EffectParameter& p) { return p.grid.empty() && !p.whole; });
+// The parameters of an effect in which its law is linear from where it is off;
+// none where others must be searched before anything shows. A drive shows
+// without its delay, a pair of joints with the first of two signs.
+std::vector<std::string> LinearNames(const Effect& effect) {
+  const bool shows = (effect.hooks() & (kDriveHook | kPairHook)) != 0;
+  std::vector<std::string> names;
+  for (const EffectParameter& p : effect.parameters()) {
+    if (p.grid.empty() && !p.whole) {
+      names.push_back(p.name);
+    } else if (!shows) {
+      return {};
+    }
+  }
+  names.insert(names.end(), effect.adjusts_nominal().begin(),
+               effect.adjusts_nominal().end());
+  return names;
+}
+
+// Whether a law multiplies the measured effort (a gain, a friction by load).
+// Least squares of what the equations leave of it could then leave nothing by
+// taking it away, and their likelihood means nothing.
+bool ChangesEffort(const Effect& effect) {
+  return (effect.hooks() & (kInputHook | kReadsEffort)) != 0;
 }
 
 Columns MakeColumns(const DiagnosisProblem& problem, const Model& start,
@@ -56,8 +74,8 @@ Columns MakeColumns(const DiagnosisProblem& problem, const Model& start,
   std::set<std::string> taken(names.begin(), names.end());
   taken.insert(problem.known.begin(), problem.known.end());
   for (const auto& effect : effects) {
-    const std::vector<std::string> own = effect->ParameterNames();
-    if (!IsLinear(*effect) || own.empty() ||
+    const std::vector<std::string> own = LinearNames(*effect);
+    if (own.empty() ||
         std::any_of(own.begin(), own.end(), [&](const std::string& name) {
           return taken.contains(name);
         })) {
@@ -106,7 +124,6 @@ class EquationSearch {
   bool IsBetter(Trial* a, Trial* b) const { return Advantage(a, b) > 1.0; }
   // How much more likely, in standard errors of the difference.
   double Advantage(Trial* a, Trial* b) const;
-  bool IsEffort(const Columns::Candidate& candidate) const;
   bool AddOne();
   bool TakeOutOne();
   std::vector<FollowedMotion> Followed() const;
@@ -242,34 +259,13 @@ double EquationSearch::Advantage(Trial* a, Trial* b) const {
   return n * mean / std::sqrt(squares * n / std::max(1, n - 1));
 }
 
-// Whether a column is the measured effort itself (a gain): nothing would be
-// left without it, and the likelihood of what is left means nothing.
-bool EquationSearch::IsEffort(const Columns::Candidate& candidate) const {
-  constexpr double kSame = 1e-6;
-  for (int c = candidate.first; c < candidate.first + candidate.count; ++c) {
-    double off = 0.0, size = 0.0;
-    for (const EquationRows& rows : rows_) {
-      const Eigen::Map<const RowMatrixXd, 0, Eigen::InnerStride<>> column(
-          rows.rows.data() + c, rows.times(), rows.nv,
-          Eigen::InnerStride<>(rows.rows.cols()));
-      for (int v = 0; v < rows.nv; ++v) {
-        if (column.col(v).isZero(0.0)) continue;
-        off += (column.col(v) - rows.effort.col(v)).squaredNorm();
-        size += column.col(v).squaredNorm();
-      }
-    }
-    if (size > 0.0 && off < kSame * size) return true;
-  }
-  return false;
-}
-
 bool EquationSearch::AddOne() {
   std::vector<std::pair<double, int>> order;
   std::map<int, Trial> trials;
   for (size_t k = 0; k < columns_.candidates.size(); ++k) {
     const int candidate = static_cast<int>(k);
     if (std::find(chosen_.begin(), chosen_.end(), candidate) != chosen_.end() ||
-        IsEffort(columns_.candidates[k])) {
+        ChangesEffort(*columns_.candidates[k].effect)) {
       continue;
     }
     std::vector<int> chosen = chosen_;

@@ -183,18 +183,18 @@ Whiteness TestChannel(const std::string& name, const std::vector<Series>& all,
 }
 
 // An effort less its mean over the run; none where it is constant.
-struct Input {
+struct EffortInput {
   std::string name;
   int column;
   std::vector<VectorXd> u;  // per run
 };
 
-std::vector<Input> InputsOf(const LinearizedFit& fit) {
+std::vector<EffortInput> InputsOf(const LinearizedFit& fit) {
   const Model& model = fit.problem().model();
-  std::vector<Input> inputs;
+  std::vector<EffortInput> inputs;
   for (const Body& body : model.movers()) {
     for (int c = 0; c < VelocitySize(body); ++c) {
-      Input input;
+      EffortInput input;
       input.name = model.mechanism().joints[body.joint].name;
       if (body.type == JointType::kSpherical) {
         input.name += std::string(".") + "xyz"[c];
@@ -215,7 +215,7 @@ std::vector<Input> InputsOf(const LinearizedFit& fit) {
 
 // How many of `lags` lags, `stride` samples apart, are independent of each
 // other: neighbours of a smooth effort are not.
-double IndependentLags(const Input& input, int lags, int stride) {
+double IndependentLags(const EffortInput& input, int lags, int stride) {
   double squares = 0.0, time = 1.0;
   for (const VectorXd& u : input.u) squares += u.squaredNorm();
   for (int l = 1; l < lags; ++l) {
@@ -237,7 +237,7 @@ struct Correlation {
 
 // Of the errors with the effort `lag` samples before them: the weight of one
 // column, the effort, as a correlation.
-Correlation Correlate(const std::vector<Series>& all, const Input& input,
+Correlation Correlate(const std::vector<Series>& all, const EffortInput& input,
                       int lag) {
   double product = 0.0, C = 0.0, squares = 0.0, efforts = 0.0, dof = -1.0;
   std::vector<VectorXd> shifted;
@@ -289,7 +289,7 @@ std::vector<Whiteness> TestWhiteness(const LinearizedFit& fit) {
 std::vector<InputCorrelation> CorrelateInputs(const LinearizedFit& fit) {
   std::vector<InputCorrelation> out;
   if (!fit.Valid()) return out;
-  const std::vector<Input> inputs = InputsOf(fit);
+  const std::vector<EffortInput> inputs = InputsOf(fit);
   if (inputs.empty()) return out;
   const double period = fit.problem().data().MedianSamplePeriod();
   const int first = static_cast<int>(std::ceil(kEarliest / period));
@@ -299,7 +299,7 @@ std::vector<InputCorrelation> CorrelateInputs(const LinearizedFit& fit) {
   for (const std::string& name : names) {
     const std::vector<Series> all = SeriesOf(fit, name);
     if (all.empty()) continue;
-    for (const Input& input : inputs) {
+    for (const EffortInput& input : inputs) {
       InputCorrelation best;
       best.channel = name;
       best.input = input.name;

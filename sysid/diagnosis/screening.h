@@ -32,7 +32,7 @@ struct ScreenedEffect {
   // S = |Q_A' r|^2, the drop of the whitened sum of squares.          (7.4)
   double score = 0.0;
   int dof = 0;  // directions of the parameters that the data tells of
-  // Of (7.5), times the number of tests; at most 1.
+  // Of (7.5), times the number of tests; at most 1. NaN where none was made.
   double p_value = 1.0;
   double predicted_error = 0.0;  // normalised
   std::vector<ExpectedParameter> parameters;

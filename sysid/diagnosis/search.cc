@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "models/dynamics_tangent.h"
 #include "models/error.h"
 #include "sysid/diagnosis/base_fit.h"
 #include "sysid/diagnosis/candidate_forces.h"
@@ -22,7 +23,7 @@ std::set<std::string> EffectsOf(const EvaluatedModel& evaluated) {
   return names;
 }
 
-// A place without a force that is missing, for a base that was not looked at.
+// Without a missing force, for a base that was not looked at.
 Where NowhereOf(const EvaluatedModel& base) {
   Where where;
   where.channels = base.fit.train.channels;
@@ -106,8 +107,9 @@ Diagnosis Search::Run() {
 
 void Search::RunFromBase() {
   // What the catalogue lacks would be taken for what is in it.
-  diagnosis_.by_equations = !settled_.empty() && !followed_.empty();
-  if (settled_.empty() || (options_.add && followed_.empty())) {
+  diagnosis_.by_equations = by_equations_;
+  if (settled_.empty() || (options_.add && !by_equations_)) {
+    if (options_.add) AddDrives();
     if (options_.add) AddTogether();
     AddOneByOne();
   } else {
@@ -146,15 +148,47 @@ bool Search::BeginByEquations() {
       !std::isfinite(model->holdout_error())) {
     return false;
   }
-  // What follows the motion of another joint no candidate describes. A fit of
-  // the motion would make up for it by all that is free, as the encoder's noise
-  // weighs it: the values stay those of the equations.
-  if (followed_.empty()) *model = EvaluateAgain(problem_, std::move(*model));
+  // A fit of the motion would make up by all that is free for what follows
+  // another joint and no candidate describes; and by Jets it takes minutes.
+  by_equations_ =
+      !followed_.empty() || !DynamicsTangent::Covers(model->problem->model());
+  if (!by_equations_) *model = EvaluateAgain(problem_, std::move(*model));
   for (const ScreenedEffect& effect : look.effects) {
     settled_.insert(effect.name());
   }
   Take(std::move(look.effects), std::move(model));
   return true;
+}
+
+void Search::AddDrives() {
+  std::vector<ScreenedEffect> drives;
+  for (const auto& candidate : candidates_) {
+    if (!(candidate->hooks() & kDriveHook)) continue;
+    const Joint& joint = problem_.model.mechanism().joints[candidate->joint()];
+    const auto is_driven = [&](const auto& one) {
+      return !one->run.effort.col(joint.v_index).isZero(0.0);
+    };
+    const auto& runs = problem_.train->runs();
+    if (problem_.model.effects().Contains(candidate->name()) ||
+        std::any_of(runs.begin(), runs.end(), is_driven)) {
+      continue;
+    }
+    drives.emplace_back().effect = candidate;
+    // Nothing moves the joint without it: that needs no test.
+    drives.back().p_value = std::nan("");
+  }
+  if (drives.empty() || IsAtNoiseFloor(diagnosis_.base)) return;
+  Report("drives of commanded joints", diagnosis_.base.train_error());
+  std::vector<const ScreenedEffect*> shown;
+  for (const ScreenedEffect& drive : drives) shown.push_back(&drive);
+  auto model = std::make_shared<EvaluatedModel>(EvaluateAgain(
+      problem_, EvaluateByEquations(problem_, diagnosis_.base, shown)));
+  if (!std::isfinite(model->train_error()) ||
+      !ExplainsMost(problem_, diagnosis_.base, *model)) {
+    return;
+  }
+  been_.insert(EffectsOf(diagnosis_.base));
+  Take(std::move(drives), std::move(model));
 }
 
 void Search::AddTogether() {
@@ -404,7 +438,6 @@ bool Search::TakeOutUnneeded() {
     const std::vector<std::shared_ptr<const Effect>> effects = now().added;
     for (auto effect = effects.rbegin(); effect != effects.rend(); ++effect) {
       const std::string& name = (*effect)->name();
-      // The look back has judged those.
       if (settled_.contains(name) || WasTriedWithout(name, now())) continue;
       DiagnosisStep step = StepFrom(now());
       EvaluatedModel without = Without(name);
@@ -432,7 +465,7 @@ void Search::CompareModels() {
   for (const DiagnosisStep& step : diagnosis_.steps) {
     comparison.path.push_back(ErrorsOver(problem_, *step.after, last));
   }
-  // As it ended, where it was fitted again in longer segments after its step.
+  // As it ended: perhaps fitted again in longer segments after its step.
   comparison.path.back() = ErrorsOf(last);
   for (const auto& effect : last.added) {
     if (settled_.contains(effect->name()) ||

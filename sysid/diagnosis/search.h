@@ -54,6 +54,10 @@ class Search {
   // there is no base yet.
   bool BeginByEquations();
   void RunFromBase();
+  // Adds the drives of joints that are commanded and whose efforts nobody
+  // recorded, together: without them such a machine would not move at all, and
+  // whatever else moves it would be taken for them.
+  void AddDrives();
   // Adds the few effects that the equations of motion show where together they
   // explain most of the error: one by one each would be judged while the others
   // are missing, and a joint that rests may predict better than one that swings
@@ -119,6 +123,7 @@ class Search {
   // What the equations of motion showed, and looked back at: by name.
   std::set<std::string> settled_;
   std::vector<FollowedMotion> followed_;
+  bool by_equations_ = false;          // whether their values stay
   std::vector<ScreenedEffect> shown_;  // by them, where those are few
   std::vector<ModelErrors> tried_;     // every refit
   // What explains the same as an effect that was found, by its name.

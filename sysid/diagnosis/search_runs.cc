@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 
 namespace sysid {
 namespace {
@@ -15,6 +15,12 @@ Run SamplesOf(const Run& run, int first, int end, int stride) {
   part.name = run.name;
   for (int k = first; k < end; k += stride) part.t.push_back(run.t[k]);
   part.effort = run.effort(rows, Eigen::all);
+  for (const Input& input : run.inputs) {
+    part.inputs.push_back({input.name, input.held, {}});
+    for (int k = first; k < end; k += stride) {
+      part.inputs.back().values.push_back(input.values[k]);
+    }
+  }
   for (const Channel& channel : run.channels) {
     part.channels.push_back(channel);
     part.channels.back().values = channel.values(rows, Eigen::all);
@@ -45,6 +51,10 @@ int ThinRuns(double rate, std::vector<Run>* runs) {
     Run thin = SamplesOf(run, 0, run.size(), n);
     for (int i = 0; i + 1 < thin.size(); ++i) {
       MeanEffort(run, thin.t[i], thin.t[i + 1], thin.effort.row(i).data());
+      for (Input& input : thin.inputs) {
+        if (!input.held) continue;
+        input.values[i] = MeanInput(run, input.name, thin.t[i], thin.t[i + 1]);
+      }
     }
     run = std::move(thin);
   }

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "models/state.h"
+#include "residuals/sensed_positions.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -316,6 +317,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
   problem.map().Apply<double>(theta.data(), &values);
   Workspace<double> ws(model);
   ws.SetParameters(values);
+  SensedPositions<double> sensed(&ws);
   std::vector<RowMatrixXd> predicted;
   for (const Channel& channel : recording.channels) {
     predicted.emplace_back(recording.size(), channel.values.cols());
@@ -323,8 +325,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
   for (int k = 0; k < recording.size(); ++k) {
     const double* x = states.row(k).data();
     const double* q = x + at.q();
-    std::vector<double> seen(q, q + at.nq());
-    ws.ModifyMeasurement(seen.data());
+    const double* seen = sensed(recording, k, x);
     ForwardKinematics<double>(&ws, q);
     for (size_t c = 0; c < recording.channels.size(); ++c) {
       const Channel& channel = recording.channels[c];
@@ -335,9 +336,8 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
         continue;
       }
       const Joint& joint = model.mechanism().joints[channel.target];
-      const double* from = IsPositionLike(channel.kind)
-                               ? seen.data() + joint.q_index
-                               : x + at.qd(joint);
+      const double* from = IsPositionLike(channel.kind) ? seen + joint.q_index
+                                                        : x + at.qd(joint);
       predicted[c].row(k) = Eigen::Map<const Eigen::RowVectorXd>(from, columns);
     }
   }

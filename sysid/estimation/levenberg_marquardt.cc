@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sysid/estimation/cancelled.h"
@@ -269,10 +270,24 @@ Fit FitIndependentSegments(const ShootingProblem& problem, double longest) {
                                                     Drift::kLittle),
                                       longest));
     }
+    const Solution joined = stages.solution;
+    const double had = stages.Error();
     // From the data: what the joined segments made of a spin that no sensor
     // sees is worth nothing.
-    stages.solution = WithStatesFromData(problem, stages.solution);
+    stages.solution = WithStatesFromData(problem, joined);
     ended = SolveIndependent(&stages);
+    // Segments that need not join cannot be worse than those that do, but in
+    // another minimum: then from the joined ones.
+    const double from_data = stages.Error();
+    if (problem.map().size() > 0 && !(from_data <= had)) {
+      const Solution data = std::exchange(stages.solution, joined);
+      const Ended ended_from_data =
+          std::exchange(ended, SolveIndependent(&stages));
+      if (!(stages.Error() < from_data)) {
+        stages.solution = data;
+        ended = ended_from_data;
+      }
+    }
   }
   return Finish(stages, ended);
 }

@@ -53,7 +53,7 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
       }
     }
   }
-  const std::vector<double> tau(at.nv(), 0.0);
+  const std::vector<double> held(model.held_size(), 0.0);
   std::vector<double> qdd(at.nv());
   // Of one workspace; 0 where its dynamics fail.
   const auto braked = [&](Workspace<double>* ws, std::vector<double> x, int i) {
@@ -62,7 +62,7 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
       std::vector<double> moved = x;
       moved[at.qd() + i] += sign * speed[i];
       if (!ForwardDynamics<double>(ws, moved.data() + at.q(),
-                                   moved.data() + at.qd(), tau.data(),
+                                   moved.data() + at.qd(), held.data(),
                                    qdd.data())) {
         return 0.0;
       }

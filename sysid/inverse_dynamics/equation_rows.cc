@@ -8,7 +8,7 @@
 #include "models/effects/coulomb_friction.h"
 #include "models/inertial_columns.h"
 #include "models/joint_part.h"
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 
 namespace sysid {
 namespace {
@@ -20,12 +20,15 @@ const int kReachSteps = static_cast<int>(kGaussianReach * kSteps);
 // The true position of what was measured: effects add to it what they add to
 // the true one.
 template <typename T>
-void Unmeasure(const Workspace<T>& ws, const Eigen::VectorXd& measured,
+void Unmeasure(const Workspace<T>& ws, const MotionSample& motion,
                std::vector<T>* q) {
+  const Eigen::VectorXd& measured = motion.q;
   for (int i = 0; i < measured.size(); ++i) (*q)[i] = T(measured[i]);
   if (ws.measurement_effects.empty()) return;
   std::vector<T> again = *q;
-  ws.ModifyMeasurement(again.data());
+  const std::vector<T> qd(motion.qd.begin(), motion.qd.end());
+  const std::vector<T> qdd(motion.qdd.begin(), motion.qdd.end());
+  ws.ModifyMeasurement(qd.data(), qdd.data(), again.data());
   for (int i = 0; i < measured.size(); ++i) {
     (*q)[i] = T(2.0 * measured[i]) - again[i];
   }
@@ -52,16 +55,19 @@ RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
   const int nv = model.nv();
   std::vector<double> q(model.nq());
   RowMatrixXd needed = RowMatrixXd::Zero(grid.size(), nv);
+  std::vector<double> held(model.held_size());
   Workspace<double> ws(model);
   ws.SetParameters(part.values);
   RowMatrixXd columns(nv, kTen);
   for (int k = 0; k < grid.size(); ++k) {
     const MotionSample& motion = grid.motion[k];
     if (!motion.known) continue;
-    Unmeasure(ws, motion.q, &q);
+    Unmeasure(ws, motion, &q);
     SetDryModes(grid, motion, &ws);
+    ActingInputs<double>(grid.run, ws, k, grid.run.t[k], grid.step,
+                         held.data());
     InverseDynamics<double>(&ws, q.data(), motion.qd.data(), motion.qdd.data(),
-                            needed.row(k).data());
+                            held.data(), needed.row(k).data());
     for (size_t i = 0; i < part.links.size(); ++i) {
       InertialColumns(ws, part.links[i], columns);
       rows->block(k * nv, kTen * i, nv, kTen) = -columns;
@@ -80,7 +86,8 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
   constexpr bool kJets = !std::is_same_v<T, double>;
   const int nv = model.nv();
   RowMatrixXd rows = RowMatrixXd::Zero(grid.size() * nv, columns + 2);
-  std::vector<T> q(model.nq()), qd(nv), qdd(nv), u(nv), needed(nv);
+  std::vector<T> q(model.nq()), qd(nv), qdd(nv), u(model.held_size()),
+      needed(nv);
   MechanismParameters<T> values;
   Workspace<T> ws(model);
   int first = 0;      // column by Jets
@@ -97,17 +104,19 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
     for (int k = 0; k < grid.size(); ++k) {
       const MotionSample& motion = grid.motion[k];
       if (!motion.known) continue;
-      Unmeasure(ws, motion.q, &q);
+      Unmeasure(ws, motion, &q);
       for (int v = 0; v < nv; ++v) {
         qd[v] = T(motion.qd[v]);
         qdd[v] = T(motion.qdd[v]);
       }
       SetDryModes(grid, motion, &ws);
-      ActingEffort<T>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
+      ActingInputs<T>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
       if (joints_alone) {
-        JointPart<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
+        JointPart<T>(&ws, q.data(), qd.data(), qdd.data(), u.data(),
+                     needed.data());
       } else {
-        InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), needed.data());
+        InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), u.data(),
+                           needed.data());
       }
       for (int v = 0; v < nv; ++v) {
         const T rest = u[v] - needed[v];
@@ -186,12 +195,19 @@ SampledMotion SampleMotion(const Model& model, const Run& run, double from,
   const int n = static_cast<int>(std::floor((to - from) / step)) + 1;
   if (n < 1) return sampled;
   sampled.run.effort = RowMatrixXd::Zero(n, model.nv());
+  for (const Input& input : run.inputs) {
+    sampled.run.inputs.push_back({input.name, true, {}});
+  }
   MotionSmoother smoother(model, run, filter.motion);
   for (int k = 0; k < n; ++k) {
     const double time = from + k * step;
     sampled.run.t.push_back(time - 0.5 * step);
     MeanEffort(run, time - 0.5 * step, time + 0.5 * step,
                sampled.run.effort.row(k).data());
+    for (size_t i = 0; i < run.inputs.size(); ++i) {
+      sampled.run.inputs[i].values.push_back(MeanInput(
+          run, run.inputs[i].name, time - 0.5 * step, time + 0.5 * step));
+    }
     sampled.motion.push_back(smoother.At(time));
   }
   sampled.run.t.push_back(sampled.run.t.back() + step);

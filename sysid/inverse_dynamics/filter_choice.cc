@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "models/dynamics.h"
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 #include "sysid/inverse_dynamics/motion.h"
 
 namespace sysid {
@@ -51,7 +51,7 @@ Unfiltered Evaluate(const Model& model,
   out.known.assign(n, false);
   Workspace<double> ws(model);
   ws.SetParameters(values);
-  Eigen::VectorXd u(nv), needed(nv), without(nv);
+  Eigen::VectorXd u(model.held_size()), needed(nv), without(nv);
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(nv);
   MotionSmoother smoother(model, run, width);
   for (int k = 0; k < n; ++k) {
@@ -59,13 +59,15 @@ Unfiltered Evaluate(const Model& model,
     const MotionSample motion = smoother.At(time);
     if (!motion.known) continue;
     out.known[k] = true;
-    MeanEffort(run, time - 0.5 * step, time + 0.5 * step, u.data());
+    const double from = time - 0.5 * step;
+    ActingInputs<double>(run, ws, RowBefore(run, time), from, step, u.data());
+    MeanEffort(run, from, from + step, u.data());
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(),
-                            motion.qdd.data(), needed.data());
+                            motion.qdd.data(), u.data(), needed.data());
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(), rest.data(),
-                            without.data());
-    out.values.row(k) << (u - needed).transpose(),
-        (needed - without).transpose(), u.transpose();
+                            u.data(), without.data());
+    out.values.row(k) << (u.head(nv) - needed).transpose(),
+        (needed - without).transpose(), u.head(nv).transpose();
   }
   return out;
 }

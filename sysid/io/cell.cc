@@ -19,12 +19,6 @@ std::string Format(const char* format, ...) {
   return text;
 }
 
-std::string_view Trim(std::string_view text) {
-  while (!text.empty() && IsBlank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && IsBlank(text.back())) text.remove_suffix(1);
-  return text;
-}
-
 bool ParseNumber(std::string_view text, double* value) {
   text = Trim(text);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') {
@@ -50,20 +44,6 @@ bool ParseDecimalComma(std::string_view text, double* value) {
   point[comma] = '.';
   // A second comma or a point beside it is no number.
   return text.find('.') == std::string_view::npos && ParseNumber(point, value);
-}
-
-std::string Shown(std::string_view text) {
-  constexpr size_t kMost = 40;
-  std::string shown = "'";
-  for (const char c : text.substr(0, kMost)) {
-    // Bytes of UTF-8 are kept whole only as long as the text is not cut.
-    const bool printable = static_cast<unsigned char>(c) >= 0x80
-                               ? text.size() <= kMost
-                               : c >= ' ' && c != 0x7f;
-    shown += printable ? c : '?';
-  }
-  if (text.size() > kMost) shown += "...";
-  return shown + "'";
 }
 
 std::string ShortestText(double value) {

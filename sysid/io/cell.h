@@ -6,15 +6,13 @@
 #include <string_view>
 #include <vector>
 
+#include "models/printable.h"
+
 namespace sysid {
 
 // Numbers and words within sentences, by printf's format; 511 letters at most.
 __attribute__((format(printf, 1, 2))) std::string Format(const char* format,
                                                          ...);
-
-// A cell or name as an error shows it: in quotes, at most 40 characters, what
-// cannot be printed as '?'.
-std::string Shown(std::string_view text);
 
 // The whole text as a number: true and the value, else false. "nan" and "inf"
 // are numbers here. A leading '+' and spaces around are fine.
@@ -23,11 +21,6 @@ bool ParseNumber(std::string_view text, double* value);
 // The same of a number with one decimal comma, between digits or before one:
 // "1,5", ",5"; false without a comma.
 bool ParseDecimalComma(std::string_view text, double* value);
-
-inline bool IsBlank(char c) { return c == ' ' || c == '\t'; }
-
-// Without the blanks around.
-std::string_view Trim(std::string_view text);
 
 // The shortest text that reads back as the same number.
 std::string ShortestText(double value);

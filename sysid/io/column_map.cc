@@ -1,6 +1,7 @@
 #include "sysid/io/column_map.h"
 
 #include <algorithm>
+#include <cctype>
 #include <string_view>
 
 #include "models/error.h"
@@ -121,6 +122,27 @@ ColumnMap ColumnsOf(const ColumnMap& map, const std::string& path,
   });
 }
 
+bool IsOwnInput(const std::string& name, const Mechanism& mechanism) {
+  const auto letter = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+  };
+  return !name.empty() && !std::isdigit(static_cast<unsigned char>(name[0])) &&
+         std::all_of(name.begin(), name.end(), letter) &&
+         NearestName(name, RunColumnNames(mechanism)).empty();
+}
+
+std::vector<std::string> OwnInputs(const ColumnMap& map,
+                                   const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const ColumnMapping& entry : map) {
+    const std::string name = RunColumn(entry.name, mechanism).name;
+    if (IsOwnInput(name, mechanism) && !Contains(names, name)) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
 std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
                                          const std::vector<std::string>& header,
                                          const std::string& path,
@@ -140,7 +162,7 @@ std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
       }
       continue;
     }
-    if (!Contains(names, entry.name)) {
+    if (!Contains(names, entry.name) && !IsOwnInput(entry.name, mechanism)) {
       const ColumnNameFault fault = ExplainUnknownColumn(entry.name, mechanism);
       throw InputError(entry.place, fault.what, fault.hint);
     }

@@ -33,6 +33,13 @@ ScopedName RunColumn(const std::string& text, const Mechanism& mechanism);
 ColumnMap ColumnsOf(const ColumnMap& map, const std::string& path,
                     const Mechanism& mechanism);
 
+// Whether a name that is none of our columns may be an input's of its own: a
+// plain word that is no slip of one of them.
+bool IsOwnInput(const std::string& name, const Mechanism& mechanism);
+// Those of a map, each once.
+std::vector<std::string> OwnInputs(const ColumnMap& map,
+                                   const Mechanism& mechanism);
+
 // Where one of our columns comes from.
 struct ColumnSource {
   std::string name;  // ours

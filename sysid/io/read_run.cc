@@ -10,6 +10,7 @@
 
 #include "models/error.h"
 #include "models/printable.h"
+#include "sysid/io/base_acceleration.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/degrees.h"
@@ -44,6 +45,10 @@ class RunReader {
       CheckChannel(in_.channels[c], &run.channels[c]);
     }
     for (const Found& found : in_.efforts) HoldEffort(found, &run.effort);
+    for (size_t i = 0; i < in_.inputs.size(); ++i) {
+      FillInput(in_.inputs[i], &run.inputs[i]);
+    }
+    AddBaseAcceleration(&run);
     NoteHeld();
     CheckDegrees(run);
     return run;
@@ -123,6 +128,9 @@ class RunReader {
       run->channels.push_back(std::move(channel));
     }
     run->effort.resize(0, mechanism_.nv);
+    for (const auto& input : in_.inputs) {
+      run->inputs.push_back({input.column.name, input.column.held, {}});
+    }
     file_.ReadRows(wanted_,
                    [&](std::span<const double> cells) { ReadRow(cells, run); });
     for (const std::string& notice : file_.notices()) Notice(notice);
@@ -149,10 +157,11 @@ class RunReader {
     const auto value = [&](int source) {
       const double number = Value(source, cells);
       if (std::isinf(number)) {
-        throw InputError(Place(source, row),
-                         Shown(in_.sources[source].text) + " (" +
-                             in_.sources[source].name + ") is not finite here",
-                         "is there a division by a column that is zero?");
+        throw InputError(
+            Place(source, row),
+            Shown(in_.sources[source].text) + " (" + in_.sources[source].name +
+                ") is not finite here",
+            "is there a division by zero, or a function without a value?");
       }
       return number;
     };
@@ -185,12 +194,51 @@ class RunReader {
       const Found& found = in_.channels[c];
       fill(found, run->channels[c].values.row(row));
     }
+    for (size_t i = 0; i < in_.inputs.size(); ++i) {
+      run->inputs[i].values.push_back(measured(in_.inputs[i].source));
+    }
     run->effort.row(row).setZero();
     for (const Found& found : in_.efforts) {
       fill(found, run->effort.row(row).segment(
                       mechanism_.joints[found.group.target].v_index,
                       found.sources.size()));
     }
+  }
+
+  // A missing input is the one before it, of one that is linear between samples
+  // on the line between its neighbours; at the ends the nearest.
+  void FillInput(const RunSources::InputSource& found, Input* input) {
+    std::vector<double>& values = input->values;
+    const int rows = static_cast<int>(values.size());
+    int missing = 0, before = -1;
+    for (int row = 0; row <= rows; ++row) {
+      if (row < rows && std::isnan(values[row])) {
+        ++missing;
+        continue;
+      }
+      if (row == rows && before < 0) {
+        throw InputError(
+            file_.HeaderPlace(in_.sources[found.source].column()),
+            "nothing was measured in " + input->name + ": every cell is empty",
+            "remove the column where the quantity was not measured");
+      }
+      for (int k = before + 1; k < row; ++k) {
+        if (before < 0) {
+          values[k] = values[row];
+        } else if (row == rows || input->held) {
+          values[k] = values[before];
+        } else {
+          const double part = static_cast<double>(k - before) / (row - before);
+          values[k] = values[before] + part * (values[row] - values[before]);
+        }
+      }
+      before = row;
+    }
+    if (missing == 0) return;
+    Notice(std::to_string(missing) + " of " + std::to_string(rows) +
+           " numbers of " + input->name + " are missing: " +
+           (input->held ? "each holds the one before it"
+                        : "they are taken on lines between the others"));
   }
 
   void ReadTime(double t, Run* run) const {
@@ -415,6 +463,20 @@ Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
 Run ReadPositions(const std::string& path, const Mechanism& mechanism,
                   std::vector<std::string>* notices) {
   return ReadContent(path, RunContent::kPositions, mechanism, notices);
+}
+
+Run ReadInputs(const std::string& path, const Mechanism& mechanism,
+               std::vector<std::string>* notices) {
+  return ReadContent(path, RunContent::kInputs, mechanism, notices);
+}
+
+ColumnMap OwnInputColumns(const std::string& path, const Mechanism& mechanism) {
+  ColumnMap map;
+  const std::unique_ptr<TableFile> file = OpenTable(path);
+  for (const std::string& name : file->header()) {
+    if (IsOwnInput(name, mechanism)) map.push_back({name, name, path});
+  }
+  return map;
 }
 
 Run ParseRun(const std::string& path, const std::string& text,

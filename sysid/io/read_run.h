@@ -41,6 +41,13 @@ Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
 Run ReadPositions(const std::string& path, const Mechanism& mechanism,
                   std::vector<std::string>* notices);
 
+// The same of a file of which only inputs are used (InputColumns, and any
+// column whose name is a plain word).
+Run ReadInputs(const std::string& path, const Mechanism& mechanism,
+               std::vector<std::string>* notices);
+// Those words, as a map of each onto itself.
+ColumnMap OwnInputColumns(const std::string& path, const Mechanism& mechanism);
+
 // The same from a text with separators (csv.h); `path` only names it.
 Run ParseRun(const std::string& path, const std::string& text,
              const ColumnMap& columns, const Mechanism& mechanism,

@@ -21,8 +21,9 @@ std::vector<std::string> Columns(const std::string& base,
 
 const std::vector<std::string>& Suffixes() {
   static const auto& suffixes = *new std::vector<std::string>{
-      "q",  "qd", "tau",  "qw",   "qx",   "qy", "qz", "wx",
-      "wy", "wz", "taux", "tauy", "tauz", "px", "py", "pz"};
+      "q",  "qd", "tau", "qw",   "qx",   "qy",   "qz",
+      "wx", "wy", "wz",  "taux", "tauy", "tauz", "px",
+      "py", "pz", "ax",  "ay",   "az",   "cmd",  "temperature"};
   return suffixes;
 }
 
@@ -58,6 +59,24 @@ void AddGroups(const std::string& name, JointType type, int target,
 
 }  // namespace
 
+std::vector<InputColumn> InputColumns(const Mechanism& mechanism) {
+  std::vector<InputColumn> columns;
+  for (const Joint& joint : mechanism.joints) {
+    if (VelocitySize(joint) == 1)
+      columns.push_back({joint.name + ".cmd", true});
+    if (VelocitySize(joint) > 0) {
+      columns.push_back({joint.name + ".temperature", false});
+    }
+  }
+  for (const char* name : {"ax", "ay", "az", "px", "py", "pz"}) {
+    columns.push_back({std::string("base.") + name, false});
+  }
+  for (const std::string& name : mechanism.inputs) {
+    columns.push_back({name, false});
+  }
+  return columns;
+}
+
 std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
   std::vector<ColumnGroup> groups;
   for (size_t i = 0; i < mechanism.joints.size(); ++i) {
@@ -67,6 +86,8 @@ std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism) {
   }
   for (size_t i = 0; i < mechanism.links.size(); ++i) {
     const std::string& name = mechanism.links[i].name;
+    // A root of this name stands still: the columns are those of the base.
+    if (i == 0 && name == "base") continue;
     groups.push_back({false,
                       ChannelKind::kFramePosition,
                       static_cast<int>(i),
@@ -137,6 +158,9 @@ std::vector<std::string> RunColumnNames(const Mechanism& mechanism) {
   for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
     names.insert(names.end(), group.columns.begin(), group.columns.end());
   }
+  for (const InputColumn& input : InputColumns(mechanism)) {
+    if (!Contains(names, input.name)) names.push_back(input.name);
+  }
   return names;
 }
 
@@ -154,6 +178,10 @@ ColumnNameFault ExplainUnknownColumn(const std::string& name,
     return {quoted + " is not a column of a run", NameHint(name, names)};
   }
   const bool of_link = suffix[0] == 'p';
+  if (suffix[0] == 'a') {
+    return {"only the base has a column " + quoted,
+            "its acceleration is base.ax, base.ay, base.az"};
+  }
   const int j = mechanism.FindJoint(base);
   if (j >= 0 && !of_link) {
     const Joint& joint = mechanism.joints[j];

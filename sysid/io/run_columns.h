@@ -25,6 +25,15 @@ struct ColumnGroup {
 // in order, then the links.
 std::vector<ColumnGroup> RunColumnGroups(const Mechanism& mechanism);
 
+// What effects may read beside efforts (docs/interface.md section 2): the
+// columns J.cmd and J.temperature of joints, base.ax..az and base.px..pz of the
+// base, and what the mechanism names (Mechanism::inputs).
+struct InputColumn {
+  std::string name;
+  bool held = false;  // as Input::held
+};
+std::vector<InputColumn> InputColumns(const Mechanism& mechanism);
+
 // Those that the joints would have which are held still (--lock), and their
 // columns.
 std::vector<ColumnGroup> HeldColumnGroups(const Mechanism& mechanism);

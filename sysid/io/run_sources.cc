@@ -73,11 +73,26 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
     throw InputError(file.HeaderPlace(0), "no column is an effort of " + model,
                      "its columns are t and any of " + JoinSome(efforts));
   }
-  if (!in->channels.empty()) return;
+  if (content == RunContent::kInputs || !in->channels.empty()) return;
   throw InputError(file.HeaderPlace(0),
                    "no column measures anything of " + model,
                    MeasuredHint(mechanism, file.header(),
                                 in->sources[in->Find("t")].column(), map));
+}
+
+// What effects may read.
+void FindInputs(const Mechanism& mechanism, RunSources* in) {
+  const auto is_channel = [&](const std::string& name) {
+    return std::any_of(
+        in->channels.begin(), in->channels.end(),
+        [&](const auto& found) { return Contains(found.group.columns, name); });
+  };
+  for (const InputColumn& column : InputColumns(mechanism)) {
+    const int source = in->Find(column.name);
+    if (source >= 0 && !is_channel(column.name)) {
+      in->inputs.push_back({column, source});
+    }
+  }
 }
 
 // The columns of joints that are held still.
@@ -179,6 +194,15 @@ RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
   RunSources in;
   FindSources(file, map, mechanism, &in);
   FindGroups(file, map, mechanism, content, &in);
+  FindInputs(mechanism, &in);
+  if (content == RunContent::kInputs && in.inputs.empty()) {
+    std::vector<std::string> names;
+    for (const InputColumn& column : InputColumns(mechanism)) {
+      names.push_back(column.name);
+    }
+    throw InputError(file.HeaderPlace(0), "no column is an input",
+                     "inputs are any of " + JoinSome(names));
+  }
   FindHeld(mechanism, &in);
   *ignored = IgnoredColumns(file.header(), mechanism, content, &in);
   return in;

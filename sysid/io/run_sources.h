@@ -23,6 +23,11 @@ struct RunSources {
   std::vector<ColumnSource> sources;  // of t and of the groups' columns
   std::vector<Group> channels;
   std::vector<Group> efforts;
+  struct InputSource {
+    InputColumn column;
+    int source;
+  };
+  std::vector<InputSource> inputs;
   std::vector<Group> held;          // of joints that are held still: not used
   std::vector<std::string> unread;  // the file's other columns
 
@@ -32,7 +37,8 @@ struct RunSources {
 
 // What a file must have, one of it at least.
 // kPositions: measurements of which no other is missed.
-enum class RunContent { kMeasurements, kPositions, kEfforts };
+// kInputs: what effects read.
+enum class RunContent { kMeasurements, kPositions, kEfforts, kInputs };
 
 // The map first, then the columns that have our names. `ignored` is a notice of
 // the file's other columns, "" where there are none; it begins with the joints

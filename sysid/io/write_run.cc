@@ -58,6 +58,7 @@ std::string FormatRun(const Mechanism& mechanism, const Run& run,
   std::string header = "t";
   std::vector<Source> sources;
   AddSources(mechanism, run, &header, &sources);
+  for (const Input& input : run.inputs) header += ',' + CsvCell(input.name);
   text += header + "\n";
   for (int row = 0; row < run.size(); ++row) {
     text += ShortestText(run.t[row]);
@@ -65,6 +66,9 @@ std::string FormatRun(const Mechanism& mechanism, const Run& run,
       const double value = (*source.values)(row, source.slot);
       text += ',';
       if (std::isfinite(value)) text += ShortestText(value);
+    }
+    for (const Input& input : run.inputs) {
+      text += ',' + ShortestText(input.values[row]);
     }
     text += '\n';
   }

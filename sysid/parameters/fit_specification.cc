@@ -215,7 +215,15 @@ std::vector<Located<std::string>> NameList(const Node& node,
   std::set<std::string> seen;
   for (const YAML::Node& element : node) {
     const Node item(element, node.file);
-    const std::string name = Text(item, "an entry of " + what, hint);
+    // A law without quotes, custom@joint1: -k*q, reads as a map of one entry.
+    const bool is_law = item.IsMap() && item.size() == 1 &&
+                        item.begin()->first.IsScalar() &&
+                        item.begin()->first.Scalar().starts_with("custom@");
+    const std::string name =
+        is_law ? item.begin()->first.Scalar() + ": " +
+                     Text(Node(item.begin()->second, node.file),
+                          "an entry of " + what, hint)
+               : Text(item, "an entry of " + what, hint);
     if (!seen.insert(name).second) {
       Fail(item, Shown(name) + " is given twice in " + what,
            "keep one of them");

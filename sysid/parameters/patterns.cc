@@ -115,7 +115,13 @@ Vocabulary EffectVocabulary(const Catalogue& catalogue,
                             const Mechanism& mechanism) {
   Vocabulary vocabulary;
   vocabulary.kind = "effect";
-  vocabulary.names = vocabulary.met = catalogue.Candidates(mechanism);
+  vocabulary.names = vocabulary.met = catalogue.Names(mechanism);
+  for (const std::string& name : vocabulary.names) {
+    const auto effect = catalogue.Make(name, mechanism, "effects");
+    if (!effect->IsCandidate() || effect->Extends()) {
+      vocabulary.by_kind.insert(name);
+    }
+  }
   vocabulary.unmet =
       "joints and links that are fixed or held (--lock) have none";
   return vocabulary;
@@ -134,8 +140,10 @@ Vocabulary JointVocabulary(const Mechanism& mechanism) {
 bool IsPattern(const std::string& text, const Vocabulary& vocabulary) {
   const std::vector<std::string>& names = vocabulary.names;
   if (std::find(names.begin(), names.end(), text) != names.end()) return false;
+  // A typed law (custom@joint1: -k*q^3) is none.
+  const std::string name = text.substr(0, text.find(':'));
   return vocabulary.groups.count(text) > 0 ||
-         text.find_first_of("*?[") != std::string::npos;
+         name.find_first_of("*?[") != std::string::npos;
 }
 
 bool Matches(const std::string& pattern, const std::string& name) {
@@ -148,7 +156,11 @@ std::vector<std::string> Expand(const std::string& pattern,
   const auto group = vocabulary.groups.find(pattern);
   if (group != vocabulary.groups.end()) return group->second;
   std::vector<std::string> expanded;
+  const bool has_kind =
+      pattern.substr(0, pattern.find('@')).find_first_of("*?[") ==
+      std::string::npos;
   for (const std::string& name : vocabulary.met) {
+    if (!has_kind && vocabulary.by_kind.contains(name)) continue;
     if (Matches(pattern, name)) expanded.push_back(name);
   }
   if (!expanded.empty()) return expanded;

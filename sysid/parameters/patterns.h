@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct Vocabulary {
   // Those of them that patterns meet, in the order in which they then come.
   std::vector<std::string> met;
   std::map<std::string, std::vector<std::string>> groups;
+  // Those that only a pattern with all before the '@' written out meets.
+  std::set<std::string> by_kind;
   std::string unmet;  // why a name may be none that patterns meet; "" for none
 };
 

@@ -1,5 +1,6 @@
 #include "models/integrator.h"
 #include "sysid/report/comparison_report.h"
+#include "sysid/report/findings.h"
 #include "sysid/report/json.h"
 #include "sysid/report/mixture_report.h"
 
@@ -81,6 +82,7 @@ std::string ComparisonJson(const Session& session,
                 {"solvers", solvers}};
       });
   if (comparison.landscape) json["landscape"] = *comparison.landscape;
+  json["skipped_runs"] = session.skipped_runs;
   json["notices"] = session.notices;
   return Dump(json);
 }

@@ -178,6 +178,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   }
   json["next_command"] = next;
   json["findings"] = session.findings;
+  json["skipped_runs"] = session.skipped_runs;
   json["notices"] = session.notices;
   return Dump(json);
 }

@@ -17,6 +17,7 @@ constexpr size_t kFewestShown = 3;
 constexpr double kSignificant = 0.01;  // of a p-value, which pays for all tests
 
 std::string Probability(double p) {
+  if (std::isnan(p)) return "-";
   return p < 1e-12 ? "<1e-12" : Format("%.2g", p);
 }
 

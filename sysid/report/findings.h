@@ -5,6 +5,7 @@
 
 #include "sysid/checks/check.h"
 #include "sysid/report/json.h"
+#include "sysid/session/session.h"
 
 namespace sysid {
 
@@ -14,6 +15,9 @@ inline void to_json(Json& json, const Severity& severity) {
 }
 SYSID_JSON(Finding, fault, severity, file, subject, t_start, t_end, evidence,
            consequence, remedies)
+
+// `skipped_runs` of fit.json, diagnosis.json and comparison.json.
+SYSID_JSON(SkippedRun, run, reason)
 
 // check.json. Results as CheckData has them (check_data.h).
 std::string CheckJson(const std::string& model,

@@ -136,6 +136,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   }
   json["history"] = mixture ? MixtureHistory(*mixture) : Json(fit.history);
   json["findings"] = session.findings;
+  json["skipped_runs"] = session.skipped_runs;
   json["notices"] = session.notices;
   return Dump(json);
 }

@@ -1,8 +1,11 @@
 #include "sysid/session/check_runs.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <set>
+#include <utility>
 
 #include "models/error.h"
 #include "sysid/checks/excerpt.h"
@@ -76,28 +79,28 @@ void CheckMotion(const std::vector<Run>& runs) {
 
 void CheckDistinct(const std::vector<std::string>& traj,
                    const std::vector<std::string>& holdout) {
-  std::vector<std::string> seen;
-  const auto same_as = [&](const std::string& file) {
-    return std::find_if(seen.begin(), seen.end(), [&](const std::string& s) {
-             std::error_code error;  // also where a file is not there
-             return s == file || std::filesystem::equivalent(s, file, error);
-           }) != seen.end();
+  std::set<std::string> names;
+  std::set<std::pair<dev_t, ino_t>> files;
+  // Whether a file is new, whatever it is called; remembers it.
+  const auto is_new = [&](const std::string& file) {
+    struct stat status {};
+    return names.insert(file).second &&
+           (stat(file.c_str(), &status) != 0 ||
+            files.emplace(status.st_dev, status.st_ino).second);
   };
   for (const std::string& file : traj) {
-    if (same_as(file)) {
+    if (!is_new(file)) {
       throw InputError("--traj", "'" + file + "' is given twice",
                        "give each recording once: what is counted twice makes "
                        "the intervals too narrow");
     }
-    seen.push_back(file);
   }
   for (const std::string& file : holdout) {
-    if (same_as(file)) {
+    if (!is_new(file)) {
       throw InputError("--holdout",
                        "'" + file + "' is fitted too, or given twice",
                        "hold out recordings that are not in --traj");
     }
-    seen.push_back(file);
   }
 }
 

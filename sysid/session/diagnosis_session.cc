@@ -139,6 +139,12 @@ bool IsDriven(const Mechanism& mechanism, int joint,
   });
 }
 
+// Whether every run has what the effect reads.
+bool CanRead(const Effect& effect, const Session& session) {
+  return MissingInput(effect, session.runs).empty() &&
+         MissingInput(effect, session.holdout).empty();
+}
+
 }  // namespace
 
 DiagnosisProblem OpenDiagnosis(const Session& session,
@@ -180,18 +186,29 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     }
     listed.push_back({targeted ? name : name + "@*", place});
   }
-  if (names.empty()) listed.push_back({"*", place});
+  if (names.empty()) {
+    for (const std::string& name : catalogue.Names(mechanism)) {
+      listed.push_back({name, place});
+    }
+  }
   std::vector<std::shared_ptr<const Effect>> candidates;
   for (const Located<std::string>& one :
        ExpandPatterns(listed, &Located<std::string>::value, vocabulary)) {
     candidates.push_back(catalogue.Make(one.value, mechanism, place));
   }
-  if (names.empty()) {
-    std::erase_if(candidates, [&](const auto& effect) {
-      return effect->NeedsDrive() &&
-             !IsDriven(mechanism, effect->joint(), session.runs);
-    });
+  for (const std::string& name : names) {
+    const auto named = std::find_if(
+        candidates.begin(), candidates.end(),
+        [&](const auto& effect) { return effect->name() == name; });
+    if (named != candidates.end()) CheckCanRead(**named, session, place);
   }
+  std::erase_if(candidates, [&](const auto& effect) {
+    if (!CanRead(*effect, session)) return true;
+    return names.empty() &&
+           (!effect->IsCandidate() ||
+            (effect->NeedsDrive() &&
+             !IsDriven(mechanism, effect->joint(), session.runs)));
+  });
   return candidates;
 }
 

@@ -128,7 +128,8 @@ std::vector<AskedEffect> AddEffects(
         {catalogue.Make(one.value, model->mechanism(), one.place), one.place});
     // One that is there already (from the URDF or the specification) becomes
     // free.
-    if (model->effects().Contains(one.value)) continue;
+    const std::string own = asked.back().effect->name();
+    if (model->effects().Contains(own)) continue;
     const std::vector<std::string> before = model->effects().names();
     model->AddEffect(asked.back().effect, one.place);
     for (const std::string& name : before) {

@@ -1,5 +1,6 @@
 #include "sysid/session/named_values.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "models/error.h"
@@ -7,22 +8,62 @@
 
 namespace sysid {
 
+namespace {
+
+// Where the entry that begins at `from` ends: at a comma outside of
+// parentheses, as long as those are closed.
+size_t EntryEnd(const std::string& text, size_t from) {
+  int depth = 0;
+  for (size_t i = from; i < text.size(); ++i) {
+    if (text[i] == '(') ++depth;
+    if (text[i] == ')') --depth;
+    if (text[i] == ',' && depth <= 0) return i;
+  }
+  return depth > 0 ? std::min(text.find(',', from), text.size()) : text.size();
+}
+
+// "custom@joint1: A; B" are two laws on one joint.
+void AddEntry(const std::string& part, std::vector<std::string>* parts) {
+  // An effect on a pair of joints, which are written with a comma or a plus.
+  if (!parts->empty() && part.find('@') == std::string::npos &&
+      parts->back().starts_with("gear_coupling@") &&
+      parts->back().find_first_of(",+*") == std::string::npos) {
+    parts->back() += "," + part;
+    return;
+  }
+  const size_t at = part.find('@'), colon = part.find(':');
+  if (at == std::string::npos || colon == std::string::npos || colon < at) {
+    parts->push_back(part);
+    return;
+  }
+  const std::string head = part.substr(0, colon + 1);
+  for (size_t from = colon + 1; from <= part.size();) {
+    const size_t end = std::min(part.find(';', from), part.size());
+    const std::string law(
+        Trim(std::string_view(part).substr(from, end - from)));
+    if (!law.empty()) parts->push_back(head + " " + law);
+    from = end + 1;
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> SplitList(const std::string& text,
                                    const std::string& place) {
   std::vector<std::string> parts;
   if (Trim(text).empty()) return parts;
   size_t from = 0;
   while (true) {
-    const size_t comma = text.find(',', from);
-    const std::string part(Trim(std::string_view(text).substr(
-        from, comma == std::string::npos ? comma : comma - from)));
+    const size_t end = EntryEnd(text, from);
+    const std::string part(
+        Trim(std::string_view(text).substr(from, end - from)));
     if (part.empty()) {
       throw InputError(place, "has an empty entry: '" + text + "'",
                        "separate entries by single commas");
     }
-    parts.push_back(part);
-    if (comma == std::string::npos) return parts;
-    from = comma + 1;
+    AddEntry(part, &parts);
+    if (end == text.size()) return parts;
+    from = end + 1;
   }
 }
 

@@ -17,6 +17,17 @@
 namespace sysid {
 namespace {
 
+// The first sentences of many.
+std::string JoinFew(std::vector<std::string> sentences) {
+  constexpr size_t kFew = 5;
+  const size_t count = sentences.size();
+  if (count > kFew) {
+    sentences.resize(kFew);
+    sentences.push_back("and " + std::to_string(count - kFew) + " more");
+  }
+  return Join(sentences, "; ");
+}
+
 // The specification of --spec, or the one beside the model.
 FitSpecification ReadSpecification(const FitRequest& request) {
   if (!request.spec.empty()) return ReadFitSpecification(request.spec);
@@ -40,15 +51,52 @@ void CheckShipped(const Located<std::string>& model) {
   }
 }
 
+// A run that can be fitted by itself: its times and what the model's effects
+// read are there. Throws InputError for all that makes it a bad run.
+Run ReadGoodRun(const Session& session, const std::string& file,
+                std::vector<std::string>* notices) {
+  Run run = ReadSessionRun(session, file, notices);
+  CheckTimes({run}, session.columns, session.model.mechanism());
+  const EffectSet& effects = session.model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    const std::string missing = MissingInput(effects.effect(i), {run});
+    if (missing.empty()) continue;
+    throw InputError(file, effects.effect(i).name() + " reads " +
+                               missing.substr(0, missing.find(' ')) +
+                               ", which is not there");
+  }
+  return run;
+}
+
+// "place: what" of an error, without its hint.
+std::string Reason(const InputError& error) {
+  const std::string text = error.what();
+  return text.substr(0, text.find("\n  hint: "));
+}
+
 // Of runs that may be read wrong a reader wants to know first: their notices
-// stand before those of the model.
+// stand before those of the model. With `skip`, bad runs are set aside; throws
+// InputError where that leaves none of those that `flag` names.
 std::vector<Run> ReadRuns(const std::vector<std::string>& files,
-                          const Session& session,
+                          const std::string& flag, bool skip, Session* session,
                           std::vector<std::string>* notices) {
   std::vector<Run> runs;
+  std::vector<std::string> reasons;
+  std::string hint;
   for (const std::string& file : files) {
     std::vector<std::string> own;
-    runs.push_back(ReadSessionRun(session, file, &own));
+    if (skip) {
+      try {
+        runs.push_back(ReadGoodRun(*session, file, &own));
+      } catch (const InputError& error) {
+        reasons.push_back(Reason(error));
+        session->skipped_runs.push_back({file, reasons.back()});
+        if (hint.empty()) hint = error.hint();
+        continue;
+      }
+    } else {
+      runs.push_back(ReadSessionRun(*session, file, &own));
+    }
     // What was said of one run is not said again of the next.
     for (const std::string& notice : own) {
       if (std::find(notices->begin(), notices->end(), notice) ==
@@ -57,7 +105,29 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
       }
     }
   }
+  if (runs.empty() && !files.empty()) {
+    throw InputError(flag,
+                     "no run is left: each of " + CountOf(files.size(), "run") +
+                         " is bad: " + JoinFew(reasons),
+                     hint.empty() ? "run sysid_check on one of them" : hint);
+  }
   return runs;
+}
+
+// What was set aside, in a line; all of it is in the JSON.
+void NoteSkipped(const Session& session, size_t asked,
+                 std::vector<std::string>* notices) {
+  if (session.skipped_runs.empty()) return;
+  std::vector<std::string> reasons;
+  for (const SkippedRun& run : session.skipped_runs) {
+    reasons.push_back(run.reason.starts_with(run.run)
+                          ? run.reason
+                          : run.run + ": " + run.reason);
+  }
+  notices->insert(notices->begin(), "--skip_bad_runs: set aside " +
+                                        std::to_string(reasons.size()) +
+                                        " of " + CountOf(asked, "run") + ": " +
+                                        JoinFew(reasons));
 }
 
 // Of joints that no run drives while others are driven: that may be so, or
@@ -127,11 +197,35 @@ void NoteUndriven(const std::vector<Run>& runs, const std::vector<Run>& holdout,
 
 }  // namespace
 
+std::string MissingInput(const Effect& effect, const std::vector<Run>& runs) {
+  for (const EffectInput& input : effect.inputs()) {
+    for (const Run& run : runs) {
+      if (!HasInput(run, input.name)) return input.name + " of " + run.name;
+    }
+  }
+  return "";
+}
+
+void CheckCanRead(const Effect& effect, const Session& session,
+                  const std::string& place) {
+  std::string missing = MissingInput(effect, session.runs);
+  if (missing.empty()) missing = MissingInput(effect, session.holdout);
+  if (missing.empty()) return;
+  const std::string column = missing.substr(0, missing.find(' '));
+  throw InputError(place,
+                   effect.name() + " reads " + missing + ", which is not there",
+                   "record the column " + column +
+                       ", or map one to it: "
+                       "--columns " +
+                       column + "=COLUMN");
+}
+
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
                 std::vector<NamedValue>* locks, std::string* file,
-                std::vector<std::string>* notices) {
+                std::vector<std::string>* notices, const ColumnMap& columns) {
   *file = FindModel(name_or_file);
   Mechanism mechanism = LoadUrdf(*file);
+  mechanism.inputs = OwnInputs(columns, mechanism);
   *locks = ResolveLocks(mechanism, *locks);
   mechanism = LockJoints(mechanism, *locks, notices);
   Model model = MakeModel(mechanism, catalogue);
@@ -208,7 +302,10 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
       SplitAssignments(request.lock, "--lock");
   std::vector<NamedValue> locks = spec.lock;
   locks.insert(locks.end(), flag_locks.begin(), flag_locks.end());
-  Session session(OpenModel(wanted, catalogue, &locks, &file, &notices));
+  const ColumnMap columns =
+      MergeByName(spec.columns, ParseColumnMap(request.columns));
+  Session session(
+      OpenModel(wanted, catalogue, &locks, &file, &notices, columns));
   session.locked = locks;
   session.flag_locks = flag_locks;
   session.spec_file = spec.path;
@@ -234,18 +331,24 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   const FitSpecification spec = ReadSpecification(request);
   Session session = OpenWithoutRuns(request, spec, catalogue);
   std::vector<std::string> read;
-  session.runs = ReadRuns(request.traj, session, &read);
-  session.holdout = ReadRuns(request.holdout, session, &read);
+  const bool skip = request.skip_bad_runs;
+  session.runs = ReadRuns(request.traj, "--traj", skip, &session, &read);
+  session.holdout =
+      ReadRuns(request.holdout, "--holdout", skip, &session, &read);
   std::vector<const Run*> all;
   for (const Run& run : session.runs) all.push_back(&run);
   for (const Run& run : session.holdout) all.push_back(&run);
   NotePassive(all, session.model.mechanism(), &read);
+  NoteSkipped(session, request.traj.size() + request.holdout.size(), &read);
   session.notices.insert(session.notices.begin(), read.begin(), read.end());
   CheckTimes(session.runs, session.columns, session.model.mechanism());
   CheckMotion(session.runs);
   CheckTimes(session.holdout, session.columns, session.model.mechanism());
   NoteUndriven(session.runs, session.holdout, session.model.mechanism(),
                &session.notices);
+  for (int i = 0; i < session.model.effects().size(); ++i) {
+    CheckCanRead(session.model.effects().effect(i), session, "--add");
+  }
   const std::string unmeasured =
       UnmeasuredNotice(session.model.mechanism(), all, session.flag_locks);
   if (!unmeasured.empty()) session.notices.push_back(unmeasured);

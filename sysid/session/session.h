@@ -34,6 +34,13 @@ struct FitRequest {
   bool assumes_inertia = false;
   // Whether the program has other solvers than lm.
   bool any_solver = false;
+  // Whether runs that cannot be read are set aside: --skip_bad_runs.
+  bool skip_bad_runs = false;
+};
+
+// A run that was set aside, and why.
+struct SkippedRun {
+  std::string run, reason;
 };
 
 // How much of a recording is checked: --check.
@@ -51,6 +58,7 @@ struct Session {
   Model model;
   std::vector<FreeParameter> free;
   std::vector<Run> runs, holdout;
+  std::vector<SkippedRun> skipped_runs;  // of both
   EstimationOptions options;
   std::string solver;     // one of Solvers()
   std::string spec_file;  // empty where there is none
@@ -78,9 +86,11 @@ struct Session {
 
 // A model by its name or file with joints held still (`locks` is resolved:
 // locks.h), and its URDF's <dynamics> as effects; a notice for each of those.
+// Names of `columns` that are plain words are inputs that effects may read.
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
                 std::vector<NamedValue>* locks, std::string* file,
-                std::vector<std::string>* notices);
+                std::vector<std::string>* notices,
+                const ColumnMap& columns = {});
 
 // Reads model, specification and runs, and decides what is free. Flags win over
 // the specification. Throws InputError for whatever is wrong with any of them.
@@ -89,6 +99,13 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue);
 // The same without reading a run: FitRequest::traj may name files that are not
 // there.
 Session OpenModelSession(const FitRequest& request, const Catalogue& catalogue);
+
+// "joint1.cmd of run.csv", the first that an effect reads and a run does not
+// have; "" where there is none.
+std::string MissingInput(const Effect& effect, const std::vector<Run>& runs);
+// Throws InputError at `place` for one of a session's runs.
+void CheckCanRead(const Effect& effect, const Session& session,
+                  const std::string& place);
 
 // One run as the session's columns, shifts and ignored spans make it. Throws
 // InputError as ReadRun and ApplyEdits do.

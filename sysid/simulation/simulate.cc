@@ -6,7 +6,9 @@
 
 #include "models/error.h"
 #include "models/state.h"
+#include "residuals/acting_inputs.h"
 #include "residuals/channel_residual.h"
+#include "residuals/sensed_positions.h"
 #include "sysid/simulation/excitation.h"
 #include "sysid/simulation/joint_limits.h"
 
@@ -20,6 +22,17 @@ Run EmptyRun(const Model& model, const SimulationOptions& options) {
   const int samples = SampleCount(options);
   for (int k = 0; k < samples; ++k) run.t.push_back(k / options.rate);
   run.effort.setZero(samples, model.nv());
+  if (options.inputs == nullptr) return run;
+  const Run& from = *options.inputs;
+  // A row at a sample holds from there on.
+  const double just_after = 1e-6 / options.rate;
+  for (const Input& input : from.inputs) {
+    run.inputs.push_back({input.name, input.held, {}});
+    for (const double t : run.t) {
+      const double at = from.t.front() + t + (input.held ? just_after : 0.0);
+      run.inputs.back().values.push_back(InputBefore(from, input.name, at));
+    }
+  }
   return run;
 }
 
@@ -48,6 +61,7 @@ void Measure(const Model& model, const RowMatrixXd& states, double noise,
   const int samples = run->size();
   std::normal_distribution<double> normal(0.0, 1.0);
   Workspace<double> ws(model);
+  SensedPositions<double> sensed(&ws);
   for (const Body& body : model.movers()) {
     Channel channel;
     channel.target = body.joint;
@@ -57,9 +71,8 @@ void Measure(const Model& model, const RowMatrixXd& states, double noise,
                        ? ChannelKind::kOrientation
                        : ChannelKind::kPosition;
     for (int k = 0; k < samples; ++k) {
-      Eigen::VectorXd q =
-          states.row(k).segment(model.layout().q(), model.nq()).transpose();
-      ws.ModifyMeasurement(q.data());
+      const Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(
+          sensed(*run, k, states.row(k).data()), model.nq());
       if (body.type == JointType::kSpherical) {
         Eigen::Vector3d error;
         for (int i = 0; i < 3; ++i) error[i] = noise * normal(*random);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "models/integrator.h"
 #include "models/model.h"
@@ -29,6 +30,9 @@ struct SimulationOptions {
   double excitation_level = 0.3;
   double excursion = 1.0;
   double lowest_frequency = 0.1, highest_frequency = 2.0;  // Hz
+  // What effects read, of its own times (the simulation's are from zero); its
+  // ends hold beyond them. May be null where they read nothing.
+  std::shared_ptr<const Run> inputs = nullptr;
   Integrator integrator = Integrator::kRungeKutta4;
   // Longest step, s; 0: divided until halving it changes less than 1e-9 (rad,
   // m) over the whole run, or 1e-3 of the noise, whichever is larger.

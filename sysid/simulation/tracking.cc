@@ -9,7 +9,7 @@
 #include "models/dynamics.h"
 #include "models/error.h"
 #include "models/state.h"
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 #include "sysid/io/csv.h"
 #include "sysid/parameters/patterns.h"
 #include "sysid/simulation/joint_limits.h"
@@ -217,10 +217,13 @@ std::string SuggestGains(const Model& model, const JointReference& reference,
 DriveLaw Track(const Model& model, const JointReference& reference,
                const std::vector<Gains>& gains) {
   const auto ws = std::make_shared<Workspace<double>>(model);
-  return [&model, &reference, gains, ws](int, double t, const VectorXd& x,
-                                         Eigen::Ref<VectorXd> effort) {
+  const VectorXd still = VectorXd::Zero(model.nv());
+  return [&model, &reference, gains, ws, still](
+             int, double t, const VectorXd& x, Eigen::Ref<VectorXd> effort) {
     VectorXd seen = x.segment(model.layout().q(), model.nq());
-    ws->ModifyMeasurement(seen.data());
+    // A late sensor as if speeds stayed.
+    ws->ModifyMeasurement(x.data() + model.layout().qd(), still.data(),
+                          seen.data());
     for (const int b : reference.bodies()) {
       const Body& body = model.bodies()[b];
       const JointReference::Point point = reference.At(b, t);

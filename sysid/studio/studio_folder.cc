@@ -48,6 +48,10 @@ Json ToJson(const std::vector<Run>& runs) {
     Digest digest;
     digest.Add(run.t.data(), sizeof(double) * run.t.size());
     digest.Add(run.effort);
+    for (const Input& input : run.inputs) {
+      digest.Add(input.name);
+      digest.Add(input.values.data(), sizeof(double) * input.values.size());
+    }
     for (const auto& channel : run.channels) {
       digest.Add(channel.name);
       digest.Add(channel.values);

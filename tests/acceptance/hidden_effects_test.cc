@@ -195,5 +195,16 @@ TEST(HiddenCases, KeepTheLawThatReachesTheNoise) {
   EXPECT_LT(outcome.train_after, 1.1);
 }
 
+// Where its segments became independent, one of the base fit's ended in another
+// minimum, and with it that of every candidate: 122 times the noise and
+// "unexplained" where the drag leaves 1.
+TEST(HiddenCases, StartEachSegmentInTheMinimumThatTheJoinedOnesFound) {
+  const Outcome outcome =
+      DiagnoseNamed("pendulum2_planar/quadratic_drag@joint2/mujoco/3e-03/1");
+  ASSERT_FALSE(outcome.added.empty());
+  EXPECT_EQ(outcome.added[0].added.name, "quadratic_drag@joint2");
+  EXPECT_LT(outcome.train_after, 1.1);
+}
+
 }  // namespace
 }  // namespace sysid

@@ -28,6 +28,8 @@ COLUMNS = {
                          ("iteration", "iteration of lm, ms")],
     "diagnosis": [("candidates", "candidates"), ("iteration", "iteration, ms"),
                   ("ratio", "ratio")],
+    "typed_laws": [("shipped_ms", "of the catalogue, ms"),
+                   ("typed_ms", "typed, ms"), ("ratio", "ratio")],
     "stochastic": [("rollout_us", "rollout, us"), ("ratio", "ratio"),
                    ("epochs_s", "epochs a second"), ("speedup", "speed-up")],
 }

@@ -36,7 +36,10 @@ Errors WorstErrors(bool with_effects) {
   for (int tree = 0; tree < kTrees; ++tree) {
     Random random(tree);
     Model model(RandomTree(tree, &random));
-    if (with_effects) AddEveryEffect(catalogue, &random, &model);
+    // The inverse dynamics below do not know the efforts.
+    if (with_effects) {
+      AddEveryEffect(catalogue, &random, &model, kReadsEffort);
+    }
     Workspace<double> ws(model);
     for (const Joint& joint : model.mechanism().joints) {
       worst.seen.insert(joint.type);

@@ -182,7 +182,7 @@ TEST(EffectHooks, InputAndMeasurementAreBoundToTheirJointsAndParameters) {
   EXPECT_EQ(ws.input_effects[0].body, 1);
   double q = 4.0;
   ws.measurement_effects[0].hooks->ModifyMeasurement(
-      ws.measurement_effects[0].p, &q);
+      {nullptr, nullptr}, ws.measurement_effects[0].p, &q);
   EXPECT_EQ(q, 6.0);
   double tau = 1.5;
   ws.input_effects[0].hooks->ModifyInput(ws.input_effects[0].p, &tau);

@@ -156,12 +156,16 @@ TEST_P(OrderTest, JetsThroughAStepEqualDifferences) {
   const Catalogue catalogue;
   for (int number = 0; number < 20; ++number) {
     Model model(RandomMechanism(1 + number % 6, &random));
-    AddEveryEffect(catalogue, &random, &model);
+    // But pairs of joints, which may turn against each other so that what they
+    // share nearly rests (gear_coupling_test.cc).
+    AddEveryEffect(catalogue, &random, &model, kPairHook);
     const int nv = model.nv(), tangent = model.tangent_size();
     RandomState at(model.mechanism(), &random);
     // No joint stops within the step: what that does to the derivatives is of
     // the flow, and of the step to its own error (dry_friction_test.cc).
     for (double& rate : at.qd) rate += std::copysign(0.5, rate);
+    // Nor does an effort change its sign, at which friction by load bends.
+    for (double& effort : at.tau) effort += std::copysign(0.5, effort);
     const VectorXd x0 = StateOf(at);
     const VectorXd dx = 0.1 * random.NormalVector(tangent);
     const VectorXd dtau = random.NormalVector(nv);

@@ -37,7 +37,7 @@ TEST(JointPart, HasTheDerivativesOfTheInverseDynamicsByEffects) {
   for (const DryMode mode : {DryMode::kSmoothed, DryMode::kBackward}) {
     for (const int i : ws.dry_bodies) ws.bodies[i].dry = mode;
     InverseDynamics<Jet8>(&ws, q.data(), qd.data(), qdd.data(), whole.data());
-    JointPart<Jet8>(&ws, q.data(), qd.data(), qdd.data(), part.data());
+    JointPart<Jet8>(&ws, q.data(), qd.data(), qdd.data(), nullptr, part.data());
     for (int v = 0; v < 2; ++v) {
       EXPECT_FALSE(whole[v].v.isZero(0.0));
       EXPECT_LT((whole[v].v - part[v].v).norm(), 1e-14);

@@ -16,14 +16,38 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Every effect of the catalogue, and those that show an effect all that there
-// is to see.
+// Every effect of the catalogue that the tangent covers, and those that show an
+// effect all that there is to see.
 Model WithEveryEffect(const Mechanism& mechanism, Random* random) {
   Catalogue catalogue = WithDynamicsEffects();
   catalogue.Add<TestInput>();
   catalogue.Add<TestMeasurement>();
   Model model(mechanism);
-  AddEveryEffect(catalogue, random, &model);
+  AddEveryEffect(catalogue, random, &model, kPairHook);
+  return model;
+}
+
+// Laws that read and write what simple ones do not.
+Model WithWideEffects(const Mechanism& mechanism, Random* random) {
+  Model model(mechanism);
+  const Catalogue catalogue;
+  for (const char* name :
+       {"position_drive@hinge", "effort_limit@hinge", "load_friction@hinge",
+        "thermal_friction@slide", "gear_efficiency@wheel", "actuator_lag@wheel",
+        "asymmetric_friction@wheel", "base_motion@base", "effort_delay@base",
+        "sensor_delay@hinge", "effort_limit@slide",
+        "custom@slide: -k*slide.cmd*hinge.q*tanh(wheel.qd/v) + g*tau*t",
+        "custom@hinge: -a*slide.qd^2*tau"}) {
+    model.AddEffect(catalogue.Make(name, mechanism, "test"));
+  }
+  MechanismParameters<double> values = model.nominal();
+  for (size_t i = 0; i < values.effects.size(); ++i) {
+    const EffectParameter& parameter = model.effects().parameters()[i];
+    values.effects[i] = parameter.null_value +
+                        parameter.typical_scale * random->Uniform(0.5, 1.5);
+    if (parameter.name.ends_with(".effort_limit")) values.effects[i] = 0.3;
+  }
+  model.SetNominal(values);
   return model;
 }
 
@@ -58,6 +82,17 @@ class Segment {
     for (double& time : run_.t) {
       time = t;
       t += random->Uniform(0.002, 0.006);
+    }
+    // What effects read, each other one held.
+    for (int i = 0; i < model_.effects().size(); ++i) {
+      for (const EffectInput& input : model_.effects().effect(i).inputs()) {
+        if (HasInput(run_, input.name)) continue;
+        run_.inputs.push_back(
+            {input.name, run_.inputs.size() % 2 == 0, std::vector<double>()});
+        for (int k = 0; k < run_.size(); ++k) {
+          run_.inputs.back().values.push_back(random->Uniform(0.5, 2.0));
+        }
+      }
     }
     run_.channels.front().values.row(2).setConstant(std::nan(""));
     measurements_ = MeasurementsOf(model_.mechanism(), run_,
@@ -137,6 +172,22 @@ TEST(SegmentStructured, EqualsJetsOnRandomTreesWithEveryEffect) {
   }
   std::printf("worst column: %.2g of its length\n", worst);
   EXPECT_LT(worst, 1e-10);
+}
+
+// Laws that read efforts, inputs and other joints, that drive and limit.
+TEST(SegmentStructured, EqualsJetsWithWideEffects) {
+  double worst = 0.0;
+  for (int seed = 0; seed < 12; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(200 + seed);
+    const Model model = WithWideEffects(AllJoints(), &random);
+    EXPECT_TRUE(DynamicsTangent::Covers(model));
+    const Segment segment(model, AllParameters(model), &random);
+    ExpectEqual(segment, Integrator::kRungeKutta4, 0.003, true, &worst);
+    ExpectEqual(segment, Integrator::kSemiImplicitEuler, 0.003, true, &worst);
+  }
+  std::printf("worst column: %.2g of its length\n", worst);
+  EXPECT_LT(worst, 1e-9);
 }
 
 TEST(SegmentStructured, EqualsJetsWithoutEffects) {

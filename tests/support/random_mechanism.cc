@@ -95,9 +95,11 @@ RandomState::RandomState(const Mechanism& mechanism, Random* random)
   }
 }
 
-void AddEveryEffect(const Catalogue& catalogue, Random* random, Model* model) {
+void AddEveryEffect(const Catalogue& catalogue, Random* random, Model* model,
+                    unsigned but) {
   for (const std::string& name : catalogue.Candidates(model->mechanism())) {
-    model->AddEffect(catalogue.Make(name, model->mechanism(), "test"));
+    const auto effect = catalogue.Make(name, model->mechanism(), "test");
+    if (!(effect->hooks() & but)) model->AddEffect(effect);
   }
   MechanismParameters<double> values = model->nominal();
   for (size_t i = 0; i < values.effects.size(); ++i) {

@@ -52,6 +52,8 @@ struct RandomState {
 
 // Adds every effect that the catalogue has for the mechanism, with random
 // values of the size of their typical scales.
-void AddEveryEffect(const Catalogue& catalogue, Random* random, Model* model);
+// Leaves out effects with one of the hooks `but`.
+void AddEveryEffect(const Catalogue& catalogue, Random* random, Model* model,
+                    unsigned but = 0);
 
 }  // namespace sysid

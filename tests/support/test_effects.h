@@ -43,7 +43,8 @@ class TestGravity : public EffectOf<TestGravity> {
   }
 
   template <typename T>
-  void ModifyGravity(const T* p, Vector3<T>* gravity) const {
+  void ModifyGravity(const T* /*inputs*/, const T* p,
+                     Vector3<T>* gravity) const {
     for (int i = 0; i < 3; ++i) (*gravity)[i] += p[i];
   }
 };
@@ -105,7 +106,7 @@ class TestMeasurement : public EffectOf<TestMeasurement> {
   static bool Applies(JointType type) { return type != JointType::kSpherical; }
 
   template <typename T>
-  void ModifyMeasurement(const T* p, T* q) const {
+  void ModifyMeasurement(const JointRates<T>&, const T* p, T* q) const {
     q[0] *= p[0] + 1.0;
   }
 };

@@ -207,7 +207,7 @@ export interface CandidateData {
   law: string; // "-d qd"
   score: number;
   dof: number;
-  pValue: number;
+  pValue: number | null; // null: not tested
   predictedError: number | null; // null: none, for the reason that follows
   noPrediction: string; // "" else
   expected: { name: string; unit: string; value: number; stdError: number | null; detectable: number | null }[];

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "models/integrator.h"
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 
 namespace sysid {
 namespace {
@@ -26,7 +26,7 @@ class SysidPlant : public Plant {
         std::max(1, static_cast<int>(std::ceil(dt / step_ * (1 - 1e-9))));
     std::vector<double> tau(model_.nv());
     for (int s = 0; s < steps; ++s) {
-      ActingEffort<double>(run, ws_, sample, run.t[sample] + dt * s / steps,
+      ActingInputs<double>(run, ws_, sample, run.t[sample] + dt * s / steps,
                            dt / steps, tau.data());
       if (!stepper_.Step(dt / steps, tau.data(), x_.data())) return false;
     }

@@ -215,30 +215,34 @@ std::string SuiteCsv(const std::vector<Scored>& cases) {
       "case,magnitudes,verdict,shows,hit,found_all,first,added,train_before,"
       "train_after,holdout_before,holdout_after,predicted_after,seconds,"
       "fault\n";
+  // Names of pairs and of typed laws have commas.
+  const auto quoted = [](std::string text) {
+    std::replace(text.begin(), text.end(), '"', '\'');
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return '"' + text + '"';
+  };
   for (const Scored& s : cases) {
     std::string magnitudes, added;
     for (const double m : s.magnitudes) magnitudes += Number(m, "%.4g ");
     for (const Outcome::Step& step : s.outcome.added) {
       added += (added.empty() ? "" : " ") + step.added.name;
     }
-    std::string fault = s.outcome.fault;
-    std::replace(fault.begin(), fault.end(), '"', '\'');
-    std::replace(fault.begin(), fault.end(), '\n', ' ');
     const double predicted = s.outcome.added.empty()
                                  ? kNan
                                  : s.outcome.added.front().predicted_after;
-    text += s.info.name + "," + magnitudes + "," + s.outcome.verdict + "," +
-            std::to_string(s.Shows()) + "," + std::to_string(s.Hit()) + "," +
-            std::to_string(s.FoundAll()) + "," +
-            (s.outcome.ranked.empty() ? "" : s.outcome.ranked.front().name) +
-            "," + added;
+    const std::string first =
+        s.outcome.ranked.empty() ? "" : s.outcome.ranked.front().name;
+    text += quoted(s.info.name) + "," + magnitudes + "," + s.outcome.verdict +
+            "," + std::to_string(s.Shows()) + "," + std::to_string(s.Hit()) +
+            "," + std::to_string(s.FoundAll()) + "," + quoted(first) + "," +
+            quoted(added);
     for (const double value :
          {s.outcome.train_before, s.outcome.train_after,
           s.outcome.holdout_before, s.outcome.holdout_after, predicted,
           s.outcome.seconds}) {
       text += "," + Number(value, "%.4g");
     }
-    text += ",\"" + fault + "\"\n";
+    text += "," + quoted(s.outcome.fault) + "\n";
   }
   return text;
 }

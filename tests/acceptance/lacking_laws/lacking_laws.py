@@ -1,5 +1,5 @@
-"""Recordings of a two-link arm with a law that the catalogue lacks, by SciPy:
-none of sysid's own physics.
+"""Recordings of a two-link arm with a law that the catalogue lacks, or one that
+it has (Law.named), by SciPy: none of sysid's own physics.
 
 Two point masses m on rods l in a vertical plane, q2 relative to the first rod,
 torques u on both joints, viscous friction d on both, a rotor on joint 2. The
@@ -95,6 +95,25 @@ def coupled_friction(t, q, qd, u, x):
     return u - DAMPING * qd - np.array([c, c]), []
 
 
+def dead_band(t, q, qd, u, x):
+    """The drive of joint 2 does not answer to less than 0.7 N m."""
+    return np.array([u[0], np.sign(u[1]) * max(abs(u[1]) - 0.7, 0.0)]) - DAMPING * qd, []
+
+
+def drifting_gain(t, q, qd, u, x):
+    """The drive of joint 1 fades as it warms."""
+    return np.array([u[0] * (1.0 - 0.4 * (1.0 - np.exp(-t / 5.0))), u[1]]) - DAMPING * qd, []
+
+
+def belt(t, q, qd, u, x):
+    """An elastic belt from joint 1 to joint 2, without a rest position of either."""
+    pull = 1.5 * np.sin(q[1] - 1.5 * q[0])
+    return u - DAMPING * qd + np.array([1.5 * pull, -pull]), []
+
+
+def relaxing(t, q, qd, u, x):
+    """A rubber coupling on joint 1 whose force relaxes in 0.4 s."""
+    return u - DAMPING * qd - np.array([x[0], 0.0]), [8.0 * qd[0] - x[0] / 0.4]
 
 
 def flexible(t, q, qd, u, x):
@@ -120,18 +139,23 @@ class Law:
     states: int = 0  # of its own
     motor_side: bool = False  # the encoder of joint 2 is on its motor, which is the first of those
     at_large: tuple = ()  # what it is in wide motion
+    named: tuple = ()  # what the catalogue calls it
 
 
 LAWS = {
     "saturation": Law(saturation, ("joint2",)),
-    "load_friction": Law(load_friction, ("joint2",)),
+    "load_friction": Law(load_friction, ("joint2",), named=("load_friction@joint2",)),
     "position_friction": Law(position_friction, ("joint2",)),
     "warming": Law(warming, ("joint1",)),
     "stop": Law(stop, ("joint2",)),
-    "lag": Law(lag, ("joint1",), states=1),
+    "lag": Law(lag, ("joint1",), states=1, named=("actuator_lag@joint1",)),
     "presliding": Law(presliding, ("joint2",), states=1, at_large=("coulomb_friction@joint2",)),
     "moving_base": Law(plain, ("joint1", "joint2")),
-    "coupled_friction": Law(coupled_friction, ("joint1", "joint2")),
+    "coupled_friction": Law(coupled_friction, ("joint1", "joint2"), named=("gear_coupling@joint1,joint2",)),
+    "dead_band": Law(dead_band, ("joint2",), at_large=("effort_gain@joint2",)),
+    "drifting_gain": Law(drifting_gain, ("joint1",), at_large=("effort_gain@joint1",)),
+    "belt": Law(belt, ("joint1", "joint2")),
+    "relaxing": Law(relaxing, ("joint1",), states=1),
     "slipping_clock": Law(plain, ("joint1", "joint2")),
     "flexible": Law(flexible, ("joint2",), states=2, motor_side=True),
     "backlash": Law(backlash, ("joint2",), states=2, motor_side=True),

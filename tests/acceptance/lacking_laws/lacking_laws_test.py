@@ -1,6 +1,7 @@
 """lacking_laws_test.py --programs FOLDER LAW: what sysid_diagnose --auto says of
 an arm with a law that the catalogue lacks. It must not name an effect that is
-not there, and must show the missing force on the joint where it acts.
+not there, and must show the missing force on the joint where it acts. Of a law
+that the catalogue has it must name the effect, and no other.
 """
 
 import argparse
@@ -23,6 +24,7 @@ from lacking_laws import LAWS, write_recordings
 ROBOTS = Path(__file__).resolve().parents[3] / "data" / "robots"
 # What the arm has beside the law, and its model too.
 SPEC = 'effects: ["viscous_damping@*", armature@joint2]\n'
+GIVEN = {"viscous_damping@joint1", "viscous_damping@joint2", "armature@joint2"}
 
 
 def diagnose(programs, law, folder):
@@ -40,6 +42,14 @@ def diagnose(programs, law, folder):
 
 def check(law, diagnosis):
     verdict = diagnosis["verdict"]
+    named = set(LAWS[law].named)
+    if named:
+        assert verdict == "missing_effect", verdict
+        final = set(diagnosis["final"]) - GIVEN
+        assert named <= final, f"{named} is not in {final}"
+        joints = {name.split("@")[1] for name in named}
+        assert all(name.split("@")[1] in joints for name in final - named), f"beside it: {final - named}"
+        return
     if verdict != "unexplained":
         # What is recommended. At large, some laws are one of the catalogue.
         wrong = {f"{added['effect']}@{added['target']}" for added in diagnosis["added"]} - set(LAWS[law].at_large)

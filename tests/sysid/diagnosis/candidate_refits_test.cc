@@ -76,6 +76,34 @@ TEST_F(TrialsTest, ThePartIsBetterThanAWholeThatAddsLittle) {
   EXPECT_TRUE(refitter.IsBetter(whole, poor));
 }
 
+// A joint that friction holds all the time rests with any inertia that is large
+// enough: that predicts as well as what is there, and says nothing.
+TEST(WhyRefused, AnInertiaThatOnlyHoldsItsJointIsNotDetermined) {
+  const Model truth = Shipped("pendulum2_planar", {"coulomb_friction@joint1"},
+                              {{"joint1.friction", 50.0}});
+  std::vector<sysid::Run> runs;
+  for (int seed = 1; seed <= 3; ++seed) {
+    runs.push_back(Record(truth, seed, {.duration = 4.0}));
+  }
+  const DiagnosisProblem problem =
+      MakeProblem(Shipped("pendulum2_planar"), {{"link2.length", 0.5}}, runs);
+  const auto armature =
+      Catalogue().Make("armature@joint1", problem.model.mechanism(), "test");
+  const EvaluatedModel base = EvaluateGiven(problem);
+  ScreenedEffect expected;
+  expected.effect = armature;
+  ExpectedParameter p;
+  p.name = "joint1.armature";
+  p.value = 1e6;  // of a pendulum of 1 kg and 1 m
+  expected.parameters = {p};
+  CandidateRefit refit;
+  refit.expected = {expected};
+  refit.after = EvaluateWith(problem, base, {&expected}, problem.options);
+  ASSERT_LT(refit.after->train_error(), 0.5 * base.train_error());
+  EXPECT_EQ(WhyRefused(problem, base, refit, 1),
+            "armature@joint1 is not determined where its refit ended");
+}
+
 // Segments whose spins went astray stay there; whole runs tell.
 TEST(EvaluateJoined, FindsTheSpinsThatSegmentsMiss) {
   const Model model = Shipped("pendulum2");

@@ -279,7 +279,7 @@ TEST(Diagnose, FindsNothingMissingInACompleteModel) {
       EXPECT_THAT(candidate.indistinguishable_from, IsEmpty());
       for (const ExpectedParameter& p : candidate.screened.parameters) {
         // But for one that a bound holds at none.
-        EXPECT_TRUE(p.searched || p.detectable > 0.0 || p.value == 0.0)
+        EXPECT_TRUE(p.searched || p.detectable > 0.0 || p.value == p.null_value)
             << p.name;
       }
     }

@@ -16,8 +16,8 @@ using ::testing::ElementsAre;
 
 const std::vector<std::string>& Header() {
   static const auto& header = *new std::vector<std::string>{
-      "t",  "a",         "b",   "a-b",  "/js/pos[0]", "two words",
-      "-c", "say \"x\"", "1e3", "rpm*", "(deg)",      ""};
+      "t",         "a",   "b",    "a-b",   "/js/pos[0]", "two words", "-c",
+      "say \"x\"", "1e3", "rpm*", "(deg)", "",           "abs",       "exp(a)"};
   return header;
 }
 
@@ -63,6 +63,17 @@ TEST(ExpressionTest, ReadsArithmetic) {
       {"((a))", 2, false},
       {"2*(3+4)*a", 28, true},
       {"a+1-1", 2, false},
+      {"a^2", 4, true},
+      {"-a^2", -4, true},
+      {"a ^ -1", 0.5, true},
+      {"2^3^2*a", 1024, true},
+      {"a^0.5+1", std::sqrt(2.0) + 1, true},
+      {"a^b", 8, true},
+      {"sqrt(a)", std::sqrt(2.0), true},
+      {"sin(a*pi/180)", std::sin(2 * M_PI / 180), true},
+      {"atan2(a, b)", std::atan2(2.0, 3.0), true},
+      {"atan2(-a,/js/pos[0])", std::atan2(-2.0, 5.0), true},
+      {"max (a,b)-min(a,(b))", 1, true},
   };
   for (const auto& c : cases) {
     EXPECT_DOUBLE_EQ(Value(c.text), c.value) << c.text;
@@ -99,6 +110,10 @@ TEST(ExpressionTest, TheLongestColumnThatIsThereWins) {
       {"'1e3'*a", 18},
       {"'a'-b", -1},
       {"\"a\" - 'b'", -1},
+      {"abs", 13},
+      {"abs*2", 26},
+      {"abs(b)", 3},
+      {"exp(a)*2", 28},
   };
   for (const auto& c : cases) EXPECT_EQ(Value(c.text), c.value) << c.text;
 }
@@ -136,9 +151,9 @@ TEST(ExpressionTest, SaysWhatIsWrongAndWhere) {
       {"a+*b", 2, "a column, a number or '(' is expected before '*'"},
       {"a*)", 2, "a column, a number or '(' is expected before ')'"},
       {"()", 1, "a column, a number or '(' is expected before ')'"},
-      {"a b", 2, "an operator (+ - * /) is expected before 'b'"},
-      {"a 2", 2, "an operator (+ - * /) is expected before '2'"},
-      {"(a b)", 3, "an operator (+ - * /) or ')' is expected before 'b)'"},
+      {"a b", 2, "an operator (+ - * / ^) is expected before 'b'"},
+      {"a 2", 2, "an operator (+ - * / ^) is expected before '2'"},
+      {"(a b)", 3, "an operator (+ - * / ^) or ')' is expected before 'b)'"},
       {"(a+b", 0, "a '(' that is not closed"},
       {"2*(a", 2, "a '(' that is not closed"},
       {"a)", 1, "a ')' that closes nothing"},
@@ -155,6 +170,22 @@ TEST(ExpressionTest, SaysWhatIsWrongAndWhere) {
       {"a*1.2.3", 2, "no column '1.2.3'"},
       {"b*'zz'", 2, "no column 'zz'"},
       {"ab", 0, "no column 'ab'"},
+      {"a*^2", 2, "a column, a number or '(' is expected before '^'"},
+      {"a^", 2, "a column, a number or '(' is expected at its end"},
+      {"abs()", 4, "a column, a number or '(' is expected before ')'"},
+      {"min(,a)", 4, "a column, a number or '(' is expected before ','"},
+      {"2*abs(a,b)", 2, "abs takes one argument, and not 2"},
+      {"atan2(a)", 0,
+       "atan2 takes two arguments, such as atan2(a, b), and not 1"},
+      {"2*sin(a", 5, "a '(' that is not closed"},
+      {"min(a b)", 6,
+       "an operator (+ - * / ^), ',' or ')' is expected before 'b)'"},
+      {"a*sqrt(-1)", 2, "a number that is not finite"},
+      {"a*sqr(a)", 2, "no column 'sqr(a'"},
+      {"a*sin", 2, "no column 'sin'"},
+      {"a,b", 0, "no column 'a,b'"},
+      {"min(a,zz)", 6, "no column 'zz'"},
+      {"min(zz,a)", 4, "no column 'zz'"},
       {std::string(51, '(') + "a", 50,
        "more than 50 signs and parentheses in each other"},
   };
@@ -167,12 +198,18 @@ TEST(ExpressionTest, SaysWhatIsWrongAndWhere) {
     EXPECT_EQ(fault.at, c.at) << c.text;
     EXPECT_NE(fault.hint, "") << c.text;
   }
+  std::string power = "a";
+  for (int i = 0; i < 51; ++i) power += "^a";
   std::string sum = "a";
   for (int i = 0; i < 1000; ++i) sum += "+a";
   Expression expression;
   ExpressionFault fault;
   ASSERT_FALSE(ParseExpression(sum, Header(), &expression, &fault));
   EXPECT_EQ(fault.what, "more than 1000 operations");
+  ASSERT_FALSE(ParseExpression(power, Header(), &expression, &fault));
+  EXPECT_EQ(fault.what,
+            "more than 50 powers, signs and parentheses in each other");
+  EXPECT_EQ(fault.at, 101u);
 }
 
 // A random expression as text, with its value by the same operations in the

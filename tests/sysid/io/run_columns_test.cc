@@ -20,7 +20,21 @@ TEST(RunColumnsTest, NamesTheColumnsOfEveryJointType) {
                   "slide.q", "slide.qd", "slide.tau", "world.px", "world.py",
                   "world.pz", "ball_link.px", "ball_link.py", "ball_link.pz",
                   "slide_link.px", "slide_link.py", "slide_link.pz", "tip.px",
-                  "tip.py", "tip.pz"));
+                  "tip.py", "tip.pz", "ball.temperature", "slide.cmd",
+                  "slide.temperature", "base.ax", "base.ay", "base.az",
+                  "base.px", "base.py", "base.pz"));
+}
+
+// The columns of a root that is called so are the base's own.
+TEST(RunColumnsTest, BelongToTheBaseWhereTheRootIsCalledSo) {
+  Mechanism mechanism = Chain({{"hinge", JointType::kRevolute}});
+  mechanism.links[0].name = "base";
+  for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+    EXPECT_NE(group.name, "base");
+  }
+  mechanism.inputs = {"wind"};
+  EXPECT_THAT(RunColumnNames(mechanism),
+              ::testing::IsSupersetOf({"base.px", "base.az", "wind"}));
 }
 
 TEST(RunColumnsTest, QuaternionsAreXyzwInMemory) {

@@ -96,9 +96,13 @@ TEST_F(PatternsTest, MeetEffectsWhereTheyHaveAMeaning) {
   // Not of a ball.
   EXPECT_THAT(Effects("effort_bias@*"),
               ElementsAre("effort_bias@joint1", "effort_bias@joint2"));
+  EXPECT_THAT(Effects("*_friction@joint2"),
+              ElementsAre("coulomb_friction@joint2", "stribeck_friction@joint2",
+                          "load_friction@joint2"));
+  // Those that only their kind names.
   EXPECT_THAT(
-      Effects("*_friction@joint2"),
-      ElementsAre("coulomb_friction@joint2", "stribeck_friction@joint2"));
+      Effects("asymmetric_friction@*"),
+      ElementsAre("asymmetric_friction@joint1", "asymmetric_friction@joint2"));
   EXPECT_THAT(Effects("gravity_tilt@*"), ElementsAre("gravity_tilt@base"));
   EXPECT_THAT(Effects("mass@*"), ElementsAre("mass@link1", "mass@link2",
                                              "mass@gripper", "mass@bob"));

@@ -417,7 +417,7 @@ TEST(ChooseCandidates, KnowsKindsNamesAndPatterns) {
               UnorderedElementsAre("spring@joint1", "spring@joint2"));
   EXPECT_THAT(chosen({"*_friction@joint1", "gravity*"}),
               ElementsAre("coulomb_friction@joint1", "stribeck_friction@joint1",
-                          "gravity_tilt@base"));
+                          "load_friction@joint1", "gravity_tilt@base"));
   EXPECT_EQ(ErrorText([&] { chosen({"sprung"}); }),
             "--candidates: unknown effect 'sprung'\n"
             "  hint: did you mean 'spring'?");

@@ -25,6 +25,17 @@ TEST(SplitList, RefusesEmptyEntries) {
   }
 }
 
+TEST(SplitList, KeepsLawsAndPairsTogether) {
+  EXPECT_THAT(SplitList("a@b, custom@j: -min(k*q, c) + x, d@e", "--add"),
+              ElementsAre("a@b", "custom@j: -min(k*q, c) + x", "d@e"));
+  EXPECT_THAT(SplitList("custom@j: -k*q; -b*qd^3 ;", "--candidates"),
+              ElementsAre("custom@j: -k*q", "custom@j: -b*qd^3"));
+  EXPECT_THAT(SplitList("gear_coupling@a,b,c@d", "--add"),
+              ElementsAre("gear_coupling@a,b", "c@d"));
+  EXPECT_THAT(SplitList("gear_coupling@a+b,c@d", "--add"),
+              ElementsAre("gear_coupling@a+b", "c@d"));
+}
+
 TEST(SplitAssignments, ReadsNamesWithAndWithoutNumbers) {
   const std::vector<NamedValue> values =
       SplitAssignments("a=1.5, b ,c = -2e-3,d=+4", "--x");

@@ -1,4 +1,4 @@
-#include "residuals/acting_effort.h"
+#include "residuals/acting_inputs.h"
 
 #include <gmock/gmock.h>
 
@@ -52,12 +52,12 @@ Model Delayed(double delay, const std::vector<std::string>& more = {}) {
 VectorXd Acting(const Model& model, const sysid::Run& run, int sample, double t,
                 double h) {
   const Workspace<double> ws(model);
-  VectorXd tau(model.nv());
-  ActingEffort<double>(run, ws, sample, t, h, tau.data());
+  VectorXd tau(model.held_size());
+  ActingInputs<double>(run, ws, sample, t, h, tau.data());
   return tau;
 }
 
-TEST(ActingEffort, IsTheRowsWithoutDelay) {
+TEST(ActingInputs, IsTheRowsWithoutDelay) {
   const sysid::Run run = UnevenRun(Model(AllJoints()).nv());
   for (const Model& model : {Model(AllJoints()), Delayed(0.0)}) {
     for (int k = 0; k + 1 < run.size(); ++k) {
@@ -70,7 +70,7 @@ TEST(ActingEffort, IsTheRowsWithoutDelay) {
   }
 }
 
-TEST(ActingEffort, IsTheMeanOfTheRowsBeforeByTheDelay) {
+TEST(ActingInputs, IsTheMeanOfTheRowsBeforeByTheDelay) {
   const sysid::Run run = UnevenRun(Model(AllJoints()).nv());
   // Within a sample, a whole one, several, and to before the first row.
   for (const double delay : {0.003, 0.01, 0.025, 0.047, 0.09, 0.5}) {
@@ -90,7 +90,7 @@ TEST(ActingEffort, IsTheMeanOfTheRowsBeforeByTheDelay) {
 
 // A delay by whole samples shifts the rows and smears nothing, in spite of the
 // rounding of times.
-TEST(ActingEffort, IsARowThatManySamplesAgo) {
+TEST(ActingInputs, IsARowThatManySamplesAgo) {
   sysid::Run run;
   const Model model = Delayed(0.03);
   for (int k = 0; k < 200; ++k) run.t.push_back(100.0 + k / 100.0);
@@ -104,7 +104,7 @@ TEST(ActingEffort, IsARowThatManySamplesAgo) {
   }
 }
 
-TEST(ActingEffort, HasTheDerivativeOfDifferencesByTheDelay) {
+TEST(ActingInputs, HasTheDerivativeOfDifferencesByTheDelay) {
   const sysid::Run run = UnevenRun(Model(AllJoints()).nv());
   const auto jets = [&](double delay, int k, double t, double h) {
     const Model model = Delayed(delay);
@@ -113,7 +113,7 @@ TEST(ActingEffort, HasTheDerivativeOfDifferencesByTheDelay) {
     values.effects[0] = Jet8(delay, 0);
     ws.SetParameters(values);
     std::vector<Jet8> tau(model.nv());
-    ActingEffort<Jet8>(run, ws, k, t, h, tau.data());
+    ActingInputs<Jet8>(run, ws, k, t, h, tau.data());
     return tau;
   };
   for (int k = 0; k + 1 < run.size(); ++k) {
@@ -135,7 +135,7 @@ TEST(ActingEffort, HasTheDerivativeOfDifferencesByTheDelay) {
 }
 
 // What the probes with a secant stand for.
-TEST(ActingEffort, ChangesByTheSecantOfAProbe) {
+TEST(ActingInputs, ChangesByTheSecantOfAProbe) {
   const sysid::Run run = UnevenRun(Model(AllJoints()).nv());
   const auto effect =
       Catalogue().Make("effort_delay@base", AllJoints(), "test");
@@ -158,7 +158,7 @@ TEST(ActingEffort, ChangesByTheSecantOfAProbe) {
   EXPECT_GE(secants, 3);
 }
 
-TEST(ActingEffort, IsDelayedAndThenMultipliedInWhateverOrder) {
+TEST(ActingInputs, IsDelayedAndThenMultipliedInWhateverOrder) {
   const sysid::Run run = UnevenRun(Model(AllJoints()).nv());
   const double h = run.t[5] - run.t[4];
   const VectorXd late = Acting(Delayed(0.02), run, 4, run.t[4], h);
@@ -185,6 +185,102 @@ TEST(RowBefore, HoldsFromARowToTheNext) {
   };
   EXPECT_THAT(rows({0.0, 1.0, 1.005, 1.01, 1.011, 1.11, 9.0}),
               ElementsAre(0, 0, 0, 0, 1, 5, 6));
+}
+
+// lag y' = u - y by definition: many small steps.
+double LaggedByDefinition(const sysid::Run& run, int column, double lag,
+                          double from, double to) {
+  constexpr int kParts = 4000000;
+  const double begin = run.t.front() - 40 * lag;
+  double y = run.effort(0, column), mean = 0.0;
+  const double dt = (to - begin) / kParts;
+  for (int i = 0; i < kParts; ++i) {
+    const double time = begin + (i + 0.5) * dt;
+    int row = 0;
+    while (row + 1 < run.size() && run.t[row + 1] <= time) ++row;
+    const double next = run.effort(row, column) +
+                        (y - run.effort(row, column)) * std::exp(-dt / lag);
+    if (time > from) mean += 0.5 * (y + next) * dt;
+    y = next;
+  }
+  return mean / (to - from);
+}
+
+TEST(ActingInputs, AreLowPassedByALag) {
+  Model model(AllJoints());
+  model.AddEffect(
+      Catalogue().Make("actuator_lag@hinge", model.mechanism(), ""));
+  const int v =
+      model.mechanism().joints[model.mechanism().FindJoint("hinge")].v_index;
+  const sysid::Run run = UnevenRun(model.nv());
+  for (const double lag : {0.002, 0.01, 0.3}) {
+    model.SetEffectParameter("hinge.actuator_lag", lag);
+    EXPECT_NEAR(Acting(model, run, 3, 1.04, 0.02)[v],
+                LaggedByDefinition(run, v, lag, 1.04, 1.06), 2e-4);
+  }
+}
+
+// Of lag and delay together, at null too.
+TEST(ActingInputs, HasTheDerivativeOfDifferencesByTheLag) {
+  for (const double lag : {0.0, 1e-5, 0.004, 0.05}) {
+    Model model = Delayed(0.0013, {"effort_delay@base", "actuator_lag@hinge"});
+    model.SetEffectParameter("hinge.actuator_lag", lag);
+    const sysid::Run run = UnevenRun(model.nv());
+    const auto at = [&](double delay, double value) {
+      Model moved = model;
+      moved.SetEffectParameter("effort_delay", delay);
+      moved.SetEffectParameter("hinge.actuator_lag", value);
+      return Acting(moved, run, 3, 1.04, 0.005);
+    };
+    MechanismParameters<Jet8> values;
+    model.nominal().CastTo(&values);
+    for (int i = 0; i < 2; ++i) values.effects[i].v[i] = 1.0;
+    Workspace<Jet8> ws(model);
+    ws.SetParameters(values);
+    std::vector<Jet8> held(model.held_size());
+    ActingInputs<Jet8>(run, ws, 3, 1.04, 0.005, held.data());
+    const double h = lag == 0.0 ? 1e-9 : 1e-6 * (lag + 1e-3);
+    const VectorXd by_delay =
+        (at(0.0013 + 1e-7, lag) - at(0.0013 - 1e-7, lag)) / 2e-7;
+    const VectorXd by_lag =
+        lag == 0.0
+            ? VectorXd((at(0.0013, h) - at(0.0013, 0)) / h)
+            : VectorXd((at(0.0013, lag + h) - at(0.0013, lag - h)) / (2 * h));
+    for (int v = 0; v < model.nv(); ++v) {
+      EXPECT_NEAR(held[v].v[0], by_delay[v], 1e-3 + 1e-4 * by_delay.norm());
+      EXPECT_NEAR(held[v].v[1], by_lag[v], 1e-3 + 1e-4 * by_lag.norm());
+    }
+  }
+}
+
+// A command holds, a temperature is linear, the time is that of the middle; the
+// command acts later by the effect's own delay.
+TEST(ActingInputs, FillsInWhatEffectsRead) {
+  Model model(AllJoints());
+  const Catalogue catalogue;
+  for (const char* name : {"position_drive@hinge", "thermal_friction@slide",
+                           "custom@wheel: k*t*hinge.cmd"}) {
+    model.AddEffect(catalogue.Make(name, model.mechanism(), "test"));
+  }
+  sysid::Run run = UnevenRun(model.nv());
+  run.inputs = {{"slide.temperature", false, {20, 21, 23, 24, 25, 30, 31}},
+                {"hinge.cmd", true, {0, 1, 2, 3, 4, 5, 6}}};
+  const int nv = model.nv();
+  VectorXd held(model.held_size());
+  ASSERT_EQ(held.size(), nv + 4);
+  const auto fill = [&] {
+    const Workspace<double> ws(model);
+    ActingInputs<double>(run, ws, 1, 1.01, 0.01, held.data());
+  };
+  fill();
+  EXPECT_NEAR(held[nv], 1.0, 1e-12);
+  EXPECT_NEAR(held[nv + 1], 21.5, 1e-12);
+  EXPECT_NEAR(held[nv + 2], 1.015, 1e-12);
+  EXPECT_NEAR(held[nv + 3], 1.0, 1e-12);
+  model.SetEffectParameter("hinge.drive_delay", 0.0025);
+  fill();
+  EXPECT_NEAR(held[nv], 0.75, 1e-12);
+  EXPECT_NEAR(held[nv + 3], 1.0, 1e-12);
 }
 
 }  // namespace

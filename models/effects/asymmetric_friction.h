@@ -1,0 +1,65 @@
+#pragma once
+
+#include <string>
+
+#include "models/effects/coulomb_friction.h"
+#include "models/effects/effect.h"
+
+namespace sysid {
+
+// Friction that is not the same in both directions, of gears and seals (Swevers
+// et al. 1997): with s = sign(qd),
+//   tau = -c (1 + a s) s - d (1 + b s) qd,
+// c and d the means of both directions, a and b how much more is forwards and
+// less backwards. Its first term is dry friction of the level c beside the
+// constant force -a c, which is so at rest, too: the joint holds from
+// -c (1 - a) to c (1 + a). Smoothed, s is qd / sqrt(qd^2 + v_s^2)
+// (coulomb_friction.h). It takes the place of Coulomb friction and viscous
+// damping.
+class AsymmetricFriction : public EffectOf<AsymmetricFriction> {
+ public:
+  static constexpr char kName[] = "asymmetric_friction";
+  static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr char kLaw[] =
+      "-c (1 + a s) s - d (1 + b s) qd, s = sign(qd)";
+  static constexpr char kShowsIn[] =
+      "both directions of the joint, slow and fast";
+  // To a diagnosis it is Coulomb friction, damping and an effort's bias, which
+  // are three effects, and may be there one by one.
+  static constexpr bool kOnlyNamed = true;
+
+  AsymmetricFriction(const Mechanism& mechanism, const std::string& joint)
+      : EffectOf(kName, kEffortHook | kDryFrictionHook | kBesideDryHook,
+                 mechanism, joint),
+        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
+    AddParameter(joint + ".friction", "{effort}", 0.01, 0.0);
+    AddParameter(joint + ".damping", "{effort} s/{position}", 0.01, 0.0);
+    AddParameter(joint + ".friction_asymmetry", "-", 0.1, -1.0, 1.0);
+    AddParameter(joint + ".damping_asymmetry", "-", 0.1, -1.0, 1.0);
+  }
+
+  static bool Applies(JointType type) { return type != JointType::kSpherical; }
+
+  template <typename T>
+  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
+    tau[0] -= p[0] * SmoothSign(joint.qd[0], smoothing_speed_);
+    AddBesideDry(joint, p, tau);
+  }
+
+  template <typename T>
+  T DryFriction(const JointState<T>&, const T* p, const T& /*speed*/) const {
+    return p[0];
+  }
+
+  template <typename T>
+  void AddBesideDry(const JointState<T>& joint, const T* p, T* tau) const {
+    const T& qd = joint.qd[0];
+    const T speed = ValueOf(qd) < 0.0 ? T(-qd) : qd;
+    tau[0] -= p[0] * p[2] + p[1] * (qd + p[3] * speed);
+  }
+
+ private:
+  double smoothing_speed_;
+};
+
+}  // namespace sysid

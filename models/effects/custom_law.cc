@@ -1,0 +1,224 @@
+#include "models/effects/custom_law.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "models/error.h"
+
+namespace sysid {
+namespace {
+
+std::string WithoutBlanks(const std::string& text) {
+  const size_t first = text.find_first_not_of(" \t\n");
+  if (first == std::string::npos) return "";
+  return text.substr(first, text.find_last_not_of(" \t\n") - first + 1);
+}
+
+// Evaluates a formula at any values.
+class Law {
+ public:
+  explicit Law(const Formula& formula)
+      : formula_(formula),
+        names_(formula.known.size() + formula.parameters.size()),
+        scratch_(formula.tree.size()) {}
+
+  // Draws what the law reads.
+  void Draw(std::mt19937_64* random) {
+    std::uniform_real_distribution<double> uniform(0.3, 1.7);
+    for (size_t i = 0; i < formula_.known.size(); ++i) {
+      names_[i] = uniform(*random);
+    }
+  }
+  double At(const std::vector<double>& p) {
+    std::copy(p.begin(), p.end(), names_.begin() + formula_.known.size());
+    return formula_.tree.Evaluate<double>(names_.data(), scratch_.data());
+  }
+
+ private:
+  const Formula& formula_;
+  std::vector<double> names_, scratch_;
+};
+
+// Whether the law is linear in these of its parameters, the others held:
+// f(a + b) = f(a) + f(b) at drawn values.
+bool IsLinear(const Formula& formula, const std::vector<bool>& in) {
+  constexpr int kTrials = 8;
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform(0.3, 1.7);
+  Law law(formula);
+  for (int trial = 0; trial < kTrials; ++trial) {
+    law.Draw(&random);
+    std::vector<double> a(in.size()), b(in.size()), sum(in.size());
+    for (size_t i = 0; i < in.size(); ++i) {
+      a[i] = b[i] = sum[i] = uniform(random);
+      if (!in[i]) continue;
+      b[i] = uniform(random);
+      sum[i] = a[i] + b[i];
+    }
+    const double f_a = law.At(a), f_b = law.At(b), f_sum = law.At(sum);
+    const double size = std::abs(f_a) + std::abs(f_b) + std::abs(f_sum);
+    if (!(std::abs(f_sum - f_a - f_b) <= 1e-9 * size)) return false;
+  }
+  return true;
+}
+
+// The largest set of parameters in which the law is linear, of equals that with
+// the first names; empty where there is none.
+std::vector<bool> LinearOnes(const Formula& formula) {
+  const size_t count = formula.parameters.size();
+  std::vector<bool> best;
+  size_t most = 0;
+  for (unsigned mask = (1u << count) - 1; mask > 0; --mask) {
+    std::vector<bool> in(count);
+    size_t size = 0;
+    for (size_t i = 0; i < count; ++i) {
+      in[i] = (mask >> (count - 1 - i)) & 1u;
+      size += in[i];
+    }
+    if (size <= most || !IsLinear(formula, in)) continue;
+    best = in;
+    most = size;
+  }
+  return best;
+}
+
+}  // namespace
+
+// What a law on a joint may read.
+struct CustomLaw::Vocabulary {
+  std::vector<KnownName> names;
+  std::vector<Source> sources;      // of each name
+  std::vector<EffectInput> inputs;  // by Source::index
+
+  Vocabulary(const Mechanism& mechanism, const Joint& own) {
+    const auto position = [](const Joint& joint) {
+      return std::string(joint.type == JointType::kPrismatic ? "m" : "rad");
+    };
+    Add("q", position(own), Source::Of::kQ);
+    Add("qd", position(own) + "/s", Source::Of::kQd);
+    Add("tau", own.type == JointType::kPrismatic ? "N" : "N m",
+        Source::Of::kEffort);
+    AddInput("t", "s");
+    for (const Joint& joint : mechanism.joints) {
+      if (VelocitySize(joint) != 1) continue;
+      const bool is_own = &joint == &own;
+      Add(joint.name + ".q", position(joint),
+          is_own ? Source::Of::kQ : Source::Of::kOtherQ, joint.q_index);
+      Add(joint.name + ".qd", position(joint) + "/s",
+          is_own ? Source::Of::kQd : Source::Of::kOtherQd, joint.v_index);
+      AddInput(joint.name + ".cmd", position(joint));
+      AddInput(joint.name + ".temperature", "K");
+    }
+    for (const std::string axis : {"x", "y", "z"}) {
+      AddInput("base.a" + axis, "m/s^2");
+      AddInput("base.p" + axis, "m");
+    }
+    for (const std::string& name : mechanism.inputs) AddInput(name, "");
+  }
+
+ private:
+  void Add(const std::string& name, const std::string& unit, Source::Of of,
+           int index = 0) {
+    names.push_back({name, unit});
+    sources.push_back({of, index});
+  }
+  void AddInput(const std::string& name, const std::string& unit) {
+    Add(name, unit, Source::Of::kInput, static_cast<int>(inputs.size()));
+    inputs.push_back({name, unit});
+  }
+};
+
+struct CustomLaw::Parsed {
+  std::string joint, text;
+  Formula formula;
+  std::vector<Source> sources;
+  std::vector<EffectInput> inputs;
+  std::vector<int> others;
+  unsigned hooks = kEffortHook;
+};
+
+CustomLaw::Parsed CustomLaw::Parse(const Mechanism& mechanism,
+                                   const std::string& target) {
+  // A number of parameters whose subsets can be tried.
+  constexpr size_t kMostParameters = 12;
+  Parsed parsed;
+  const size_t colon = target.find(':');
+  parsed.joint = target.substr(0, colon);
+  parsed.text = WithoutBlanks(target.substr(colon + 1));
+  const Vocabulary vocabulary(
+      mechanism, mechanism.joints[mechanism.FindJoint(parsed.joint)]);
+  FormulaFault fault;
+  if (!ParseFormula(parsed.text, vocabulary.names, vocabulary.names[2].unit,
+                    &parsed.formula, &fault)) {
+    throw LawFault("character " + std::to_string(fault.at + 1) + ": " +
+                       fault.what + "\n" + PointedAt(parsed.text, fault.at),
+                   fault.hint);
+  }
+  if (parsed.formula.parameters.size() > kMostParameters) {
+    throw LawFault(
+        "more than " + std::to_string(kMostParameters) + " parameters",
+        "leave terms out");
+  }
+  // Would make the equations implicit, and is no name for a parameter.
+  const std::vector<std::string>& parameters = parsed.formula.parameters;
+  if (std::find(parameters.begin(), parameters.end(), "qdd") !=
+      parameters.end()) {
+    throw LawFault("a law may not read qdd, the acceleration that it makes",
+                   "an inertia on the joint is armature@" + parsed.joint);
+  }
+  for (const int i : parsed.formula.known) {
+    const std::string& name = vocabulary.names[i].name;
+    Source source = vocabulary.sources[i];
+    if (source.of == Source::Of::kEffort) parsed.hooks |= kReadsEffort;
+    if (source.of == Source::Of::kInput) {
+      parsed.inputs.push_back(vocabulary.inputs[source.index]);
+      source.index = static_cast<int>(parsed.inputs.size()) - 1;
+    }
+    if (source.of == Source::Of::kOtherQ || source.of == Source::Of::kOtherQd) {
+      const int joint = mechanism.FindJoint(name.substr(0, name.rfind('.')));
+      if (std::find(parsed.others.begin(), parsed.others.end(), joint) ==
+          parsed.others.end()) {
+        parsed.others.push_back(joint);
+      }
+    }
+    parsed.sources.push_back(source);
+  }
+  return parsed;
+}
+
+CustomLaw::CustomLaw(const Mechanism& mechanism, const std::string& target)
+    : CustomLaw(mechanism, Parse(mechanism, target)) {}
+
+CustomLaw::CustomLaw(const Mechanism& mechanism, Parsed parsed)
+    : EffectOf(kName, parsed.hooks, mechanism, parsed.joint),
+      text_(parsed.text),
+      formula_(parsed.formula),
+      sources_(parsed.sources) {
+  const std::vector<bool> linear = LinearOnes(formula_);
+  if (linear.empty()) {
+    throw LawFault("no value of its parameters makes the law zero",
+                   "give it a factor, as a in a*(" + text_ + ")");
+  }
+  SetRestOfName(": " + text_);
+  const size_t searched = std::count(linear.begin(), linear.end(), false);
+  // Each four orders of size, or two where there are many.
+  const std::vector<double> grid =
+      searched > 2 ? std::vector<double>{0.1, 1.0}
+                   : std::vector<double>{0.01, 0.1, 1.0, 10.0};
+  for (size_t i = 0; i < formula_.parameters.size(); ++i) {
+    const std::string name = parsed.joint + "." + formula_.parameters[i];
+    const std::string& unit = formula_.units[i];
+    if (linear[i]) {
+      AddParameter(name, unit, 0.01);
+    } else {
+      AddSearchedParameter(name, unit, 1.0, grid, -kUnbounded, kUnbounded);
+    }
+  }
+  for (const EffectInput& input : parsed.inputs) {
+    ReadsInput(input.name, input.unit);
+  }
+  for (const int joint : parsed.others) ReadsJoint(joint);
+}
+
+}  // namespace sysid

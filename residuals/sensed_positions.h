@@ -1,0 +1,46 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "models/dynamics.h"
+#include "residuals/acting_inputs.h"
+
+namespace sysid {
+
+// What the sensors of joints say of states, by the model's effects: scratch of
+// one thread.
+template <typename T>
+class SensedPositions {
+ public:
+  explicit SensedPositions(Workspace<T>* ws)
+      : ws_(ws),
+        q_(ws->model().nq()),
+        qdd_(ws->model().nv(), T(0.0)),
+        held_(ws->model().held_size()) {}
+
+  // Of the state x at a sample of the run, nq numbers. Overwrites the
+  // workspace's evaluation where a sensor sees rates.
+  const T* operator()(const Run& run, int sample, const T* x) {
+    const StateLayout& at = ws_->model().layout();
+    std::copy_n(x + at.q(), at.nq(), q_.begin());
+    if (ws_->sensors_read_rates) {
+      const int row = std::min(sample, run.size() - 2);
+      ActingInputs<T>(run, *ws_, row, run.t[row], run.t[row + 1] - run.t[row],
+                      held_.data());
+      // Where there is none the rollout fails there, too.
+      if (!ForwardDynamics<T>(ws_, x + at.q(), x + at.qd(), held_.data(),
+                              qdd_.data())) {
+        std::fill(qdd_.begin(), qdd_.end(), T(0.0));
+      }
+    }
+    ws_->ModifyMeasurement(x + at.qd(), qdd_.data(), q_.data());
+    return q_.data();
+  }
+
+ private:
+  Workspace<T>* ws_;
+  std::vector<T> q_, qdd_, held_;
+};
+
+}  // namespace sysid
