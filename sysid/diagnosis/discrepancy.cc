@@ -348,6 +348,21 @@ std::vector<Discrepancy> ByJoint(const Model& model,
   return list;
 }
 
+// Whether a step leaves the parameters other than those `at` something of their
+// way to their bounds: more than a tenth, since linearisations are no better.
+bool StaysWithinBounds(const Estimates& estimates, const std::vector<int>& at,
+                       const VectorXd& step) {
+  constexpr double kLeft = 0.1;
+  for (int i = 0; i < step.size(); ++i) {
+    if (std::find(at.begin(), at.end(), i) != at.end()) continue;
+    const ParameterEstimate& p = estimates.parameters[i];
+    if (p.at_bound) continue;  // held there
+    if (-step[i] > (1 - kLeft) * (p.value - p.lower)) return false;
+    if (step[i] > (1 - kLeft) * (p.upper - p.value)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
@@ -375,8 +390,7 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
     nominal[parameter.name] = parameter.nominal;
   }
   std::vector<int> at;
-  std::vector<double> moved;
-  bool undetermined = false;
+  std::vector<double> to_none;
   for (const EffectParameter& own : effect.parameters()) {
     if (!own.grid.empty() || own.whole) continue;
     const auto known = nominal.find(own.name);
@@ -384,19 +398,22 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
     for (size_t i = 0; i < fit.parameters.size(); ++i) {
       const ParameterEstimate& estimate = fit.parameters[i];
       if (estimate.name != own.name || estimate.at_bound) continue;
-      if (!estimate.identifiable) {
-        undetermined = true;
-        continue;
-      }
       at.push_back(static_cast<int>(i));
-      moved.push_back(estimate.value - none);
+      to_none.push_back(none - estimate.value);
     }
   }
-  if (at.empty()) return undetermined ? 1.0 : 0.0;
+  if (at.empty()) return 0.0;
   const int n = static_cast<int>(at.size());
-  const VectorXd d = Eigen::Map<const VectorXd>(moved.data(), n);
-  const Eigen::LDLT<MatrixXd> solver(MatrixXd(fit.covariance(at, at)));
-  return FisherTail(d.dot(solver.solve(d)) / n, n, kManyDof);
+  const VectorXd d = Eigen::Map<const VectorXd>(to_none.data(), n);
+  MatrixXd variance = fit.covariance(at, at);
+  const MatrixXd moves = fit.undetermined(at, Eigen::all);
+  if (moves.cols() > 0 &&
+      StaysWithinBounds(fit, at,
+                        fit.undetermined *
+                            moves.completeOrthogonalDecomposition().solve(d))) {
+    variance += moves * moves.transpose();
+  }
+  return FisherTail(d.dot(variance.ldlt().solve(d)) / n, n, kManyDof);
 }
 
 }  // namespace sysid

@@ -23,10 +23,16 @@ namespace sysid {
 void AddDiscrepancy(const ShootingProblem& problem, Fit* fit);
 
 // That an effect of the fit's model is none: Wald's test of those of its
-// parameters in which the law is linear, by the fit's covariance, against their
-// nominal values in `given`, or where the law is off. Parameters that the data
-// do not determine take no part; 1 where these are all, 0 where a bound holds
-// all.
+// parameters in which the law is linear, e, against their nominal values in
+// `given`, or where the law is off, e_0. With C the covariance of what the data
+// determines, U the moves that it does not, of unit variance each (Estimates),
+//
+//   z = (e - e_0)' (C_ee + U_e U_e')^-1 (e - e_0) (7.15)
+//
+// is chi-squared. Where no efforts were measured masses and friction may be
+// scaled together: U takes friction to none, but the masses with it. So where
+// the shortest such move, U U_e^+ (e_0 - e), leads another parameter to its
+// bound, there is no such model, and C alone counts. 0 where bounds hold all e.
 double PValueOf(const Effect& effect, const Model& given, const Fit& fit);
 
 }  // namespace sysid

@@ -112,6 +112,13 @@ Estimates MakeEstimates(const ShootingProblem& problem,
   estimates.covariance = moved * score_covariance * moved.transpose();
   estimates.theta_covariance =
       known.covariance * score_covariance * known.covariance;
+  // Longer than of white noise by as much as the score is wider along them.
+  const Eigen::VectorXd widening =
+      (known.undetermined.transpose() * score_covariance * known.undetermined)
+          .diagonal()
+          .cwiseMax(1.0)
+          .cwiseSqrt();
+  estimates.undetermined = blur * widening.asDiagonal();
   for (int i = 0; i < n; ++i) {
     const FreeParameter& free = problem.free()[i];
     bool identifiable = known.identifiable[i];

@@ -29,6 +29,9 @@ struct Estimates {
   // Of theta (models/parameters.h), from which that follows by
   // ParameterMap::ValueJacobian: zero along what the data does not determine.
   Eigen::MatrixXd theta_covariance;
+  // Moves of the values that the data does not determine, each of one standard
+  // deviation, or 1e6 sizes: values x their number.
+  Eigen::MatrixXd undetermined;
 };
 
 // "a is not identifiable from this data", of a group of

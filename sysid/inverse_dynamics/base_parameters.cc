@@ -124,6 +124,8 @@ Estimates EstimatesByRank(const ShootingProblem& problem,
   const Eigen::MatrixXd unseen = svd.matrixV().rightCols(p - rank);
   const Eigen::MatrixXd moved = D * unseen;
   estimates.covariance = known * known.transpose();
+  constexpr double kUnknown = 1e6;  // of their own sizes
+  estimates.undetermined = kUnknown * moved;
   estimates.theta_covariance =
       scale.asDiagonal() * (root * root.transpose()) * scale.asDiagonal();
   std::vector<int> open;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tests/support/random_force.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
@@ -80,6 +82,64 @@ TEST(Discrepancy, TestsEffectsBesideIt) {
   const auto damping =
       catalogue.Make("viscous_damping@joint1", none.mechanism(), "test");
   EXPECT_LT(PValueOf(*damping, none, fit), 0.01);
+}
+
+// A fit of a mass m and the damping d of a joint.
+class PValueOfTest : public ::testing::Test {
+ protected:
+  PValueOfTest() : none_(Shipped("pendulum2_planar")), fit_(none_) {
+    const auto add = [&](const std::string& name, double value, double lower) {
+      ParameterEstimate p;
+      p.name = name;
+      p.value = value;
+      p.lower = lower;
+      p.upper = std::numeric_limits<double>::infinity();
+      fit_.parameters.push_back(p);
+    };
+    add("link1.mass", 2.0, 1e-6);
+    add("joint1.damping", 0.1, 0.0);
+    fit_.covariance = Eigen::Vector2d(1e-4, 1e-4).asDiagonal();
+    fit_.undetermined.resize(2, 0);
+  }
+
+  double PValue() const {
+    return PValueOf(
+        *Catalogue().Make("viscous_damping@joint1", none_.mechanism(), "test"),
+        none_, fit_);
+  }
+
+  Model none_;
+  Fit fit_;
+};
+
+TEST_F(PValueOfTest, OfWhatIsDetermined) {
+  EXPECT_LT(PValue(), 1e-20);  // ten standard errors
+  fit_.parameters[1].value = 0.01;
+  EXPECT_NEAR(PValue(), 0.317, 1e-3);
+}
+
+TEST_F(PValueOfTest, WhatTheDataSaysNothingOfMayBeNone) {
+  fit_.undetermined = Eigen::Vector2d(0, 1e5);
+  EXPECT_GT(PValue(), 0.99);
+}
+
+TEST_F(PValueOfTest, WhatAnotherParameterCanDoInsteadMayBeNone) {
+  fit_.undetermined = Eigen::Vector2d(-1e5, 1e5);
+  EXPECT_GT(PValue(), 0.99);
+}
+
+// The damping ends with the mass.
+TEST_F(PValueOfTest, WhatOnlyScalesWithAMassIsSomething) {
+  for (const double sign : {-1.0, 1.0}) {
+    fit_.undetermined = sign * Eigen::Vector2d(2e5, 1.02e4);  // about
+    EXPECT_LT(PValue(), 1e-20);
+  }
+}
+
+// What other parameters leave open does not concern it.
+TEST_F(PValueOfTest, RoundingInADirectionIsNoMove) {
+  fit_.undetermined = Eigen::Vector2d(1e5, 1e-12);
+  EXPECT_LT(PValue(), 1e-20);
 }
 
 }  // namespace
