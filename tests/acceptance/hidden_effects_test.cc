@@ -76,8 +76,7 @@ TEST(Engines, MoveEveryMechanismAlikeWithEveryEffect) {
     // Our drags have a root that is smooth at rest, MuJoCo's here have not. Dry
     // friction it is given as a law smoothed over 5 mrad/s, which creeps where
     // ours rests: apart by a few parts in a hundred of what friction does.
-    const bool dry = effect.kind() == "coulomb_friction" ||
-                     effect.kind() == "stribeck_friction";
+    const bool dry = effect.kind().ends_with("_friction");
     EXPECT_LT(difference, dry ? 0.05 * size : 3e-5) << c.name;
     EXPECT_GT(size, 5e-4) << c.name;
   }

@@ -74,14 +74,47 @@ sysid::Run Planned(const TestMechanism& mechanism, const Model& truth,
   return run;
 }
 
-// Adds the offsets of planted sensors to states.
-void AddOffsets(const Model& model, const std::vector<PlantedEffect>& planted,
-                RowMatrixXd* states) {
+// A joint's position `delay` before each sample, between samples the cubic
+// through positions and rates; before the first sample at its rate.
+Eigen::VectorXd Late(const Eigen::VectorXd& q, const Eigen::VectorXd& qd,
+                     double delay) {
+  constexpr double kStep = 1.0 / kRate;
+  Eigen::VectorXd late(q.size());
+  for (int k = 0; k < q.size(); ++k) {
+    const double at = k - delay / kStep;
+    if (at < 0) {
+      late[k] = q[0] + qd[0] * at * kStep;
+      continue;
+    }
+    const int i = std::min<int>(static_cast<int>(at), q.size() - 2);
+    const double s = at - i, r = 1.0 - s;
+    late[k] = r * r * (1 + 2 * s) * q[i] + s * s * (1 + 2 * r) * q[i + 1] +
+              kStep * s * r * (r * qd[i] - s * qd[i + 1]);
+  }
+  return late;
+}
+
+// What planted sensors make of the positions of states.
+void Sense(const Model& model, const std::vector<PlantedEffect>& planted,
+           RowMatrixXd* states) {
   for (const PlantedEffect& effect : planted) {
-    if (effect.kind() != "sensor_offset") continue;
-    const int joint = model.mechanism().FindJoint(effect.target());
-    states->col(model.mechanism().joints[joint].q_index).array() +=
-        effect.Get("sensor_offset");
+    const int index = model.mechanism().FindJoint(effect.target());
+    if (index < 0) continue;
+    const Joint& joint = model.mechanism().joints[index];
+    auto q = states->col(joint.q_index);
+    const std::string kind = effect.kind();
+    if (kind == "sensor_offset") {
+      q.array() += effect.Get("sensor_offset");
+    } else if (kind == "sensor_gain") {
+      q *= 1.0 + effect.Get("sensor_gain");
+    } else if (kind == "sensor_delay") {
+      q = Late(q, states->col(model.nq() + joint.v_index),
+               effect.Get("sensor_delay"));
+    } else if (kind == "transmission_error") {
+      const Eigen::ArrayXd angle = effect.Get("transmission_order") * q.array();
+      q.array() += effect.Get("transmission_sin") * angle.sin() +
+                   effect.Get("transmission_cos") * angle.cos();
+    }
   }
 }
 
@@ -187,7 +220,7 @@ sysid::Run Record(const TestMechanism& mechanism, const Model& truth,
       },
       1e-3, 4, tolerance, x0, controller, &run);
   if (states.size() == 0) throw std::runtime_error("the motion is lost");
-  AddOffsets(truth, planted, &states);
+  Sense(truth, planted, &states);
   Measure(truth, states, info.noise, seed + 1, &run);
   return run;
 }
@@ -213,7 +246,7 @@ double Difference(const TestMechanism& mechanism, const Model& truth,
       [&](double step) { return MakeSysidPlant(with_effects, step); }, 5e-3, 6,
       tolerance, x0, controller, &run);
   if (states.size() == 0) return std::numeric_limits<double>::infinity();
-  AddOffsets(truth, {effect}, &states);
+  Sense(truth, {effect}, &states);
   const int window = static_cast<int>(std::lround(mechanism.window * kRate));
   const std::unique_ptr<Plant> plain = MakeSysidPlant(truth, 5e-3);
   double sum = 0.0;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -91,6 +92,7 @@ class MujocoPlant : public Plant {
 
   void SetState(const Eigen::VectorXd& x) override {
     mj_resetData(model_, data_);
+    for (Lag& lag : lags_) lag.y = std::numeric_limits<double>::quiet_NaN();
     for (size_t i = 0; i < mechanism_.joints.size(); ++i) {
       const Joint& joint = mechanism_.joints[i];
       if (joint.type == JointType::kFixed) continue;
@@ -145,7 +147,9 @@ class MujocoPlant : public Plant {
     for (size_t i = 0; i + 1 < cuts.size(); ++i) {
       const double middle = (cuts[i] + cuts[i + 1]) / 2 - delay_;
       const auto after = std::upper_bound(run.t.begin(), run.t.end(), middle);
+      for (Lag& lag : lags_) lag.Hold(data_);
       Apply(run, std::max(0, static_cast<int>(after - run.t.begin()) - 1));
+      for (Lag& lag : lags_) lag.Begin(data_);
       const double length = cuts[i + 1] - cuts[i];
       const int steps = std::max(
           1, static_cast<int>(std::ceil(length / options_.step * (1 - 1e-9))));
@@ -159,6 +163,26 @@ class MujocoPlant : public Plant {
   }
 
  private:
+  // lag y' = u - y, u the effort that is applied, held from `since`; y is the
+  // first u before.
+  struct Lag {
+    int dof;
+    double lag;
+    double y = std::numeric_limits<double>::quiet_NaN(), since = 0.0;
+
+    double Acting(const mjData* data) const {
+      const double u = data->qfrc_applied[dof];
+      return u + (y - u) * std::exp((since - data->time) / lag);
+    }
+    void Hold(const mjData* data) {
+      y = Acting(data);
+      since = data->time;
+    }
+    void Begin(const mjData* data) {
+      if (std::isnan(y)) y = data->qfrc_applied[dof];
+    }
+  };
+
   int JointOf(const PlantedEffect& effect) const {
     const int joint = mechanism_.FindJoint(effect.target());
     CHECK_GE(joint, 0) << effect.name;
@@ -264,7 +288,8 @@ class MujocoPlant : public Plant {
   void Install(const PlantedEffect& effect) {
     const std::string kind = effect.kind();
     if (kind == "mass" || kind == "com" || kind == "inertia" ||
-        kind == "armature" || kind == "spring" || kind == "sensor_offset") {
+        kind == "armature" || kind == "spring" ||
+        kind == "transmission_error" || kind.starts_with("sensor_")) {
       return;
     }
     if (kind == "effort_delay") {
@@ -277,9 +302,39 @@ class MujocoPlant : public Plant {
           Eigen::AngleAxisd(turn.norm(), turn.normalized()) * down;
     } else if (kind == "aerodynamic_drag") {
       InstallAtLink(effect);
+    } else if (kind == "gear_coupling") {
+      InstallBetween(effect);
     } else {
       InstallOnJoint(effect);
     }
+  }
+
+  // Damping and friction of q_1 + s q_2 of two joints.
+  void InstallBetween(const PlantedEffect& effect) {
+    const std::string names = effect.target();
+    const size_t comma = names.find(',');
+    const int first = mechanism_.FindJoint(names.substr(0, comma));
+    const int second = mechanism_.FindJoint(names.substr(comma + 1));
+    const int a = dof_address_[first], b = dof_address_[second];
+    const double smooth = FrictionSmoothingSpeed(false);
+    const double s = effect.Get("coupling_sign"),
+                 d = effect.Get("coupling_damping"),
+                 c = effect.Get("coupling_friction");
+    forces_.push_back([=](const mjModel*, mjData* data) {
+      const double rate = data->qvel[a] + s * data->qvel[b];
+      const double force = -d * rate - c * rate / std::hypot(rate, smooth);
+      data->qfrc_passive[a] += force;
+      data->qfrc_passive[b] += s * force;
+    });
+  }
+
+  // What a drive does with the effort u that it is told, instead of u.
+  void InstallDrive(int dof,
+                    const std::function<double(double u, double qd)>& acting) {
+    forces_.push_back([=](const mjModel*, mjData* data) {
+      const double u = data->qfrc_applied[dof];
+      data->qfrc_passive[dof] += acting(u, data->qvel[dof]) - u;
+    });
   }
 
   void InstallOnJoint(const PlantedEffect& effect) {
@@ -287,6 +342,8 @@ class MujocoPlant : public Plant {
     const int joint = JointOf(effect);
     const int dof = dof_address_[joint];
     const int count = VelocitySize(mechanism_.joints[joint].type);
+    const double smooth = FrictionSmoothingSpeed(
+        mechanism_.joints[joint].type == JointType::kPrismatic);
     if (kind == "viscous_damping") {
       for (int k = 0; k < count; ++k) {
         model_->dof_damping[dof + k] = effect.Get("damping");
@@ -318,6 +375,40 @@ class MujocoPlant : public Plant {
         data->qfrc_passive[dof] +=
             s * std::sin(n * data->qpos[q]) + c * std::cos(n * data->qpos[q]);
       });
+    } else if (kind == "cubic_damping") {
+      const double b = effect.Get("cubic_damping");
+      InstallAlongVelocity(joint,
+                           [=](double speed) { return b * speed * speed; });
+    } else if (kind == "asymmetric_friction") {
+      const double c = effect.Get("friction"), d = effect.Get("damping"),
+                   more_c = effect.Get("friction_asymmetry"),
+                   more_d = effect.Get("damping_asymmetry");
+      InstallAlongVelocity(joint, [=](double speed) {
+        return c / std::hypot(speed, smooth) + d;
+      });
+      forces_.push_back([=](const mjModel*, mjData* data) {
+        data->qfrc_passive[dof] -=
+            c * more_c + d * more_d * std::abs(data->qvel[dof]);
+      });
+    } else if (kind == "load_friction") {
+      const double mu = effect.Get("load_friction");
+      InstallDrive(dof, [=](double u, double qd) {
+        return u - mu * std::abs(u) * qd / std::hypot(qd, smooth);
+      });
+    } else if (kind == "effort_limit") {
+      const double most = effect.Get("effort_limit"),
+                   r = effect.Get("inverse_no_load_speed");
+      InstallDrive(dof, [=](double u, double qd) {
+        return std::clamp(u, -std::clamp(most * (1 + r * qd), 0.0, most),
+                          std::clamp(most * (1 - r * qd), 0.0, most));
+      });
+    } else if (kind == "actuator_lag") {
+      lags_.push_back({dof, effect.Get("actuator_lag")});
+      const size_t i = lags_.size() - 1;
+      forces_.push_back([=, this](const mjModel*, mjData* data) {
+        data->qfrc_passive[dof] +=
+            lags_[i].Acting(data) - data->qfrc_applied[dof];
+      });
     } else {
       LOG(FATAL) << "MuJoCo has no way to plant " << effect.name;
     }
@@ -329,6 +420,7 @@ class MujocoPlant : public Plant {
   mjData* data_ = nullptr;
   std::vector<int> q_address_, dof_address_;  // per joint of ours
   std::vector<Force> forces_;
+  std::vector<Lag> lags_;
   std::vector<double> gain_;  // per MuJoCo dof
   double delay_ = 0.0;        // s
 };

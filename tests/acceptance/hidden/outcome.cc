@@ -69,6 +69,14 @@ Outcome DiagnoseCase(const HiddenData& data) {
   for (const std::string& name : catalogue.Candidates(mechanism)) {
     candidates.push_back(catalogue.Make(name, mechanism, "test"));
   }
+  // What a diagnosis tries only where it is named, on every target.
+  for (const PlantedEffect& effect : data.planted) {
+    for (const std::string& name : catalogue.Names(mechanism)) {
+      if (!name.starts_with(effect.kind() + "@")) continue;
+      const auto named = catalogue.Make(name, mechanism, "test");
+      if (!named->IsCandidate()) candidates.push_back(named);
+    }
+  }
   DiagnosisOptions options;
   options.add = true;
   const Diagnosis diagnosis = Diagnose(problem, candidates, options);

@@ -24,9 +24,7 @@ std::string PlantedEffect::target() const {
 
 double PlantedEffect::Get(const std::string& ending) const {
   for (const auto& [parameter, value] : values) {
-    if (parameter == ending || parameter == target() + "." + ending) {
-      return value;
-    }
+    if (parameter == ending || parameter.ends_with("." + ending)) return value;
   }
   LOG(FATAL) << name << " has no " << ending;
 }
@@ -57,6 +55,23 @@ PlantedEffect PlantEffect(const Model& truth, const std::string& name,
     put(target + ".cogging_sin", magnitude);
     put(target + ".cogging_cos", 0.6 * magnitude);
     put(target + ".cogging_order", 6.0);
+  } else if (kind == "asymmetric_friction") {
+    put(target + ".friction", magnitude);
+    put(target + ".damping", 0.5 * magnitude);
+    put(target + ".friction_asymmetry", 0.4);
+    put(target + ".damping_asymmetry", -0.3);
+  } else if (kind == "effort_limit") {
+    put(target + ".effort_limit", 1.0 / magnitude);
+    put(target + ".inverse_no_load_speed", slides ? 0.05 : 0.1);
+  } else if (kind == "transmission_error") {
+    put(target + ".transmission_sin", magnitude);
+    put(target + ".transmission_cos", 0.6 * magnitude);
+    put(target + ".transmission_order", 5.0);
+  } else if (kind == "gear_coupling") {
+    const std::string second = target.substr(target.find(',') + 1);
+    put(second + ".coupling_friction", magnitude);
+    put(second + ".coupling_damping", 0.5 * magnitude);
+    put(second + ".coupling_sign", -1.0);
   } else if (kind == "gravity_tilt") {
     put("gravity_tilt_x", 0.4 * magnitude);
     put("gravity_tilt_y", magnitude);
@@ -98,6 +113,15 @@ MagnitudeRange RangeOf(const std::string& kind) {
       {"mass", {0.1, 1.0}},
       {"com", {0.01, 0.08}},
       {"inertia", {0.01, 0.5}},
+      {"asymmetric_friction", {0.02, 5.0}},
+      {"cubic_damping", {0.01, 5.0}},
+      {"load_friction", {0.05, 0.5}},
+      {"actuator_lag", {0.01, 0.3}},
+      {"effort_limit", {1.0, 10.0}},
+      {"transmission_error", {0.005, 0.1}},
+      {"sensor_gain", {0.02, 0.3}},
+      {"sensor_delay", {0.01, 0.1}},
+      {"gear_coupling", {0.02, 5.0}},
   };
   const auto found = ranges.find(kind);
   CHECK(found != ranges.end()) << kind;

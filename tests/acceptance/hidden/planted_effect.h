@@ -16,14 +16,15 @@ struct PlantedEffect {
 
   std::string kind() const;
   std::string target() const;
-  // The value of the parameter whose name ends in ".<ending>" (or is it);
+  // The value of the first parameter whose name ends in ".<ending>" (or is it);
   // CHECKs that there is one.
   double Get(const std::string& ending) const;
 };
 
 // The effect with one number for its size: its first parameter, or what the
 // nominal value is wrong by (mass: as a part of it; com: m; inertia: kg m^2
-// about every axis). Its other parameters are chosen to be plausible.
+// about every axis); of a limit its inverse; of the coupling of two joints the
+// friction. Its other parameters are chosen to be plausible.
 PlantedEffect PlantEffect(const Model& truth, const std::string& name,
                           double magnitude);
 
