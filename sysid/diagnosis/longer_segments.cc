@@ -14,6 +14,15 @@ namespace {
 // Segments are of whole samples and equal in a run: this near is as long.
 constexpr double kAsLong = 0.9;
 
+// Whether what the model leaves is less than half of the motion (or nothing but
+// noise). Beyond, errors grow no more, as large as they are, and what is
+// missing is not linear in them.
+bool Follows(const EvaluatedModel& evaluated) {
+  constexpr double kHalf = 50.0;  // percent, by (8.2); NaN where nothing moves
+  return IsAtNoiseFloor(evaluated) ||
+         !(evaluated.fit.train.total.fit_percent < kHalf);
+}
+
 }  // namespace
 
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
@@ -34,7 +43,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   EvaluatedModel longer =
       EvaluateLonger(problem, now, std::min(2.0 * length, longest));
   if (!longer.fit.converged || !std::isfinite(longer.cv.error()) ||
-      longer.train_error() > kGrowth * now.train_error() ||
+      longer.train_error() > kGrowth * now.train_error() || !Follows(longer) ||
       longer.fit.segment_s < 1.1 * length) {
     return std::nullopt;
   }
