@@ -17,6 +17,7 @@
 #include "sysid/report/mixture_report.h"
 #include "sysid/report/sampled_models.h"
 #include "sysid/session/check_session.h"
+#include "sysid/session/checkpoint.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/stochastic/solvers.h"
 #include "tools/fit_flags.h"
@@ -25,6 +26,7 @@
 
 DECLARE_uint64(seed);
 DEFINE_int32(sample, 0, "URDFs to draw from what was fitted, into --out");
+DEFINE_bool(resume, false, "go on with the fit whose checkpoint is in --out");
 
 namespace sysid {
 namespace {
@@ -65,6 +67,8 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, fit.json, prediction.csv,
                              identified.urdf
+  --resume                   go on with a fit that was ended: its stages are in
+                             DIR/checkpoint.cbor until its result is
   --sample N                 into DIR also N URDFs and samples.csv, drawn from
                              the normal distribution of the estimate (gmm: from
                              the mixture)
@@ -154,6 +158,38 @@ void CheckSomethingIsFitted(const Session& session) {
                    "stands by --solver lm or inverse_dynamics");
 }
 
+// Only Levenberg-Marquardt keeps its stages.
+void CheckResume(const Session& session) {
+  if (!FLAGS_resume) return;
+  if (FindSolver(session.solver).kind != SolverKind::kShooting) {
+    throw InputError("--resume", session.solver + " keeps no checkpoints",
+                     "leave it out; fits by lm keep them");
+  }
+  if (FLAGS_out.empty()) {
+    throw InputError("--resume", "has no folder to go on in",
+                     "name that of the fit which was ended: --out DIR");
+  }
+}
+
+// Where a fit by Levenberg-Marquardt keeps its stages.
+std::optional<Checkpoint> OpenCheckpoint(const Session& session,
+                                         const ShootingProblem& problem) {
+  if (FLAGS_out.empty() ||
+      FindSolver(session.solver).kind != SolverKind::kShooting) {
+    return std::nullopt;
+  }
+  std::optional<Checkpoint> checkpoint(
+      std::in_place, FLAGS_out + "/checkpoint.cbor", problem, FLAGS_resume);
+  if (FLAGS_resume) {
+    const size_t stages = checkpoint->resumed();
+    PrintNotices({stages > 0 ? "goes on after " + std::to_string(stages) +
+                                   " stages of " + checkpoint->file()
+                             : "there is no " + checkpoint->file() +
+                                   ": the fit begins anew"});
+  }
+  return checkpoint;
+}
+
 // The samples are made before any is written: their URDFs and a line each.
 void CheckSampleSize(const Session& session) {
   if (FLAGS_sample == 0) return;
@@ -172,8 +208,9 @@ int Main() {
   CheckSolverFlags(session.solver);
   CheckSomethingIsFitted(session);
   CheckSampling(session);
+  CheckResume(session);
   const Solver& solver = FindSolver(session.solver);
-  const SolverOptions how{AdamOptionsFromFlags(), MixtureOptionsFromFlags()};
+  SolverOptions how{AdamOptionsFromFlags(), MixtureOptionsFromFlags()};
   if (session.solver == "gmm") CheckMixtureSize(session, how.mixture);
   CheckSampleSize(session);
   CheckOutputs(request, session);
@@ -188,6 +225,8 @@ int Main() {
   if (added) session = StartedFrom(*added, session);
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
+  std::optional<Checkpoint> checkpoint = OpenCheckpoint(session, problem);
+  if (checkpoint) how.log = &*checkpoint;
   Solved solved = solver.solve(problem, how);
   const Fit& fit = solved.fit;
   const std::optional<MixtureFit>& mixture = solved.mixture;
@@ -240,6 +279,10 @@ int Main() {
         if (mixture) text += MixtureText(*mixture);
         return text + written + SampleText(samples, fit);
       });
+  // What was interrupted can go on.
+  if (checkpoint && !session.options.stop.stop_requested()) {
+    checkpoint->Remove();
+  }
   if (!fit.converged) {
     watch.SayKept("the best point so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: %s\n",

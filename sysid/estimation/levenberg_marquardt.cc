@@ -11,6 +11,7 @@
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/preflight.h"
 #include "sysid/estimation/segmentation.h"
+#include "sysid/estimation/stage_log.h"
 #include "sysid/estimation/stages.h"
 
 // The schedules of Levenberg-Marquardt: how segments grow, and how tightly they
@@ -218,8 +219,9 @@ bool StartFromData(Stages* stages, Ended* ended) {
 
 // A fit by a schedule that joins its segments.
 Fit FitJoined(const ShootingProblem& problem,
-              const std::function<Ended(Stages*)>& solve) {
-  Stages stages(problem, true);
+              const std::function<Ended(Stages*)>& solve,
+              StageLog* log = nullptr) {
+  Stages stages(problem, true, log);
   Ended ended;
   try {
     ended = solve(&stages);
@@ -241,10 +243,17 @@ Fit FitJoined(const ShootingProblem& problem,
 }  // namespace
 
 Fit FitLevenbergMarquardt(const ShootingProblem& problem) {
-  return FitJoined(problem, [](Stages* stages) {
-    Ended ended;
-    return StartFromData(stages, &ended) ? SolveJoined(stages) : ended;
-  });
+  return FitLevenbergMarquardt(problem, nullptr);
+}
+
+Fit FitLevenbergMarquardt(const ShootingProblem& problem, StageLog* log) {
+  return FitJoined(
+      problem,
+      [](Stages* stages) {
+        Ended ended;
+        return StartFromData(stages, &ended) ? SolveJoined(stages) : ended;
+      },
+      log);
 }
 
 Fit FitLevenbergMarquardtFrom(const ShootingProblem& problem, double length) {

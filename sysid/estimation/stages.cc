@@ -115,9 +115,42 @@ double Stages::Rms() const {
   return EvaluateErrors(problem_, solution, 0.0).total.rms;
 }
 
+StageSummary Stages::Logged(const std::string& doing,
+                            const std::function<StageSummary()>& run) {
+  doing_ = doing;
+  if (log_ == nullptr) return run();
+  ThrowIfCancelled(problem_.options().stop);
+  if (std::optional<StageOutcome> before = log_->Next(doing)) {
+    solution = std::move(before->solution);
+    iterations = before->iterations;
+    evaluations = before->evaluations;
+    history.insert(history.end(), before->history.begin(),
+                   before->history.end());
+    if (!history.empty()) {
+      start_s_ = std::min(start_s_, Now() - history.back().time_s);
+    }
+    return before->summary;
+  }
+  StageOutcome outcome;
+  const size_t first = history.size();
+  outcome.doing = doing;
+  outcome.summary = run();
+  outcome.solution = solution;
+  outcome.iterations = iterations;
+  outcome.evaluations = evaluations;
+  outcome.history.assign(history.begin() + first, history.end());
+  log_->Keep(outcome);
+  return outcome.summary;
+}
+
 StageSummary Stages::Run(const StageGoal& goal) {
+  const StageSummary done = Logged(goal.doing, [&] { return Minimise(goal); });
+  Measure();
+  return done;
+}
+
+StageSummary Stages::Minimise(const StageGoal& goal) {
   constexpr int kMostSteps = 4;
-  doing_ = goal.doing;
   ShootingStage::Options options;
   options.far = goal.misfit > 0.0 && std::isfinite(goal.defect);
   options.twist_hold = std::max(1.0, goal.misfit);
@@ -138,7 +171,6 @@ StageSummary Stages::Run(const StageGoal& goal) {
     // only effects can make it.
     if (!ShortenStep() || !FreesEffects(problem_)) break;
   }
-  Measure();
   return done;
 }
 
@@ -149,16 +181,17 @@ void Stages::Measure() {
 }
 
 StageSummary Stages::RunSegments(const StageGoal& goal) {
-  doing_ = goal.doing;
-  ThrowIfCancelled(problem_.options().stop);
-  solution = SolveSegments(
-      problem_, solution,
-      {.twist_hold = std::max(1.0, goal.misfit), .tolerance = goal.tolerance});
-  ++iterations;
-  StageSummary done;
-  done.converged = true;
-  done.message = "the states of each segment";
-  return done;
+  return Logged(goal.doing, [&] {
+    ThrowIfCancelled(problem_.options().stop);
+    solution = SolveSegments(problem_, solution,
+                             {.twist_hold = std::max(1.0, goal.misfit),
+                              .tolerance = goal.tolerance});
+    ++iterations;
+    StageSummary done;
+    done.converged = true;
+    done.message = "the states of each segment";
+    return done;
+  });
 }
 
 }  // namespace sysid

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "sysid/estimation/fit.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_stage.h"
+#include "sysid/estimation/stage_log.h"
 #include "sysid/estimation/state_weights.h"
 
 namespace sysid {
@@ -34,10 +36,14 @@ class Stages {
  public:
   // A search that compares models does so in the noise of all channels, and
   // does not weigh them.
-  explicit Stages(const ShootingProblem& problem, bool weighs = false)
+  // `log`, if there is one, has the stages that were run before, and gets the
+  // others.
+  explicit Stages(const ShootingProblem& problem, bool weighs = false,
+                  StageLog* log = nullptr)
       : problem_(problem),
         choose_step_(problem.options().rollout.step <= 0),
-        weighs_(weighs) {}
+        weighs_(weighs),
+        log_(log) {}
 
   // Minimises over the solution as it is cut; again with a shorter step where
   // the solution, or where it was heading, needs one.
@@ -86,10 +92,18 @@ class Stages {
   int evaluations = 0;
 
  private:
+  // A stage from the log, or by `run`.
+  StageSummary Logged(const std::string& doing,
+                      const std::function<StageSummary()>& run);
+  StageSummary Minimise(const StageGoal& goal);
+
   ShootingProblem problem_;  // as weighed now
   const bool choose_step_, weighs_;
+  StageLog* const log_;
   bool weighed_ = false;  // not by the noise alone
-  const double start_s_ = Now(), start_cpu_s_ = CpuSeconds();
+  // Earlier by the time of the stages from the log.
+  double start_s_ = Now();
+  const double start_cpu_s_ = CpuSeconds();
   std::shared_ptr<ShootingSegments> segments_;
   std::string doing_;
   double misfit_ = 1.0;  // what the last stage left, times the noise

@@ -22,11 +22,11 @@ Fit WithEfforts(const ShootingProblem& problem, Fit fit) {
 const std::vector<Solver>& Solvers() {
   static const std::vector<Solver>& all = *new std::vector<Solver>{
       {"lm", SolverKind::kShooting,
-       [](const ShootingProblem& problem, const SolverOptions&) {
-         return Solved{
-             WithEfforts(problem, FitLevenbergMarquardt(
-                                      StartByInverseDynamics(problem))),
-             std::nullopt};
+       [](const ShootingProblem& problem, const SolverOptions& options) {
+         return Solved{WithEfforts(problem, FitLevenbergMarquardt(
+                                                StartByInverseDynamics(problem),
+                                                options.log)),
+                       std::nullopt};
        }},
       {"inverse_dynamics", SolverKind::kEquations,
        [](const ShootingProblem& problem, const SolverOptions&) {

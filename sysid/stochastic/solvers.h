@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/estimation/stage_log.h"
 #include "sysid/stochastic/stochastic_fit.h"
 
 namespace sysid {
@@ -14,6 +15,7 @@ namespace sysid {
 struct SolverOptions {
   AdamFitOptions adam;
   MixtureOptions mixture;
+  StageLog* log = nullptr;  // of lm
 };
 
 struct Solved {

@@ -59,6 +59,7 @@ class KilledTest : public SurvivalTest {
     for (const auto& [name, text] : now) {
       if (IsTemporary(name) || name.ends_with("/")) continue;
       ExpectWhole(name, text);
+      if (name.ends_with("/checkpoint.cbor")) continue;  // until the result
       const auto at = before.find(name);
       ASSERT_NE(at, before.end()) << name << " is no file of a whole run";
       // The same work gives as many rows.
@@ -85,6 +86,60 @@ class KilledTest : public SurvivalTest {
 
 TEST_F(KilledTest, KilledFitLeavesWholeFiles) {
   KillAtRandom(SYSID_FIT, Model() + Arguments{"--out", "fit"}, 30);
+}
+
+// At fifty moments one after the other, each time further: the answer is that
+// of a fit that nobody killed, to the last bit, and so are its iterations.
+TEST_F(KilledTest, ResumedFitEndsWhereItWouldHave) {
+  const auto fit = [&](const std::string& out) {
+    return Model() + Arguments{"--out", out, "--resume"};
+  };
+  const auto start = std::chrono::steady_clock::now();
+  ASSERT_EQ(folder_.Run(SYSID_FIT, fit("whole")).exit_code, 0);
+  const double life = std::chrono::duration<double, std::micro>(
+                          std::chrono::steady_clock::now() - start)
+                          .count();
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> part(0.0, 1.2);
+  int resumed = 0;
+  for (int i = 0; i < 50; ++i) {
+    RunningProgram running(folder_, SYSID_FIT, fit("killed"));
+    std::this_thread::sleep_for(
+        microseconds(static_cast<long>(part(random) * life)));
+    running.End(SIGKILL);
+    if (folder_.Contents().contains("killed/checkpoint.cbor")) ++resumed;
+  }
+  EXPECT_GT(resumed, 5);
+  const ProgramResult last = folder_.Run(SYSID_FIT, fit("killed"));
+  ASSERT_EQ(last.exit_code, 0) << last.err;
+  Files files = folder_.Contents();
+  EXPECT_FALSE(files.contains("killed/checkpoint.cbor"));
+  const auto whole = nlohmann::json::parse(files["whole/fit.json"]);
+  const auto killed = nlohmann::json::parse(files["killed/fit.json"]);
+  EXPECT_EQ(killed["parameters"], whole["parameters"]);
+  EXPECT_EQ(killed["iterations"], whole["iterations"]);
+  EXPECT_EQ(killed["error"], whole["error"]);
+  EXPECT_EQ(files["killed/prediction.csv"], files["whole/prediction.csv"]);
+}
+
+TEST_F(KilledTest, ResumeRefusesWhatIsNotThisFits) {
+  const Arguments fit = Model() + Arguments{"--out", "fit", "--resume"};
+  fs::create_directories(folder_.Path("fit"));
+  folder_.Write("fit/checkpoint.cbor", "no CBOR");
+  ExpectRefused(folder_, SYSID_FIT, fit, "fit/checkpoint.cbor",
+                "is no checkpoint of sysid_fit, or damaged",
+                "remove it, or leave --resume out");
+  const std::vector<std::uint8_t> other = nlohmann::json::to_cbor(
+      {{"sysid", "0"}, {"problem", 1}, {"stages", nlohmann::json::array()}});
+  folder_.Write("fit/checkpoint.cbor", std::string(other.begin(), other.end()));
+  ExpectRefused(folder_, SYSID_FIT, fit, "fit/checkpoint.cbor",
+                "is the checkpoint of another fit",
+                "remove it, or leave --resume out");
+  ExpectRefused(folder_, SYSID_FIT, Model() + Arguments{"--resume"}, "--resume",
+                "has no folder to go on in", "--out DIR");
+  ExpectRefused(folder_, SYSID_FIT, fit + Arguments{"--solver", "adam"},
+                "--resume", "adam keeps no checkpoints",
+                "fits by lm keep them");
 }
 
 TEST_F(KilledTest, KilledDiagnosisLeavesWholeFiles) {

@@ -24,6 +24,8 @@ inline void ExpectWhole(const std::string& name, const std::string& text) {
     const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
     ASSERT_TRUE(json.is_object());
     EXPECT_TRUE(json.contains("schema"));
+  } else if (name.ends_with(".cbor")) {
+    EXPECT_TRUE(nlohmann::json::from_cbor(text, true, false).is_object());
   } else if (name.ends_with(".csv")) {
     EXPECT_EQ(text.back(), '\n');
   } else if (name.ends_with(".urdf")) {

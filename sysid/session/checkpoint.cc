@@ -1,0 +1,226 @@
+#include "sysid/session/checkpoint.h"
+
+#include <boost/crc.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "models/error.h"
+#include "sysid/io/write_file.h"
+
+namespace sysid {
+namespace {
+
+using Json = nlohmann::json;
+
+// Numbers and words by their bytes.
+class Checksum {
+ public:
+  void Add(const void* bytes, size_t size) { crc_.process_bytes(bytes, size); }
+  void Add(double value) { Add(&value, sizeof(value)); }
+  void Add(const std::string& text) { Add(text.c_str(), text.size() + 1); }
+  void Add(const std::vector<double>& values) {
+    Add(static_cast<double>(values.size()));
+    Add(values.data(), values.size() * sizeof(double));
+  }
+  void Add(const RowMatrixXd& values) {
+    Add(static_cast<double>(values.rows()));
+    Add(values.data(), values.size() * sizeof(double));
+  }
+  std::uint64_t value() const { return crc_.checksum(); }
+
+ private:
+  // ECMA-182.
+  boost::crc_optimal<64, 0x42F0E1EBA9EA3693, 0, 0, false, false> crc_;
+};
+
+void AddRun(const RunData& data, Checksum* sum) {
+  sum->Add(data.run.t);
+  for (const Channel& channel : data.run.channels) {
+    sum->Add(channel.name);
+    sum->Add(channel.values);
+  }
+  sum->Add(data.run.effort);
+  for (const Input& input : data.run.inputs) {
+    sum->Add(input.name);
+    sum->Add(input.values);
+  }
+  sum->Add(data.sigma);
+}
+
+void AddFree(const FreeParameter& free, Checksum* sum) {
+  sum->Add(free.parameter.name);
+  sum->Add(free.initial);
+  sum->Add(free.lower);
+  sum->Add(free.upper);
+  if (!free.prior) return;
+  sum->Add(free.prior->mean);
+  sum->Add(free.prior->std);
+}
+
+std::vector<double> Numbers(const Eigen::VectorXd& values) {
+  return {values.begin(), values.end()};
+}
+
+Eigen::VectorXd Vector(const Json& json) {
+  const auto values = json.get<std::vector<double>>();
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), values.size());
+}
+
+Json Written(const Solution& solution) {
+  Json runs = Json::array();
+  for (const Solution::Nodes& nodes : solution.runs) {
+    runs.push_back({{"samples", nodes.samples},
+                    {"states", std::vector<double>(
+                                   nodes.states.data(),
+                                   nodes.states.data() + nodes.states.size())}});
+  }
+  return {{"theta", Numbers(solution.theta)},
+          {"step", solution.rollout.step},
+          {"runs", std::move(runs)}};
+}
+
+Solution ReadSolution(const Json& json, const RolloutOptions& rollout) {
+  Solution solution;
+  solution.theta = Vector(json.at("theta"));
+  solution.rollout = rollout;
+  solution.rollout.step = json.at("step").get<double>();
+  for (const Json& run : json.at("runs")) {
+    Solution::Nodes nodes;
+    nodes.samples = run.at("samples").get<std::vector<int>>();
+    const auto states = run.at("states").get<std::vector<double>>();
+    const int segments = nodes.segments();
+    if (segments < 1 || states.size() % segments != 0) {
+      throw std::out_of_range("states of segments");
+    }
+    nodes.states = Eigen::Map<const RowMatrixXd>(states.data(), segments,
+                                                 states.size() / segments);
+    solution.runs.push_back(std::move(nodes));
+  }
+  return solution;
+}
+
+Json Written(const StageOutcome& outcome) {
+  Json history = Json::array();
+  for (const HistoryEntry& entry : outcome.history) {
+    history.push_back({{"iteration", entry.iteration},
+                       {"cost", entry.cost},
+                       {"time_s", entry.time_s},
+                       {"theta", Numbers(entry.theta)}});
+  }
+  const StageSummary& summary = outcome.summary;
+  return {{"doing", outcome.doing},
+          {"solution", Written(outcome.solution)},
+          {"converged", summary.converged},
+          {"message", summary.message},
+          {"stage_iterations", summary.iterations},
+          {"stage_evaluations", summary.evaluations},
+          {"cost", summary.cost},
+          {"iterations", outcome.iterations},
+          {"evaluations", outcome.evaluations},
+          {"history", std::move(history)}};
+}
+
+StageOutcome ReadOutcome(const Json& json, const RolloutOptions& rollout) {
+  StageOutcome outcome;
+  outcome.doing = json.at("doing");
+  outcome.solution = ReadSolution(json.at("solution"), rollout);
+  outcome.summary.converged = json.at("converged");
+  outcome.summary.message = json.at("message");
+  outcome.summary.iterations = json.at("stage_iterations");
+  outcome.summary.evaluations = json.at("stage_evaluations");
+  outcome.summary.cost = json.at("cost");
+  outcome.iterations = json.at("iterations");
+  outcome.evaluations = json.at("evaluations");
+  for (const Json& entry : json.at("history")) {
+    outcome.history.push_back({entry.at("iteration"), entry.at("cost"),
+                               entry.at("time_s"), Vector(entry.at("theta"))});
+  }
+  return outcome;
+}
+
+}  // namespace
+
+std::uint64_t ProblemChecksum(const ShootingProblem& problem) {
+  Checksum sum;
+  for (const auto& data : problem.runs()) AddRun(*data, &sum);
+  for (const Parameter& parameter : AllParameters(problem.model())) {
+    sum.Add(parameter.name);
+    sum.Add(parameter.nominal);
+  }
+  for (const FreeParameter& free : problem.free()) AddFree(free, &sum);
+  sum.Add(Numbers(problem.InitialTheta()));
+  const EstimationOptions& options = problem.options();
+  for (const double value :
+       {static_cast<double>(options.orientation), options.noise,
+        static_cast<double>(options.rollout.integrator), options.rollout.step,
+        static_cast<double>(options.rollout.linearization), options.segment,
+        static_cast<double>(options.loss), options.loss_scale,
+        static_cast<double>(options.max_iterations), options.step_error}) {
+    sum.Add(value);
+  }
+  return sum.value();
+}
+
+Checkpoint::Checkpoint(std::string file, const ShootingProblem& problem,
+                       bool resume)
+    : file_(std::move(file)), rollout_(problem.options().rollout) {
+  content_ = {{"sysid", SYSID_VERSION},
+              {"problem", ProblemChecksum(problem)},
+              {"stages", Json::array()}};
+  if (resume && std::filesystem::exists(file_)) Read();
+}
+
+void Checkpoint::Read() {
+  std::ifstream in(file_, std::ios::binary);
+  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+  Json read = Json::from_cbor(bytes, true, false);
+  const InputError damaged(file_, "is no checkpoint of sysid_fit, or damaged",
+                           "remove it, or leave --resume out");
+  if (!read.is_object()) throw damaged;
+  for (const char* const key : {"sysid", "problem"}) {
+    if (!read.contains(key) || read[key] != content_[key]) {
+      throw InputError(file_,
+                       "is the checkpoint of another fit: data, model, flags "
+                       "or version are not the same",
+                       "remove it, or leave --resume out");
+    }
+  }
+  try {
+    for (const Json& stage : read.at("stages")) ReadOutcome(stage, rollout_);
+  } catch (const std::exception&) {
+    throw damaged;
+  }
+  content_ = std::move(read);
+  resumed_ = content_["stages"].size();
+}
+
+std::optional<StageOutcome> Checkpoint::Next(const std::string& doing) {
+  Json& stages = content_["stages"];
+  if (next_ >= stages.size()) return std::nullopt;
+  StageOutcome outcome = ReadOutcome(stages[next_], rollout_);
+  if (outcome.doing != doing) {
+    // Of another way of the same fit: it goes on from here by itself.
+    stages.erase(stages.begin() + next_, stages.end());
+    return std::nullopt;
+  }
+  ++next_;
+  return outcome;
+}
+
+void Checkpoint::Keep(const StageOutcome& outcome) {
+  content_["stages"].push_back(Written(outcome));
+  ++next_;
+  const std::vector<std::uint8_t> bytes = Json::to_cbor(content_);
+  WriteFileAtomically(file_, std::string(bytes.begin(), bytes.end()));
+}
+
+void Checkpoint::Remove() const {
+  std::error_code ignored;
+  std::filesystem::remove(file_, ignored);
+}
+
+}  // namespace sysid

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "sysid/estimation/stage_log.h"
+
+namespace sysid {
+
+// The stages of a fit in a file, which is written anew after each of them,
+// whole or not at all (write_file.h): CBOR (RFC 8949) of
+//
+//   {"sysid": version, "problem": ProblemChecksum, "stages": [...]}
+//
+// with all numbers to their last bit.
+class Checkpoint : public StageLog {
+ public:
+  // Begins with the stages of the file where `resume` asks for it and there is
+  // one. Throws InputError where that is not whole, or of another problem.
+  Checkpoint(std::string file, const ShootingProblem& problem, bool resume);
+
+  std::optional<StageOutcome> Next(const std::string& doing) override;
+  void Keep(const StageOutcome& outcome) override;
+
+  const std::string& file() const { return file_; }
+  // Those of the file that the fit began with.
+  size_t resumed() const { return resumed_; }
+  // Of a fit whose result is written.
+  void Remove() const;
+
+ private:
+  void Read();
+
+  const std::string file_;
+  const RolloutOptions rollout_;
+  nlohmann::json content_;
+  size_t resumed_ = 0, next_ = 0;
+};
+
+// Of all that decides what a fit comes to: data with their noise, model, free
+// parameters, options; not the number of threads.
+std::uint64_t ProblemChecksum(const ShootingProblem& problem);
+
+}  // namespace sysid
