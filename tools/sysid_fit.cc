@@ -65,10 +65,8 @@ constexpr char kHelp[] =
   --check none|numbers|all   of the recordings (default: all)
   --threads N (default: all cores)    --seed N    --skip_bad_runs
   --json FILE|-              machine-readable result
-  --out DIR                  report.html to look at, fit.json, prediction.csv,
-                             identified.urdf
-  --resume                   go on with a fit that was ended: its stages are in
-                             DIR/checkpoint.cbor until its result is
+  --out DIR  --resume        report.html to look at, fit.json, prediction.csv,
+                             identified.urdf; go on there with a killed fit
   --sample N                 into DIR also N URDFs and samples.csv, drawn from
                              the normal distribution of the estimate (gmm: from
                              the mixture)

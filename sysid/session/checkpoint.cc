@@ -74,9 +74,9 @@ Json Written(const Solution& solution) {
   Json runs = Json::array();
   for (const Solution::Nodes& nodes : solution.runs) {
     runs.push_back({{"samples", nodes.samples},
-                    {"states", std::vector<double>(
-                                   nodes.states.data(),
-                                   nodes.states.data() + nodes.states.size())}});
+                    {"states", std::vector<double>(nodes.states.data(),
+                                                   nodes.states.data() +
+                                                       nodes.states.size())}});
   }
   return {{"theta", Numbers(solution.theta)},
           {"step", solution.rollout.step},

@@ -128,10 +128,12 @@ TEST_F(InterruptTest, EndsAtOnceTheSecondTime) {
 
 TEST_F(InterruptTest, IsNoInterruptWhereItIsIgnored) {
   // As a shell starts what it puts into the background.
-  RunningProgram fit(*folder_, "/bin/sh",
-                     {"-c", "trap '' INT; exec \"$0\" \"$@\"", SYSID_FIT,
-                      "--model", "pendulum2_planar", "--traj", "run.csv",
-                      "--free", "link1.length=0.4", "--json", "ignored.json"});
+  RunningProgram fit(
+      *folder_, "/bin/sh",
+      {"-c", "trap '' INT; echo ready; exec \"$0\" \"$@\"", SYSID_FIT,
+       "--model", "pendulum2_planar", "--traj", "run.csv", "--free",
+       "link1.length=0.4", "--json", "ignored.json"});
+  ASSERT_EQ(fit.Line(), "ready");
   while (!fit.EndsWithin(milliseconds(20))) fit.Signal(SIGINT);
   EXPECT_EQ(fit.Await(), 0);
   EXPECT_TRUE(Read("ignored.json")["converged"].get<bool>());
