@@ -2,8 +2,7 @@
 
 #include <string>
 
-#include "models/effects/coulomb_friction.h"
-#include "models/effects/effect.h"
+#include "models/effects/hinge_friction.h"
 
 namespace sysid {
 
@@ -16,10 +15,9 @@ namespace sysid {
 // -c (1 - a) to c (1 + a). Smoothed, s is qd / sqrt(qd^2 + v_s^2)
 // (coulomb_friction.h). It takes the place of Coulomb friction and viscous
 // damping.
-class AsymmetricFriction : public EffectOf<AsymmetricFriction> {
+class AsymmetricFriction : public HingeFriction<AsymmetricFriction> {
  public:
   static constexpr char kName[] = "asymmetric_friction";
-  static constexpr TargetKind kTarget = TargetKind::kJoint;
   static constexpr char kLaw[] =
       "-c (1 + a s) s - d (1 + b s) qd, s = sign(qd)";
   static constexpr char kShowsIn[] =
@@ -29,21 +27,11 @@ class AsymmetricFriction : public EffectOf<AsymmetricFriction> {
   static constexpr bool kOnlyNamed = true;
 
   AsymmetricFriction(const Mechanism& mechanism, const std::string& joint)
-      : EffectOf(kName, kEffortHook | kDryFrictionHook | kBesideDryHook,
-                 mechanism, joint),
-        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
+      : HingeFriction(kName, kBesideDryHook, mechanism, joint) {
     AddParameter(joint + ".friction", "{effort}", 0.01, 0.0);
     AddParameter(joint + ".damping", "{effort} s/{position}", 0.01, 0.0);
     AddParameter(joint + ".friction_asymmetry", "-", 0.1, -1.0, 1.0);
     AddParameter(joint + ".damping_asymmetry", "-", 0.1, -1.0, 1.0);
-  }
-
-  static bool Applies(JointType type) { return type != JointType::kSpherical; }
-
-  template <typename T>
-  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    tau[0] -= p[0] * SmoothSign(joint.qd[0], smoothing_speed_);
-    AddBesideDry(joint, p, tau);
   }
 
   template <typename T>
@@ -57,9 +45,6 @@ class AsymmetricFriction : public EffectOf<AsymmetricFriction> {
     const T speed = ValueOf(qd) < 0.0 ? T(-qd) : qd;
     tau[0] -= p[0] * p[2] + p[1] * (qd + p[3] * speed);
   }
-
- private:
-  double smoothing_speed_;
 };
 
 }  // namespace sysid

@@ -36,6 +36,18 @@ class EffectSet {
   std::vector<EffectParameter> parameters_;
 };
 
+// What an effect E may leave out.
+template <class E>
+bool AppliesTo(JointType type) {
+  if constexpr (requires { E::Applies(type); }) return E::Applies(type);
+  return true;
+}
+template <class E>
+constexpr bool IsTyped() {
+  if constexpr (requires { E::kTyped; }) return E::kTyped;
+  return false;
+}
+
 // Every effect that the toolkit can plant, fit and screen. The shipped ones are
 // listed in shipped_effects.h, a line each; a program may add its own.
 class Catalogue {
@@ -45,55 +57,46 @@ class Catalogue {
   template <class E>
   void Add() {
     entries_.push_back(
-        {E::kName, E::kTarget,
-         [](JointType type) {
-      if constexpr (requires { E::Applies(type); }) {
-        return E::Applies(type);
-      } else {
-        return true;
-      }
-         },
+        {E::kName, E::kTarget, AppliesTo<E>,
          [](const Mechanism& mechanism, const std::string& target) {
-      return std::shared_ptr<const Effect>(new E(mechanism, target));
+           return std::shared_ptr<const Effect>(new E(mechanism, target));
          },
-         requires { E::kTyped;
-  }});
-}  // namespace sysid
+         IsTyped<E>()});
+  }
 
-// "coulomb_friction@joint1" -> the effect. `place` says in errors where the
-// name was read ("--add"). Throws InputError for a name without '@', an
-// unknown effect or target (with the nearest known), a target of the wrong
-// kind or a joint on which the effect has no meaning.
-std::shared_ptr<const Effect> Make(const std::string& name,
-                                   const Mechanism& mechanism,
-                                   const std::string& place) const;
+  // "coulomb_friction@joint1" -> the effect. `place` says in errors where the
+  // name was read ("--add"). Throws InputError for a name without '@', an
+  // unknown effect or target (with the nearest known), a target of the wrong
+  // kind or a joint on which the effect has no meaning.
+  std::shared_ptr<const Effect> Make(const std::string& name,
+                                     const Mechanism& mechanism,
+                                     const std::string& place) const;
 
-std::vector<std::string> kinds() const;
-// Every effect on every target where it has a meaning, but for laws that a
-// user types.
-std::vector<std::string> Names(const Mechanism& mechanism) const;
-// Those of them that a diagnosis tries without being told, on any recording:
-// they read no inputs.
-std::vector<std::string> Candidates(const Mechanism& mechanism) const;
+  std::vector<std::string> kinds() const;
+  // Every effect on every target where it has a meaning, but for laws that a
+  // user types.
+  std::vector<std::string> Names(const Mechanism& mechanism) const;
+  // Those of them that a diagnosis tries without being told, on any recording:
+  // they read no inputs.
+  std::vector<std::string> Candidates(const Mechanism& mechanism) const;
 
-private:
-struct Entry {
-  std::string kind;
-  TargetKind target;
-  bool (*applies)(JointType);
-  std::shared_ptr<const Effect> (*make)(const Mechanism&, const std::string&);
-  // The name goes on behind the target, ": " and a law; `make` takes both.
-  bool typed = false;
+ private:
+  struct Entry {
+    std::string kind;
+    TargetKind target;
+    bool (*applies)(JointType);
+    std::shared_ptr<const Effect> (*make)(const Mechanism&, const std::string&);
+    // The name goes on behind the target, ": " and a law; `make` takes both.
+    bool typed;
+  };
+  std::vector<std::string> Targets(const Entry& entry,
+                                   const Mechanism& mechanism) const;
+  std::shared_ptr<const Effect> MakeOnFollower(const Entry& entry,
+                                               const Mechanism& mechanism,
+                                               const std::string& target,
+                                               const std::string& place) const;
+
+  std::vector<Entry> entries_;
 };
-std::vector<std::string> Targets(const Entry& entry,
-                                 const Mechanism& mechanism) const;
-std::shared_ptr<const Effect> MakeOnFollower(const Entry& entry,
-                                             const Mechanism& mechanism,
-                                             const std::string& target,
-                                             const std::string& place) const;
-
-std::vector<Entry> entries_;
-}
-;
 
 }  // namespace sysid

@@ -362,13 +362,11 @@ class EffectOf : public Effect {
     }
   }
   bool NeedsDrive() const override {
-    return (hooks() & (kInputHook | kInputDelayHook | kInputLagHook |
-                       kLimitHook | kReadsEffort)) != 0 ||
-           requires {
-      Derived::kNeedsDrive;
-    };
+    constexpr unsigned kOfDrives = kInputHook | kInputDelayHook |
+                                   kInputLagHook | kLimitHook | kReadsEffort;
+    if constexpr (requires { Derived::kNeedsDrive; }) return true;
+    return (hooks() & kOfDrives) != 0;
   }
-
   bool IsCandidate() const override {
     return !requires { Derived::kOnlyNamed; };
   }

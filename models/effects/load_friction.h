@@ -3,8 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "models/effects/coulomb_friction.h"
-#include "models/effects/effect.h"
+#include "models/effects/hinge_friction.h"
 
 namespace sysid {
 
@@ -13,28 +12,17 @@ namespace sysid {
 // u the drive's effort at the joint (Duclusaud et al., "Extended Friction
 // Models for the Physics Simulation of Servo Actuators", 2024: M2). Smoothed as
 // in coulomb_friction.h.
-class LoadFriction : public EffectOf<LoadFriction> {
+class LoadFriction : public HingeFriction<LoadFriction> {
  public:
   static constexpr char kName[] = "load_friction";
-  static constexpr TargetKind kTarget = TargetKind::kJoint;
   static constexpr char kLaw[] = "-mu |u| sign(qd), u the drive's effort";
   static constexpr char kShowsIn[] =
       "motion under light and heavy loads: it and other friction differ only "
       "where the load changes";
 
   LoadFriction(const Mechanism& mechanism, const std::string& joint)
-      : EffectOf(kName, kEffortHook | kDryFrictionHook | kReadsEffort,
-                 mechanism, joint),
-        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
+      : HingeFriction(kName, kReadsEffort, mechanism, joint) {
     AddParameter(joint + ".load_friction", "-", 0.1, 0.0, 1.0);
-  }
-
-  static bool Applies(JointType type) { return type != JointType::kSpherical; }
-
-  template <typename T>
-  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    const T& qd = joint.qd[0];
-    tau[0] -= DryFriction(joint, p, qd) * SmoothSign(qd, smoothing_speed_);
   }
 
   template <typename T>
@@ -43,17 +31,13 @@ class LoadFriction : public EffectOf<LoadFriction> {
     const T& u = joint.effort[0];
     return p[0] * (ValueOf(u) < 0.0 ? T(-u) : u);
   }
-
- private:
-  double smoothing_speed_;
 };
 
 // The same with another level near rest (M5 there): of the level
 //   (mu (1 - e) + mu_s e) |u|,  e = exp(-qd^2 / v^2).
-class LoadStribeckFriction : public EffectOf<LoadStribeckFriction> {
+class LoadStribeckFriction : public HingeFriction<LoadStribeckFriction> {
  public:
   static constexpr char kName[] = "load_stribeck_friction";
-  static constexpr TargetKind kTarget = TargetKind::kJoint;
   static constexpr char kLaw[] =
       "-mu |u| sign(qd), more of it at rest, u the drive's effort";
   static constexpr char kShowsIn[] =
@@ -62,9 +46,7 @@ class LoadStribeckFriction : public EffectOf<LoadStribeckFriction> {
   static constexpr bool kOnlyNamed = true;
 
   LoadStribeckFriction(const Mechanism& mechanism, const std::string& joint)
-      : EffectOf(kName, kEffortHook | kDryFrictionHook | kReadsEffort,
-                 mechanism, joint),
-        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
+      : HingeFriction(kName, kReadsEffort, mechanism, joint) {
     const double unit = IsPrismatic() ? 0.1 : 1.0;
     AddParameter(joint + ".load_friction", "-", 0.1, 0.0, 1.0);
     AddParameter(joint + ".static_load_friction", "-", 0.2, 0.0, 1.0);
@@ -74,16 +56,8 @@ class LoadStribeckFriction : public EffectOf<LoadStribeckFriction> {
                          0.02 * unit, 1e3 * unit);
   }
 
-  static bool Applies(JointType type) { return type != JointType::kSpherical; }
-
   void Subsume(std::vector<double>* values) const override {
     (*values)[1] = (*values)[0];
-  }
-
-  template <typename T>
-  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    const T& qd = joint.qd[0];
-    tau[0] -= DryFriction(joint, p, qd) * SmoothSign(qd, smoothing_speed_);
   }
 
   template <typename T>
@@ -93,19 +67,15 @@ class LoadStribeckFriction : public EffectOf<LoadStribeckFriction> {
     const T e = exp(-speed * speed / (p[2] * p[2]));
     return (p[0] + (p[1] - p[0]) * e) * (ValueOf(u) < 0.0 ? T(-u) : u);
   }
-
- private:
-  double smoothing_speed_;
 };
 
 // A gear that loses another part of the drive's effort u when it drives
 // (u qd > 0) than when it is driven (strain-wave and cycloidal gears; M6
 // there): dry friction of the level (a + b) |u| / 2 beside the force
 // -(a - b) u / 2, a and b the parts lost.
-class GearEfficiency : public EffectOf<GearEfficiency> {
+class GearEfficiency : public HingeFriction<GearEfficiency> {
  public:
   static constexpr char kName[] = "gear_efficiency";
-  static constexpr TargetKind kTarget = TargetKind::kJoint;
   static constexpr char kLaw[] =
       "-a |u| sign(qd) where the drive drives, -b |u| sign(qd) where it is "
       "driven";
@@ -115,21 +85,9 @@ class GearEfficiency : public EffectOf<GearEfficiency> {
   static constexpr bool kOnlyNamed = true;
 
   GearEfficiency(const Mechanism& mechanism, const std::string& joint)
-      : EffectOf(kName,
-                 kEffortHook | kDryFrictionHook | kBesideDryHook | kReadsEffort,
-                 mechanism, joint),
-        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
+      : HingeFriction(kName, kBesideDryHook | kReadsEffort, mechanism, joint) {
     AddParameter(joint + ".loss_driving", "-", 0.1, 0.0, 1.0);
     AddParameter(joint + ".loss_driven", "-", 0.1, 0.0, 1.0);
-  }
-
-  static bool Applies(JointType type) { return type != JointType::kSpherical; }
-
-  template <typename T>
-  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    const T& qd = joint.qd[0];
-    tau[0] -= DryFriction(joint, p, qd) * SmoothSign(qd, smoothing_speed_);
-    AddBesideDry(joint, p, tau);
   }
 
   template <typename T>
@@ -143,9 +101,6 @@ class GearEfficiency : public EffectOf<GearEfficiency> {
   void AddBesideDry(const JointState<T>& joint, const T* p, T* tau) const {
     tau[0] -= 0.5 * (p[0] - p[1]) * joint.effort[0];
   }
-
- private:
-  double smoothing_speed_;
 };
 
 }  // namespace sysid

@@ -3,8 +3,7 @@
 #include <cmath>
 #include <string>
 
-#include "models/effects/coulomb_friction.h"
-#include "models/effects/effect.h"
+#include "models/effects/hinge_friction.h"
 
 namespace sysid {
 
@@ -13,10 +12,9 @@ namespace sysid {
 //   tau = -(c sign(qd) + d qd) exp(-k (temperature - 20)),
 // c and d those at 20 deg C. It takes the place of Coulomb friction and viscous
 // damping, and is looked for where one of them is in the model.
-class ThermalFriction : public EffectOf<ThermalFriction> {
+class ThermalFriction : public HingeFriction<ThermalFriction> {
  public:
   static constexpr char kName[] = "thermal_friction";
-  static constexpr TargetKind kTarget = TargetKind::kJoint;
   static constexpr char kLaw[] =
       "-(c sign(qd) + d qd) exp(-k (temperature - 20))";
   static constexpr char kShowsIn[] =
@@ -25,23 +23,12 @@ class ThermalFriction : public EffectOf<ThermalFriction> {
   static constexpr double kReference = 20.0;  // deg C
 
   ThermalFriction(const Mechanism& mechanism, const std::string& joint)
-      : EffectOf(kName, kEffortHook | kDryFrictionHook | kBesideDryHook,
-                 mechanism, joint),
-        smoothing_speed_(FrictionSmoothingSpeed(IsPrismatic())) {
+      : HingeFriction(kName, kBesideDryHook, mechanism, joint) {
     AddParameter(joint + ".friction", "{effort}", 0.01, 0.0);
     AddParameter(joint + ".damping", "{effort} s/{position}", 0.01, 0.0);
     // A fifth less in ten kelvin.
     AddParameter(joint + ".thermal_rate", "1/K", 0.02, -0.5, 0.5);
     ReadsInput(joint + ".temperature", "deg C");
-  }
-
-  static bool Applies(JointType type) { return type != JointType::kSpherical; }
-
-  template <typename T>
-  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    const T& qd = joint.qd[0];
-    tau[0] -= DryFriction(joint, p, qd) * SmoothSign(qd, smoothing_speed_);
-    AddBesideDry(joint, p, tau);
   }
 
   template <typename T>
@@ -61,8 +48,6 @@ class ThermalFriction : public EffectOf<ThermalFriction> {
     using std::exp;
     return exp(p[2] * (T(kReference) - joint.inputs[0]));
   }
-
-  double smoothing_speed_;
 };
 
 }  // namespace sysid

@@ -51,6 +51,26 @@ void AddRun(const RunData& data, Checksum* sum) {
   sum->Add(data.sigma);
 }
 
+// Its topology, the values at which it stands, and its effects.
+void AddModel(const Model& model, Checksum* sum) {
+  for (const Joint& joint : model.mechanism().joints) {
+    sum->Add(joint.name);
+    sum->Add(ToString(joint.type));
+    sum->Add(static_cast<double>(joint.parent_link));
+    sum->Add(joint.axis.data(), sizeof(double) * 3);
+    sum->Add(joint.R_PJ.data(), sizeof(double) * 9);
+    if (!joint.mimic) continue;
+    sum->Add(joint.mimic->joint);
+    sum->Add(joint.mimic->multiplier);
+    sum->Add(joint.mimic->offset);
+  }
+  for (const Parameter& parameter : AllParameters(model)) {
+    sum->Add(parameter.name);
+    sum->Add(parameter.nominal);
+  }
+  for (const std::string& effect : model.effects().names()) sum->Add(effect);
+}
+
 void AddFree(const FreeParameter& free, Checksum* sum) {
   sum->Add(free.parameter.name);
   sum->Add(free.initial);
@@ -147,10 +167,7 @@ StageOutcome ReadOutcome(const Json& json, const RolloutOptions& rollout) {
 std::uint64_t ProblemChecksum(const ShootingProblem& problem) {
   Checksum sum;
   for (const auto& data : problem.runs()) AddRun(*data, &sum);
-  for (const Parameter& parameter : AllParameters(problem.model())) {
-    sum.Add(parameter.name);
-    sum.Add(parameter.nominal);
-  }
+  AddModel(problem.model(), &sum);
   for (const FreeParameter& free : problem.free()) AddFree(free, &sum);
   sum.Add(Numbers(problem.InitialTheta()));
   const EstimationOptions& options = problem.options();

@@ -86,6 +86,15 @@ TEST(ProblemChecksum, IsOfAllThatDecidesAFit) {
   EstimationOptions options = Problem().options();
   options.segment = 0.5;
   EXPECT_NE(ProblemChecksum(Problem().With(options)), sum);
+  // The same parameters of another mechanism.
+  Mechanism turned = Problem().model().mechanism();
+  turned.joints[0].axis *= -1.0;
+  const ShootingProblem problem = Problem();
+  const Model other = MakeModel(turned, Catalogue());
+  EXPECT_NE(
+      ProblemChecksum(ShootingProblem(
+          other, problem.free(), problem.shared_data(), problem.options())),
+      sum);
 }
 
 }  // namespace
