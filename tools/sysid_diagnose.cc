@@ -99,7 +99,7 @@ int Main() {
   request.assumes_inertia = true;
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
-      catalogue, session, SplitList(FLAGS_candidates, "--candidates"),
+      catalogue, session, SplitEffects(FLAGS_candidates, "--candidates"),
       "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   CheckOutputs(request, session);

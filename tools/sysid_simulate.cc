@@ -138,7 +138,7 @@ void ChangeModel(const Catalogue& catalogue, const std::string& file,
   const bool was_singular = !SingularJoints(*model).empty();
   std::vector<NamedValue> values;
   for (const NamedValue& added :
-       ExpandPatterns(SplitAssignments(FLAGS_add, "--add"), &NamedValue::name,
+       ExpandPatterns(SplitEffectValues(FLAGS_add, "--add"), &NamedValue::name,
                       EffectVocabulary(catalogue, model->mechanism()))) {
     const auto effect = catalogue.Make(added.name, model->mechanism(), "--add");
     if (!model->effects().Contains(added.name)) {

@@ -53,7 +53,7 @@ StudioSetup OpenSetup() {
   request.assumes_inertia = true;
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
-      catalogue, session, SplitList(FLAGS_candidates, "--candidates"),
+      catalogue, session, SplitEffects(FLAGS_candidates, "--candidates"),
       "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   // Hypotheses about the data take a fit: sysid_check asks them.

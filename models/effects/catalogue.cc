@@ -28,6 +28,15 @@ int MoverBelow(const Mechanism& mechanism, int link) {
   return -1;
 }
 
+[[noreturn]] void ThrowWithoutTarget(const std::string& name,
+                                     const Mechanism& mechanism,
+                                     const std::string& place) {
+  const std::vector<std::string> joints = mechanism.JointNames();
+  throw InputError(place, "effect '" + name + "' has no target",
+                   "write effect@target, for instance " + name + "@" +
+                       (joints.empty() ? "base" : joints.front()));
+}
+
 }  // namespace
 
 Catalogue::Catalogue() {
@@ -106,13 +115,7 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                                               const Mechanism& mechanism,
                                               const std::string& place) const {
   const size_t at = name.find('@');
-  if (at == std::string::npos) {
-    throw InputError(
-        place, "effect '" + name + "' has no target",
-        "write effect@target, for instance " + name + "@" +
-            (mechanism.JointNames().empty() ? std::string("base")
-                                            : mechanism.JointNames().front()));
-  }
+  if (at == std::string::npos) ThrowWithoutTarget(name, mechanism, place);
   const std::string kind = name.substr(0, at);
   std::string target = name.substr(at + 1);
   const auto entry =
@@ -123,8 +126,12 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                      NameHint(kind, kinds()));
   }
   std::string law;
+  const size_t comma = target.find(',');
   if (entry->target == TargetKind::kJointPair) {
     std::replace(target.begin(), target.end(), '+', ',');
+  } else if (!entry->typed && comma != std::string::npos) {
+    // A list's next entry.
+    ThrowWithoutTarget(target.substr(comma + 1), mechanism, place);
   }
   if (entry->typed) {
     const size_t colon = target.find(':');

@@ -27,7 +27,7 @@ void AddDiscrepancy(const ShootingProblem& problem, Fit* fit);
 // `given`, or where the law is off, e_0. With C the covariance of what the data
 // determines, U the moves that it does not, of unit variance each (Estimates),
 //
-//   z = (e - e_0)' (C_ee + U_e U_e')^-1 (e - e_0) (7.15)
+//   z = (e - e_0)' (C_ee + U_e U_e')^-1 (e - e_0)                       (7.15)
 //
 // is chi-squared. Where no efforts were measured masses and friction may be
 // scaled together: U takes friction to none, but the masses with it. So where

@@ -141,8 +141,11 @@ bool IsDriven(const Mechanism& mechanism, int joint,
 
 // Whether every run has what the effect reads.
 bool CanRead(const Effect& effect, const Session& session) {
-  return MissingInput(effect, session.runs).empty() &&
-         MissingInput(effect, session.holdout).empty();
+  const auto has = [&](const Run& run) {
+    return MissingInput(effect, run) == nullptr;
+  };
+  return std::all_of(session.runs.begin(), session.runs.end(), has) &&
+         std::all_of(session.holdout.begin(), session.holdout.end(), has);
 }
 
 }  // namespace

@@ -238,7 +238,7 @@ std::vector<AskedEffect> AddAsked(const FitRequest& request,
                                   const Catalogue& catalogue,
                                   Session* session) {
   std::vector<Located<std::string>> asked;
-  for (const NamedValue& effect : SplitAssignments(request.add, "--add")) {
+  for (const NamedValue& effect : SplitEffectValues(request.add, "--add")) {
     if (effect.value) {
       throw InputError("--add",
                        "'" + effect.name + "' has a value, which the fit finds",

@@ -10,67 +10,60 @@ namespace sysid {
 
 namespace {
 
-// Where the entry that begins at `from` ends: at a comma outside of
-// parentheses, as long as those are closed.
-size_t EntryEnd(const std::string& text, size_t from) {
+// Where the entry that begins at `from` ends: at a comma, with `nested` outside
+// of parentheses, as long as those are closed.
+size_t EntryEnd(const std::string& text, size_t from, bool nested) {
   int depth = 0;
   for (size_t i = from; i < text.size(); ++i) {
-    if (text[i] == '(') ++depth;
-    if (text[i] == ')') --depth;
+    if (nested && text[i] == '(') ++depth;
+    if (nested && text[i] == ')') --depth;
     if (text[i] == ',' && depth <= 0) return i;
   }
   return depth > 0 ? std::min(text.find(',', from), text.size()) : text.size();
 }
 
-// "custom@joint1: A; B" are two laws on one joint.
-void AddEntry(const std::string& part, std::vector<std::string>* parts) {
-  // An effect on a pair of joints, which are written with a comma or a plus.
-  if (!parts->empty() && part.find('@') == std::string::npos &&
-      parts->back().starts_with("gear_coupling@") &&
-      parts->back().find_first_of(",+*") == std::string::npos) {
-    parts->back() += "," + part;
-    return;
-  }
-  const size_t at = part.find('@'), colon = part.find(':');
-  if (at == std::string::npos || colon == std::string::npos || colon < at) {
-    parts->push_back(part);
-    return;
-  }
-  const std::string head = part.substr(0, colon + 1);
-  for (size_t from = colon + 1; from <= part.size();) {
-    const size_t end = std::min(part.find(';', from), part.size());
-    const std::string law(
-        Trim(std::string_view(part).substr(from, end - from)));
-    if (!law.empty()) parts->push_back(head + " " + law);
-    from = end + 1;
-  }
-}
-
-}  // namespace
-
-std::vector<std::string> SplitList(const std::string& text,
-                                   const std::string& place) {
+std::vector<std::string> Split(const std::string& text,
+                               const std::string& place, bool nested) {
   std::vector<std::string> parts;
   if (Trim(text).empty()) return parts;
   size_t from = 0;
   while (true) {
-    const size_t end = EntryEnd(text, from);
-    const std::string part(
-        Trim(std::string_view(text).substr(from, end - from)));
-    if (part.empty()) {
+    const size_t end = EntryEnd(text, from, nested);
+    parts.emplace_back(Trim(std::string_view(text).substr(from, end - from)));
+    if (parts.back().empty()) {
       throw InputError(place, "has an empty entry: '" + text + "'",
                        "separate entries by single commas");
     }
-    AddEntry(part, &parts);
     if (end == text.size()) return parts;
     from = end + 1;
   }
 }
 
-std::vector<NamedValue> SplitAssignments(const std::string& text,
-                                         const std::string& place) {
+// Whether an effect may go on behind a comma: "effect@joint1" of
+// "effect@joint1,joint2", on a pair of joints. (Catalogue::Make knows which are
+// of pairs.)
+bool MayGoOn(const std::string& effect) {
+  return effect.find('@') != std::string::npos &&
+         effect.find_first_of(":,+*=") == std::string::npos;
+}
+
+// "custom@joint1: A; B" are two laws on one joint.
+void AddLaws(const std::string& part, size_t colon,
+             std::vector<std::string>* effects) {
+  const std::string head = part.substr(0, colon + 1);
+  for (size_t from = colon + 1; from <= part.size();) {
+    const size_t end = std::min(part.find(';', from), part.size());
+    const std::string law(
+        Trim(std::string_view(part).substr(from, end - from)));
+    if (!law.empty()) effects->push_back(head + " " + law);
+    from = end + 1;
+  }
+}
+
+std::vector<NamedValue> ReadAssignments(const std::vector<std::string>& parts,
+                                        const std::string& place) {
   std::vector<NamedValue> result;
-  for (const std::string& part : SplitList(text, place)) {
+  for (const std::string& part : parts) {
     const size_t equals = part.find('=');
     NamedValue value{std::string(Trim(part.substr(0, equals))), {}, place};
     if (equals != std::string::npos) {
@@ -92,6 +85,40 @@ std::vector<NamedValue> SplitAssignments(const std::string& text,
     result.push_back(value);
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<std::string> SplitList(const std::string& text,
+                                   const std::string& place) {
+  return Split(text, place, false);
+}
+
+std::vector<std::string> SplitEffects(const std::string& text,
+                                      const std::string& place) {
+  std::vector<std::string> effects;
+  for (const std::string& part : Split(text, place, true)) {
+    const size_t at = part.find('@'), colon = part.find(':');
+    if (at != std::string::npos && colon != std::string::npos && at < colon) {
+      AddLaws(part, colon, &effects);
+    } else if (at == std::string::npos && !effects.empty() &&
+               MayGoOn(effects.back())) {
+      effects.back() += "," + part;
+    } else {
+      effects.push_back(part);
+    }
+  }
+  return effects;
+}
+
+std::vector<NamedValue> SplitAssignments(const std::string& text,
+                                         const std::string& place) {
+  return ReadAssignments(SplitList(text, place), place);
+}
+
+std::vector<NamedValue> SplitEffectValues(const std::string& text,
+                                          const std::string& place) {
+  return ReadAssignments(SplitEffects(text, place), place);
 }
 
 }  // namespace sysid

@@ -59,11 +59,10 @@ Run ReadGoodRun(const Session& session, const std::string& file,
   CheckTimes({run}, session.columns, session.model.mechanism());
   const EffectSet& effects = session.model.effects();
   for (int i = 0; i < effects.size(); ++i) {
-    const std::string missing = MissingInput(effects.effect(i), {run});
-    if (missing.empty()) continue;
+    const EffectInput* missing = MissingInput(effects.effect(i), run);
+    if (missing == nullptr) continue;
     throw InputError(file, effects.effect(i).name() + " reads " +
-                               missing.substr(0, missing.find(' ')) +
-                               ", which is not there");
+                               missing->name + ", which is not there");
   }
   return run;
 }
@@ -197,27 +196,28 @@ void NoteUndriven(const std::vector<Run>& runs, const std::vector<Run>& holdout,
 
 }  // namespace
 
-std::string MissingInput(const Effect& effect, const std::vector<Run>& runs) {
+const EffectInput* MissingInput(const Effect& effect, const Run& run) {
   for (const EffectInput& input : effect.inputs()) {
-    for (const Run& run : runs) {
-      if (!HasInput(run, input.name)) return input.name + " of " + run.name;
-    }
+    if (!HasInput(run, input.name)) return &input;
   }
-  return "";
+  return nullptr;
 }
 
 void CheckCanRead(const Effect& effect, const Session& session,
                   const std::string& place) {
-  std::string missing = MissingInput(effect, session.runs);
-  if (missing.empty()) missing = MissingInput(effect, session.holdout);
-  if (missing.empty()) return;
-  const std::string column = missing.substr(0, missing.find(' '));
-  throw InputError(place,
-                   effect.name() + " reads " + missing + ", which is not there",
-                   "record the column " + column +
-                       ", or map one to it: "
-                       "--columns " +
-                       column + "=COLUMN");
+  for (const std::vector<Run>* const runs : {&session.runs, &session.holdout}) {
+    for (const Run& run : *runs) {
+      const EffectInput* missing = MissingInput(effect, run);
+      if (missing == nullptr) continue;
+      const std::string& column = missing->name;
+      throw InputError(place,
+                       effect.name() + " reads " + column + " of " + run.name +
+                           ", which is not there",
+                       "record the column " + column +
+                           ", or map one to it: --columns " + column +
+                           "=COLUMN");
+    }
+  }
 }
 
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,

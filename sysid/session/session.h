@@ -100,9 +100,9 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue);
 // there.
 Session OpenModelSession(const FitRequest& request, const Catalogue& catalogue);
 
-// "joint1.cmd of run.csv", the first that an effect reads and a run does not
-// have; "" where there is none.
-std::string MissingInput(const Effect& effect, const std::vector<Run>& runs);
+// The first input that an effect reads and a run does not have; null where
+// there is none.
+const EffectInput* MissingInput(const Effect& effect, const Run& run);
 // Throws InputError at `place` for one of a session's runs.
 void CheckCanRead(const Effect& effect, const Session& session,
                   const std::string& place);

@@ -41,7 +41,7 @@ Studio::Model Studio::Admit(int id) const {
 void Studio::Start() { Launch({}); }
 
 void Studio::Add(int model, const std::string& effects) {
-  Change({Admit(model), SplitList(effects, "effect"), ""});
+  Change({Admit(model), SplitEffects(effects, "effect"), ""});
 }
 
 void Studio::Remove(int model, const std::string& effect) {

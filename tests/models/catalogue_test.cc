@@ -86,6 +86,9 @@ TEST(CatalogueErrors, SayHowToNameATarget) {
   EXPECT_EQ(ErrorOf("coulomb_friction"),
             "--add: effect 'coulomb_friction' has no target\n"
             "  hint: write effect@target, for instance coulomb_friction@slide");
+  // The next entry of a list, which only a pair of joints would take up.
+  EXPECT_EQ(ErrorOf("viscous_damping@hinge,coulomb_friction"),
+            ErrorOf("coulomb_friction"));
   EXPECT_EQ(ErrorOf("coulomb_friction", NoJoints()),
             "--add: effect 'coulomb_friction' has no target\n"
             "  hint: write effect@target, for instance coulomb_friction@base");

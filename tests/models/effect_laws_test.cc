@@ -25,8 +25,7 @@ using ::testing::ElementsAre;
 std::vector<double> EffortAt(const std::string& name,
                              const std::vector<double>& p,
                              const std::vector<double>& q,
-                             const std::vector<double>& qd,
-                             double effort = 0.0,
+                             const std::vector<double>& qd, double effort = 0.0,
                              const std::vector<double>& inputs = {}) {
   const Mechanism mechanism = AllJoints();
   const auto effect = Catalogue().Make(name, mechanism, "test");
@@ -307,9 +306,8 @@ TEST(ThermalFriction, FallsFromItsValuesAtTwentyDegrees) {
 
 TEST(PositionDrive, PullsTowardsItsCommand) {
   // Towards 1 from 0.4, at 2 rad/s.
-  EXPECT_NEAR(
-      HingeEffort("position_drive", {10.0, 0.5, 0.0}, 2.0, 0.0, {1.0}), 5.0,
-      1e-14);
+  EXPECT_NEAR(HingeEffort("position_drive", {10.0, 0.5, 0.0}, 2.0, 0.0, {1.0}),
+              5.0, 1e-14);
 }
 
 TEST(EffortLimit, IsTheTorqueSpeedLineOfAMotor) {
@@ -325,7 +323,7 @@ TEST(EffortLimit, IsTheTorqueSpeedLineOfAMotor) {
   EXPECT_EQ(given(2.0, 0.0), 2.0);
   EXPECT_EQ(given(5.0, 0.0), 3.0);
   EXPECT_EQ(given(-5.0, 0.0), -3.0);
-  EXPECT_NEAR(given(5.0, 4.0), 1.8, 1e-15);    // towards no-load speed
+  EXPECT_NEAR(given(5.0, 4.0), 1.8, 1e-15);  // towards no-load speed
   EXPECT_NEAR(given(-5.0, -4.0), -1.8, 1e-15);
   EXPECT_EQ(given(5.0, -4.0), 3.0);  // braking: no more than at rest
   EXPECT_EQ(given(5.0, 20.0), 0.0);  // above it

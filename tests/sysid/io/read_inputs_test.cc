@@ -1,10 +1,9 @@
-#include "sysid/io/read_run.h"
-
 #include <gmock/gmock.h>
 
 #include <string>
 #include <vector>
 
+#include "sysid/io/read_run.h"
 #include "tests/support/error_text.h"
 #include "tests/sysid/io/chain.h"
 

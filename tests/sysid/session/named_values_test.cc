@@ -25,15 +25,25 @@ TEST(SplitList, RefusesEmptyEntries) {
   }
 }
 
-TEST(SplitList, KeepsLawsAndPairsTogether) {
-  EXPECT_THAT(SplitList("a@b, custom@j: -min(k*q, c) + x, d@e", "--add"),
+// Files may be called anything.
+TEST(SplitList, SplitsAtEveryComma) {
+  EXPECT_THAT(SplitList("@runs.txt,a(1.csv,b@c.csv,d.csv", "--traj"),
+              ElementsAre("@runs.txt", "a(1.csv", "b@c.csv", "d.csv"));
+}
+
+TEST(SplitEffects, KeepsLawsAndPairsTogether) {
+  EXPECT_THAT(SplitEffects("a@b, custom@j: -min(k*q, c) + x, d@e", "--add"),
               ElementsAre("a@b", "custom@j: -min(k*q, c) + x", "d@e"));
-  EXPECT_THAT(SplitList("custom@j: -k*q; -b*qd^3 ;", "--candidates"),
+  EXPECT_THAT(SplitEffects("custom@j: -k*q; -b*qd^3 ;", "--candidates"),
               ElementsAre("custom@j: -k*q", "custom@j: -b*qd^3"));
-  EXPECT_THAT(SplitList("gear_coupling@a,b,c@d", "--add"),
+  EXPECT_THAT(SplitEffects("gear_coupling@a,b,c@d", "--add"),
               ElementsAre("gear_coupling@a,b", "c@d"));
-  EXPECT_THAT(SplitList("gear_coupling@a+b,c@d", "--add"),
+  EXPECT_THAT(SplitEffects("gear_coupling@a+b,c@d", "--add"),
               ElementsAre("gear_coupling@a+b", "c@d"));
+  // No more than a pair, and not behind a number.
+  EXPECT_THAT(SplitEffects("x@a,b,c", "--add"), ElementsAre("x@a,b", "c"));
+  EXPECT_THAT(SplitEffects("x@a=1,b", "--add"), ElementsAre("x@a=1", "b"));
+  EXPECT_THAT(SplitEffects("a,b@c", "--add"), ElementsAre("a", "b@c"));
 }
 
 TEST(SplitAssignments, ReadsNamesWithAndWithoutNumbers) {
