@@ -1,6 +1,7 @@
-// own_effect: two physical effects that the toolkit does not know, a spring
-// that hardens and an oil that warms up, added to its catalogue, planted in
-// simulations and found again by fits. docs/effects.md explains them.
+// own_effect: three physical effects that the toolkit does not know, a spring
+// that hardens, an oil that warms up and a rubber that creeps, added to its
+// catalogue, planted in simulations and found again by fits. docs/effects.md
+// explains them.
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -77,6 +78,43 @@ class OilDamping : public sysid::EffectOf<OilDamping> {
   int other_ = 0;
 };
 
+// A rubber that creeps: a spring in series with a damper (Maxwell's element),
+//   tau = -k (q - z),   T z' = q - z,
+// k in N m/rad. z is where the damper has crept to, which is a state.
+class RubberCreep : public sysid::EffectOf<RubberCreep> {
+ public:
+  static constexpr char kName[] = "rubber_creep";
+  static constexpr sysid::TargetKind kTarget = sysid::TargetKind::kJoint;
+  static constexpr char kShowsIn[] = "motion about as fast as it creeps";
+
+  RubberCreep(const sysid::Mechanism& mechanism, const std::string& joint)
+      : EffectOf(kName, sysid::kEffortHook | sysid::kStateRateHook, mechanism,
+                 joint) {
+    AddParameter(joint + ".rubber_stiffness", "{effort}/{position}", 0.1, 0.0,
+                 std::numeric_limits<double>::infinity());
+    AddSearchedParameter(joint + ".creep_time", "s", 0.3, {0.1, 0.3, 1.0}, 1e-3,
+                         1e3);
+    AddState(joint + ".crept", "{position}", 0.5);
+  }
+
+  static bool Applies(sysid::JointType type) {
+    return type != sysid::JointType::kSpherical;
+  }
+
+  template <typename T>
+  void AddEffort(const sysid::JointState<T>& joint, const T* p, T* tau) const {
+    tau[0] -= p[0] * (joint.q[0] - joint.z[0]);
+  }
+  template <typename T>
+  void StateRate(const sysid::JointState<T>& joint, const T* p, T* rate) const {
+    rate[0] = (joint.q[0] - joint.z[0]) / p[1];
+  }
+  template <typename T>
+  void StartState(const sysid::JointState<T>& joint, const T*, T* z) const {
+    z[0] = joint.q[0];  // it has rested there
+  }
+};
+
 namespace {
 
 using namespace sysid;
@@ -151,12 +189,16 @@ int main() {
     Catalogue catalogue;
     catalogue.Add<CubicSpring>();
     catalogue.Add<OilDamping>();
+    catalogue.Add<RubberCreep>();
     const bool spring =
         PlantAndFind(ModelWith(catalogue, "cubic_spring@joint1"),
                      "joint1.cubic_stiffness", 2.0, nullptr);
     const bool oil = PlantAndFind(ModelWith(catalogue, "oil_damping@joint1"),
                                   "joint1.oil_damping", 0.1, Temperature());
-    return spring && oil ? 0 : 1;
+    const bool rubber =
+        PlantAndFind(ModelWith(catalogue, "rubber_creep@joint1"),
+                     "joint1.rubber_stiffness", 2.0, nullptr);
+    return spring && oil && rubber ? 0 : 1;
   } catch (const InputError& error) {
     std::fprintf(stderr, "error: %s\n", error.what());
     return 2;

@@ -89,6 +89,7 @@ bool Stepper<T>::StepDry(double h, const T* held, T* x, Companion* companion) {
   jump_.resize(nv);
   dry_.resize(ws_->dry_bodies.size());
   const StateLayout& at = ws_->model().layout();
+  SeeStates(x);
   internal::Hold<T>(ws_, x + at.q(), x + at.qd(), held);
   for (size_t i = 0; i < dry_.size(); ++i) {
     dry_[i].body = ws_->dry_bodies[i];
@@ -159,6 +160,7 @@ bool Stepper<T>::Start(const T* held, T* x, bool* started,
                        Companion* companion) {
   const StateLayout& at = ws_->model().layout();
   const T *q = x + at.q(), *qd = x + at.qd();
+  SeeStates(x);
   for (DryJoint& joint : dry_) joint.passed = joint.settles = false;
   *started = false;
   if (internal::TakeSigns(ws_, qd)) return true;
@@ -194,6 +196,7 @@ template <class Companion>
 bool Stepper<T>::Stop(int body, const T* held, T* x, Companion* companion) {
   const StateLayout& at = ws_->model().layout();
   const T *q = x + at.q(), *qd = x + at.qd();
+  SeeStates(x);
   if (!ForwardDynamics<T>(ws_, q, qd, held, before_qdd_.data())) return false;
   T& rate = x[at.qd() + ws_->model().bodies()[body].v_index];
   rate -= T(ValueOf(rate));  // to the last bit; its derivative stays
@@ -301,8 +304,10 @@ bool Stepper<T>::Margin(const DryJoint& joint, double h, const T* held,
   const DryMode mode = ws_->bodies[joint.body].dry;
   internal::NoCompanion alone;
   std::copy(first_qdd_.begin(), first_qdd_.end(), qdd_.begin());
+  if (at.nz() > 0) internal::Hold<T>(ws_, x + at.q(), x + at.qd(), held);
   if (!StepRungeKutta4(h, held, x, end_x_.data(), &alone, true)) return false;
   const T* qd = end_x_.data() + at.qd();
+  SeeStates(end_x_.data());
   if (mode != DryMode::kRests) {
     *margin = internal::SignOf(mode) * ValueOf(qd[joint.v]);
     return true;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "glog/logging.h"
 #include "models/math/rotation.h"
 
 // Of a DynamicsTangent what there is once, and the columns; the point is in
@@ -17,7 +18,7 @@ constexpr unsigned kCoveredHooks =
     kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
     kInputHook | kMeasurementHook | kInputDelayHook | kDryFrictionHook |
     kBesideDryHook | kDriveHook | kLimitHook | kInputLagHook | kOwnDelayHook |
-    kRatesHook | kReadsEffort;
+    kRatesHook | kReadsEffort | kStateRateHook | kMoveStateHook;
 
 bool Moves(const Jet8& x) { return (x.v.array() != 0.0).any(); }
 
@@ -99,6 +100,11 @@ DynamicsTangent::DynamicsTangent(const Model& model)
       points_[law.body].has_effort = true;
       efforts_.push_back(law);
     }
+    if (effect.hooks() & kStateRateHook) {
+      const int child = model.mechanism().joints[effect.joint()].child_link;
+      law.body = model.placement(child).body;
+      AddWideLaw(i, law, true);
+    }
     if (effect.hooks() & kLinkForceHook) {
       law.body = model.placement(effect.link()).body;
       if (law.body >= 0) link_forces_.push_back(law);
@@ -118,15 +124,20 @@ DynamicsTangent::DynamicsTangent(const Model& model)
   wide_lanes_.resize(model.nv());
 }
 
-void DynamicsTangent::AddWideLaw(int i, const Law& law) {
+void DynamicsTangent::AddWideLaw(int i, const Law& law, bool rate) {
   const Effect& effect = model_->effects().effect(i);
   WideLaw wide;
   wide.law = law;
-  wide.of = law.body < 0                  ? WideLaw::Of::kGravity
+  const int states = static_cast<int>(effect.states().size());
+  wide.of = rate                          ? WideLaw::Of::kRate
+            : law.body < 0                ? WideLaw::Of::kGravity
             : effect.hooks() & kDriveHook ? WideLaw::Of::kDrive
             : effect.hooks() & kLimitHook ? WideLaw::Of::kLimit
                                           : WideLaw::Of::kJoint;
+  wide.rows = rate ? states : law.body < 0 ? 3 : 1;
+  CHECK_LE(wide.rows, 3) << effect.name();
   wide.first_held = model_->held_index(i);
+  wide.first_z = states > 0 ? model_->z_index(i) : 0;
   const auto add = [&](Argument::Of of, int place, int v) {
     wide.arguments.push_back({of, place, v});
   };
@@ -150,30 +161,36 @@ void DynamicsTangent::AddWideLaw(int i, const Law& law) {
     const int place = wide.first_held + static_cast<int>(k);
     add(Argument::Of::kHeld, place, place);
   }
+  for (int k = 0; k < states; ++k) {
+    add(Argument::Of::kZ, wide.first_z + k, wide.first_z + k);
+  }
   wide.q.resize(model_->nq());
   wide.qd.resize(model_->nv());
   wide.held.resize(model_->held_size());
+  wide.z.resize(model_->layout().nz());
   wide_.push_back(std::move(wide));
 }
 
 Lanes DynamicsTangent::WideColumn(const WideLaw& wide,
                                   const ParameterColumns& theta,
-                                  const Lanes* dq, const Lanes* dqd,
-                                  const Lanes* dheld, int row) const {
+                                  const Moved& moved, int row) const {
   Lanes d = ZeroLanes();
   for (const Argument& x : wide.arguments) {
     switch (x.of) {
       case Argument::Of::kQ:
-        d += dq[x.v] * x.by[row];
+        d += moved.dq[x.v] * x.by[row];
         break;
       case Argument::Of::kQd:
-        d += dqd[x.v] * x.by[row];
+        d += moved.dqd[x.v] * x.by[row];
         break;
       case Argument::Of::kHeld:
-        if (dheld != nullptr) d += dheld[x.v] * x.by[row];
+        if (moved.dheld != nullptr) d += moved.dheld[x.v] * x.by[row];
         break;
       case Argument::Of::kEffort:
         d += drive_lanes_[x.v] * x.by[row];
+        break;
+      case Argument::Of::kZ:
+        d += moved.dz[x.v] * x.by[row];
     }
   }
   for (size_t j = 0; j < wide.law.p.size(); ++j) {
@@ -185,15 +202,14 @@ Lanes DynamicsTangent::WideColumn(const WideLaw& wide,
 
 // (2.33): what the drives give, to drive_lanes_, and what laws give beside it.
 void DynamicsTangent::WideColumns(const ParameterColumns& theta,
-                                  const Lanes* dq, const Lanes* dqd,
-                                  const Lanes* dheld) {
+                                  const Moved& by) {
   for (size_t v = 0; v < drive_lanes_.size(); ++v) {
-    drive_lanes_[v] = dheld == nullptr ? ZeroLanes() : dheld[v];
+    drive_lanes_[v] = by.dheld == nullptr ? ZeroLanes() : by.dheld[v];
     wide_lanes_[v] = ZeroLanes();
   }
   for (const WideLaw& wide : wide_) {
-    if (wide.of == WideLaw::Of::kGravity) continue;
-    const Lanes d = WideColumn(wide, theta, dq, dqd, dheld, 0);
+    if (wide.of > WideLaw::Of::kJoint) continue;
+    const Lanes d = WideColumn(wide, theta, by, 0);
     switch (wide.of) {
       case WideLaw::Of::kDrive:
         drive_lanes_[wide.v] += d;
@@ -207,28 +223,38 @@ void DynamicsTangent::WideColumns(const ParameterColumns& theta,
   }
 }
 
-void DynamicsTangent::Columns(const ParameterColumns& theta, const Lanes* dq,
-                              const Lanes* dqd, const Lanes* dheld,
+void DynamicsTangent::RateColumns(const ParameterColumns& theta,
+                                  const Moved& by, Lanes* rate) const {
+  std::fill_n(rate, model_->layout().nz(), ZeroLanes());
+  for (const WideLaw& wide : wide_) {
+    if (wide.of != WideLaw::Of::kRate) continue;
+    for (int k = 0; k < wide.rows; ++k) {
+      rate[wide.first_z + k] = WideColumn(wide, theta, by, k);
+    }
+  }
+}
+
+void DynamicsTangent::Columns(const ParameterColumns& theta, const Moved& by,
                               Lanes* dqdd) {
-  MoveColumns(theta, dq, dqd, dheld);
+  MoveColumns(theta, by);
   ForceColumns(theta);
-  if (!link_forces_.empty()) LinkForceColumns(theta, dq, dqd);
-  EffortColumns(theta, dq, dqd, dheld);
-  ArticulateColumns(theta, dq);
+  if (!link_forces_.empty()) LinkForceColumns(theta, by.dq, by.dqd);
+  EffortColumns(theta, by);
+  ArticulateColumns(theta, by.dq);
   AccelerateColumns(dqdd);
 }
 
 // (2.18), (2.19), outwards.
 void DynamicsTangent::MoveColumns(const ParameterColumns& theta,
-                                  const Lanes* dq, const Lanes* dqd,
-                                  const Lanes* dheld) {
+                                  const Moved& by) {
+  const Lanes *dq = by.dq, *dqd = by.dqd;
   Lanes3 root_a = theta.gravity_moves ? theta.gravity * -1.0 : ZeroLanes3();
   if (moves_gravity_) {
     for (const WideLaw& wide : wide_) {
       if (wide.of != WideLaw::Of::kGravity) continue;
-      root_a.x -= WideColumn(wide, theta, dq, dqd, dheld, 0);
-      root_a.y -= WideColumn(wide, theta, dq, dqd, dheld, 1);
-      root_a.z -= WideColumn(wide, theta, dq, dqd, dheld, 2);
+      root_a.x -= WideColumn(wide, theta, by, 0);
+      root_a.y -= WideColumn(wide, theta, by, 1);
+      root_a.z -= WideColumn(wide, theta, by, 2);
     }
   }
   for (size_t i = 0; i < lanes_.size(); ++i) {
@@ -358,11 +384,10 @@ void DynamicsTangent::LinkForceColumns(const ParameterColumns& theta,
 
 // What the drives and the effects give, of (2.22): d tau, less d J_a qdd.
 void DynamicsTangent::EffortColumns(const ParameterColumns& theta,
-                                    const Lanes* dq, const Lanes* dqd,
-                                    const Lanes* dheld) {
-  const Lanes* dtau = dheld;
+                                    const Moved& moved) {
+  const Lanes *dq = moved.dq, *dqd = moved.dqd, *dtau = moved.dheld;
   if (!wide_.empty()) {
-    WideColumns(theta, dq, dqd, dheld);
+    WideColumns(theta, moved);
     dtau = drive_lanes_.data();
   }
   for (size_t i = 0; i < lanes_.size(); ++i) {

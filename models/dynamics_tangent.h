@@ -55,10 +55,16 @@ class DynamicsTangent {
   void SetPoint(const Workspace<double>& ws, const double* q, const double* qd,
                 const double* qdd);
 
-  // Eight columns: nv lanes in (dheld: held_size, or null where what is held
-  // stays), nv lanes out.
-  void Columns(const ParameterColumns& theta, const Lanes* dq, const Lanes* dqd,
-               const Lanes* dheld, Lanes* dqdd);
+  // By how much eight columns move what qdd depends on: nv lanes each of dq and
+  // dqd, held_size of dheld, or null where what is held stays, and nz of dz.
+  struct Moved {
+    const Lanes *dq, *dqd, *dheld, *dz;
+  };
+  // Eight columns: nv lanes out.
+  void Columns(const ParameterColumns& theta, const Moved& by, Lanes* dqdd);
+  // Then those of the rates of z, nz lanes; zero for what has none (StateRate).
+  void RateColumns(const ParameterColumns& theta, const Moved& by,
+                   Lanes* rate) const;
 
  private:
   // Numbers of the evaluation, apart from what the workspace holds.
@@ -102,39 +108,37 @@ class DynamicsTangent {
   // What a law of a hinge or slide reads, beside its parameters, or the law of
   // gravity; and by how much it moves with it.
   struct Argument {
-    enum class Of { kQ, kQd, kHeld, kEffort } of;
-    int place;  // in q, in qd or in what is held
-    int v;      // in dq or dqd; in what is held
+    enum class Of { kQ, kQd, kHeld, kEffort, kZ } of;
+    int place;  // in q, in qd, in what is held or in z
+    int v;      // in dq or dqd; in what is held or in dz
     double by[3] = {0.0, 0.0, 0.0};
   };
-  // A law that reads more than its joint (Effect::ReadsMore).
+  // A law that reads more than its joint (Effect::ReadsMore), or the rate of
+  // what an effect remembers.
   struct WideLaw {
-    enum class Of { kDrive, kLimit, kJoint, kGravity } of;
+    enum class Of { kDrive, kLimit, kJoint, kGravity, kRate } of;
     Law law;
-    int v = -1;  // of its joint; -1 of gravity
-    int first_held = 0;
+    int v = -1;    // of its joint; -1 of gravity
+    int rows = 1;  // numbers that come out
+    int first_held = 0, first_z = 0;
     std::vector<Argument> arguments;
-    std::vector<Jet8> q, qd, held;  // scratch
+    std::vector<Jet8> q, qd, held, z;  // scratch
   };
 
   void SetBody(int i, const double* qd, const double* qdd);
   void DifferentiateEffort(const double* q, const double* qd, Law* law);
   void DifferentiateLinkForce(Law* law);
-  void AddWideLaw(int effect, const Law& law);
+  void AddWideLaw(int effect, const Law& law, bool rate = false);
   void DifferentiateWide(const double* q, const double* qd, WideLaw* wide);
   // How a wide law moves.
   Lanes WideColumn(const WideLaw& wide, const ParameterColumns& theta,
-                   const Lanes* dq, const Lanes* dqd, const Lanes* dheld,
-                   int row) const;
-  void WideColumns(const ParameterColumns& theta, const Lanes* dq,
-                   const Lanes* dqd, const Lanes* dheld);
-  void MoveColumns(const ParameterColumns& theta, const Lanes* dq,
-                   const Lanes* dqd, const Lanes* dheld);
+                   const Moved& by, int row) const;
+  void WideColumns(const ParameterColumns& theta, const Moved& by);
+  void MoveColumns(const ParameterColumns& theta, const Moved& by);
   void ForceColumns(const ParameterColumns& theta);
   void LinkForceColumns(const ParameterColumns& theta, const Lanes* dq,
                         const Lanes* dqd);
-  void EffortColumns(const ParameterColumns& theta, const Lanes* dq,
-                     const Lanes* dqd, const Lanes* dheld);
+  void EffortColumns(const ParameterColumns& theta, const Moved& by);
   void ArticulateColumns(const ParameterColumns& theta, const Lanes* dq);
   void AccelerateColumns(Lanes* dqdd);
 

@@ -173,7 +173,8 @@ void DynamicsTangent::DifferentiateWide(const double* q, const double* qd,
   Law& law = wide->law;
   const int count = static_cast<int>(wide->arguments.size());
   const int total = count + static_cast<int>(law.p.size());
-  const int rows = wide->v < 0 ? 3 : 1;
+  const double* z =
+      ws_->z != nullptr ? ws_->z : ws_->nothing.data();  // of the point
   Jet8 effort;
   for (int begin = 0; begin < total; begin += kLanes) {
     if (wide->v >= 0) effort = Jet8(drive_[wide->v]);
@@ -191,6 +192,9 @@ void DynamicsTangent::DifferentiateWide(const double* q, const double* qd,
           break;
         case Argument::Of::kEffort:
           effort = Seeded(drive_[x.place], s - begin);
+          break;
+        case Argument::Of::kZ:
+          wide->z[x.place] = Seeded(z[x.place], s - begin);
       }
     }
     for (int k = 0; k < total - count; ++k) {
@@ -211,8 +215,11 @@ void DynamicsTangent::DifferentiateWide(const double* q, const double* qd,
                                    &effort,
                                    inputs,
                                    wide->q.data(),
-                                   wide->qd.data()};
-      if (wide->of == WideLaw::Of::kLimit) {
+                                   wide->qd.data(),
+                                   wide->z.data() + wide->first_z};
+      if (wide->of == WideLaw::Of::kRate) {
+        law.hooks->StateRate(joint, law.p.data(), out.data());
+      } else if (wide->of == WideLaw::Of::kLimit) {
         out[0] = effort;
         law.hooks->LimitDrive(joint, law.p.data(), out.data());
       } else {
@@ -223,7 +230,7 @@ void DynamicsTangent::DifferentiateWide(const double* q, const double* qd,
     }
     const int end = std::min(begin + kLanes, total);
     for (int s = begin; s < end; ++s) {
-      const Vector3d by = ColumnOf(out.data(), rows, s - begin);
+      const Vector3d by = ColumnOf(out.data(), wide->rows, s - begin);
       if (s >= count) {
         law.by_p[s - count] = by;
       } else {

@@ -4,6 +4,7 @@
 
 #include "models/dry_friction-impl.h"
 #include "models/integrator.h"
+#include "models/internal_state-impl.h"
 #include "models/math/rotation.h"
 
 // Definition of integrator.h's templates; included only where they are
@@ -76,6 +77,8 @@ Stepper<T>::Stepper(Integrator integrator, Workspace<T>* workspace)
   for (std::vector<T>* part : {&u_, &v_, &rate_, &sum_u_, &sum_v_, &qdd_}) {
     part->resize(ws_->model().nv());
   }
+  z_rate_.resize(ws_->model().layout().nz());
+  sum_z_.resize(z_rate_.size());
 }
 
 template <typename T>
@@ -87,11 +90,26 @@ bool Stepper<T>::Step(double h, const T* held, T* x) {
 template <typename T>
 template <class Companion>
 bool Stepper<T>::StepWith(double h, const T* held, T* x, Companion* companion) {
+  bool ok = false;
   if (integrator_ == Integrator::kSemiImplicitEuler) {
-    return StepEuler(h, held, x, companion);
+    ok = StepEuler(h, held, x, companion);
+  } else if (ws_->dry_bodies.empty()) {
+    ok = StepRungeKutta4(h, held, x, x, companion);
+  } else {
+    ok = StepDry(h, held, x, companion);
   }
-  return ws_->dry_bodies.empty() ? StepRungeKutta4(h, held, x, x, companion)
-                                 : StepDry(h, held, x, companion);
+  ws_->z = nullptr;
+  return ok;
+}
+
+template <typename T>
+void Stepper<T>::MoveStates(double h, const std::vector<T>& rate, const T* from,
+                            T* to) {
+  const StateLayout& at = ws_->model().layout();
+  for (int i = 0; i < at.nz(); ++i) {
+    to[at.z() + i] = from[at.z() + i] + rate[i] * h;
+  }
+  internal::MoveStatesAlong<T>(*ws_, from, to);
 }
 
 template <typename T>
@@ -101,20 +119,26 @@ bool Stepper<T>::StepEuler(double h, const T* held, T* x,
   const Model& model = ws_->model();
   const StateLayout& at = model.layout();
   const T* qd = x + at.qd();
+  SeeStates(x);
   if (!ForwardDynamics<T>(ws_, x + at.q(), qd, held, qdd_.data())) return false;
   companion->Accelerated(x + at.q(), qd, qdd_.data());
+  if (at.nz() > 0) {
+    internal::StateRates<T>(*ws_, x + at.q(), qd, z_rate_.data());
+    start_x_.assign(x, x + at.size());
+  }
   for (int i = 0; i < at.nv(); ++i) {
     u_[i] = (qd[i] + qdd_[i] * h) * h;
     v_[i] = qdd_[i] * h;
   }
   internal::Advance<T>(model, x, u_.data(), v_.data(), x);
+  if (at.nz() > 0) MoveStates(h, z_rate_, start_x_.data(), x);
   companion->Moved(h, u_.data());
   return true;
 }
 
 // With stage tangents u_s = h a_s k_{s-1}, positions q_s = q Exp(u_s) and
 // k_s = J_r(u_s)^-1 qd_s:  q+ = q Exp(h (k_1 + 2 k_2 + 2 k_3 + k_4) / 6), and
-// the same sum of accelerations for qd.                                (3.3)
+// the same sum of accelerations for qd, and of its rates for z.        (3.3)
 template <typename T>
 template <class Companion>
 bool Stepper<T>::StepRungeKutta4(double h, const T* held, const T* x, T* out,
@@ -122,11 +146,13 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* held, const T* x, T* out,
   const Model& model = ws_->model();
   using internal::kAhead, internal::kWeight;
   const StateLayout& at = model.layout();
-  const int nv = at.nv();
+  const int nv = at.nv(), nz = at.nz();
+  if (nz > 0) start_x_.assign(x, x + at.size());  // `out` may be x
   std::copy_n(x, at.size(), stage_x_.begin());
   std::copy_n(x + at.qd(), nv, rate_.begin());  // J_r(0) = 1
   const T* stage_q = stage_x_.data() + at.q();
   const T* stage_qd = stage_x_.data() + at.qd();
+  SeeStates(stage_x_.data());
   for (int stage = 0; stage < 4; ++stage) {
     if (!(started && stage == 0) &&
         !ForwardDynamics<T>(ws_, stage_q, stage_qd, held, qdd_.data())) {
@@ -142,12 +168,22 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* held, const T* x, T* out,
         sum_v_[i] += qdd_[i] * kWeight[stage];
       }
     }
+    if (nz > 0) {
+      internal::StateRates<T>(*ws_, stage_q, stage_qd, z_rate_.data());
+      for (int i = 0; i < nz; ++i) {
+        const T z = z_rate_[i] * kWeight[stage];
+        sum_z_[i] = stage == 0 ? z : sum_z_[i] + z;
+      }
+    }
     if (stage == 3) break;
     for (int i = 0; i < nv; ++i) {
       u_[i] = rate_[i] * (h * kAhead[stage]);
       v_[i] = qdd_[i] * (h * kAhead[stage]);
     }
     internal::Advance<T>(model, x, u_.data(), v_.data(), stage_x_.data());
+    if (nz > 0) {
+      MoveStates(h * kAhead[stage], z_rate_, start_x_.data(), stage_x_.data());
+    }
     internal::TangentRate<T>(model, u_.data(), stage_qd, rate_.data());
     companion->MovedStage(stage, h, u_.data(), stage_qd);
   }
@@ -156,6 +192,7 @@ bool Stepper<T>::StepRungeKutta4(double h, const T* held, const T* x, T* out,
     v_[i] = sum_v_[i] * h;
   }
   internal::Advance<T>(model, x, u_.data(), v_.data(), out);
+  if (nz > 0) MoveStates(h, sum_z_, start_x_.data(), out);
   companion->MovedStage(3, h, u_.data(), stage_qd);
   return true;
 }

@@ -54,6 +54,13 @@ class Stepper {
   template <class Companion>
   bool StepRungeKutta4(double h, const T* held, const T* x, T* out,
                        Companion* companion, bool started = false);
+  // Evaluations are at the state x from here on.
+  void SeeStates(const T* x) {
+    const StateLayout& at = ws_->model().layout();
+    if (at.nz() > 0) ws_->z = x + at.z();
+  }
+  // z of `to`, h seconds after `from` at these rates.
+  void MoveStates(double h, const std::vector<T>& rate, const T* from, T* to);
 
   // Steps with dry friction (dry_step-impl.h).
 
@@ -98,6 +105,7 @@ class Stepper {
   Integrator integrator_;
   Workspace<T>* ws_;
   std::vector<T> stage_x_, u_, v_, rate_, sum_u_, sum_v_, qdd_;
+  std::vector<T> start_x_, z_rate_, sum_z_;        // where the state has z
   std::vector<T> end_x_, first_qdd_, before_qdd_;  // with dry friction
   std::vector<DryJoint> dry_;                      // one for each dry body
   std::vector<double> jump_;

@@ -110,6 +110,7 @@ void Model::AddEffect(std::shared_ptr<const Effect> effect,
   values.insert(values.end(), own_values.begin(), own_values.end());
   kept.Add(std::move(effect));
   effects_ = std::move(kept);
+  layout_ = StateLayout(mechanism_, effects_.state_count());
   nominal_.effects = std::move(values);
 }
 

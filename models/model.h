@@ -77,6 +77,12 @@ class Model {
   int held_index(int effect) const {
     return nv() + effects_.first_input(effect);
   }
+  // Where the states of an effect begin in z; -1: it has none.
+  int z_index(int effect) const {
+    return effects_.effect(effect).states().empty()
+               ? -1
+               : effects_.first_state(effect);
+  }
 
  private:
   void SetFollower(Body* body) const;

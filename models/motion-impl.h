@@ -221,6 +221,9 @@ JointState<T> JointOf(const Workspace<T>& ws,
     joint.all_q = q;
     joint.all_qd = qd;
   }
+  if (effect.first_z >= 0) {
+    joint.z = (ws.z == nullptr ? ws.nothing.data() : ws.z) + effect.first_z;
+  }
   return joint;
 }
 

@@ -5,8 +5,8 @@
 
 namespace sysid {
 
-// A state x = (q, qd) and its tangent dx = (dq, dqd), as StateLayout places
-// them. A spherical joint's dq is a rotation vector in the child's axes:
+// A state x = (q, qd, z) and its tangent dx = (dq, dqd, dz), as StateLayout
+// places them. A spherical joint's dq is a rotation vector in the child's axes:
 //
 //   x [+] dx = (q Exp(dq), Exp(dq)^T (qd + dqd))                       (3.1)
 //   x1 [-] x0 = (Log(q0* q1), Exp(dq) qd1 - qd0)                       (3.2)
@@ -42,6 +42,9 @@ void BoxPlus(const Model& model, const T* x, const T* dx, T* out) {
       qd_out[0] = qd[0] + dqd[0];
     }
   }
+  for (int i = 0; i < at.nz(); ++i) {
+    out[at.z() + i] = x[at.z() + i] + dx[at.dz() + i];
+  }
 }
 
 // (3.2).
@@ -69,9 +72,12 @@ void BoxMinus(const Model& model, const T* x1, const T* x0, T* dx) {
       dqd[0] = qd1[0] - qd0[0];
     }
   }
+  for (int i = 0; i < at.nz(); ++i) {
+    dx[at.dz() + i] = x1[at.z() + i] - x0[at.z() + i];
+  }
 }
 
-// The neutral configuration at rest.
+// The neutral configuration at rest, z = 0.
 inline Eigen::VectorXd NeutralState(const Model& model) {
   const StateLayout& at = model.layout();
   Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());

@@ -7,8 +7,11 @@ namespace sysid {
 // Where the numbers of a state are; no other type knows. The state and the
 // tangent by which two states differ (state.h) are
 //
-//   x = (q, qd),     size() = nq() + nv() numbers,
-//   dx = (dq, dqd),  tangent_size() = nv() + nv() numbers.
+//   x = (q, qd, z),      size() = nq() + nv() + nz() numbers,
+//   dx = (dq, dqd, dz),  tangent_size() = nv() + nv() + nz() numbers.
+//
+// z is what effects remember (EffectSet::states()), plain numbers; most models
+// have none.
 //
 // A joint has ConfigurationSize(type) numbers in q and VelocitySize(type) in
 // each of qd, dq and dqd: a spherical joint's quaternion has four numbers, and
@@ -16,17 +19,19 @@ namespace sysid {
 // or dx, the whole of it or that of one joint (a Joint or a Body).
 class StateLayout {
  public:
-  explicit StateLayout(const Mechanism& mechanism)
-      : nq_(mechanism.nq), nv_(mechanism.nv) {}
+  explicit StateLayout(const Mechanism& mechanism, int nz = 0)
+      : nq_(mechanism.nq), nv_(mechanism.nv), nz_(nz) {}
 
   int nq() const { return nq_; }
   int nv() const { return nv_; }
-  int size() const { return nq_ + nv_; }
-  int tangent_size() const { return nv_ + nv_; }
+  int nz() const { return nz_; }
+  int size() const { return nq_ + nv_ + nz_; }
+  int tangent_size() const { return nv_ + nv_ + nz_; }
 
   // In x.
   int q() const { return 0; }
   int qd() const { return nq_; }
+  int z() const { return nq_ + nv_; }
   template <typename J>
   int q(const J& joint) const {
     return q() + joint.q_index;
@@ -39,6 +44,7 @@ class StateLayout {
   // In dx.
   int dq() const { return 0; }
   int dqd() const { return nv_; }
+  int dz() const { return nv_ + nv_; }
   template <typename J>
   int dq(const J& joint) const {
     return dq() + joint.v_index;
@@ -49,7 +55,7 @@ class StateLayout {
   }
 
  private:
-  int nq_, nv_;
+  int nq_, nv_, nz_;
 };
 
 }  // namespace sysid

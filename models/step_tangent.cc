@@ -33,13 +33,43 @@ StateColumns::StateColumns(const Model& model,
        {&dq, &dqd, &stage_q, &stage_qd, &qdd, &du, &rate, &sum_u, &sum_v}) {
     rows->assign(model.nv(), ZeroLanes());
   }
+  for (std::vector<Lanes>* rows : {&dz, &stage_z, &z_rate, &sum_z}) {
+    rows->assign(model.layout().nz(), ZeroLanes());
+  }
 }
 
 StepTangent::StepTangent(Integrator integrator, Workspace<double>* workspace)
     : ws_(workspace),
       stepper_(integrator, workspace),
       dynamics_(workspace->model()),
-      moves_(workspace->model().bodies().size()) {}
+      moves_(workspace->model().bodies().size()) {
+  const Model& model = workspace->model();
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    if (!(effect.hooks() & kMoveStateHook)) continue;
+    const int child = model.mechanism().joints[effect.joint()].child_link;
+    const Body& body = model.bodies()[model.placement(child).body];
+    const int states = static_cast<int>(effect.states().size());
+    const int parameters = static_cast<int>(effect.parameters().size());
+    Way way{&HooksFor(effect, ScalarTag<Jet8>()),
+            body.type,
+            body.q_index,
+            body.v_index,
+            model.z_index(i),
+            states,
+            model.effects().offset(i),
+            parameters,
+            {},
+            {},
+            {},
+            {}};
+    way.last.resize(1 + states);
+    way.start = way.last;
+    way.arguments.resize(2 + states + parameters);
+    way.by.assign(way.arguments.size(), Eigen::VectorXd::Zero(states));
+    ways_.push_back(std::move(way));
+  }
+}
 
 bool StepTangent::Step(double h, const double* held, double* x,
                        const std::vector<StateColumns*>& columns) {
@@ -50,6 +80,61 @@ bool StepTangent::Step(double h, const double* held, double* x,
 void StepTangent::Accelerated(const double* q, const double* qd,
                               const double* qdd) {
   dynamics_.SetPoint(*ws_, q, qd, qdd);
+  for (Way& way : ways_) {
+    way.last[0] = q[way.q_index];
+    std::copy_n(ws_->z + way.first_z, way.states, way.last.begin() + 1);
+  }
+}
+
+// The derivatives of (3.6) by its arguments, eight at a time. `from_last`: the
+// last evaluation was where the way starts.
+void StepTangent::SetWays(bool from_last, const double* u) {
+  for (Way& way : ways_) {
+    if (from_last) way.start = way.last;
+    const int count = static_cast<int>(way.arguments.size());
+    const auto value = [&](int s) {
+      if (s == 0) return way.start[0];
+      if (s == 1) return u[way.v];
+      if (s < 2 + way.states) return way.start[s - 1];
+      return ws_->parameters().effects[way.first + s - 2 - way.states];
+    };
+    for (int begin = 0; begin < count; begin += kLanes) {
+      for (int s = 0; s < count; ++s) {
+        way.arguments[s] = JetOf(value(s), UnitLanes(s - begin));
+      }
+      const Jet8& from_q = way.arguments[0];
+      const Jet8 to_q = from_q + way.arguments[1];
+      const JointState<Jet8> from{way.type, 1, &from_q, nullptr};
+      const JointState<Jet8> to{way.type, 1, &to_q, nullptr};
+      std::vector<Jet8> z(way.arguments.begin() + 2,
+                          way.arguments.begin() + 2 + way.states);
+      way.hooks->MoveState(from, to, way.arguments.data() + 2 + way.states,
+                           z.data());
+      for (int s = begin; s < std::min(begin + kLanes, count); ++s) {
+        for (int k = 0; k < way.states; ++k) way.by[s][k] = z[k].v[s - begin];
+      }
+    }
+  }
+}
+
+void StepTangent::MoveStates(const StateColumns& c,
+                             const std::vector<Lanes>& rate, double h,
+                             const std::vector<Lanes>& du,
+                             std::vector<Lanes>* out) const {
+  for (size_t i = 0; i < c.dz.size(); ++i) (*out)[i] = c.dz[i] + rate[i] * h;
+  for (const Way& way : ways_) {
+    for (int k = 0; k < way.states; ++k) {
+      Lanes d = c.dq[way.v] * way.by[0][k] + du[way.v] * way.by[1][k];
+      for (int s = 0; s < way.states; ++s) {
+        d += c.dz[way.first_z + s] * way.by[2 + s][k];
+      }
+      for (int j = 0; j < way.parameters; ++j) {
+        const ParameterColumns::OfNumber& by = c.theta.effects[way.first + j];
+        if (by.moves) d += by.d * way.by[2 + way.states + j][k];
+      }
+      (*out)[way.first_z + k] = d;
+    }
+  }
 }
 
 // (3.4), with [u]^2 = u u^T - |u|^2 1; Exp(u) = 1 + sin|u|/|u| [u] + b [u]^2.
@@ -110,15 +195,21 @@ void StepTangent::Advance(const std::vector<Lanes>& dq,
 
 void StepTangent::Moved(double h, const double* u) {
   SetMoves(u);
+  SetWays(true, u);
   for (StateColumns* eight : *columns_) {
     StateColumns& c = *eight;
-    dynamics_.Columns(c.theta, c.dq.data(), c.dqd.data(),
-                      c.held_moves ? c.dheld.data() : nullptr, c.qdd.data());
+    const DynamicsTangent::Moved by{c.dq.data(), c.dqd.data(),
+                                    c.held_moves ? c.dheld.data() : nullptr,
+                                    c.dz.data()};
+    dynamics_.Columns(c.theta, by, c.qdd.data());
+    if (!c.dz.empty()) dynamics_.RateColumns(c.theta, by, c.z_rate.data());
     for (size_t i = 0; i < c.dqd.size(); ++i) {
       c.dqd[i] += c.qdd[i] * h;
       c.du[i] = c.dqd[i] * h;
     }
+    MoveStates(c, c.z_rate, h, c.du, &c.stage_z);
     Advance(c.dq, c.du, &c.dq);
+    c.dz.swap(c.stage_z);
   }
 }
 
@@ -127,6 +218,7 @@ void StepTangent::MovedStage(int stage, double h, const double* u,
                              const double* qd) {
   if (stage < 3) SetRates(u, qd);
   SetMoves(u);
+  SetWays(stage == 0, u);
   for (StateColumns* eight : *columns_) {
     StageColumns(stage, h * internal::kAhead[stage],
                  h * internal::kWeight[stage], eight);
@@ -158,16 +250,25 @@ void StepTangent::StageColumns(int stage, double ahead, double weight,
   StateColumns& c = *columns;
   const bool first = stage == 0, last = stage == 3;
   const std::vector<Lanes>& rate = first ? c.dqd : c.rate;
-  dynamics_.Columns(c.theta, first ? c.dq.data() : c.stage_q.data(),
-                    first ? c.dqd.data() : c.stage_qd.data(),
-                    c.held_moves ? c.dheld.data() : nullptr, c.qdd.data());
+  const DynamicsTangent::Moved by{first ? c.dq.data() : c.stage_q.data(),
+                                  first ? c.dqd.data() : c.stage_qd.data(),
+                                  c.held_moves ? c.dheld.data() : nullptr,
+                                  first ? c.dz.data() : c.stage_z.data()};
+  dynamics_.Columns(c.theta, by, c.qdd.data());
+  if (!c.dz.empty()) dynamics_.RateColumns(c.theta, by, c.z_rate.data());
   const int nv = ws_->model().nv();
+  for (size_t i = 0; i < c.dz.size(); ++i) {
+    const Lanes z = c.z_rate[i] * weight;
+    c.sum_z[i] = first ? z : c.sum_z[i] + z;
+  }
   for (int i = 0; i < nv; ++i) {
     const Lanes u = rate[i] * weight, v = c.qdd[i] * weight;
     c.sum_u[i] = first ? u : c.sum_u[i] + u;
     c.sum_v[i] = first ? v : c.sum_v[i] + v;
   }
   if (last) {
+    MoveStates(c, c.sum_z, 1.0, c.sum_u, &c.stage_z);
+    c.dz.swap(c.stage_z);
     Advance(c.dq, c.sum_u, &c.dq);
     for (int i = 0; i < nv; ++i) c.dqd[i] += c.sum_v[i];
     return;
@@ -176,6 +277,7 @@ void StepTangent::StageColumns(int stage, double ahead, double weight,
     c.du[i] = rate[i] * ahead;
     c.stage_qd[i] = c.dqd[i] + c.qdd[i] * ahead;
   }
+  MoveStates(c, c.z_rate, ahead, c.du, &c.stage_z);
   Advance(c.dq, c.du, &c.stage_q);
   const std::vector<Body>& bodies = ws_->model().bodies();
   for (size_t i = 0; i < bodies.size(); ++i) {

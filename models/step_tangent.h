@@ -9,17 +9,18 @@ namespace sysid {
 
 // Eight columns of a rollout: how the state moves (nv lanes each; dq of a
 // spherical joint is a rotation vector in the child's axes, dqd the change of
-// the numbers qd), and with it what is held.
+// the numbers qd), and with it what effects remember and what is held.
 struct StateColumns {
   StateColumns(const Model& model, const ParameterColumns& parameters);
 
   ParameterColumns theta;
-  std::vector<Lanes> dq, dqd;
+  std::vector<Lanes> dq, dqd, dz;
   std::vector<Lanes> dheld;  // of the step to come
   bool held_moves = false;   // else dheld is not read
 
   // Scratch of a step.
   std::vector<Lanes> stage_q, stage_qd, qdd, du, rate, sum_u, sum_v;
+  std::vector<Lanes> stage_z, z_rate, sum_z;
 };
 
 // Steps as Stepper takes them, and with the state any number of its columns:
@@ -44,6 +45,20 @@ class StepTangent {
     Eigen::Matrix3d k_u;   // dk/du
   };
 
+  // What an effect remembers of its joint's way (Effect's MoveState), and how
+  // that moves with its arguments: the joint's position at the start, the way
+  // from there, the state itself, the parameters.
+  struct Way {
+    const EffectHooks<Jet8>* hooks;
+    JointType type;
+    int q_index, v, first_z, states;
+    int first;  // of its parameters
+    int parameters;
+    std::vector<double> last, start;  // q and z, at the last evaluation
+    std::vector<Jet8> arguments;
+    std::vector<Eigen::VectorXd> by;  // one an argument
+  };
+
   // Of the stepper (Stepper::StepWith).
   friend class Stepper<double>;
   void Accelerated(const double* q, const double* qd, const double* qdd);
@@ -54,6 +69,11 @@ class StepTangent {
 
   void StageColumns(int stage, double ahead, double weight, StateColumns* c);
   void SetMoves(const double* u);
+  void SetWays(bool from_last, const double* u);
+  // What is remembered after the way u: `rate` is what rates add.
+  void MoveStates(const StateColumns& c, const std::vector<Lanes>& rate,
+                  double h, const std::vector<Lanes>& du,
+                  std::vector<Lanes>* out) const;
   void SetRates(const double* u, const double* qd);
   void Advance(const std::vector<Lanes>& dq, const std::vector<Lanes>& du,
                std::vector<Lanes>* out) const;
@@ -61,7 +81,8 @@ class StepTangent {
   Workspace<double>* ws_;
   Stepper<double> stepper_;
   DynamicsTangent dynamics_;
-  std::vector<Move> moves_;                              // by body
+  std::vector<Move> moves_;  // by body
+  std::vector<Way> ways_;
   const std::vector<StateColumns*>* columns_ = nullptr;  // of the step
 };
 

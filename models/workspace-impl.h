@@ -15,7 +15,7 @@ Workspace<T>::Workspace(const Model& model)
     : bodies(model.bodies().size()),
       p_BL(model.mechanism().links.size(), Vector3<T>::Zero()),
       tau(model.nv() + model.followers().size(), T(0.0)),
-      nothing(model.held_size(), T(0.0)),
+      nothing(std::max(model.held_size(), model.layout().nz()), T(0.0)),
       model_(&model) {
   if (!model.followers().empty()) {
     y.resize(model.nq() + model.followers().size());
@@ -78,8 +78,9 @@ void Workspace<T>::BindEffects() {
   input_effects.clear();
   delay_effects.clear();
   measurement_effects.clear();
-  for (auto* list : {&drive_effects, &limit_effects, &lag_effects,
-                     &gravity_effects, &readers, &pair_effects}) {
+  for (auto* list :
+       {&drive_effects, &limit_effects, &lag_effects, &gravity_effects,
+        &readers, &pair_effects, &state_effects}) {
     list->clear();
   }
   sensors_read_rates = false;
@@ -99,7 +100,10 @@ void Workspace<T>::BindEffects() {
                 effect.ReadsMore(),
                 model_->held_index(i),
                 static_cast<int>(effect.inputs().size()),
-                effect.inputs().data()};
+                effect.inputs().data(),
+                model_->z_index(i),
+                static_cast<int>(effect.states().size()),
+                (hooks & kMoveStateHook) != 0};
     if (effect.joint() >= 0) {
       const int child = model_->mechanism().joints[effect.joint()].child_link;
       bound.body = model_->placement(child).body;
@@ -112,6 +116,7 @@ void Workspace<T>::BindEffects() {
       bound.body = model_->placement(effect.link()).body;
     }
     if (bound.inputs > 0) readers.push_back(bound);
+    if (bound.first_z >= 0) state_effects.push_back(bound);
     if (hooks & kDriveHook) {
       drive_effects.push_back(bound);
     } else if (hooks & kEffortHook) {

@@ -101,19 +101,25 @@ class Workspace {
     int first_held;            // of its inputs, in what is held
     int inputs;                // how many
     const EffectInput* names;  // of the inputs
+    int first_z;               // of its states, in z; -1: it has none
+    int states;                // how many
+    bool moves;                // kMoveStateHook
   };
   std::vector<Bound> effort_effects, link_force_effects, input_effects,
       delay_effects, measurement_effects;
   // What the drives give beside the efforts, what limits it, lags of efforts,
-  // gravity that inputs move, and all that read inputs.
+  // gravity that inputs move, all that read inputs, pairs, and all with states.
   std::vector<Bound> drive_effects, limit_effects, lag_effects, gravity_effects,
-      readers, pair_effects;
+      readers, pair_effects, state_effects;
   bool sensors_read_rates = false;
   // What was held in the last evaluation, and what the drives gave, where
   // effects change that: else empty, the efforts themselves.
   const T* held = nullptr;
   std::vector<T> drive;
-  std::vector<T> nothing;    // held where nothing acts: zeros
+  std::vector<T> nothing;  // held where nothing acts, z at null: zeros
+  // z of the evaluations to come, of whoever evaluates at a whole state; null:
+  // zeros. It must outlive them.
+  const T* z = nullptr;
   Vector3<T> still_gravity;  // without gravity_effects
   // Movers, hinges and slides, that dry friction may hold: their own or that of
   // their followers.

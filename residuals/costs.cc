@@ -30,6 +30,7 @@ void PlusJacobianAt(const Model& model, const double* x,
   const StateLayout& at = model.layout();
   J.setZero();
   J.block(at.qd(), at.dqd(), at.nv(), at.nv()).setIdentity();
+  J.block(at.z(), at.dz(), at.nz(), at.nz()).setIdentity();
   for (const Body& body : model.movers()) {
     const int q = at.q(body), dq = at.dq(body);
     if (body.type == JointType::kSpherical) {
@@ -74,6 +75,7 @@ void LiftToAmbient(const Model& model, const double* x,
     }
   }
   J.middleCols(at.qd(), at.nv()) = J_tangent.middleCols(at.dqd(), at.nv());
+  J.middleCols(at.z(), at.nz()) = J_tangent.middleCols(at.dz(), at.nz());
 }
 
 void StateDefect(const Model& model, const double* x_end, const double* x_next,

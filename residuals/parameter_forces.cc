@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "models/internal_state.h"
 #include "residuals/acting_inputs.h"
 #include "residuals/segment-impl.h"
 
@@ -25,7 +26,8 @@ class Balance {
         x_(model.state_size()),
         qdd_(model.nv()),
         needed_(model.nv()),
-        held_(model.held_size()) {}
+        held_(model.held_size()),
+        same_states_(SameStates(model, rollout.model())) {}
 
   void Evaluate(const T* theta) {
     map_.Apply<T>(theta, &values_);
@@ -34,7 +36,7 @@ class Balance {
     const Run& run = *rollout_.measurements().run;
     for (size_t i = 0; i < tangent_.A.size(); ++i) {
       const int k = rollout_.first() + static_cast<int>(i);
-      Set(tangent_.middle.row(i), &x_);
+      SetState(tangent_.middle.row(i));
       Set(tangent_.acceleration.row(i), &qdd_);
       T* f = &force_[i * at.nv()];
       ActingInputs<T>(run, ws_, k, run.t[k], run.t[k + 1] - run.t[k],
@@ -47,7 +49,7 @@ class Balance {
     errors_.resize(rollout_.num_residuals());
     internal::Sensors<T> sensors(rollout_, &ws_);
     for (int k = rollout_.first(); k <= rollout_.last(); ++k) {
-      Set(tangent_.states.row(k - rollout_.first()), &x_);
+      SetState(tangent_.states.row(k - rollout_.first()));
       sensors.Measure(k, x_.data(), errors_.data());
     }
   }
@@ -62,6 +64,18 @@ class Balance {
   static void Set(const Row& from, std::vector<T>* to) {
     for (size_t s = 0; s < to->size(); ++s) (*to)[s] = T(from[s]);
   }
+  // A state of the rollout's model, which may have fewer effects.
+  template <typename Row>
+  void SetState(const Row& from) {
+    if (same_states_) {
+      Set(from, &x_);
+    } else {
+      Set(AdoptState(rollout_.model(), Eigen::RowVectorXd(from).data(), model_),
+          &x_);
+    }
+    const StateLayout& at = model_.layout();
+    ws_.z = at.nz() > 0 ? x_.data() + at.z() : nullptr;
+  }
 
   const Model& model_;
   const ParameterMap& map_;
@@ -70,6 +84,7 @@ class Balance {
   MechanismParameters<T> values_;
   Workspace<T> ws_;
   std::vector<T> force_, errors_, x_, qdd_, needed_, held_;
+  bool same_states_;
 };
 
 }  // namespace

@@ -122,6 +122,7 @@ bool LinearizeAlong(const SegmentRollout& rollout, const double* x0,
     tangent->middle.row(i) = Eigen::Map<Eigen::RowVectorXd>(half.data(), size);
     const double start = run.t[k], span = run.t[k + 1] - start;
     ActingInputs<double>(run, *walk.workspace(), k, start, span, held.data());
+    if (at.nz() > 0) walk.workspace()->z = half.data() + at.z();
     if (!RestOrSlip<double>(walk.workspace(), half.data() + at.q(),
                             half.data() + at.qd(), held.data(),
                             tangent->acceleration.row(i).data())) {

@@ -28,6 +28,7 @@ class SensedPositions {
       const int row = std::min(sample, run.size() - 2);
       ActingInputs<T>(run, *ws_, row, run.t[row], run.t[row + 1] - run.t[row],
                       held_.data());
+      ws_->z = at.nz() > 0 ? x + at.z() : nullptr;
       // Where there is none the rollout fails there, too.
       if (!ForwardDynamics<T>(ws_, x + at.q(), x + at.qd(), held_.data(),
                               qdd_.data())) {

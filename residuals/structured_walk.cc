@@ -70,6 +70,10 @@ void ColumnBlock::SeedState(const double* x) {
     }
     if (layout_.efforts) columns_.dheld[i] = UnitLanes(efforts + i - first_);
   }
+  for (int i = 0; i < at.nz(); ++i) {
+    columns_.dz[i] =
+        layout_.state ? UnitLanes(at.dz() + i - first_) : ZeroLanes();
+  }
   for (const Body& body : model_.bodies()) {
     if (body.type != JointType::kSpherical) continue;
     const int v = body.v_index;
@@ -110,6 +114,9 @@ void ColumnBlock::Measure(int k, const double* x) {
   for (int i = 0; i < at.nv(); ++i) {
     x_[at.qd() + i] = JetOf(x[at.qd() + i], columns_.dqd[i]);
   }
+  for (int i = 0; i < at.nz(); ++i) {
+    x_[at.z() + i] = JetOf(x[at.z() + i], columns_.dz[i]);
+  }
   sensors_->Measure(k, x_.data(), errors_.data());
 }
 
@@ -136,6 +143,11 @@ void ColumnBlock::ReadState(const double* x, RowMatrixXd* J) const {
         (*J)(at.dqd(body) + i, first_ + c) = by_qd[c];
       }
     }
+  }
+  for (int i = 0; i < at.nz(); ++i) {
+    double by_z[kLanes];
+    StoreLanes(columns_.dz[i], by_z);
+    for (int c = 0; c < count_; ++c) (*J)(at.dz() + i, first_ + c) = by_z[c];
   }
 }
 

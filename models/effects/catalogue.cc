@@ -56,6 +56,9 @@ void EffectSet::Add(std::shared_ptr<const Effect> effect) {
   }
   first_inputs_.push_back(input_count_);
   input_count_ += static_cast<int>(effect->inputs().size());
+  first_states_.push_back(state_count());
+  states_.insert(states_.end(), effect->states().begin(),
+                 effect->states().end());
   effects_.push_back(std::move(effect));
 }
 

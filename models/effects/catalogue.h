@@ -25,14 +25,19 @@ class EffectSet {
   // Where its inputs begin among those of all effects, and how many these are.
   int first_input(int i) const { return first_inputs_[i]; }
   int input_count() const { return input_count_; }
+  // The same of its states.
+  int first_state(int i) const { return first_states_[i]; }
+  int state_count() const { return static_cast<int>(states_.size()); }
+  const std::vector<EffectState>& states() const { return states_; }
   const std::vector<EffectParameter>& parameters() const { return parameters_; }
   bool Contains(const std::string& name) const;
   std::vector<std::string> names() const;  // "coulomb_friction@joint1"
 
  private:
   std::vector<std::shared_ptr<const Effect>> effects_;
-  std::vector<int> offsets_, first_inputs_;
+  std::vector<int> offsets_, first_inputs_, first_states_;
   int input_count_ = 0;
+  std::vector<EffectState> states_;
   std::vector<EffectParameter> parameters_;
 };
 

@@ -46,16 +46,27 @@ Effect::Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
                                   kMeasurementHook | kDriveHook | kLimitHook |
                                   kInputLagHook | kReadsEffort)))
       << kind << " acts on a joint and has none";
+  CHECK(joint_ >= 0 || !(hooks & (kStateRateHook | kMoveStateHook)))
+      << kind << " has a state and no joint";
   CHECK(!(hooks & kDryFrictionHook) || (hooks & kEffortHook))
       << kind << " needs its law smoothed, too";
+}
+
+std::string Effect::UnitOf(const std::string& unit) const {
+  return Replace(Replace(unit, "{effort}", prismatic_ ? "N" : "N m"),
+                 "{position}", prismatic_ ? "m" : "rad");
+}
+
+void Effect::AddState(const std::string& name, const std::string& unit,
+                      double typical_scale) {
+  states_.push_back({name, UnitOf(unit), typical_scale});
 }
 
 void Effect::AddParameter(const std::string& name, const std::string& unit,
                           double typical_scale, double lower, double upper) {
   EffectParameter parameter;
   parameter.name = name;
-  parameter.unit = Replace(Replace(unit, "{effort}", prismatic_ ? "N" : "N m"),
-                           "{position}", prismatic_ ? "m" : "rad");
+  parameter.unit = UnitOf(unit);
   parameter.null_value = 0.0;
   parameter.typical_scale = typical_scale;
   parameter.lower = lower;

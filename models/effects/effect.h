@@ -1,9 +1,11 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "models/effects/hooks.h"
 #include "models/mechanism.h"
 #include "models/scalars.h"
 
@@ -36,7 +38,10 @@ struct EffectParameter {
   std::string unit;            // "N m", "-" where it has none
   double null_value = 0.0;     // where it starts; the effect is off there
   double typical_scale = 1.0;  // a plausible size, for scaling and searching
-  double lower = 0.0;          // physical bounds; +-infinity where none
+  // Where a fit starts instead of at null: a law that is off there shows
+  // nothing of itself.
+  std::optional<double> start;
+  double lower = 0.0;  // physical bounds; +-infinity where none
   double upper = 0.0;
   // Values to try where the law is not linear in it at null (a speed, an
   // order); empty where it is.
@@ -59,127 +64,20 @@ struct Probe {
 // a parameter is searched.
 using ProbeSet = std::vector<Probe>;
 
+// A number of an effect's own state z, which is part of the model's state
+// beside q and qd: what the effect remembers.
+struct EffectState {
+  std::string name;            // "joint1.presliding"
+  std::string unit;            // "-" where it has none
+  double typical_scale = 1.0;  // how far it is from zero
+};
+
 // What an effect reads that is recorded beside efforts and measurements: a
 // column of the run by its name (docs/interface.md section 2), or "t".
 struct EffectInput {
   std::string name;  // "joint1.cmd"
   std::string unit;
 };
-
-// The joint as an effect on it sees it. For a spherical joint qd is the
-// relative angular velocity in the child's axes, 3 numbers; else one number.
-// What follows them is there only for effects that declare that they read it,
-// all of them on hinges and slides.
-template <typename T>
-struct JointState {
-  JointType type;
-  int nv;       // 1 or 3
-  const T* q;   // 1 number, or the quaternion x, y, z, w
-  const T* qd;  // nv numbers
-  // kReadsEffort: what the joint's drive gives, 1 number.
-  const T* effort = nullptr;
-  // ReadsInput(): means over the step, in the order in which they are declared.
-  const T* inputs = nullptr;
-  // ReadsJoint(): q and qd of all joints, by Joint::q_index and v_index.
-  const T* all_q = nullptr;
-  const T* all_qd = nullptr;
-};
-
-// How a joint moves, as its sensor sees it.
-template <typename T>
-struct JointRates {
-  const T* qd;
-  const T* qdd;
-};
-
-// A link as an effect on it sees it; world axes.
-template <typename T>
-struct LinkState {
-  Vector3<T> v_com;  // velocity of the centre of mass, m/s
-  Matrix3<T> R_WL;   // link to world
-  Vector3<T> w;      // angular velocity, rad/s
-};
-
-// The hooks for one scalar; all do nothing unless the effect says otherwise. p
-// points at the effect's own parameters, in the order of Effect::parameters().
-template <typename T>
-class EffectHooks {
- public:
-  virtual ~EffectHooks() = default;
-  // Generalised force on the target joint, added to tau (nv numbers), N m or N.
-  virtual void AddEffort(const JointState<T>&, const T* /*p*/,
-                         T* /*tau*/) const {}
-  // The level, at least 0, of the dry friction of a hinge or slide at a speed:
-  // what slows it while it slips, and up to which (speed 0) it is held at rest.
-  // Even in the speed, which a step may carry a little past 0; of the joint the
-  // effort and the inputs alone may be read. AddEffort of such an effect is its
-  // whole law smoothed, for what has no modes: ball joints, inverse dynamics,
-  // Euler's step (docs/dry_friction.md).
-  virtual T DryFriction(const JointState<T>&, const T* /*p*/,
-                        const T& /*speed*/) const {
-    return T(0.0);
-  }
-  // What such an effect gives beside its dry friction, in any mode.
-  virtual void AddBesideDry(const JointState<T>&, const T* /*p*/,
-                            T* /*tau*/) const {}
-  // Limits what the target joint's drive gives (1 number).
-  virtual void LimitDrive(const JointState<T>&, const T* /*p*/,
-                          T* /*effort*/) const {}
-  // Added to the diagonal of the joint-space inertia of the target joint.
-  virtual void AddJointInertia(const T* /*p*/, T* /*inertia*/) const {}
-  // Of a pair of joints: what turns with both, z = q_1 + ratio q_2, has this
-  // inertia, and feels this generalised force.
-  virtual T Ratio(const T* /*p*/) const { return T(0.0); }
-  virtual T PairInertia(const T* /*p*/) const { return T(0.0); }
-  virtual T PairEffort(const T& /*z_rate*/, const T* /*p*/) const {
-    return T(0.0);
-  }
-  // Changes the acceleration of gravity, world axes, m/s^2. `inputs` as in
-  // JointState.
-  virtual void ModifyGravity(const T* /*inputs*/, const T* /*p*/,
-                             Vector3<T>* /*gravity*/) const {}
-  // Force on the target link at its centre of mass, world axes, N.
-  virtual void AddLinkForce(const LinkState<T>&, const T* /*p*/,
-                            Vector3<T>* /*force*/) const {}
-  // Turns the measured effort of the target joint (nv numbers) into the true.
-  virtual void ModifyInput(const T* /*p*/, T* /*tau*/) const {}
-  // Adds to the time, s, by which all measured efforts act later.
-  virtual void AddInputDelay(const T* /*p*/, T* /*delay*/) const {}
-  // Adds to the time constant, s, by which the measured effort of the target
-  // joint is low-passed before it acts.
-  virtual void AddInputLag(const T* /*p*/, T* /*lag*/) const {}
-  // Adds to the time, s, by which the effect's own inputs act later.
-  virtual void AddOwnDelay(const T* /*p*/, T* /*delay*/) const {}
-  // Turns the true position of the target joint into the measured one. The
-  // rates are there with kRatesHook.
-  virtual void ModifyMeasurement(const JointRates<T>&, const T* /*p*/,
-                                 T* /*q*/) const {}
-};
-
-// Which hooks an effect uses: the inner loop visits no other.
-enum HookMask : unsigned {
-  kEffortHook = 1u << 0,
-  kJointInertiaHook = 1u << 1,
-  kGravityHook = 1u << 2,
-  kLinkForceHook = 1u << 3,
-  kInputHook = 1u << 4,
-  kMeasurementHook = 1u << 5,
-  kInputDelayHook = 1u << 6,
-  kDryFrictionHook = 1u << 7,
-  kBesideDryHook = 1u << 8,
-  kDriveHook = 1u << 9,  // AddEffort is what the drive gives
-  kLimitHook = 1u << 10,
-  kInputLagHook = 1u << 11,
-  kOwnDelayHook = 1u << 12,
-  kRatesHook = 1u << 13,    // ModifyMeasurement reads rates
-  kReadsEffort = 1u << 14,  // not a hook: of JointState
-  kPairHook = 1u << 15,
-};
-
-// Those that change with the parameters what acts on the joints in a step
-// (residuals/acting_inputs.h).
-inline constexpr unsigned kActingHooks =
-    kInputHook | kInputDelayHook | kInputLagHook | kOwnDelayHook;
 
 class Effect {
  public:
@@ -194,12 +92,13 @@ class Effect {
   int link() const { return link_; }  // target's index, -1 if not a link
   const std::vector<EffectParameter>& parameters() const { return parameters_; }
   const std::vector<EffectInput>& inputs() const { return inputs_; }
+  const std::vector<EffectState>& states() const { return states_; }
   // Joints, hinges or slides, that it reads beside its own.
   const std::vector<int>& other_joints() const { return other_joints_; }
   // Whether JointState has more for it than q and qd.
   bool ReadsMore() const {
     return (hooks_ & (kReadsEffort | kDriveHook | kLimitHook)) != 0 ||
-           !inputs_.empty() || !other_joints_.empty();
+           !inputs_.empty() || !other_joints_.empty() || !states_.empty();
   }
   // Parameters of the mechanism (docs/interface.md section 3) whose nominal
   // values are what is wrong, by name; fitting the effect frees them.
@@ -275,12 +174,19 @@ class Effect {
     inputs_.push_back({name, unit});
   }
   void ReadsJoint(int joint) { other_joints_.push_back(joint); }
+  // Of a hinge or slide, with the hook that says how it moves. The unit as in
+  // AddParameter.
+  void AddState(const std::string& name, const std::string& unit,
+                double typical_scale);
+  void SetStart(int i, double value) { parameters_[i].start = value; }
   // What the name has behind the target.
   void SetRestOfName(const std::string& rest) { rest_ = rest; }
 
   bool IsPrismatic() const { return prismatic_; }
 
  private:
+  std::string UnitOf(const std::string& unit) const;
+
   std::string kind_;
   std::string target_;
   std::string rest_;
@@ -290,6 +196,7 @@ class Effect {
   bool prismatic_ = false;
   std::vector<EffectParameter> parameters_;
   std::vector<EffectInput> inputs_;
+  std::vector<EffectState> states_;
   std::vector<int> other_joints_;
   std::vector<std::string> adjusts_nominal_;
 };
@@ -344,6 +251,13 @@ class EffectOf : public Effect {
   void AddInputLag(const T*, T*) const {}
   template <typename T>
   void AddOwnDelay(const T*, T*) const {}
+  template <typename T>
+  void StateRate(const JointState<T>&, const T*, T*) const {}
+  template <typename T>
+  void MoveState(const JointState<T>&, const JointState<T>&, const T*,
+                 T*) const {}
+  template <typename T>
+  void StartState(const JointState<T>&, const T*, T*) const {}
   template <typename T>
   void ModifyMeasurement(const JointRates<T>&, const T*, T*) const {}
 
@@ -438,6 +352,18 @@ class EffectOf : public Effect {
     }
     void AddOwnDelay(const T* p, T* delay) const override {
       effect_.template AddOwnDelay<T>(p, delay);
+    }
+    void StateRate(const JointState<T>& joint, const T* p,
+                   T* rate) const override {
+      effect_.template StateRate<T>(joint, p, rate);
+    }
+    void MoveState(const JointState<T>& from, const JointState<T>& to,
+                   const T* p, T* z) const override {
+      effect_.template MoveState<T>(from, to, p, z);
+    }
+    void StartState(const JointState<T>& joint, const T* p,
+                    T* z) const override {
+      effect_.template StartState<T>(joint, p, z);
     }
     void ModifyMeasurement(const JointRates<T>& rates, const T* p,
                            T* q) const override {

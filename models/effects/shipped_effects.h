@@ -4,6 +4,7 @@
 #include "models/effects/aerodynamic_drag.h"
 #include "models/effects/armature.h"
 #include "models/effects/asymmetric_friction.h"
+#include "models/effects/backlash.h"
 #include "models/effects/base_motion.h"
 #include "models/effects/cogging.h"
 #include "models/effects/com.h"
@@ -17,9 +18,11 @@
 #include "models/effects/gear_coupling.h"
 #include "models/effects/gravity_tilt.h"
 #include "models/effects/inertia.h"
+#include "models/effects/joint_elasticity.h"
 #include "models/effects/load_friction.h"
 #include "models/effects/mass.h"
 #include "models/effects/position_drive.h"
+#include "models/effects/presliding_friction.h"
 #include "models/effects/quadratic_drag.h"
 #include "models/effects/sensor_delay.h"
 #include "models/effects/sensor_gain.h"
@@ -68,6 +71,9 @@ using ShippedEffects = EffectList<  //
     AsymmetricFriction,             //
     LoadStribeckFriction,           //
     GearEfficiency,                 //
+    PreslidingFriction,             //
+    JointElasticity,                //
+    Backlash,                       //
     CustomLaw>;
 
 }  // namespace sysid

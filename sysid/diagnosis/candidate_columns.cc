@@ -9,13 +9,15 @@
 
 #include "glog/logging.h"
 #include "models/error.h"
+#include "models/internal_state.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
 
-// Secants are rolled out with the steps of the fit, but with so many a sample
-// at least (friction is stiff), over so many sizes at most.
+// Secants of stiff laws (friction, elastic drives) are rolled out with the
+// steps of the fit, but with so many a sample at least, over so many sizes at
+// most.
 constexpr int kSecantSteps = 8;
 constexpr int kMostSecants = 6;
 
@@ -42,6 +44,7 @@ class Batch {
       return false;
     }
     secant_ = secant;
+    remembers_ = !candidate.effect->states().empty();
     names_.push_back(name);
     columns_.push_back(candidate.first[set] + column);
     return true;
@@ -60,16 +63,25 @@ class Batch {
   // `out`. False where the dynamics fail.
   bool Evaluate(const LinearizedFit& fit, const LinearizedFit::Segment& at,
                 RowMatrixXd* out) {
+    RolloutOptions options = at.rollout->options();
+    if (remembers_ && secant_ != 0.0) {
+      // What it swings at is not what the fit's steps were chosen for.
+      const double longest =
+          fit.problem().data().MedianSamplePeriod() / kSecantSteps;
+      options.step =
+          options.step > 0 ? std::min(options.step, longest) : longest;
+    }
     const SegmentRollout rollout(&model_, &*map_, &at.rollout->measurements(),
                                  at.rollout->first(), at.rollout->last(),
-                                 at.rollout->options());
+                                 options);
     Eigen::VectorXd errors(rollout.num_residuals());
     std::vector<double> x_end(model_.state_size());
+    const Eigen::VectorXd x0 =
+        AdoptState(fit.problem().model(), fit.StateOf(at), model_);
     if (secant_ != 0.0) {
       Eigen::VectorXd moved = theta_;
       moved[0] += secant_;
-      if (!rollout(fit.StateOf(at), moved.data(), errors.data(),
-                   x_end.data())) {
+      if (!rollout(x0.data(), moved.data(), errors.data(), x_end.data())) {
         return false;
       }
       out->col(columns_.front()) = (errors - at.errors) / secant_;
@@ -78,7 +90,7 @@ class Batch {
     RowMatrixXd J, J_end;
     std::unique_ptr<SegmentScratch> scratch = pool_.Take();
     const bool ok =
-        rollout.LinearizeByTheta(fit.StateOf(at), theta_.data(), errors.data(),
+        rollout.LinearizeByTheta(x0.data(), theta_.data(), errors.data(),
                                  x_end.data(), &J, &J_end, scratch.get());
     pool_.Give(std::move(scratch));
     for (size_t c = 0; ok && c < columns_.size(); ++c) {
@@ -118,6 +130,7 @@ class Batch {
   std::map<std::string, std::vector<double>> values_;
   std::set<std::string> taken_;  // parameters of its effects
   double secant_ = 0.0;
+  bool remembers_ = false;           // what the secant's effect does
   std::optional<ParameterMap> map_;  // points to the model
   Eigen::VectorXd theta_;
   ScratchPool pool_;
@@ -164,8 +177,10 @@ bool RollOut(const LinearizedFit& fit, const Model& model,
         Eigen::VectorXd& out = (*errors)[s];
         out.resize(rollout.num_residuals());
         std::vector<double> x_end(model.state_size());
-        if (!rollout(fit.StateOf(at), static_cast<const double*>(nullptr),
-                     out.data(), x_end.data())) {
+        const Eigen::VectorXd x0 =
+            AdoptState(problem.model(), fit.StateOf(at), model);
+        if (!rollout(x0.data(), static_cast<const double*>(nullptr), out.data(),
+                     x_end.data())) {
           return false;
         }
         MakeWhitening(problem, at.run, *at.rollout).Apply(out.data(), {});

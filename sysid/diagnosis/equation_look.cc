@@ -42,6 +42,7 @@ struct Columns {
 // none where others must be searched before anything shows. A drive shows
 // without its delay, a pair of joints with the first of two signs.
 std::vector<std::string> LinearNames(const Effect& effect) {
+  if (!effect.states().empty()) return {};
   const bool shows = (effect.hooks() & (kDriveHook | kPairHook)) != 0;
   std::vector<std::string> names;
   for (const EffectParameter& p : effect.parameters()) {
@@ -431,7 +432,11 @@ bool IsMeasured(const Model& model, const DataSet& data) {
 EquationLook LookByEquations(
     const DiagnosisProblem& problem,
     const std::vector<std::shared_ptr<const Effect>>& candidates) {
-  if (!IsMeasured(problem.model, *problem.train)) return {};
+  // What effects remember is no part of the equations of one instant.
+  if (!IsMeasured(problem.model, *problem.train) ||
+      problem.model.layout().nz() > 0) {
+    return {};
+  }
   const ShootingProblem started = StartByInverseDynamics(ShootingProblem(
       problem.model, problem.free, problem.train, problem.options));
   MechanismParameters<double> values;

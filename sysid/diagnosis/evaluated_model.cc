@@ -109,7 +109,11 @@ void Evaluate(const DiagnosisProblem& problem, const EvaluatedModel* before,
     const bool warm = before != nullptr &&
                       before->fit.segment_s == evaluated->fit.segment_s &&
                       !before->holdout_point.runs.empty();
-    if (warm) judge(&before->holdout_point);
+    if (warm) {
+      const Solution start = AdoptStates(
+          before->fit.model, before->holdout_point, evaluated->fit.model);
+      judge(&start);
+    }
     const double doubt = train > kFar ? kFarDoubt : kNearDoubt;
     if (!warm || !(evaluated->holdout_error() < doubt * std::max(1.0, train))) {
       judge(nullptr);
@@ -129,6 +133,10 @@ double StartOf(const Effect& effect, const ExpectedParameter& expected,
                double part) {
   constexpr double kKnown = 2.0;  // standard errors
   if (expected.searched) return expected.value;
+  for (const EffectParameter& own : effect.parameters()) {
+    // Part of the way the law would still be off.
+    if (own.name == expected.name && own.start) return expected.value;
+  }
   double change = expected.value - expected.null_value;
   if (std::abs(change) < kKnown * expected.std_error) {
     for (const EffectParameter& own : effect.parameters()) {
@@ -191,10 +199,12 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
   EvaluatedModel after =
       Open(problem, std::move(effects), std::move(without_influence),
            starts.front(), options);
+  const Solution from =
+      AdoptStates(before.fit.model, before.fit.point, after.problem->model());
   Solution best;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& values : starts) {
-    Solution start = before.fit.point;
+    Solution start = from;
     if (!ThetaAt(*after.problem, values, &start.theta)) continue;
     if (options.rollout.step <= 0) {
       // Each with a step that can follow it.
@@ -211,7 +221,7 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
     }
   }
   if (best.runs.empty()) {
-    best = before.fit.point;
+    best = from;
     best.theta = after.problem->InitialTheta();
   }
   FitFrom(std::move(best), &after);
@@ -303,8 +313,9 @@ EvaluatedModel EvaluateByEquations(
   EvaluatedModel after =
       Open(problem, std::move(added), std::move(without_influence), values,
            Coarse(problem.options, before.train_error()));
-  after.fit =
-      StatesAtStart(StartByInverseDynamics(*after.problem), before.fit.point);
+  after.fit = StatesAtStart(
+      StartByInverseDynamics(*after.problem),
+      AdoptStates(before.fit.model, before.fit.point, after.problem->model()));
   Evaluate(problem, &before, &after);
   return after;
 }
@@ -397,7 +408,8 @@ EvaluatedModel EvaluateOver(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated,
                             const EvaluatedModel& segments) {
   EvaluatedModel over = OpenAgain(problem, evaluated);
-  Solution cut = segments.fit.point;
+  Solution cut = AdoptStates(segments.fit.model, segments.fit.point,
+                             over.problem->model());
   cut.rollout = evaluated.fit.point.rollout;
   over.fit = StatesAtStart(*over.problem, cut);
   Evaluate(problem, nullptr, &over);

@@ -6,7 +6,9 @@
 #include <limits>
 #include <utility>
 
+#include "models/internal_state.h"
 #include "models/state.h"
+#include "residuals/acting_inputs.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -330,6 +332,28 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
   }
 }
 
+// What effects remember: as it starts, or as the way since the sample before
+// says.
+void FollowStates(const ShootingProblem& problem, const Run& run,
+                  RowMatrixXd* states) {
+  const Model& model = problem.model();
+  if (model.layout().nz() == 0) return;
+  const Eigen::VectorXd theta = problem.InitialTheta();
+  MechanismParameters<double> values;
+  problem.map().Apply<double>(theta.data(), &values);
+  Workspace<double> ws(model);
+  ws.SetParameters(values);
+  std::vector<double> held(model.held_size());
+  for (int k = 0; k < run.size(); ++k) {
+    const int row = std::min(k, run.size() - 2);
+    ActingInputs<double>(run, ws, row, run.t[row], run.t[row + 1] - run.t[row],
+                         held.data());
+    double* x = states->row(k).data();
+    StartStates(&ws, held.data(), x);
+    if (k > 0) MoveStates(&ws, states->row(k - 1).data(), x);
+  }
+}
+
 }  // namespace
 
 RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
@@ -380,6 +404,7 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
   if (any_unmeasured && any_frame) {
     SolveUnmeasured(problem, run, unmeasured, &states);
   }
+  FollowStates(problem, run, &states);
   return states;
 }
 

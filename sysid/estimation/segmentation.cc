@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "models/internal_state.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/shooting_stage.h"
@@ -247,6 +248,19 @@ Solution SolveOneByOne(const ShootingProblem& problem,
 Solution SolveSegments(const ShootingProblem& problem, const Solution& solution,
                        const StateOptions& options) {
   return SolveOneByOne(problem, options, {solution}, AllSegments(solution));
+}
+
+Solution AdoptStates(const Model& from, Solution solution, const Model& to) {
+  if (SameStates(from, to)) return solution;
+  for (Solution::Nodes& nodes : solution.runs) {
+    RowMatrixXd adopted(nodes.states.rows(), to.state_size());
+    for (int k = 0; k < adopted.rows(); ++k) {
+      adopted.row(k) =
+          AdoptState(from, nodes.states.row(k).data(), to).transpose();
+    }
+    nodes.states = std::move(adopted);
+  }
+  return solution;
 }
 
 Solution StatesFromScratch(const ShootingProblem& problem, double length,

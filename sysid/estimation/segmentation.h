@@ -80,6 +80,9 @@ Solution SolveOneByOne(const ShootingProblem& problem,
                        const std::vector<Solution>& starts,
                        const std::vector<SegmentPlace>& which);
 
+// The states of a solution of the model `from` as those of `to`, AdoptState.
+Solution AdoptStates(const Model& from, Solution solution, const Model& to);
+
 // States of a model that has none yet: from the data, by short segments first,
 // then `length`, joined by `defect` (infinity: independent).
 Solution StatesFromScratch(const ShootingProblem& problem, double length,

@@ -45,6 +45,10 @@ std::vector<double> DefectSigma(const ShootingProblem& problem) {
       sigma[at.dqd(body) + i] = joint / kDefectTime;
     }
   }
+  const std::vector<EffectState>& states = model.effects().states();
+  for (int i = 0; i < at.nz(); ++i) {
+    sigma[at.dz() + i] = kDefectPart * states[i].typical_scale;
+  }
   return sigma;
 }
 
@@ -66,6 +70,10 @@ std::vector<double> StateBelief(const ShootingProblem& problem,
       sigma[at.dq(body) + i] = blind ? kTwist / twist_hold : kPosition;
       sigma[at.dqd(body) + i] = blind ? kTwistRate / twist_hold : kVelocity;
     }
+  }
+  const std::vector<EffectState>& states = model.effects().states();
+  for (int i = 0; i < at.nz(); ++i) {
+    sigma[at.dz() + i] = states[i].typical_scale;
   }
   return sigma;
 }

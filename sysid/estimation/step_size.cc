@@ -61,6 +61,7 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
     for (const double sign : {1.0, -1.0}) {
       std::vector<double> moved = x;
       moved[at.qd() + i] += sign * speed[i];
+      if (at.nz() > 0) ws->z = moved.data() + at.z();
       if (!ForwardDynamics<double>(ws, moved.data() + at.q(),
                                    moved.data() + at.qd(), held.data(),
                                    qdd.data())) {

@@ -35,6 +35,17 @@ bool MovesScale(const CoordinatesAt& at) {
   return (at.D * qr.solve(at.xi) - at.xi).norm() < kRounding * at.xi.norm();
 }
 
+void CheckCarried(const Model& model) {
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    if (effect.states().empty()) continue;
+    throw InputError(
+        "--solver inverse_dynamics",
+        "does not carry " + effect.name() + ", which has an internal state",
+        "leave it out, or use --solver lm");
+  }
+}
+
 void CheckMeasured(const Model& model, const Run& run) {
   const std::vector<std::string> missing = UnmeasuredJoints(model, run);
   if (missing.empty()) return;
@@ -431,7 +442,9 @@ double LogLikelihoodOfErrors(const ShootingProblem& problem,
 }  // namespace
 
 ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
-  if (problem.map().size() == 0) return problem;
+  if (problem.map().size() == 0 || problem.model().layout().nz() > 0) {
+    return problem;
+  }
   for (const auto& data : problem.runs()) {
     if (!UnmeasuredJoints(problem.model(), data->run).empty()) return problem;
   }
@@ -454,6 +467,7 @@ ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
 }
 
 Fit FitInverseDynamics(const ShootingProblem& problem) {
+  CheckCarried(problem.model());
   return InverseDynamicsFit(problem).Estimate();
 }
 

@@ -321,10 +321,39 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   return result;
 }
 
+namespace {
+
+// Parameters of effects that have a start of their own, which is better than
+// what a trial found that gained nothing.
+std::set<std::string> KeepStart(const AddedEffects& added,
+                                const EffectSet& effects) {
+  std::set<std::string> names;
+  if (added.train_after < added.train_before) return names;
+  for (int i = 0; i < effects.size(); ++i) {
+    const std::vector<EffectParameter>& own = effects.effect(i).parameters();
+    if (std::any_of(own.begin(), own.end(), [](const EffectParameter& p) {
+          return p.start.has_value();
+        })) {
+      for (const EffectParameter& p : own) names.insert(p.name);
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
 Session StartedFrom(const AddedEffects& added, Session session) {
+  const std::set<std::string> kept = KeepStart(added, session.model.effects());
   for (FreeParameter& free : session.free) {
+    if (kept.contains(free.parameter.name)) continue;
     const auto at = added.found.find(free.parameter.name);
-    const bool given = free.initial != free.parameter.nominal;
+    bool given = free.initial != free.parameter.nominal;
+    if (given && free.parameter.kind == ParameterKind::kEffect) {
+      // Or by the effect, for want of better.
+      const EffectParameter& own =
+          session.model.effects().parameters()[free.parameter.index];
+      given = own.start != free.initial;
+    }
     if (at == added.found.end() || given) continue;
     free.initial = std::clamp(at->second, free.lower, free.upper);
   }

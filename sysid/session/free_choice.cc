@@ -159,6 +159,15 @@ void FreeParametersOf(const std::vector<AskedEffect>& asked,
   }
 }
 
+// The value of the model; where the effect says that it is off there and shows
+// nothing of itself, another.
+double StartOf(const Model& model, const Parameter& parameter) {
+  if (parameter.kind != ParameterKind::kEffect) return parameter.nominal;
+  const EffectParameter& own = model.effects().parameters()[parameter.index];
+  return own.start && parameter.nominal == own.null_value ? *own.start
+                                                          : parameter.nominal;
+}
+
 FreeParameter MakeFree(const Model& model,
                        const FitSpecification::Free& wanted) {
   FreeParameter free;
@@ -167,7 +176,7 @@ FreeParameter MakeFree(const Model& model,
                         wanted.lower.value_or(free.parameter.lower));
   free.upper = std::min(free.parameter.upper,
                         wanted.upper.value_or(free.parameter.upper));
-  free.initial = wanted.initial.value_or(free.parameter.nominal);
+  free.initial = wanted.initial.value_or(StartOf(model, free.parameter));
   if (IsWhole(model, free.parameter)) {
     throw InputError(
         wanted.place,

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "models/internal_state.h"
 #include "models/parameters.h"
+#include "residuals/acting_inputs.h"
 #include "residuals/segment.h"
 
 namespace sysid {
@@ -73,12 +75,24 @@ class Roll {
   Measurements measurements_;
 };
 
+// x0, what effects remember as it starts.
+Eigen::VectorXd WithStates(const Model& model, Eigen::VectorXd x0,
+                           const Run& run) {
+  if (model.layout().nz() == 0) return x0;
+  Workspace<double> ws(model);
+  std::vector<double> held(model.held_size());
+  ActingInputs<double>(run, ws, 0, run.t[0], run.t[1] - run.t[0], held.data());
+  StartStates(&ws, held.data(), x0.data());
+  return x0;
+}
+
 }  // namespace
 
 RowMatrixXd DrivenMotion(const Model& model, const Eigen::VectorXd& x0,
                          const MotionOptions& options, const DriveLaw& drive,
                          Run* run) {
-  Roll roll(model, x0, options.integrator, drive, run);
+  const Eigen::VectorXd started = WithStates(model, x0, *run);
+  Roll roll(model, started, options.integrator, drive, run);
   RowMatrixXd states, finer;
   if (options.step > 0) {
     if (roll(options.step, &states)) return states;

@@ -73,8 +73,22 @@ const std::map<std::string, std::vector<std::string>>& ContractTable() {
           {"gear_coupling",
            {"coupling_armature", "coupling_damping", "coupling_friction",
             "coupling_sign"}},
+          {"presliding_friction", {"presliding_friction", "presliding_length"}},
+          {"joint_elasticity",
+           {"drive_stiffness", "drive_damping", "motor_inertia"}},
+          {"backlash",
+           {"drive_stiffness", "drive_damping", "motor_inertia", "backlash"}},
       };
   return table;
+}
+
+// How what an effect remembers moves; it may where the effect is off.
+constexpr unsigned kStateHooks = kStateRateHook | kMoveStateHook;
+
+// Off at a stiffness or a limit that nothing reaches, and found by secants.
+bool IsOffFarAway(const Effect& effect) {
+  return effect.kind() == "effort_limit" ||
+         effect.kind() == "joint_elasticity" || effect.kind() == "backlash";
 }
 
 // What each hook of the effect answers at generic values, in one row.
@@ -94,6 +108,7 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
   if (effect.joint() >= 0) {
     const Joint& joint = mechanism.joints[effect.joint()];
     const T effort(2.0);
+    const T z[2] = {T(0.3), T(-0.2)};
     const JointState<T> state{joint.type,
                               VelocitySize(joint.type),
                               q.data() + joint.q_index,
@@ -101,7 +116,8 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
                               &effort,
                               inputs.data(),
                               q.data(),
-                              qd.data()};
+                              qd.data(),
+                              z};
     if (hooks & kEffortHook) {
       std::vector<T> tau(state.nv, T(1.0));
       h.AddEffort(state, p.data(), tau.data());
@@ -119,6 +135,19 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
       T given(5.0);
       h.LimitDrive(state, p.data(), &given);
       out.push_back(given);
+    }
+    if (hooks & kStateRateHook) {
+      T rate[2] = {T(1.0), T(2.0)};
+      h.StateRate(state, p.data(), rate);
+      out.insert(out.end(), rate, rate + 2);
+    }
+    if (hooks & kMoveStateHook) {
+      const T there = q[joint.q_index] + 0.004;
+      JointState<T> to = state;
+      to.q = &there;
+      T moved[2] = {z[0], z[1]};
+      h.MoveState(state, to, p.data(), moved);
+      out.insert(out.end(), moved, moved + 2);
     }
     if (hooks & kPairHook) {
       out.push_back(h.PairInertia(p.data()));
@@ -176,10 +205,11 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
   return out;
 }
 
-constexpr unsigned kAllHooks =
-    kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
-    kInputHook | kInputDelayHook | kMeasurementHook | kDryFrictionHook |
-    kBesideDryHook | kLimitHook | kInputLagHook | kOwnDelayHook | kPairHook;
+constexpr unsigned kAllHooks = kEffortHook | kJointInertiaHook | kGravityHook |
+                               kLinkForceHook | kInputHook | kInputDelayHook |
+                               kMeasurementHook | kDryFrictionHook |
+                               kBesideDryHook | kLimitHook | kInputLagHook |
+                               kOwnDelayHook | kPairHook | kStateHooks;
 
 std::vector<double> NullValues(const Effect& effect) {
   std::vector<double> p;
@@ -295,9 +325,9 @@ TEST_P(EffectContract, DoesNothingAtAllAtNull) {
     EXPECT_EQ(qdd, plain_qdd);
   }
   // Hook by hook, exactly: what came in goes out.
-  EXPECT_EQ(Answers<double>(mechanism_, *effect_, effect_->hooks(),
-                            NullValues(*effect_)),
-            Answers<double>(mechanism_, LikeEffect(), effect_->hooks(), {}));
+  const unsigned hooks = effect_->hooks() & ~kStateHooks;
+  EXPECT_EQ(Answers<double>(mechanism_, *effect_, hooks, NullValues(*effect_)),
+            Answers<double>(mechanism_, LikeEffect(), hooks, {}));
 }
 
 // The inner loop asks only those that the mask names: a hook that is written
@@ -354,7 +384,7 @@ TEST_P(EffectContract, HasTheDerivativeOfDifferencesAtNullAndNearIt) {
 // order could never be found.
 TEST_P(EffectContract, IsVisibleAtNullToFirstOrderInItsFirstParameter) {
   if (effect_->hooks() == 0) return;  // acts through the nominal values
-  if (effect_->kind() == "effort_limit") return;  // is off beyond all efforts
+  if (IsOffFarAway(*effect_)) return;
   std::vector<Jet8> seeded;
   const std::vector<double> at = NullValues(*effect_);
   for (size_t i = 0; i < at.size(); ++i) {
@@ -375,7 +405,8 @@ VectorXd Change(const Mechanism& mechanism, const Effect& effect,
                 const std::vector<double>& p) {
   const auto at = [&](const std::vector<double>& values) {
     const std::vector<double> answers = Answers<double>(
-        mechanism, effect, effect.hooks() & ~kOwnDelayHook, values);
+        mechanism, effect, effect.hooks() & ~(kOwnDelayHook | kStateHooks),
+        values);
     return VectorXd(Eigen::Map<const VectorXd>(answers.data(), answers.size()));
   };
   return at(p) - at(NullValues(effect));
@@ -392,7 +423,8 @@ VectorXd ProbeDerivative(const Mechanism& mechanism, const Effect& effect,
   std::vector<Jet8> seeded(probe.at.begin(), probe.at.end());
   seeded[probe.along].v[0] = 1.0;
   const std::vector<Jet8> answers =
-      Answers<Jet8>(mechanism, effect, effect.hooks() & ~kOwnDelayHook, seeded);
+      Answers<Jet8>(mechanism, effect,
+                    effect.hooks() & ~(kOwnDelayHook | kStateHooks), seeded);
   VectorXd derivative(answers.size());
   for (size_t k = 0; k < answers.size(); ++k) derivative[k] = answers[k].v[0];
   return derivative;
@@ -407,6 +439,8 @@ TEST_P(EffectContract, HasProbesOfEveryPointOfItsGridsOnly) {
   if (effect_->kind() == "effort_delay") points = 6;
   if (effect_->kind() == "actuator_lag") points = 5;
   if (effect_->kind() == "effort_limit") points = 7;
+  if (effect_->kind() == "joint_elasticity") points = 21;
+  if (effect_->kind() == "backlash") points = 42;
   EXPECT_EQ(effect_->ProbeSets().size(), points);
   for (const ProbeSet& probes : effect_->ProbeSets()) {
     EXPECT_THAT(probes, Not(IsEmpty()));
@@ -415,7 +449,7 @@ TEST_P(EffectContract, HasProbesOfEveryPointOfItsGridsOnly) {
 
 TEST_P(EffectContract, IsOffWhereItIsProbed) {
   // A delay of inputs that nothing multiplies does nothing.
-  const unsigned hooks = effect_->hooks() & ~kOwnDelayHook;
+  const unsigned hooks = effect_->hooks() & ~(kOwnDelayHook | kStateHooks);
   const auto off = Answers<double>(mechanism_, LikeEffect(), hooks, {});
   for (const ProbeSet& probes : effect_->ProbeSets()) {
     for (const Probe& probe : probes) {
@@ -430,7 +464,7 @@ TEST_P(EffectContract, IsOffWhereItIsProbed) {
 }
 
 TEST_P(EffectContract, HasTheDerivativeOfDifferencesWhereItIsProbed) {
-  if (effect_->kind() == "effort_limit") return;  // far secants of a corner
+  if (IsOffFarAway(*effect_)) return;
   for (const ProbeSet& probes : effect_->ProbeSets()) {
     for (const Probe& probe : probes) {
       const double scale = effect_->parameters()[probe.along].typical_scale;
@@ -454,7 +488,7 @@ TEST_P(EffectContract, HasTheDerivativeOfDifferencesWhereItIsProbed) {
 TEST_P(EffectContract, IsTheSumOfItsProbesWhereTheirWeightsAreSmall) {
   // A spring is that sum however large they are.
   const double size = effect_->kind() == "spring" ? 1.0 : 1e-4;
-  if (effect_->kind() == "effort_limit") return;  // what it starts with
+  if (IsOffFarAway(*effect_)) return;
   for (const ProbeSet& probes : effect_->ProbeSets()) {
     std::vector<double> weights;
     VectorXd expected;

@@ -19,11 +19,11 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::IsSubsetOf;
 
-constexpr int kInputs = 8;
+constexpr int kInputs = 8, kStates = 4;
 
 // Everything that an effect could get hold of, by name.
 struct World {
-  std::vector<double> q, qd, effort, inputs, rates;
+  std::vector<double> q, qd, effort, inputs, rates, states;
 
   explicit World(const Mechanism& mechanism) {
     // No two alike, none at rest; the ball's quaternion stays one.
@@ -36,6 +36,7 @@ struct World {
     for (int i = 0; i < mechanism.nv; ++i) qd.push_back(0.9 - 0.31 * i);
     for (int i = 0; i < mechanism.nv; ++i) effort.push_back(2.0 + 0.3 * i);
     for (int i = 0; i < kInputs; ++i) inputs.push_back(0.7 + 0.13 * i);
+    for (int i = 0; i < kStates; ++i) states.push_back(0.6 - 0.07 * i);
     for (int i = 0; i < 2 * mechanism.nv; ++i) rates.push_back(1.1 - 0.2 * i);
   }
 
@@ -58,6 +59,9 @@ struct World {
     for (int k = 0; k < kInputs; ++k) {
       slots["input" + std::to_string(k)] = &inputs[k];
     }
+    for (int k = 0; k < kStates; ++k) {
+      slots["state" + std::to_string(k)] = &states[k];
+    }
     return slots;
   }
 };
@@ -69,6 +73,7 @@ std::vector<double> Acting(const Effect& effect) {
   for (const EffectParameter& own : effect.parameters()) {
     double value = own.null_value + (0.6 + 0.1 * i++) * own.typical_scale;
     if (own.whole) value = own.grid.back();
+    if (own.start) value = *own.start;  // off at null and near it
     p.push_back(std::min(std::max(value, own.lower), own.upper));
   }
   return p;
@@ -97,7 +102,8 @@ std::vector<double> Answers(const Mechanism& mechanism, const Effect& effect,
                                  world.effort.data() + joint.v_index,
                                  world.inputs.data(),
                                  world.q.data(),
-                                 world.qd.data()};
+                                 world.qd.data(),
+                                 world.states.data()};
   if (hooks & kDryFrictionHook) {
     out.push_back(h.DryFriction(state, p.data(), 0.7));
   }
@@ -111,6 +117,21 @@ std::vector<double> Answers(const Mechanism& mechanism, const Effect& effect,
     h.LimitDrive(state, p.data(), tau.data());
   }
   out.insert(out.end(), tau.begin(), tau.end());
+  if (hooks & kStateRateHook) {
+    double rates[kStates] = {};
+    h.StateRate(state, p.data(), rates);
+    out.insert(out.end(), rates, rates + kStates);
+  }
+  if (hooks & kMoveStateHook) {
+    // It has the way of the joint alone; z itself comes in by the pointer.
+    const double start = 0.5;
+    const JointState<double> from{joint.type, nv, &start, nullptr};
+    const JointState<double> to{joint.type, nv, state.q, nullptr};
+    std::vector<double> moved = world.states;
+    h.MoveState(from, to, p.data(), moved.data());
+    out.insert(out.end(), moved.begin(),
+               moved.begin() + static_cast<int>(effect.states().size()));
+  }
   if (hooks & kMeasurementHook) {
     std::vector<double> measured(
         world.q.begin() + joint.q_index,
@@ -165,6 +186,9 @@ std::vector<std::string> Declared(const Mechanism& mechanism,
   };
   for (size_t k = 0; k < effect.inputs().size(); ++k) {
     names.push_back("input" + std::to_string(k));
+  }
+  for (size_t k = 0; k < effect.states().size(); ++k) {
+    names.push_back("state" + std::to_string(k));
   }
   if (effect.joint() < 0) return names;
   std::vector<int> joints = effect.other_joints();
@@ -256,7 +280,14 @@ INSTANTIATE_TEST_SUITE_P(
 // --- That such a law would be found -----------------------------------------
 
 // Reads one thing too many, by its template argument.
-enum class Steals { kEffort, kInput, kOtherJoint, kRates, kRestingSpeed };
+enum class Steals {
+  kEffort,
+  kInput,
+  kOtherJoint,
+  kRates,
+  kRestingSpeed,
+  kState,
+};
 
 template <Steals what>
 class Thief : public EffectOf<Thief<what>> {
@@ -272,6 +303,7 @@ class Thief : public EffectOf<Thief<what>> {
   void AddEffort(const JointState<T>& joint, const T*, T* tau) const {
     if (what == Steals::kEffort) tau[0] += joint.effort[0];
     if (what == Steals::kInput) tau[0] += joint.inputs[1];
+    if (what == Steals::kState) tau[0] += joint.z[0];
     // A comparison swallows what is no number, but not another one.
     if (what == Steals::kOtherJoint && joint.all_qd[0] > 0.0) tau[0] += 1.0;
   }
@@ -296,6 +328,7 @@ TEST(EffectReadsWithoutAWord, IsFound) {
   EXPECT_THAT(Stolen<Steals::kInput>(), Contains("input1"));
   EXPECT_THAT(Stolen<Steals::kOtherJoint>(), Contains("slide.qd0"));
   EXPECT_THAT(Stolen<Steals::kRates>(), Contains("hinge.change0"));
+  EXPECT_THAT(Stolen<Steals::kState>(), Contains("state0"));
   EXPECT_THAT(Stolen<Steals::kRestingSpeed>(true), ElementsAre("hinge.qd0"));
 }
 

@@ -281,5 +281,35 @@ TEST(StatesFromData, FindASphericalJointThatOnlyAFrameSees) {
   }
 }
 
+// Along the smoothed way; a motor as fast as its joint, bent by the effort.
+TEST(StatesFromData, SayWhatEffectsRemember) {
+  const Model model = Shipped(
+      "cartpole", {"presliding_friction@slider", "joint_elasticity@hinge"},
+      {{"slider.presliding_length", 0.1}, {"hinge.drive_stiffness", 50.0}});
+  sysid::Run run = EmptyRun(model);
+  run.effort.col(1).setConstant(2.0);
+  const auto slide = [](double t) { return One(0.4 * std::sin(3.0 * t)); };
+  const auto angle = [](double t) { return One(0.8 * std::cos(5.0 * t)); };
+  run.channels = {
+      MakeChannel(model, ChannelKind::kPosition, "slider", run.t, 1, slide),
+      MakeChannel(model, ChannelKind::kPosition, "hinge", run.t, 1, angle)};
+  const RowMatrixXd states = States(model, run);
+  const int z = model.layout().z();
+  double bend = 0.0;
+  for (int k = 0; k < run.size(); ++k) {
+    EXPECT_NEAR(states(k, z), bend, 0.02) << run.t[k];
+    EXPECT_NEAR(states(k, z + 1), 2.0 / 50.0, 1e-12);
+    EXPECT_EQ(states(k, z + 2), states(k, model.layout().qd() + 1));
+    if (k + 1 == run.size()) break;
+    // Dahl's equation, by small steps to the next sample.
+    constexpr int kParts = 100;
+    for (int i = 0; i < kParts; ++i) {
+      const double h = (run.t[k + 1] - run.t[k]) / kParts;
+      const double qd = 1.2 * std::cos(3.0 * (run.t[k] + (i + 0.5) * h));
+      bend += h * (qd - std::abs(qd) * bend) / 0.1;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace sysid

@@ -124,6 +124,26 @@ TEST(InverseDynamicsFit, AJointThatIsNotMeasuredIsSaid) {
   }
 }
 
+TEST(InverseDynamicsFit, AnEffectThatRemembersIsSaid) {
+  Model truth = FrictionArm(0.0);
+  truth.AddEffect(Catalogue().Make("presliding_friction@joint2",
+                                   truth.mechanism(), "test"));
+  const ShootingProblem problem(truth, FreeNominal(truth, {"link2.mass"}),
+                                {Shaken(truth, 1e-4, 1, 2.0)}, {});
+  try {
+    FitInverseDynamics(problem);
+    FAIL();
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("presliding_friction@joint2"), std::string::npos)
+        << text;
+    EXPECT_NE(text.find("--solver lm"), std::string::npos) << text;
+  }
+  // A fit of the motion starts where it was told.
+  EXPECT_EQ(StartByInverseDynamics(problem).InitialTheta(),
+            problem.InitialTheta());
+}
+
 TEST(InverseDynamicsFit, RunsThatAreTooShortAreSaid) {
   const Model truth = FrictionArm(0.0);
   sysid::Run run = Shaken(truth, 1e-4, 1, 0.04);  // 9 samples
