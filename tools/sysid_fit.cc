@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "gflags/gflags.h"
@@ -12,13 +14,16 @@
 #include "sysid/diagnosis/discrepancy.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/fitted_base.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/memory.h"
+#include "sysid/processes/process_group.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
 #include "sysid/report/sampled_models.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/checkpoint.h"
 #include "sysid/session/diagnosis_session.h"
+#include "sysid/session/shared_runs.h"
 #include "sysid/stochastic/solvers.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
@@ -67,10 +72,10 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR  --resume        report.html to look at, fit.json, prediction.csv,
                              identified.urdf; go on there with a killed fit
-  --sample N                 into DIR also N URDFs and samples.csv, drawn from
-                             the normal distribution of the estimate (gmm: from
-                             the mixture)
+  --sample N                 also N URDFs and samples.csv there, drawn from the
+                             estimate's normal distribution (gmm: its mixture)
 Ctrl-C gives the best point so far, once more ends at once.
+mpirun -n 8 sysid_fit ... (or srun) shares out the runs: docs/processes.md.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
@@ -94,6 +99,18 @@ PageFit Show(const Session& session, const ShootingProblem& problem,
 
 // The names of what was written, in a line.
 std::string WriteOutputs(const PageFit& fit) {
+  if (fit.session->options.processes != nullptr) {
+    std::vector<std::string> names;
+    for (const ModelFile& file : ModelFiles()) {
+      if (file.name == "prediction.csv") continue;
+      WriteIntoFolder(file.name, ModelFileText(fit, file.name));
+      names.push_back(file.name);
+    }
+    std::fprintf(stderr,
+                 "note: no prediction.csv and no report.html: each process "
+                 "knows the samples of its own runs alone\n");
+    return Join(names);
+  }
   std::vector<std::string> names = WriteModelFiles(fit);
   PageSource source = PageFromFlags("sysid_fit", *fit.session);
   source.train = &fit.problem->data();
@@ -196,13 +213,43 @@ void CheckSampleSize(const Session& session) {
               "to draw that many URDFs", "draw fewer at a time, by --seed");
 }
 
-int Main() {
+// What several processes do not do.
+void CheckProcesses(FitRequest* request) {
+  const auto refuse = [](const std::string& flag, const std::string& what,
+                         const std::string& hint) {
+    throw InputError("--" + flag, what + " by one process alone", hint);
+  };
+  if (FlagGiven("check") && request->check != "none") {
+    refuse("check", "recordings are checked",
+           "--check none here, and sysid_check on some of the runs");
+  }
+  request->check = "none";
+  if (!request->add.empty()) {
+    refuse("add", "added effects are tried",
+           "name them under `effects:` of the specification, --spec");
+  }
+}
+
+void CheckSharedSession(const Session& session) {
+  if (session.solver == "lm") return;
+  throw InputError("--solver", session.solver + " fits by one process alone",
+                   "--solver lm fits by many");
+}
+
+int Main(ProcessGroup* group) {
   const double start_s = Now();
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.any_solver = true;
   request.may_free_nothing = true;
+  const bool is_first = group == nullptr || group->rank() == 0;
+  if (group != nullptr) {
+    request.processes = group->shared_from_this();
+    if (request.threads == 0) request.threads = group->CoresEach();
+    CheckProcesses(&request);
+  }
   Session session = OpenSession(request, catalogue);
+  if (group != nullptr) CheckSharedSession(session);
   CheckSolverFlags(session.solver);
   CheckSomethingIsFitted(session);
   CheckSampling(session);
@@ -211,8 +258,14 @@ int Main() {
   SolverOptions how{AdamOptionsFromFlags(), MixtureOptionsFromFlags()};
   if (session.solver == "gmm") CheckMixtureSize(session, how.mixture);
   CheckSampleSize(session);
-  CheckOutputs(request, session);
+  const Processes& all = group != nullptr ? *group : Alone();
+  DoAlike(all, [&] {
+    if (is_first) CheckOutputs(request, session);
+  });
   Watch watch(&session.options);
+  if (group != nullptr) {
+    session.options.stop = group->StopTogether(session.options.stop);
+  }
   CheckSessionNumbers(&session);
   if (solver.kind == SolverKind::kStochastic) NoteMovedStarts(&session);
   PrintNotices(session.notices);
@@ -230,7 +283,7 @@ int Main() {
   const std::optional<MixtureFit>& mixture = solved.mixture;
   std::shared_ptr<const DataSet> held_out;
   std::optional<Holdout> holdout;
-  if (!session.holdout.empty()) {
+  if (!AllTrue(all, session.holdout.empty())) {
     held_out = MakeDataSetLike(session.model, session.holdout, session.options,
                                problem.data());
     holdout = PredictHoldout(OpenHoldout(fit.model, held_out, session.options,
@@ -249,9 +302,16 @@ int Main() {
   watch.ClearLine();
   PrintNotices(session.notices,
                CheckSessionData(&session, OutcomeOf(fit, problem)));
+  GatherErrors(all, &solved.fit.train);
+  GatherOpen(all, &solved.fit.open);
+  if (holdout) {
+    GatherErrors(all, &holdout->errors);
+    GatherOpen(all, &holdout->open);
+  }
   // All that passed, reading and checking too.
   solved.fit.wall_time_s = Now() - start_s;
-  solved.fit.cpu_time_s = CpuSeconds();
+  solved.fit.cpu_time_s = SumOver(all, CpuSeconds());
+  if (group != nullptr) group->Finish();
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
   const PageFit shown =
@@ -262,24 +322,28 @@ int Main() {
     samples = SampleModels(session, problem, solved, FLAGS_sample, FLAGS_seed);
   }
   std::string written;  // once all of it is
-  GiveResult(
-      [&] {
-        if (FLAGS_out.empty()) return;
-        const std::string names = WriteOutputs(shown);
-        if (!samples.urdfs.empty()) WriteSamples(samples);
-        written = "  written to " + FLAGS_out + ": " + names +
-                  SampleFiles(samples) + "\n";
-      },
-      json,
-      [&] {
-        const bool colour = isatty(STDOUT_FILENO) == 1;
-        std::string text = FitText(session, problem, fit, held, tried, colour);
-        if (mixture) text += MixtureText(*mixture);
-        return text + written + SampleText(samples, fit);
-      });
-  // What was interrupted can go on.
-  if (checkpoint && !session.options.stop.stop_requested()) {
-    checkpoint->Remove();
+  if (is_first) {
+    GiveResult(
+        [&] {
+          if (FLAGS_out.empty()) return;
+          const std::string names = WriteOutputs(shown);
+          if (!samples.urdfs.empty()) WriteSamples(samples);
+          written = "  written to " + FLAGS_out + ": " + names +
+                    SampleFiles(samples) + "\n";
+        },
+        json,
+        [&] {
+          // That of a process of mpirun is one, wherever mpirun's goes.
+          const bool colour = group == nullptr && isatty(STDOUT_FILENO) == 1;
+          std::string text =
+              FitText(session, problem, fit, held, tried, colour);
+          if (mixture) text += MixtureText(*mixture);
+          return text + written + SampleText(samples, fit);
+        });
+    // What was interrupted can go on.
+    if (checkpoint && !session.options.stop.stop_requested()) {
+      checkpoint->Remove();
+    }
   }
   if (!fit.converged) {
     watch.SayKept("the best point so far", WritesFiles());
@@ -296,5 +360,16 @@ int Main() {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+  std::shared_ptr<sysid::ProcessGroup> group;
+  const auto program = [&] {
+    return sysid::RunProgram(argc, argv, sysid::kHelp,
+                             [&] { return sysid::Main(group.get()); });
+  };
+  try {
+    group = sysid::ProcessGroup::Join();
+  } catch (const sysid::InputError& error) {
+    std::fprintf(stderr, "error: %s\n", error.what());
+    return sysid::kExitBadInput;
+  }
+  return group == nullptr ? program() : group->Run(program);
 }

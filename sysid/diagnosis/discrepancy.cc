@@ -25,6 +25,7 @@ using Eigen::VectorXd;
 
 // Fisher's distribution is then the chi-squared.
 constexpr double kManyDof = 1e6;
+constexpr int kDraws = 16;  // their mean is known to a quarter or better
 
 // The prior (7.8) that makes the data most likely.
 struct RandomForce {
@@ -35,7 +36,8 @@ struct RandomForce {
 
 RandomForce EstimateRandomForce(const LinearizedFit& fit) {
   RandomForce random;
-  if (!fit.Valid() || fit.segments().empty()) return random;
+  const Processes& all = fit.problem().processes();
+  if (!fit.Valid() || AllTrue(all, fit.segments().empty())) return random;
   const ForceResponse response(fit);
   if (!response.Valid()) return random;
   const ForceEquations equations = MakeForceEquations(response);
@@ -44,8 +46,14 @@ RandomForce EstimateRandomForce(const LinearizedFit& fit) {
   for (int v = 0; v < equations.nv; ++v) {
     if (force.Seen(v)) random.width[v] = force.width(v);
   }
-  // Of all runs about the same.
-  random.time_scale = force.time_scale() * response.knots().front().spacing;
+  // Of all runs about the same: that of the first.
+  Packer packer;
+  if (!response.knots().empty()) packer.Put(response.knots().front().spacing);
+  for (const std::string& bytes : GatherToAll(all, packer.bytes())) {
+    if (bytes.empty()) continue;
+    random.time_scale = force.time_scale() * Unpacker(bytes).Number();
+    break;
+  }
   random.variance = force.variance();
   return random;
 }
@@ -219,7 +227,6 @@ struct RunScores {
 bool ScoresOf(const ShootingProblem& problem, const Fit& fit, int run,
               const RandomForce& random, const VectorXd& defect_weight,
               const RunLinearization& linearization, RunScores* out) {
-  constexpr int kDraws = 16;  // their mean is known to a quarter or better
   const int n = problem.map().size();
   const RunReduction reduction(linearization);
   out->root = reduction.root();
@@ -230,7 +237,7 @@ bool ScoresOf(const ShootingProblem& problem, const Fit& fit, int run,
   }
   const ForceKnots knots =
       KnotsFor(problem.runs()[run]->run, random.time_scale);
-  std::mt19937_64 generator(run + 1);
+  std::mt19937_64 generator(problem.data().first_run() + run + 1);
   const MatrixXd paths = DrawForces(random, knots, kDraws, &generator);
   MatrixXd C = MatrixXd::Zero(paths.rows(), n);
   RunLinearization drawn = linearization;
@@ -290,39 +297,40 @@ bool ScoreCovariance(const ShootingProblem& problem, const Fit& fit,
           .cwiseInverse();
   const int n = problem.map().size(), count = static_cast<int>(runs.size());
   std::vector<RunScores> of_run(count);
-  if (!ParallelFor(count, problem.options().threads, problem.options().stop,
-                   [&](int r) {
-                     return ScoresOf(problem, fit, r, *random, defect_weight,
-                                     runs[r], &of_run[r]);
-                   })) {
-    return false;
-  }
+  const Processes& processes = problem.processes();
+  const bool mine = ParallelFor(
+      count, problem.options().threads, problem.options().stop, [&](int r) {
+        return ScoresOf(problem, fit, r, *random, defect_weight, runs[r],
+                        &of_run[r]);
+      });
+  if (!AllTrue(processes, mine)) return false;
   RowMatrixXd J_prior;
   VectorXd r_prior;
   LinearizePriors(problem, fit.point.theta, &J_prior, &r_prior);
-  const int draws = static_cast<int>(of_run[0].drawn.cols()) - 1 - n;
   // Square also where the data says little.
   std::vector<RowMatrixXd> roots(1, RowMatrixXd::Zero(n + 1, n + 1));
   std::vector<RowMatrixXd> drawn(
-      1, RowMatrixXd::Zero(n + draws + 1, n + draws + 1));
-  *scores = MatrixXd::Zero(n, n);
+      1, RowMatrixXd::Zero(n + kDraws + 1, n + kDraws + 1));
+  Totals totals(n * n);
   for (const RunScores& run : of_run) {
     roots.push_back(run.root);
     drawn.push_back(run.drawn);
-    *scores += run.scores;
+    totals.Add(0, run.scores);
   }
+  *scores = totals.Over(processes).reshaped(n, n);
+  if (processes.rank() > 0) J_prior.resize(0, n);  // they count once
   RowMatrixXd prior = RowMatrixXd::Zero(J_prior.rows(), n + 1);
   prior.leftCols(n) = J_prior;
   roots.push_back(prior);
   prior.conservativeResizeLike(
-      RowMatrixXd::Zero(J_prior.rows(), n + draws + 1));
+      RowMatrixXd::Zero(J_prior.rows(), n + kDraws + 1));
   drawn.push_back(prior);
-  const RowMatrixXd all = MergeRoots(roots);
+  const RowMatrixXd all = MergeRoots(processes, roots);
   *root = all.topLeftCorner(n, n);
   const double squares = all(n, n) * all(n, n);
-  const MatrixXd R = MergeRoots(drawn).block(n, n, draws, draws);
+  const MatrixXd R = MergeRoots(processes, drawn).block(n, n, kDraws, kDraws);
   const MatrixXd products = R.transpose() * R;  // of what is left of the draws
-  const double expected = products.trace() / draws;
+  const double expected = products.trace() / kDraws;
   if (!(expected > 0)) return false;
   const double size =
       std::max(0.0, squares - random->variance * fit.train.dof) / expected;

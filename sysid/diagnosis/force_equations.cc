@@ -92,8 +92,8 @@ ForceEquations MakeForceEquations(const ForceResponse& response) {
               });
   ForceEquations equations;
   equations.dof = fit.DegreesOfFreedom();
-  equations.N = MatrixXd::Zero(free, free);
-  equations.t = VectorXd::Zero(free);
+  equations.processes = &problem.processes();
+  Totals totals(free * free + free + 1);  // N, t, squares
   equations.nv = nv;
   for (size_t r = 0; r < response.knots().size(); ++r) {
     ForceEquations::Run run;
@@ -114,10 +114,14 @@ ForceEquations MakeForceEquations(const ForceResponse& response) {
     run.G.Add(row, K.topLeftCorner(size, size));
     run.C.middleRows(row, size) += K.block(0, size, size, free);
     run.g.segment(row, size) += K.col(size + free).head(size);
-    equations.N += K.block(size, size, free, free);
-    equations.t += K.col(size + free).segment(size, free);
-    equations.squares += K(size + free, size + free);
+    totals.Add(0, K.block(size, size, free, free));
+    totals.Add(free * free, K.col(size + free).segment(size, free));
+    totals.Add(free * free + free, K(size + free, size + free));
   }
+  const VectorXd sums = totals.Over(problem.processes());
+  equations.N = sums.head(free * free).reshaped(free, free);
+  equations.t = sums.segment(free * free, free);
+  equations.squares = sums[free * free + free];
   for (int i = 0; i < free; ++i) {
     double& own = equations.N(i, i);
     const auto& prior = problem.free()[i].prior;

@@ -19,6 +19,7 @@ std::vector<ForceKnots> PlaceKnots(const LinearizedFit& fit) {
     longest = std::max(
         longest, t[segment->rollout->last()] - t[segment->rollout->first()]);
   }
+  longest = MaxOver(problem.processes(), longest);
   const double spacing =
       std::max({kSamplesPerKnot * problem.data().MedianSamplePeriod(),
                 problem.data().LongestDuration() / kMostKnots,
@@ -40,13 +41,14 @@ std::vector<ForceKnots> PlaceKnots(const LinearizedFit& fit) {
 
 ForceResponse::ForceResponse(const LinearizedFit& fit)
     : fit_(fit), tangents_(fit.segments().size()), knots_(PlaceKnots(fit)) {
-  valid_ = ParallelFor(
+  const bool mine = ParallelFor(
       static_cast<int>(tangents_.size()), fit.problem().options().threads,
       fit.problem().options().stop, [&](int s) {
         const LinearizedFit::Segment& segment = *fit.segments()[s];
         return LinearizeAlong(*segment.rollout, fit.StateOf(segment),
                               fit.point().theta.data(), &tangents_[s]);
       });
+  valid_ = AllTrue(fit.problem().processes(), mine);
 }
 
 double ForceResponse::Middle(int s, int i) const {

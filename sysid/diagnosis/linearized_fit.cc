@@ -55,10 +55,11 @@ LinearizedFit::LinearizedFit(const ShootingProblem& problem,
     }
   }
   ScratchPool pool;
-  valid_ =
+  valid_ = AllTrue(
+      problem.processes(),
       ParallelFor(static_cast<int>(segments_.size()), problem.options().threads,
                   problem.options().stop,
-                  [&](int i) { return Linearize(segments_[i].get(), &pool); });
+                  [&](int i) { return Linearize(segments_[i].get(), &pool); }));
   if (valid_) ProjectResiduals();
 }
 
@@ -157,20 +158,25 @@ void LinearizedFit::ProjectResiduals() {
     const auto& belief = problem_.free()[kept_[i]].prior;
     if (belief) prior[i] = 1.0 / (belief->std * belief->std);
   }
-  Eigen::MatrixXd N = prior.asDiagonal();
+  const Processes& all = problem_.processes();
+  Totals totals(n * n);
   for (const auto& segment : segments_) {
-    N.noalias() += segment->theta.transpose() * segment->theta;
+    totals.Add(0, segment->theta.transpose() * segment->theta);
   }
+  Eigen::MatrixXd N = totals.Over(all).reshaped(n, n);
+  N += prior.asDiagonal();
   const Eigen::MatrixXd V = InverseRoot(N);
   theta_rank_ = static_cast<int>(V.cols());
   // Theta V is orthonormal but for what the conditioning of N loses; the
   // Cholesky factor of what its product is mends that.
-  Eigen::MatrixXd product = V.transpose() * prior.asDiagonal() * V;
+  Totals products(theta_rank_ * theta_rank_);
   for (const auto& segment : segments_) {
     segment->theta_basis = segment->theta * V;
-    product.noalias() +=
-        segment->theta_basis.transpose() * segment->theta_basis;
+    products.Add(0, segment->theta_basis.transpose() * segment->theta_basis);
   }
+  Eigen::MatrixXd product =
+      products.Over(all).reshaped(theta_rank_, theta_rank_);
+  product += V.transpose() * prior.asDiagonal() * V;
   const Eigen::LLT<Eigen::MatrixXd> factor(product);
   std::vector<Eigen::MatrixXd> r;
   for (const auto& segment : segments_) {
@@ -183,17 +189,22 @@ void LinearizedFit::ProjectResiduals() {
 
 void LinearizedFit::ProjectOutTheta(
     std::vector<Eigen::MatrixXd>* columns) const {
-  if (columns->empty() || theta_rank_ == 0) return;
+  if (theta_rank_ == 0) return;
+  const Processes& all = problem_.processes();
   const int count = static_cast<int>(segments_.size());
+  const int width = static_cast<int>(
+      MaxOver(all, columns->empty() ? 0.0 : columns->front().cols()));
   const int threads = problem_.options().threads;
   std::vector<Eigen::MatrixXd> inner(count);
   ParallelFor(count, threads, [&](int s) {
     inner[s].noalias() = segments_[s]->theta_basis.transpose() * (*columns)[s];
     return true;
   });
-  for (int s = 1; s < count; ++s) inner[0] += inner[s];
+  Totals totals(theta_rank_ * width);
+  for (const Eigen::MatrixXd& one : inner) totals.Add(0, one);
+  const Eigen::MatrixXd sum = totals.Over(all).reshaped(theta_rank_, width);
   ParallelFor(count, threads, [&](int s) {
-    (*columns)[s].noalias() -= segments_[s]->theta_basis * inner[0];
+    (*columns)[s].noalias() -= segments_[s]->theta_basis * sum;
     return true;
   });
 }
@@ -208,11 +219,11 @@ double LinearizedFit::Segment::numbers() const {
 }
 
 double LinearizedFit::DegreesOfFreedom() const {
-  double dof = -theta_rank_;
+  double dof = 0.0;
   for (const auto& segment : segments_) {
     dof += segment->numbers() - ObservedStateDof(problem_);
   }
-  return std::max(1.0, dof);
+  return std::max(1.0, SumOver(problem_.processes(), dof) - theta_rank_);
 }
 
 double LinearizedFit::SumOfSquares() const {

@@ -96,8 +96,9 @@ SmoothForce::SmoothForce(const ForceEquations& equations)
 // change the sum of squares.
 VectorXd SmoothForce::Reach(double ell) const {
   const int nv = equations_.nv;
-  VectorXd reach = VectorXd::Zero(nv);
+  Totals totals(nv);
   for (const ForceEquations::Run& run : equations_.runs) {
+    VectorXd reach = VectorXd::Zero(nv);
     const std::vector<int>& first = run.G.first;
     const auto add = [&](const MatrixXd& part, int row, int column,
                          double times) {
@@ -117,8 +118,9 @@ VectorXd SmoothForce::Reach(double ell) const {
         add(run.G.below[i], first[i + 1], first[i], 2.0);
       }
     }
+    totals.Add(0, reach);
   }
-  return reach;
+  return totals.Over(*equations_.processes);
 }
 
 double SmoothForce::Solution::LogLikelihood(double dof, double variance) const {
@@ -131,10 +133,12 @@ std::vector<MatrixXd> SmoothForce::ForcesFrom(const Solution& at,
                                               std::vector<MatrixXd> Ay,
                                               MatrixXd Ty,
                                               MatrixXd* dtheta) const {
+  Totals totals(static_cast<int>(Ty.size()));
   for (size_t r = 0; r < Ay.size(); ++r) {
     Ay[r] = at.factors[r].Solve(Ay[r] / variance);
-    Ty.noalias() -= equations_.runs[r].C.transpose() * Ay[r];
+    totals.Add(0, equations_.runs[r].C.transpose() * Ay[r]);
   }
+  Ty -= totals.Over(*equations_.processes).reshaped(Ty.rows(), Ty.cols());
   *dtheta = Ty / variance;
   if (dtheta->rows() > 0) *dtheta = at.parameters.solve(*dtheta).eval();
   for (size_t r = 0; r < Ay.size(); ++r) Ay[r].noalias() -= at.Y[r] * *dtheta;
@@ -146,10 +150,13 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
   const double variance = point.variance;
   Solution out;
   MatrixXd M = equations_.N;
+  const int free = static_cast<int>(M.rows());
+  Totals totals(2 + free * free);  // failures, determinants, C' Y
   std::vector<MatrixXd> Ay;
   std::vector<UnitPrior> priors;
   for (const ForceEquations::Run& run : equations_.runs) {
     const UnitPrior& prior = priors.emplace_back(run.knots, point.ell);
+    double determinants = 0.0;
     BlockTridiagonal H = run.G;
     for (MatrixXd& block : H.diagonal) block /= variance;
     for (MatrixXd& block : H.below) block /= variance;
@@ -158,18 +165,25 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
       prior.ForEach([&](int k, int l, double p) {
         if (k >= l) H.At(k * nv + d, l * nv + d) += p / s2;
       });
-      out.determinants += prior.log_determinant - run.knots * std::log(s2);
+      determinants += prior.log_determinant - run.knots * std::log(s2);
     }
     out.factors.emplace_back(H);
     if (!out.factors.back().Valid()) {
-      out.determinants = -std::numeric_limits<double>::infinity();
-      return out;
+      totals.Add(0, 1.0);
+      break;
     }
-    out.determinants -= out.factors.back().LogDeterminant();
+    totals.Add(1, determinants - out.factors.back().LogDeterminant());
     out.Y.push_back(out.factors.back().Solve(run.C / variance));
-    M.noalias() -= run.C.transpose() * out.Y.back();
+    totals.Add(2, run.C.transpose() * out.Y.back());
     Ay.push_back(-run.g);
   }
+  const VectorXd sums = totals.Over(*equations_.processes);
+  if (sums[0] > 0.0) {
+    out.determinants = -std::numeric_limits<double>::infinity();
+    return out;
+  }
+  out.determinants = sums[1];
+  M -= sums.tail(free * free).reshaped(free, free);
   if (M.size() > 0) {
     out.parameters.compute(M / variance);
     if (out.parameters.info() != Eigen::Success) {
@@ -186,29 +200,37 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
   out.dtheta = dtheta;
   out.squares = equations_.squares + 2.0 * equations_.t.dot(out.dtheta) +
                 out.dtheta.dot(equations_.N * out.dtheta);
-  out.rough = out.determined = VectorXd::Zero(nv);
+  // Squares, roughness, and by degree of freedom `rough` and `determined`.
+  Totals of_runs(2 + 2 * nv);
   for (size_t r = 0; r < phi.size(); ++r) {
     const ForceEquations::Run& run = equations_.runs[r];
     out.phi.push_back(phi[r]);
     const double linear = phi[r].col(0).dot(run.g + run.C * out.dtheta);
     const double quadratic = phi[r].col(0).dot(run.G.Times(phi[r]).col(0));
-    out.squares += 2.0 * linear + quadratic;
+    of_runs.Add(0, 2.0 * linear + quadratic);
     // H phi = -(g + C dtheta) / variance.
-    out.roughness -= (linear + quadratic) / variance;
+    of_runs.Add(1, -(linear + quadratic) / variance);
     out.inverse.push_back(out.factors[r].Inverse());
     out.Z.push_back(out.Y[r]);
     if (M.size() > 0) {
       out.parameters.matrixU().solveInPlace<Eigen::OnTheRight>(out.Z[r]);
     }
     for (int d = 0; d < nv; ++d) {
-      out.determined[d] += run.knots;
+      double rough = 0.0, determined = run.knots;
       priors[r].ForEach([&](int k, int l, double p) {
         const int row = k * nv + d, column = l * nv + d;
-        out.rough[d] += p * out.phi[r][row] * out.phi[r][column];
-        out.determined[d] -= p * out.Covariance(r, row, column) / point.s2[d];
+        rough += p * out.phi[r][row] * out.phi[r][column];
+        determined -= p * out.Covariance(r, row, column) / point.s2[d];
       });
+      of_runs.Add(2 + d, rough);
+      of_runs.Add(2 + nv + d, determined);
     }
   }
+  const VectorXd over_runs = of_runs.Over(*equations_.processes);
+  out.squares += over_runs[0];
+  out.roughness = over_runs[1];
+  out.rough = over_runs.segment(2, nv);
+  out.determined = over_runs.tail(nv);
   out.determined = out.determined.cwiseMax(0.0);
   return out;
 }

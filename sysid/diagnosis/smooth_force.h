@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sysid/diagnosis/block_tridiagonal.h"
+#include "sysid/estimation/processes.h"
 
 namespace sysid {
 
@@ -24,6 +25,8 @@ struct ForceEquations {
   Eigen::VectorXd t;  // Theta' r
   int nv = 0;
   double squares = 0.0, dof = 0.0;  // of r, less what was fitted
+  // That share out the runs: N, t, squares and dof are of all of them.
+  const Processes* processes = &Alone();
 };
 
 // P0^-1 far from the ends of a run: the correlation of two forces that are so

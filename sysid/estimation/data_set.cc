@@ -113,42 +113,78 @@ double ChannelMotion(const Mechanism& mechanism, const Channel& channel,
   return std::sqrt(variance / ResidualDof(residual));
 }
 
-// One sensor, one noise: the same channel of several runs is pooled.
-void PoolNoise(std::vector<std::unique_ptr<RunData>>* runs) {
-  struct Sum {
-    double squares = 0.0;
-    int count = 0;
-  };
-  std::map<std::string, Sum> sums;
-  for (const auto& data : *runs) {
-    for (size_t c = 0; c < data->run.channels.size(); ++c) {
-      Sum& sum = sums[data->run.channels[c].name];
-      sum.squares += data->sigma[c] * data->sigma[c];
-      ++sum.count;
-    }
+// The channels of all runs, with what is needed to pool them.
+struct PooledChannel {
+  SensedChannel channel;
+  LongSum squares;  // of the sigmas of the runs that have it
+  double count = 0.0;
+};
+
+// Of one process, as text for the others.
+std::string Packed(const std::vector<PooledChannel>& channels) {
+  Packer packer;
+  for (const PooledChannel& one : channels) {
+    packer.Put(one.channel.name);
+    packer.Put(one.channel.unit);
+    packer.Put(static_cast<double>(one.channel.kind));
+    packer.Put(one.channel.target);
+    packer.Put(one.squares.high);
+    packer.Put(one.squares.low);
+    packer.Put(one.count);
   }
-  for (const auto& data : *runs) {
-    for (size_t c = 0; c < data->run.channels.size(); ++c) {
-      const Sum& sum = sums[data->run.channels[c].name];
-      data->sigma[c] = std::sqrt(sum.squares / sum.count);
+  return packer.bytes();
+}
+
+// Adds the channels of a process to those of the ones before it.
+void AddPacked(const std::string& bytes, std::vector<PooledChannel>* all,
+               std::map<std::string, int>* places) {
+  for (Unpacker unpacker(bytes); !unpacker.AtEnd();) {
+    PooledChannel one;
+    one.channel.name = unpacker.Text();
+    one.channel.unit = unpacker.Text();
+    one.channel.kind = static_cast<ChannelKind>(unpacker.Count());
+    one.channel.target = unpacker.Count();
+    one.squares.high = unpacker.Number();
+    one.squares.low = unpacker.Number();
+    one.count = unpacker.Number();
+    const auto [at, is_new] =
+        places->emplace(one.channel.name, static_cast<int>(all->size()));
+    if (is_new) {
+      all->push_back(std::move(one));
+    } else {
+      (*all)[at->second].squares += one.squares;
+      (*all)[at->second].count += one.count;
     }
   }
 }
 
-// The sigma of a channel of this name; NaN where none has it.
-double SigmaOf(const DataSet& data, const std::string& channel) {
-  for (const auto& run : data.runs()) {
-    for (size_t c = 0; c < run->run.channels.size(); ++c) {
-      if (run->run.channels[c].name == channel) return run->sigma[c];
+// Of the runs of this process, in the order of their first appearance.
+std::vector<PooledChannel> ChannelsOf(
+    const Mechanism& mechanism,
+    const std::vector<std::unique_ptr<RunData>>& runs) {
+  std::vector<PooledChannel> channels;
+  std::map<std::string, size_t> places;
+  for (const auto& data : runs) {
+    for (size_t c = 0; c < data->run.channels.size(); ++c) {
+      const Channel& channel = data->run.channels[c];
+      const auto [at, is_new] = places.emplace(channel.name, channels.size());
+      if (is_new) {
+        channels.push_back({{channel.name, ResidualUnit(mechanism, channel),
+                             channel.kind, channel.target},
+                            {},
+                            0.0});
+      }
+      PooledChannel& one = channels[at->second];
+      one.squares += data->sigma[c] * data->sigma[c];
+      one.count += 1.0;
     }
   }
-  return std::numeric_limits<double>::quiet_NaN();
+  return channels;
 }
 
-// Of `like` where it has the channels, else estimated and pooled.
 std::vector<std::unique_ptr<RunData>> MakeRuns(
     const Mechanism& mechanism, std::vector<Run> runs,
-    const MeasurementOptions& options, const DataSet* like) {
+    const MeasurementOptions& options) {
   std::vector<std::unique_ptr<RunData>> all;
   for (Run& run : runs) {
     auto data = std::make_unique<RunData>();
@@ -165,14 +201,6 @@ std::vector<std::unique_ptr<RunData>> MakeRuns(
     }
     all.push_back(std::move(data));
   }
-  PoolNoise(&all);
-  if (like == nullptr) return all;
-  for (const auto& data : all) {
-    for (size_t c = 0; c < data->run.channels.size(); ++c) {
-      const double theirs = SigmaOf(*like, data->run.channels[c].name);
-      if (!std::isnan(theirs)) data->sigma[c] = theirs;
-    }
-  }
   return all;
 }
 
@@ -181,56 +209,80 @@ std::vector<std::unique_ptr<RunData>> MakeRuns(
 DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
                  const MeasurementOptions& options, const DataSet* like)
     : options_(options) {
-  for (auto& data : MakeRuns(mechanism, std::move(runs), options, like)) {
+  const Processes& all = options.processes ? *options.processes : Alone();
+  std::vector<std::unique_ptr<RunData>> own =
+      MakeRuns(mechanism, std::move(runs), options);
+  // One sensor, one noise: the same channel of several runs is pooled.
+  std::vector<PooledChannel> pooled;
+  for (const std::string& bytes :
+       GatherToAll(all, Packed(ChannelsOf(mechanism, own)))) {
+    AddPacked(bytes, &pooled, &places_);
+  }
+  double squares = 0.0, count = 0.0;
+  for (PooledChannel& one : pooled) {
+    double& sigma = one.channel.sigma;
+    sigma = std::sqrt(one.squares.Value() / one.count);
+    if (like != nullptr) {
+      const auto at = like->places_.find(one.channel.name);
+      if (at != like->places_.end()) sigma = like->channels_[at->second].sigma;
+    }
+    channels_.push_back(one.channel);
+    if (!IsPositionLike(one.channel.kind)) continue;
+    squares += one.count * sigma * sigma;
+    count += one.count;
+  }
+  pooled_ = count > 0.0         ? std::sqrt(squares / count)
+            : channels_.empty() ? 0.0
+                                : channels_.back().sigma;
+  for (auto& data : own) {
+    for (size_t c = 0; c < data->sigma.size(); ++c) {
+      data->sigma[c] = channels_[PlaceOf(data->run.channels[c].name)].sigma;
+    }
     runs_.push_back(std::move(data));
   }
+  Measure(all);
+}
+
+void DataSet::Measure(const Processes& all) {
+  std::vector<double> counts(all.size(), 0.0);  // of runs, by rank
+  counts[all.rank()] = static_cast<double>(runs_.size());
+  all.Max(&counts);
+  for (int p = 0; p < all.size(); ++p) {
+    if (p < all.rank()) first_run_ += static_cast<int>(counts[p]);
+    run_count_ += static_cast<int>(counts[p]);
+  }
   std::vector<double> periods;
-  double dof = 0.0;
+  Totals totals(3);
   for (const auto& data : runs_) {
     const std::vector<double>& t = data->run.t;
-    samples_ += data->run.size();
+    totals.Add(0, data->run.size());
+    totals.Add(1, t.back() - t.front());
     longest_ = std::max(longest_, t.back() - t.front());
-    duration_ += t.back() - t.front();
     for (size_t k = 1; k < t.size(); ++k) periods.push_back(t[k] - t[k - 1]);
     for (size_t c = 0; c < data->run.channels.size(); ++c) {
       const auto first = data->run.channels[c].values.col(0);
-      dof += ResidualDof(data->measurements.residuals[c]) *
-             static_cast<double>((first.array() == first.array()).count());
+      totals.Add(
+          2, ResidualDof(data->measurements.residuals[c]) *
+                 static_cast<double>((first.array() == first.array()).count()));
     }
   }
-  if (samples_ > 0) dof_per_sample_ = dof / samples_;
-  if (periods.empty()) return;
-  const auto middle = periods.begin() + periods.size() / 2;
-  std::nth_element(periods.begin(), middle, periods.end());
-  period_ = *middle;
+  const Eigen::VectorXd sums = totals.Over(all);
+  samples_ = static_cast<int>(sums[0]);
+  duration_ = sums[1];
+  if (samples_ > 0) dof_per_sample_ = sums[2] / sums[0];
+  longest_ = MaxOver(all, longest_);
+  period_ = MedianOver(all, std::move(periods));
 }
 
 double DataSet::JointSigma(int joint) const {
-  for (const auto& data : runs_) {
-    for (size_t c = 0; c < data->sigma.size(); ++c) {
-      const Channel& channel = data->run.channels[c];
-      if (channel.target == joint &&
-          (channel.kind == ChannelKind::kPosition ||
-           channel.kind == ChannelKind::kOrientation)) {
-        return data->sigma[c];
-      }
+  for (const SensedChannel& channel : channels_) {
+    if (channel.target == joint &&
+        (channel.kind == ChannelKind::kPosition ||
+         channel.kind == ChannelKind::kOrientation)) {
+      return channel.sigma;
     }
   }
   return PooledNoise();
-}
-
-double DataSet::PooledNoise() const {
-  double sum = 0.0, any = 0.0;
-  int count = 0;
-  for (const auto& data : runs_) {
-    for (size_t c = 0; c < data->sigma.size(); ++c) {
-      any = data->sigma[c];
-      if (!IsPositionLike(data->run.channels[c].kind)) continue;
-      sum += data->sigma[c] * data->sigma[c];
-      ++count;
-    }
-  }
-  return count > 0 ? std::sqrt(sum / count) : any;
 }
 
 std::vector<Run> RunsOf(const DataSet& data) {

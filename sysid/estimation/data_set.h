@@ -1,9 +1,12 @@
 #pragma once
 
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "residuals/segment.h"
+#include "sysid/estimation/processes.h"
 
 namespace sysid {
 
@@ -23,10 +26,22 @@ struct MeasurementOptions {
   OrientationResidual orientation = OrientationResidual::kHeading;
   // Standard deviation of position-like measurements; 0: estimated per channel.
   double noise = 0.0;
+  // That share out the runs; null: one has all.
+  std::shared_ptr<const Processes> processes;
+};
+
+// A channel of any run.
+struct SensedChannel {
+  std::string name, unit;
+  ChannelKind kind = ChannelKind::kPosition;
+  int target = -1;
+  double sigma = 0.0;  // as RunData's
 };
 
 // Recordings of one mechanism: their samples, the residual of each channel and
 // its noise, estimated once. Never changes; whoever needs it shares it.
+//
+// Of several processes each has its own runs; all else is of all runs.
 class DataSet {
  public:
   // Estimates the noise where the options do not give it, but for channels
@@ -40,12 +55,18 @@ class DataSet {
     return runs_;
   }
   const MeasurementOptions& options() const { return options_; }
+  // In the order of their first appearance.
+  const std::vector<SensedChannel>& channels() const { return channels_; }
+  // The place of a channel there.
+  int PlaceOf(const std::string& channel) const { return places_.at(channel); }
+  int run_count() const { return run_count_; }  // of all processes
+  int first_run() const { return first_run_; }  // the place of runs()[0]
 
   // The noise of a joint's position, or a stand-in where it is not measured.
   double JointSigma(int joint) const;
   // Root mean square of the channels' sigmas that are position-like: `noise` of
   // fit.json.
-  double PooledNoise() const;
+  double PooledNoise() const { return pooled_; }
   double LongestDuration() const { return longest_; }    // of a run, s
   double TotalDuration() const { return duration_; }     // of all runs, s
   double MedianSamplePeriod() const { return period_; }  // over all runs, s
@@ -54,8 +75,14 @@ class DataSet {
   int samples() const { return samples_; }  // of all runs
 
  private:
+  void Measure(const Processes& all);
+
   MeasurementOptions options_;
   std::vector<std::shared_ptr<const RunData>> runs_;
+  std::vector<SensedChannel> channels_;
+  std::map<std::string, int> places_;  // among those
+  int run_count_ = 0, first_run_ = 0;
+  double pooled_ = 0.0;
   double longest_ = 0.0, duration_ = 0.0;
   double period_ = 0.0, dof_per_sample_ = 0.0;
   int samples_ = 0;

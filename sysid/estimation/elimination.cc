@@ -82,21 +82,40 @@ RowMatrixXd MergeRoots(const std::vector<RowMatrixXd>& roots) {
   return TriangularFactor(stack);
 }
 
+RowMatrixXd MergeRoots(const Processes& all,
+                       const std::vector<RowMatrixXd>& roots) {
+  const RowMatrixXd own = MergeRoots(roots);
+  if (all.size() == 1) return own;
+  Packer packer;
+  packer.Put(own);
+  std::vector<RowMatrixXd> others;
+  for (const std::string& bytes : all.Gather(packer.bytes())) {
+    others.push_back(Unpacker(bytes).Matrix());
+  }
+  Packer merged;
+  if (!others.empty()) merged.Put(MergeRoots(others));
+  const std::string bytes = all.Share(merged.bytes());
+  return Unpacker(bytes).Matrix();
+}
+
 RowMatrixXd EliminateStates(const std::vector<RunLinearization>& runs,
                             const RowMatrixXd& J_prior,
-                            const Eigen::VectorXd& r_prior, int threads) {
+                            const Eigen::VectorXd& r_prior, int threads,
+                            const Processes& all) {
   const int n_theta = static_cast<int>(J_prior.cols());
   std::vector<RowMatrixXd> roots(runs.size());
   ParallelFor(static_cast<int>(runs.size()), threads, [&](int r) {
     roots[r] = RunReduction(runs[r]).root();
     return true;
   });
-  RowMatrixXd prior(J_prior.rows(), n_theta + 1);
-  prior << J_prior, r_prior;
-  roots.push_back(prior);
+  if (all.rank() == 0) {
+    RowMatrixXd prior(J_prior.rows(), n_theta + 1);
+    prior << J_prior, r_prior;
+    roots.push_back(prior);
+  }
   // Square, also where the data says little.
   roots.push_back(RowMatrixXd::Zero(n_theta, n_theta + 1));
-  return MergeRoots(roots).topRows(n_theta);
+  return MergeRoots(all, roots).topRows(n_theta);
 }
 
 }  // namespace sysid

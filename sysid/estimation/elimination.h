@@ -58,11 +58,15 @@ class RunReduction {
 
 // The square root of several.
 RowMatrixXd MergeRoots(const std::vector<RowMatrixXd>& roots);
+// Of those of all processes, each with at least one.
+RowMatrixXd MergeRoots(const Processes& all,
+                       const std::vector<RowMatrixXd>& roots);
 
 // [R | z] of all runs with theta's priors, upper triangular,
 // theta x (theta + 1).
 RowMatrixXd EliminateStates(const std::vector<RunLinearization>& runs,
                             const RowMatrixXd& J_prior,
-                            const Eigen::VectorXd& r_prior, int threads);
+                            const Eigen::VectorXd& r_prior, int threads,
+                            const Processes& all = Alone());
 
 }  // namespace sysid

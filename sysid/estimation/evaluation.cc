@@ -31,6 +31,33 @@ struct Sums {
   }
 };
 
+// Those of the channels of a data set, over all processes.
+std::vector<Sums> SumOverSegments(
+    const ShootingProblem& problem, const std::vector<SegmentPlace>& all,
+    const std::vector<std::vector<Sums>>& of_segments) {
+  constexpr int kNumbers = 4;
+  const DataSet& data = problem.data();
+  Totals totals(kNumbers * static_cast<int>(data.channels().size()));
+  for (size_t i = 0; i < all.size(); ++i) {
+    const Run& run = problem.runs()[all[i].run]->run;
+    for (size_t c = 0; c < of_segments[i].size(); ++c) {
+      const Sums& sums = of_segments[i][c];
+      const int at = kNumbers * data.PlaceOf(run.channels[c].name);
+      totals.Add(at, sums.squares);
+      totals.Add(at + 1, sums.whitened);
+      totals.Add(at + 2, sums.motion);
+      totals.Add(at + 3, sums.dof);
+    }
+  }
+  const Eigen::VectorXd numbers = totals.Over(problem.processes());
+  std::vector<Sums> by_channel;
+  for (int at = 0; at < numbers.size(); at += kNumbers) {
+    by_channel.push_back(
+        {numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3]});
+  }
+  return by_channel;
+}
+
 // (8.1) and (8.2), of mean squares.
 double FitPercent(double ratio_squared) {
   return std::isfinite(ratio_squared) ? 100.0 * (1.0 - std::sqrt(ratio_squared))
@@ -62,7 +89,8 @@ std::vector<Sums> SumByChannel(const RunData& data,
 }
 
 // Rolls segments out by all threads and hands over their errors (SI), which are
-// not kept. False where the dynamics of any fail; the others are handed over.
+// not kept. False where the dynamics of any fail, in any process; the others
+// are handed over.
 bool RollSegments(
     const ShootingProblem& problem, const Solution& point,
     const std::vector<SegmentPlace>& which,
@@ -85,7 +113,7 @@ bool RollSegments(
     return true;
   };
   ParallelFor(static_cast<int>(which.size()), problem.options().threads, roll);
-  return !failed;
+  return AllTrue(problem.processes(), !failed);
 }
 
 }  // namespace
@@ -111,22 +139,12 @@ double ObservedStateDof(const ShootingProblem& problem) {
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
                          double fitted) {
   RunErrors errors;
-  std::map<std::string, size_t> places;  // among the channels, by name
-  std::vector<Sums> by_channel;
-  Sums total, position;
-  for (size_t r = 0; r < point.runs.size(); ++r) {
-    const RunData& data = *problem.runs()[r];
-    for (size_t c = 0; c < data.run.channels.size(); ++c) {
-      const Channel& channel = data.run.channels[c];
-      if (!places.emplace(channel.name, places.size()).second) continue;
-      errors.channels.push_back(
-          {.name = channel.name,
-           .unit = ResidualUnit(problem.model().mechanism(), channel),
-           .position_like = IsPositionLike(channel.kind),
-           .noise = data.sigma[c]});
-    }
+  for (const SensedChannel& channel : problem.data().channels()) {
+    errors.channels.push_back({.name = channel.name,
+                               .unit = channel.unit,
+                               .position_like = IsPositionLike(channel.kind),
+                               .noise = channel.sigma});
   }
-  by_channel.resize(places.size());
   const std::vector<SegmentPlace> all = AllSegments(point);
   std::vector<std::vector<Sums>> sums(all.size());
   const bool failed = !RollSegments(
@@ -137,13 +155,7 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   for (size_t i = 0; i < all.size(); ++i) {
     const RunData& data = *problem.runs()[all[i].run];
     Sums segment;
-    for (size_t c = 0; c < sums[i].size(); ++c) {
-      const Channel& channel = data.run.channels[c];
-      segment += sums[i][c];
-      total += sums[i][c];
-      by_channel[places[channel.name]] += sums[i][c];
-      if (IsPositionLike(channel.kind)) position += sums[i][c];
-    }
+    for (const Sums& channel : sums[i]) segment += channel;
     if (segment.dof > 0) {
       const std::vector<int>& samples = point.runs[all[i].run].samples;
       const int k = all[i].segment;
@@ -152,6 +164,12 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
                                  std::sqrt(segment.whitened / segment.dof),
                                  segment.whitened, segment.dof});
     }
+  }
+  const std::vector<Sums> by_channel = SumOverSegments(problem, all, sums);
+  Sums total, position;
+  for (size_t c = 0; c < by_channel.size(); ++c) {
+    total += by_channel[c];
+    if (errors.channels[c].position_like) position += by_channel[c];
   }
   // What was fitted took up this much of the noise, evenly over the samples.
   const double left = std::max(1.0, total.dof - fitted);
@@ -165,8 +183,9 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   errors.total.rms = rms(shown.squares, shown.dof);
   errors.total.normalized_rms = rms(total.whitened, total.dof);
   double ratios = 0.0, moving = 0.0;
-  for (ChannelError& channel : errors.channels) {
-    const Sums& sums = by_channel[places[channel.name]];
+  for (size_t c = 0; c < by_channel.size(); ++c) {
+    ChannelError& channel = errors.channels[c];
+    const Sums& sums = by_channel[c];
     channel.rms = rms(sums.squares, sums.dof);
     channel.normalized_rms = rms(sums.whitened, sums.dof);
     const double ratio = inflate * inflate * sums.squares / sums.motion;
@@ -178,9 +197,8 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
     }
   }
   if (!failed) errors.total.fit_percent = FitPercent(ratios / moving);
-  std::erase_if(errors.channels, [&](const ChannelError& channel) {
-    return by_channel[places[channel.name]].dof == 0;
-  });
+  std::erase_if(errors.channels,
+                [](const ChannelError& channel) { return channel.dof == 0; });
   for (SegmentError& segment : errors.segments) {
     segment.normalized_rms *= inflate;
   }
@@ -224,12 +242,12 @@ double AutocorrelationTime(const ShootingProblem& problem,
   for (size_t i = 0; i < all.size(); ++i) {
     runs[all[i].run].push_back(std::move(parts[i]));
   }
-  return AutocorrelationTime(runs);
+  return AutocorrelationTime(runs, problem.processes());
 }
 
-double AutocorrelationTime(
-    const std::vector<std::vector<WhitenedSeries>>& runs) {
-  double weighted = 0.0, weight = 0.0;
+double AutocorrelationTime(const std::vector<std::vector<WhitenedSeries>>& runs,
+                           const Processes& all) {
+  Totals totals(2);  // weighted times, and their weights
   for (const std::vector<WhitenedSeries>& segments : runs) {
     WhitenedSeries series;
     for (const WhitenedSeries& part : segments) {
@@ -255,12 +273,13 @@ double AutocorrelationTime(
           if (product / variance < 2.0 / std::sqrt(double(e.size()))) break;
           time += 2.0 * product / variance;
         }
-        weighted += time * variance;
-        weight += variance;
+        totals.Add(0, time * variance);
+        totals.Add(1, variance);
       }
     }
   }
-  return weight > 0 ? weighted / weight : 1.0;
+  const Eigen::VectorXd sums = totals.Over(all);
+  return sums[1] > 0 ? sums[0] / sums[1] : 1.0;
 }
 
 std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,

@@ -47,7 +47,8 @@ struct RunErrors {
 };
 
 // Of the trajectories of a point, when `fitted` numbers were fitted to them.
-// Where the dynamics fail the errors are infinite.
+// Where the dynamics fail the errors are infinite. Of several processes each
+// knows the segments of its own runs (GatherErrors); all else is of all runs.
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
                          double fitted);
 
@@ -74,8 +75,8 @@ double AutocorrelationTime(const ShootingProblem& problem,
 using WhitenedSeries = std::vector<std::vector<std::vector<double>>>;
 WhitenedSeries WhitenErrors(const RunData& data, const SegmentRollout& rollout,
                             const double* errors);
-double AutocorrelationTime(
-    const std::vector<std::vector<WhitenedSeries>>& runs);
+double AutocorrelationTime(const std::vector<std::vector<WhitenedSeries>>& runs,
+                           const Processes& all = Alone());
 
 // How many independent numbers of a run's initial state the data speaks of: the
 // axial spin of a spherical joint does not show in heading vectors.
@@ -110,6 +111,11 @@ struct OpenError {
 };
 std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
                                     const Solution& point);
+
+// The segments, or the open predictions, of all processes: for the first one.
+// The others keep their own.
+void GatherErrors(const Processes& all, RunErrors* errors);
+void GatherOpen(const Processes& all, std::vector<OpenError>* open);
 
 // What each channel would have measured at each sample, given the states there
 // (SampleStates): matrices like Channel::values.

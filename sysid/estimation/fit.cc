@@ -18,7 +18,8 @@ void SummarizeFit(const ShootingProblem& problem, const Solution& point,
   Eigen::VectorXd r_prior;
   LinearizePriors(problem, point.theta, &J_prior, &r_prior);
   if (Linearize(problem, point, {.defect = fit->defect}, &runs)) {
-    R = EliminateStates(runs, J_prior, r_prior, problem.options().threads);
+    R = EliminateStates(runs, J_prior, r_prior, problem.options().threads,
+                        problem.processes());
   } else {
     fit->converged = false;
   }

@@ -15,6 +15,7 @@ Holdout EvaluateAt(Holdout holdout, Solution solution) {
   const ShootingProblem& problem = *holdout.problem;
   double states = 0.0;
   for (const auto& nodes : solution.runs) states += nodes.segments();
+  states = SumOver(problem.processes(), states);
   holdout.point = std::move(solution);
   holdout.errors = EvaluateErrors(problem, holdout.point,
                                   states * ObservedStateDof(problem));

@@ -61,7 +61,8 @@ void ForEachAhead(const RunData& data, const SegmentRollout& rollout,
   }
 }
 
-// The sums that add(i, &sums) makes, for i up to `count`, by all threads.
+// The sums that add(i, &sums) makes, for i up to `count`, by all threads, and
+// of all processes.
 std::vector<HorizonError> AddUp(
     const ShootingProblem& problem, size_t count,
     const std::function<void(int i, Sums* sums)>& add) {
@@ -70,15 +71,29 @@ std::vector<HorizonError> AddUp(
     add(i, &parts[i]);
     return true;
   });
+  const DataSet& data = problem.data();
+  const int width = static_cast<int>(data.channels().size());
+  Totals totals(2 * kCount * width);
+  for (const Sums& part : parts) {
+    for (int h = 0; h < kCount; ++h) {
+      for (const auto& [name, sum] : part[h]) {
+        const int at = 2 * (h * width + data.PlaceOf(name));
+        totals.Add(at, sum.squares);
+        totals.Add(at + 1, sum.dof);
+      }
+    }
+  }
+  const Eigen::VectorXd numbers = totals.Over(problem.processes());
+  std::map<std::string, int> places;  // by name
+  for (int c = 0; c < width; ++c) places[data.channels()[c].name] = c;
   std::vector<HorizonError> result;
   for (int h = 0; h < kCount; ++h) {
-    std::map<std::string, Sum> channels;
-    for (const Sums& part : parts) {
-      for (const auto& [name, sum] : part[h]) channels[name] += sum;
-    }
     Sum all;
     HorizonError error{kHorizons[h], 0.0, {}};
-    for (const auto& [name, sum] : channels) {
+    for (const auto& [name, c] : places) {
+      const int at = 2 * (h * width + c);
+      const Sum sum{numbers[at], numbers[at + 1]};
+      if (sum.dof == 0) continue;
       all += sum;
       error.channels.push_back({name, std::sqrt(sum.squares / sum.dof)});
     }

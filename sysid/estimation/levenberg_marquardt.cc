@@ -141,7 +141,9 @@ Ended Join(Stages* stages, bool chaotic) {
   }
   const bool one_trajectory = !chaotic || stages->Error() < kMissing;
   Ended ended;
-  ended.defect = one_trajectory ? TightDefect(stages->solution) : kJoinedDefect;
+  ended.defect = one_trajectory
+                     ? TightDefect(stages->problem(), stages->solution)
+                     : kJoinedDefect;
   stages->RefineStep(ended.defect);
   ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
   for (int i = 0; i < kMostWeighed && stages->Weigh(); ++i) {
@@ -185,6 +187,7 @@ Fit Finish(const Stages& stages, const Ended& ended) {
   for (const Solution::Nodes& nodes : stages.solution.runs) {
     states += std::isinf(ended.defect) ? nodes.segments() : 1;
   }
+  states = SumOver(problem.processes(), states);
   SummarizeFit(problem, stages.solution,
                problem.map().size() + ObservedStateDof(problem) * states, &fit);
   stages.ReadClocks(&fit);

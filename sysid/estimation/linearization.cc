@@ -181,14 +181,15 @@ bool Linearizer::All(
     Belief({static_cast<int>(r), 0}, &(*runs)[r].r_prior, &(*runs)[r].J_prior);
   }
   const std::vector<SegmentPlace> all = AllSegments(solution_);
-  return ParallelFor(static_cast<int>(all.size()), problem_.options().threads,
-                     [&](int i) {
-                       const auto [run, k] = all[i];
-                       SegmentLinearization* out = &(*runs)[run].segments[k];
-                       if (!linearize(all[i], out)) return false;
-                       if (options_.triangular) Triangularise(out);
-                       return true;
-                     });
+  const bool ok = ParallelFor(
+      static_cast<int>(all.size()), problem_.options().threads, [&](int i) {
+        const auto [run, k] = all[i];
+        SegmentLinearization* out = &(*runs)[run].segments[k];
+        if (!linearize(all[i], out)) return false;
+        if (options_.triangular) Triangularise(out);
+        return true;
+      });
+  return AllTrue(problem_.processes(), ok);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ struct LinearizationOptions {
   bool triangular = true;
 };
 
-// By all threads. False where the dynamics fail.
+// By all threads. False where the dynamics fail, in any process.
 bool Linearize(const ShootingProblem& problem, const Solution& solution,
                const LinearizationOptions& options,
                std::vector<RunLinearization>* runs);

@@ -135,6 +135,7 @@ bool ParallelFor(int count, int threads, const std::function<bool(int)>& work) {
 
 bool ParallelFor(int count, int threads, const std::stop_token& stop,
                  const std::function<bool(int)>& work) {
+  ThrowIfCancelled(stop);  // also where there is nothing to do
   return ParallelFor(count, threads, [&](int i, int) {
     ThrowIfCancelled(stop);
     return work(i);

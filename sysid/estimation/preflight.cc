@@ -37,20 +37,21 @@ bool HasInfluence(const ShootingProblem& problem, int i, double square) {
 bool AllHaveInfluence(const ShootingProblem& problem, const Solution& point,
                       ShootingSegments* segments) {
   const std::vector<SegmentPlace> all = AllSegments(point);
-  if (!ParallelFor(all.size(), problem.options().threads, [&](int i) {
+  const bool ok =
+      ParallelFor(all.size(), problem.options().threads, [&](int i) {
         const auto [run, k] = all[i];
         return segments->at(run, k)->Linearize(
             point.runs[run].states.row(k).data(), point.theta.data(),
             ShootingSegment::Columns::kBoth);
-      })) {
-    return false;
-  }
+      });
+  if (!AllTrue(problem.processes(), ok)) return false;
   const int n = problem.map().size();
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(n);
+  Totals totals(n);
   for (const auto& [run, k] : all) {
     const RowMatrixXd& R = segments->at(run, k)->R();
-    squares += R.rightCols(n).colwise().squaredNorm().transpose();
+    totals.Add(0, R.rightCols(n).colwise().squaredNorm());
   }
+  const Eigen::VectorXd squares = totals.Over(problem.processes());
   for (int i = 0; i < n; ++i) {
     if (!HasInfluence(problem, i, squares[i])) return false;
   }
@@ -63,7 +64,7 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
                                           ShootingSegments* segments) {
   if (AllHaveInfluence(problem, point, segments)) return {};
   const int n = problem.map().size();
-  Eigen::VectorXd norms = Eigen::VectorXd::Zero(n);
+  Totals totals(n);
   bool known = false;
   for (const bool nudge : {false, true}) {
     Solution at = point;
@@ -74,10 +75,11 @@ std::vector<std::string> WithoutInfluence(const ShootingProblem& problem,
     for (const RunLinearization& run : runs) {
       for (const SegmentLinearization& segment : run.segments) {
         if (segment.J_theta.rows() == 0) continue;
-        norms += segment.J_theta.colwise().squaredNorm().transpose();
+        totals.Add(0, segment.J_theta.colwise().squaredNorm());
       }
     }
   }
+  const Eigen::VectorXd norms = totals.Over(problem.processes());
   std::vector<std::string> names;
   for (int i = 0; known && i < n; ++i) {
     if (!HasInfluence(problem, i, norms[i])) {

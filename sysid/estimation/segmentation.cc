@@ -96,14 +96,10 @@ bool SameCut(const Solution& a, const Solution& b) {
 }
 
 double MeanSegment(const ShootingProblem& problem, const Solution& point) {
-  double duration = 0.0;
-  int segments = 0;
-  for (size_t r = 0; r < point.runs.size(); ++r) {
-    const std::vector<double>& t = problem.runs()[r]->run.t;
-    duration += t.back() - t.front();
-    segments += point.runs[r].segments();
-  }
-  return duration / segments;
+  double segments = 0.0;
+  for (const Solution::Nodes& nodes : point.runs) segments += nodes.segments();
+  return problem.data().TotalDuration() /
+         SumOver(problem.processes(), segments);
 }
 
 double LongestSegment(const ShootingProblem& problem) {
@@ -188,10 +184,9 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
                  ? walk.last < kLittle
                  : walk.growth < std::max(kLittle, kLinear * before);
     };
-    if (!ParallelFor(static_cast<int>(walks.size()), problem.options().threads,
-                     regular)) {
-      return best;
-    }
+    const bool ok = ParallelFor(static_cast<int>(walks.size()),
+                                problem.options().threads, regular);
+    if (!AllTrue(problem.processes(), ok)) return best;
     best = length;
   }
   return std::min(best, longest);
@@ -213,6 +208,7 @@ Solution SolveOneByOne(const ShootingProblem& problem,
   stage.threads = 1;  // each; they are spread instead
   stage.quiet = true;
   Solution solution = starts.front();
+  const ShootingProblem apart = problem.Apart();
   const auto solve = [&](int i) {
     const auto [r, k] = which[i];
     Solution single;
@@ -226,13 +222,13 @@ Solution SolveOneByOne(const ShootingProblem& problem,
     Solution::Nodes& one = single.runs[r];
     one.samples = {solution.runs[r].samples[k],
                    solution.runs[r].samples[k + 1]};
-    const auto segments = std::make_shared<ShootingSegments>(problem, single);
+    const auto segments = std::make_shared<ShootingSegments>(apart, single);
     double least = std::numeric_limits<double>::infinity();
     Eigen::RowVectorXd best = solution.runs[r].states.row(k);
     for (const Solution& start : starts) {
       one.states = start.runs[r].states.row(k);
       std::vector<HistoryEntry> history;
-      const StageSummary done = ShootingStage(problem, stage, &single, segments)
+      const StageSummary done = ShootingStage(apart, stage, &single, segments)
                                     .Solve("states", Now(), &history);
       if (!(done.cost < least)) continue;
       least = done.cost;

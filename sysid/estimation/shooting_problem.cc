@@ -41,6 +41,12 @@ ShootingProblem ShootingProblem::With(const EstimationOptions& options) const {
   return other;
 }
 
+ShootingProblem ShootingProblem::Apart() const {
+  ShootingProblem other = *this;
+  other.options_.processes = nullptr;
+  return other;
+}
+
 ShootingProblem ShootingProblem::WithData(
     std::shared_ptr<const DataSet> data) const {
   ShootingProblem other = *this;

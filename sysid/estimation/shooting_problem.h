@@ -66,6 +66,8 @@ class ShootingProblem {
                   std::vector<Run> runs, const EstimationOptions& options);
 
   ShootingProblem With(const EstimationOptions& options) const;
+  // Of this process by itself, its runs and no others.
+  ShootingProblem Apart() const;
   ShootingProblem WithData(std::shared_ptr<const DataSet> data) const;
   // The same question, begun at theta.
   ShootingProblem StartingAt(Eigen::VectorXd theta) const;
@@ -85,6 +87,10 @@ class ShootingProblem {
     return data_->runs();
   }
   const EstimationOptions& options() const { return options_; }
+  // That share out the runs.
+  const Processes& processes() const {
+    return options_.processes ? *options_.processes : Alone();
+  }
 
   // The start of the estimation: where StartingAt says, or at the initial
   // values of the free parameters.

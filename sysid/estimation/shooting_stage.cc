@@ -7,6 +7,7 @@
 
 #include "glog/logging.h"
 #include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/shared_solve.h"
 
 namespace sysid {
 namespace {
@@ -263,6 +264,7 @@ ceres::Solver::Options ShootingStage::SolverOptions() const {
   for (const Solution::Nodes& nodes : point_->runs) {
     joined |= nodes.segments() > 1 && std::isfinite(options_.defect);
   }
+  joined = !AllTrue(shooting_.processes(), !joined);
   options.initial_trust_region_radius =
       options_.far && !joined ? kFar
       : joined                ? std::min(options.max_trust_region_radius,
@@ -302,19 +304,26 @@ std::vector<int> ShootingStage::PushedOutward() {
   if (at.empty()) return at;
   ReleaseTheta();
   double* theta = point_->theta.data();
-  ceres::Problem::EvaluateOptions options;
-  options.parameter_blocks = {theta};
-  options.num_threads = Threads();
   std::vector<double> gradient;
-  if (!problem_->Evaluate(options, nullptr, nullptr, &gradient, nullptr)) {
-    return at;
-  }
+  if (!ThetaGradient(&gradient)) return at;
   // The cost falls against the gradient.
   std::erase_if(at, [&](int i) {
     const bool below = theta[i] <= shooting_.free()[i].lower;
     return below ? gradient[i] <= 0 : gradient[i] >= 0;
   });
   return at;
+}
+
+bool ShootingStage::ThetaGradient(std::vector<double>* gradient) {
+  double* theta = point_->theta.data();
+  if (shooting_.options().processes != nullptr) {
+    return GradientOverProcesses(shooting_.processes(), Threads(), theta,
+                                 problem_.get(), gradient);
+  }
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks = {theta};
+  options.num_threads = Threads();
+  return problem_->Evaluate(options, nullptr, nullptr, gradient, nullptr);
 }
 
 void ShootingStage::ReleaseTheta() {
@@ -355,7 +364,12 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
     options.linear_solver_ordering = Ordering();  // Ceres strikes what is held
     options.max_num_iterations = options_.max_iterations - result.iterations;
     ceres::Solver::Summary summary;
-    ceres::Solve(options, problem_.get(), &summary);
+    if (shooting_.options().processes != nullptr) {
+      SolveOverProcesses(shooting_.processes(), options, point_->theta.data(),
+                         problem_.get(), &summary);
+    } else {
+      ceres::Solve(options, problem_.get(), &summary);
+    }
     ThrowIfCancelled(stop);
     result.converged = summary.termination_type == ceres::CONVERGENCE ||
                        summary.termination_type == ceres::USER_SUCCESS;

@@ -61,8 +61,8 @@ class ShootingStage {
                 std::shared_ptr<ShootingSegments> segments = nullptr);
   ~ShootingStage();
 
-  // Ceres' Levenberg-Marquardt. Appends to the history, whose times count from
-  // `start_time_s` and whose iterations go on.
+  // Ceres' Levenberg-Marquardt, or its like over processes. Appends to the
+  // history, whose times count from `start_time_s` and whose iterations go on.
   StageSummary Solve(const std::string& doing, double start_time_s,
                      std::vector<HistoryEntry>* history);
 
@@ -77,6 +77,7 @@ class ShootingStage {
   std::shared_ptr<ceres::ParameterBlockOrdering> Ordering() const;
   // Places in theta at a bound that the cost pushes outward. Releases theta.
   std::vector<int> PushedOutward();
+  bool ThetaGradient(std::vector<double>* gradient);
   void ReleaseTheta();
   void HoldTheta(const std::vector<int>& held);
 

@@ -80,7 +80,8 @@ double Stages::EquationsWeight() const {
 }
 
 bool Stages::IsWhole() const {
-  return SameCut(solution, Recut(problem_, solution, kInfinity));
+  return AllTrue(problem_.processes(),
+                 SameCut(solution, Recut(problem_, solution, kInfinity)));
 }
 
 // From the error e of segments of length L: where errors grow fourfold over one

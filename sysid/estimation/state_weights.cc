@@ -6,26 +6,26 @@
 
 namespace sysid {
 
-double TightDefect(const Solution& solution) {
-  double samples = 1.0, segments = 1.0;  // of the run with most of both
+double TightDefect(const ShootingProblem& problem, const Solution& solution) {
+  // Of the run with most of both.
+  std::vector<double> most = {1.0, 1.0};  // samples, segments
   for (const Solution::Nodes& nodes : solution.runs) {
-    samples = std::max<double>(samples, nodes.samples.back());
-    segments = std::max<double>(segments, nodes.segments());
+    most[0] = std::max<double>(most[0], nodes.samples.back());
+    most[1] = std::max<double>(most[1], nodes.segments());
   }
-  return std::min(kJoinedDefect, 0.1 / std::sqrt(samples * segments));
+  problem.processes().Max(&most);
+  return std::min(kJoinedDefect, 0.1 / std::sqrt(most[0] * most[1]));
 }
 
 namespace {
 
 // Of the channel that measures the joint, as it is weighed.
 double JointMisfit(const ShootingProblem& problem, int joint) {
-  for (const auto& data : problem.runs()) {
-    for (const Channel& channel : data->run.channels) {
-      if (channel.target == joint &&
-          (channel.kind == ChannelKind::kPosition ||
-           channel.kind == ChannelKind::kOrientation)) {
-        return problem.Misfit(channel.name);
-      }
+  for (const SensedChannel& channel : problem.data().channels()) {
+    if (channel.target == joint &&
+        (channel.kind == ChannelKind::kPosition ||
+         channel.kind == ChannelKind::kOrientation)) {
+      return problem.Misfit(channel.name);
     }
   }
   return 1.0;

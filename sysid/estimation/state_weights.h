@@ -28,7 +28,7 @@ inline constexpr double kDefectPart = 0.01;
 // a cost of D^2 / (K sigma_d^2); left unshifted the same D costs the N samples
 // about N D^2 / sigma^2. What is not model stays below 1 % of that with
 // sigma_d = 0.1 sigma / sqrt(N K).
-double TightDefect(const Solution& solution);
+double TightDefect(const ShootingProblem& problem, const Solution& solution);
 
 // Standard deviations of the defect: tangent_size numbers for defect = 1.
 std::vector<double> DefectSigma(const ShootingProblem& problem);

@@ -53,6 +53,7 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
       }
     }
   }
+  problem.processes().Max(&speed);
   const std::vector<double> held(model.held_size(), 0.0);
   std::vector<double> qdd(at.nv());
   // Of one workspace; 0 where its dynamics fail.
@@ -82,7 +83,7 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
       }
     }
   }
-  return rate;
+  return MaxOver(problem.processes(), rate);
 }
 
 // The longest step that is accurate enough: ChooseStep without what stability
@@ -154,11 +155,12 @@ double AccurateStep(const ShootingProblem& problem, const Solution& point,
     const double ends = std::sqrt(squares / end.size());
     return errors <= step_error && ends <= step_error;
   };
-  while (parts < kMostParts &&
-         !ParallelFor(static_cast<int>(some.size()), problem.options().threads,
-                      fine_enough)) {
-    parts *= 2;
-  }
+  const auto all_fine_enough = [&] {
+    return AllTrue(problem.processes(),
+                   ParallelFor(static_cast<int>(some.size()),
+                               problem.options().threads, fine_enough));
+  };
+  while (parts < kMostParts && !all_fine_enough()) parts *= 2;
   return period / parts;
 }
 
@@ -217,7 +219,8 @@ double RefineStep(const ShootingProblem& problem, double defect,
       break;
     }
     const RowMatrixXd R =
-        EliminateStates(change, J_prior, r_prior, problem.options().threads);
+        EliminateStates(change, J_prior, r_prior, problem.options().threads,
+                        problem.processes());
     if (R.rightCols(1).norm() < kStepBias * missed) break;
     step = fine.step;
   }

@@ -8,24 +8,32 @@
 
 namespace sysid {
 
+bool MeasuresAllJoints(const ShootingProblem& problem) {
+  const bool mine = std::all_of(
+      problem.runs().begin(), problem.runs().end(), [&](const auto& data) {
+        return UnmeasuredJoints(problem.model(), data->run).empty();
+      });
+  return AllTrue(problem.processes(), mine);
+}
+
 EffortComparison CompareEfforts(const ShootingProblem& problem,
                                 const Eigen::VectorXd& theta) {
   const Model& model = problem.model();
   if (model.layout().nz() > 0) return {};  // not carried
+  const Processes& all = problem.processes();
+  if (!MeasuresAllJoints(problem)) return {};
   std::vector<const Run*> runs;
-  for (const auto& data : problem.runs()) {
-    if (!UnmeasuredJoints(model, data->run).empty()) return {};
-    runs.push_back(&data->run);
-  }
+  for (const auto& data : problem.runs()) runs.push_back(&data->run);
   MechanismParameters<double> values;
   problem.map().Apply<double>(theta.data(), &values);
   const EquationFilter filter =
-      ChooseFilter(model, values, runs, FirstFilter(runs));
+      ChooseFilter(model, values, runs, FirstFilter(runs, all), all);
   std::vector<SampledMotion> sampled;
   for (const Run* run : runs) {
     sampled.push_back(SampleMotion(model, *run, filter));
   }
-  EffortComparison comparison = CompareEfforts(model, runs, sampled, values);
+  EffortComparison comparison =
+      CompareEfforts(model, runs, sampled, values, all);
   comparison.cut_off_hz = CutOff(filter.average);
   return comparison;
 }
@@ -33,28 +41,32 @@ EffortComparison CompareEfforts(const ShootingProblem& problem,
 EffortComparison CompareEfforts(const Model& model,
                                 const std::vector<const Run*>& runs,
                                 const std::vector<SampledMotion>& sampled,
-                                const MechanismParameters<double>& values) {
+                                const MechanismParameters<double>& values,
+                                const Processes& all) {
   EffortComparison comparison;
-  Eigen::VectorXd left = Eigen::VectorXd::Zero(model.nv()), all = left;
-  int times = 0;
+  const int nv = model.nv();
+  Totals totals(2 * nv + 1);  // what is left, efforts, times
   std::vector<EquationRows> rows;
   for (const SampledMotion& motion : sampled) {
     rows.push_back(EvaluateEquations(model, motion, values));
     const Eigen::Map<const RowMatrixXd> r(rows.back().rows.data(),
-                                          rows.back().times(), model.nv());
-    left += r.colwise().squaredNorm().transpose();
-    all += rows.back().effort.colwise().squaredNorm().transpose();
-    times += rows.back().times();
+                                          rows.back().times(), nv);
+    totals.Add(0, r.colwise().squaredNorm());
+    totals.Add(nv, rows.back().effort.colwise().squaredNorm());
+    totals.Add(2 * nv, rows.back().times());
   }
-  comparison.left = (left / std::max(1, times)).cwiseSqrt();
+  const Eigen::VectorXd sums = totals.Over(all);
+  const auto left = sums.head(nv), efforts = sums.segment(nv, nv);
+  const double times = sums[2 * nv];
+  comparison.left = (left / std::max(1.0, times)).cwiseSqrt();
   const std::vector<std::string> names = VelocityNames(model);
   for (const Body& body : model.movers()) {
     for (int k = 0; k < VelocitySize(body); ++k) {
       const int v = body.v_index + k;
-      if (!(all[v] > 0.0)) continue;
+      if (!(efforts[v] > 0.0)) continue;
       const std::string& name = names[v];
       comparison.errors.push_back({name, std::sqrt(left[v] / times),
-                                   100.0 * std::sqrt(left[v] / all[v])});
+                                   100.0 * std::sqrt(left[v] / efforts[v])});
       for (size_t i = 0; i < runs.size(); ++i) {
         EffortSeries series{runs[i]->name,
                             name,
@@ -65,7 +77,7 @@ EffortComparison CompareEfforts(const Model& model,
         for (int n = 0; n < rows[i].times(); ++n) {
           const double u = rows[i].effort(n, v);
           series.measured.push_back(u);
-          series.predicted.push_back(u - rows[i].rows(n * model.nv() + v, 0));
+          series.predicted.push_back(u - rows[i].rows(n * nv + v, 0));
         }
         comparison.series.push_back(std::move(series));
       }

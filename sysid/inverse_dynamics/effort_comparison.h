@@ -25,15 +25,20 @@ struct EffortComparison {
   std::vector<EffortSeries> series;  // by joint, then by run
 };
 
+// Whether every run, of all processes, measures the position of every joint.
+bool MeasuresAllJoints(const ShootingProblem& problem);
+
 // Of the model with the parameters theta, of joints whose effort was measured.
-// Empty where a joint's position was not.
+// Empty where a joint's position was not. Of several processes each knows the
+// series of its own runs; all else is of all runs.
 EffortComparison CompareEfforts(const ShootingProblem& problem,
                                 const Eigen::VectorXd& theta);
 
-// The same of runs that are sampled already.
+// The same of runs that are sampled already; `all` processes share them out.
 EffortComparison CompareEfforts(const Model& model,
                                 const std::vector<const Run*>& runs,
                                 const std::vector<SampledMotion>& sampled,
-                                const MechanismParameters<double>& values);
+                                const MechanismParameters<double>& values,
+                                const Processes& all = Alone());
 
 }  // namespace sysid

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "models/dynamics.h"
 #include "residuals/acting_inputs.h"
@@ -18,16 +19,15 @@ constexpr double kCoarsest = 256.0;
 // What is smoothed over so many steps is as well known from every second.
 constexpr double kThinned = 4.0;
 
-double MedianPeriodOf(const std::vector<const Run*>& runs) {
+double MedianPeriodOf(const std::vector<const Run*>& runs,
+                      const Processes& all) {
   std::vector<double> periods;
   for (const Run* run : runs) {
     for (int k = 1; k < run->size(); ++k) {
       periods.push_back(run->t[k] - run->t[k - 1]);
     }
   }
-  const auto middle = periods.begin() + periods.size() / 2;
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
+  return MedianOver(all, std::move(periods));
 }
 
 // The fit of the motion bends what g lets pass, by the fourth power of the
@@ -96,15 +96,17 @@ RowMatrixXd Smooth(const Unfiltered& now, double width) {
   return out;
 }
 
-// Leaves the series smoothed, and adds the power of what that took, by column.
-void TakeBand(double width, Unfiltered* now, Eigen::RowVectorXd* powers) {
+// Leaves the series smoothed; the power of what that took, by column.
+Eigen::RowVectorXd TakeBand(double width, Unfiltered* now) {
   RowMatrixXd smooth = Smooth(*now, width);
+  Eigen::RowVectorXd powers = Eigen::RowVectorXd::Zero(smooth.cols());
   for (size_t k = 0; k < now->known.size(); ++k) {
     if (now->known[k]) {
-      *powers += (now->values.row(k) - smooth.row(k)).cwiseAbs2();
+      powers += (now->values.row(k) - smooth.row(k)).cwiseAbs2();
     }
   }
   now->values = std::move(smooth);
+  return powers;
 }
 
 // Keeps every second time.
@@ -120,17 +122,18 @@ void Thin(Unfiltered* now) {
 
 }  // namespace
 
-EquationFilter FirstFilter(const std::vector<const Run*>& runs) {
+EquationFilter FirstFilter(const std::vector<const Run*>& runs,
+                           const Processes& all) {
   constexpr double kFirst = 0.030;
-  const double period = MedianPeriodOf(runs);
+  const double period = MedianPeriodOf(runs, all);
   return FilterOf(std::max(kFirst, 2.0 * kFewestSamples * period));
 }
 
 EquationFilter ChooseFilter(const Model& model,
                             const MechanismParameters<double>& values,
                             const std::vector<const Run*>& runs,
-                            const EquationFilter& first) {
-  const double finest = kFewestSamples * MedianPeriodOf(runs);
+                            const EquationFilter& first, const Processes& all) {
+  const double finest = kFewestSamples * MedianPeriodOf(runs, all);
   double step = 0.5 * finest;
   std::vector<Unfiltered> series;
   for (const Run* run : runs) {
@@ -143,8 +146,9 @@ EquationFilter ChooseFilter(const Model& model,
        width *= std::sqrt(2.0)) {
     const double more = std::sqrt(width * width - had * had) / step;
     const int nv = model.nv();
-    Eigen::RowVectorXd powers = Eigen::RowVectorXd::Zero(3 * nv);
-    for (Unfiltered& now : series) TakeBand(more, &now, &powers);
+    Totals totals(3 * nv);
+    for (Unfiltered& now : series) totals.Add(0, TakeBand(more, &now));
+    const Eigen::VectorXd powers = totals.Over(all);
     const auto told =
         (powers.head(nv).array() <
          0.5 * powers.segment(nv, nv).cwiseMax(powers.tail(nv)).array())

@@ -2,6 +2,7 @@
 
 #include <functional>
 
+#include "sysid/estimation/processes.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
 
 namespace sysid {
@@ -15,14 +16,17 @@ namespace sysid {
 // and nothing where it is noise, vibration, or what drives and gears do at such
 // frequencies. The cut-off is the highest at which they tell something of half
 // of the joints.
-// `values` are those of a fit with a filter of FirstFilter.
+// `values` are those of a fit with a filter of FirstFilter; `all` processes
+// share out the runs.
 EquationFilter ChooseFilter(const Model& model,
                             const MechanismParameters<double>& values,
                             const std::vector<const Run*>& runs,
-                            const EquationFilter& first);
+                            const EquationFilter& first,
+                            const Processes& all = Alone());
 
 // Before anything is known of the model: 30 ms, which is slower than noise,
 // vibrations and stick-slip, and no less than four samples.
-EquationFilter FirstFilter(const std::vector<const Run*>& runs);
+EquationFilter FirstFilter(const std::vector<const Run*>& runs,
+                           const Processes& all = Alone());
 
 }  // namespace sysid

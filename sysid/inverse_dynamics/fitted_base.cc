@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 
 #include "sysid/inverse_dynamics/base_parameters.h"
+#include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/regression.h"
 
@@ -26,11 +27,10 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
       !fit->covariance.allFinite()) {
     return;
   }
+  if (!MeasuresAllJoints(problem)) return;
+  const Processes& all = problem.processes();
   std::vector<const Run*> runs;
-  for (const auto& data : problem.runs()) {
-    if (!UnmeasuredJoints(model, data->run).empty()) return;
-    runs.push_back(&data->run);
-  }
+  for (const auto& data : problem.runs()) runs.push_back(&data->run);
   const double* theta = fit->point.theta.data();
   const EquationCoordinates coordinates(model, map.parameters());
   const CoordinatesAt at = DifferentiateCoordinates(coordinates, map, theta);
@@ -39,7 +39,7 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
   MechanismParameters<double> values;
   map.Apply<double>(theta, &values);
   const EquationFilter filter =
-      ChooseFilter(model, values, runs, FirstFilter(runs));
+      ChooseFilter(model, values, runs, FirstFilter(runs, all), all);
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     coordinates.Seed(values, begin, s);
   };
@@ -49,8 +49,9 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
         model, SampleMotion(model, *run, filter), coordinates.size(), seeding,
         {coordinates.Links(), values}));
   }
-  const EquationRegression regression(std::move(rows), problem.options().loss,
-                                      problem.options().loss_scale);
+  const EquationRegression regression(model.nv(), coordinates.size(),
+                                      std::move(rows), problem.options().loss,
+                                      problem.options().loss_scale, all);
   if (regression.times() == 0 || regression.IsHomogeneous(at.xi)) return;
   const RowMatrixXd R = regression.Triangle().leftCols(coordinates.size());
   // d xi = D d theta = D (d values / d theta)^-1 d values.

@@ -141,6 +141,7 @@ class InverseDynamicsFit {
 void InverseDynamicsFit::Filter(const EquationFilter& filter) {
   filter_ = filter;
   sampled_.clear();
+  ThrowIfCancelled(problem_.options().stop);  // also where there are no runs
   for (const Run* run : runs_) {
     sampled_.push_back(SampleMotion(problem_.model(), *run, filter));
     ThrowIfCancelled(problem_.options().stop);
@@ -150,7 +151,9 @@ void InverseDynamicsFit::Filter(const EquationFilter& filter) {
 Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
   MechanismParameters<double> values;
   map_.Apply<double>(theta.data(), &values);
-  return CompareEfforts(problem_.model(), runs_, sampled_, values).left;
+  return CompareEfforts(problem_.model(), runs_, sampled_, values,
+                        problem_.processes())
+      .left;
 }
 
 EquationRegression InverseDynamicsFit::Regress(
@@ -165,8 +168,10 @@ EquationRegression InverseDynamicsFit::Regress(
                                            {coordinates_.Links(), values}));
     ThrowIfCancelled(problem_.options().stop);
   }
-  return EquationRegression(std::move(rows), problem_.options().loss,
-                            problem_.options().loss_scale);
+  return EquationRegression(problem_.model().nv(), coordinates_.size(),
+                            std::move(rows), problem_.options().loss,
+                            problem_.options().loss_scale,
+                            problem_.processes());
 }
 
 bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
@@ -320,13 +325,14 @@ bool InverseDynamicsFit::Compare(const EquationFilter& first) {
 }
 
 bool InverseDynamicsFit::Search() {
-  const EquationFilter first = FirstFilter(runs_);
+  const Processes& all = problem_.processes();
+  const EquationFilter first = FirstFilter(runs_, all);
   if (map_.size() == 0) return Compare(first);
   Filter(first);
   if (!Solve(problem_.InitialTheta())) return false;
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
-  Filter(ChooseFilter(problem_.model(), values, runs_, first));
+  Filter(ChooseFilter(problem_.model(), values, runs_, first, all));
   if (Solve(found_.theta)) return true;
   // A wider filter may leave nothing.
   Filter(first);
@@ -445,9 +451,7 @@ ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
   if (problem.map().size() == 0 || problem.model().layout().nz() > 0) {
     return problem;
   }
-  for (const auto& data : problem.runs()) {
-    if (!UnmeasuredJoints(problem.model(), data->run).empty()) return problem;
-  }
+  if (!MeasuresAllJoints(problem)) return problem;
   std::shared_ptr<const ThetaEquations> equations;
   const std::optional<Eigen::VectorXd> theta =
       ThetaWithinBounds(problem, &equations);

@@ -34,6 +34,35 @@ RowMatrixXd TriangleOf(const RowMatrixXd& rows) {
   return triangle;
 }
 
+// By joint, those of all processes.
+std::vector<std::array<RowMatrixXd, 2>> MergeTriangles(
+    const Processes& all,
+    const std::vector<std::array<RowMatrixXd, 2>>& triangles) {
+  Packer own;
+  for (const auto& of_joint : triangles) {
+    for (const RowMatrixXd& triangle : of_joint) own.Put(triangle);
+  }
+  const std::vector<std::string> texts = all.Gather(own.bytes());
+  std::vector<Unpacker> unpackers(texts.begin(), texts.end());
+  Packer merged;
+  for (size_t i = 0; !texts.empty() && i < 2 * triangles.size(); ++i) {
+    RowMatrixXd rows(0, triangles[0][0].cols());
+    for (Unpacker& unpacker : unpackers) {
+      const RowMatrixXd more = unpacker.Matrix();
+      rows.conservativeResize(rows.rows() + more.rows(), Eigen::NoChange);
+      rows.bottomRows(more.rows()) = more;
+    }
+    merged.Put(TriangleOf(rows));
+  }
+  const std::string bytes = all.Share(merged.bytes());
+  Unpacker unpacker(bytes);
+  std::vector<std::array<RowMatrixXd, 2>> out(triangles.size());
+  for (auto& of_joint : out) {
+    for (RowMatrixXd& triangle : of_joint) triangle = unpacker.Matrix();
+  }
+  return out;
+}
+
 // Blocks of a run of n times: as long as errors are correlated, which the more
 // times the better is known (Kuensch 1989), but two, to tell errors at all.
 int Blocks(int n) {
@@ -43,14 +72,21 @@ int Blocks(int n) {
 
 }  // namespace
 
-EquationRegression::EquationRegression(std::vector<EquationRows> runs,
-                                       RobustLoss loss, double loss_scale)
-    : runs_(std::move(runs)), loss_(loss), loss_scale_(loss_scale) {
-  joints_ = runs_.front().nv;
-  columns_ = static_cast<int>(runs_.front().rows.cols()) - 1;
+EquationRegression::EquationRegression(int joints, int columns,
+                                       std::vector<EquationRows> runs,
+                                       RobustLoss loss, double loss_scale,
+                                       const Processes& all)
+    : runs_(std::move(runs)),
+      loss_(loss),
+      loss_scale_(loss_scale),
+      all_(&all),
+      columns_(columns),
+      joints_(joints) {
   for (const EquationRows& run : runs_) {
     weights_.push_back(Eigen::VectorXd::Ones(run.rows.rows()));
+    times_ += run.times();
   }
+  times_ = static_cast<int>(SumOver(all, times_));
   sigma_ = EffortSize();
   const double most = sigma_.maxCoeff();
   wider_.setOnes(joints_);
@@ -78,6 +114,7 @@ void EquationRegression::Triangularise() {
     }
     triangles_.push_back({TriangleOf(rows[0]), TriangleOf(rows[1])});
   }
+  if (all_->size() > 1) triangles_ = MergeTriangles(*all_, triangles_);
 }
 
 RowMatrixXd EquationRegression::OfJoint(int v) const {
@@ -108,12 +145,6 @@ RowMatrixXd EquationRegression::Merge() const {
   square.topRows(filled) =
       qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>();
   return square;
-}
-
-int EquationRegression::times() const {
-  int times = 0;
-  for (const EquationRows& run : runs_) times += run.times();
-  return times;
 }
 
 bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
@@ -149,8 +180,7 @@ void EquationRegression::HoldScale(const EquationRegression& inertial,
                                triangle.leftCols(columns_);
   // What is left is 1 a row: beside that a scale that is off by 1 % is much.
   constexpr double kFirm = 10.0;
-  double rows = 0.0;
-  for (const EquationRows& run : runs_) rows += run.rows.rows();
+  const double rows = static_cast<double>(times_) * joints_;
   held_ = kFirm * std::sqrt(rows) / a.dot(xi0) * a;
 }
 
@@ -159,29 +189,23 @@ RowMatrixXd EquationRegression::Triangle() const {
 }
 
 Eigen::VectorXd EquationRegression::Left(const Eigen::VectorXd& d) const {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(joints_);
+  Totals squares(joints_);
   for (const EquationRows& run : runs_) {
     const Eigen::VectorXd left =
         run.rows.leftCols(columns_) * d + run.rows.col(columns_);
     for (int k = 0; k < run.times(); ++k) {
-      squares += left.segment(k * joints_, joints_).cwiseAbs2();
+      squares.Add(0, left.segment(k * joints_, joints_).cwiseAbs2());
     }
   }
-  return (squares / Times()).cwiseSqrt();
+  return (squares.Over(*all_) / std::max(1, times_)).cwiseSqrt();
 }
 
 Eigen::VectorXd EquationRegression::EffortSize() const {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(joints_);
+  Totals squares(joints_);
   for (const EquationRows& run : runs_) {
-    squares += run.effort.colwise().squaredNorm().transpose();
+    squares.Add(0, run.effort.colwise().squaredNorm());
   }
-  return (squares / Times()).cwiseSqrt();
-}
-
-double EquationRegression::Times() const {
-  double times = 0.0;
-  for (const EquationRows& run : runs_) times += run.times();
-  return std::max(1.0, times);
+  return (squares.Over(*all_) / std::max(1, times_)).cwiseSqrt();
 }
 
 void EquationRegression::Reweigh(const Eigen::VectorXd& d) {
@@ -191,17 +215,20 @@ void EquationRegression::Reweigh(const Eigen::VectorXd& d) {
   // quarter.
   constexpr double kMuch = 2.0;
   // By joint; where it slips, and where it may rest.
-  Eigen::MatrixX2d squares = Eigen::MatrixX2d::Zero(joints_, 2);
-  Eigen::MatrixX2d count = squares;
+  Totals totals(4 * joints_);  // squares, and their number
   std::vector<Eigen::VectorXd> errors;
   for (const EquationRows& run : runs_) {
     errors.push_back(run.rows.leftCols(columns_) * d + run.rows.col(columns_));
     for (int i = 0; i < errors.back().size(); ++i) {
       const int v = i % joints_, rests = run.rests(i / joints_, v) ? 1 : 0;
-      squares(v, rests) += errors.back()[i] * errors.back()[i];
-      ++count(v, rests);
+      totals.Add(v + rests * joints_, errors.back()[i] * errors.back()[i]);
+      totals.Add(v + (2 + rests) * joints_, 1.0);
     }
   }
+  const Eigen::VectorXd sums = totals.Over(*all_);
+  const Eigen::Map<const Eigen::MatrixX2d> squares(sums.data(), joints_, 2);
+  const Eigen::Map<const Eigen::MatrixX2d> count(sums.data() + 2 * joints_,
+                                                 joints_, 2);
   Eigen::MatrixX2d left =
       squares.cwiseQuotient(count.cwiseMax(1.0)).cwiseSqrt();
   for (int v = 0; v < joints_; ++v) {

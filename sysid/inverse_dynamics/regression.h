@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "residuals/costs.h"
+#include "sysid/estimation/processes.h"
 #include "sysid/inverse_dynamics/coordinates.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
 
@@ -25,9 +26,11 @@ namespace sysid {
 // there as where it slips, those rows have a standard deviation of their own.
 class EquationRegression {
  public:
-  // The runs' rows with derivatives by the coordinates.
-  EquationRegression(std::vector<EquationRows> runs, RobustLoss loss,
-                     double loss_scale);
+  // The runs' rows with derivatives by the coordinates, so many of both; `all`
+  // processes share out the runs, and must outlive this.
+  EquationRegression(int joints, int columns, std::vector<EquationRows> runs,
+                     RobustLoss loss, double loss_scale,
+                     const Processes& all = Alone());
 
   int columns() const { return columns_; }
   int joints() const { return joints_; }
@@ -36,7 +39,7 @@ class EquationRegression {
   // Whether there are no efforts: R xi = 0 (z = R xi_0 here), which tells
   // ratios only.
   bool IsHomogeneous(const Eigen::VectorXd& xi0) const;
-  int times() const;  // of all runs, with a row for each joint
+  int times() const { return times_; }  // of all runs, a row for each joint
   // (11.10): rows of r_v / |p_v| in place of r_v, p = R_p xi the rows of
   // `inertial`, so that no change of scale lowers them.
   void Normalise(const EquationRegression& inertial,
@@ -48,9 +51,9 @@ class EquationRegression {
   void Reweigh(const Eigen::VectorXd& d);
   // [R z] of (11.4), all joints together, square but for z.
   RowMatrixXd Triangle() const;
-  // E, with E E^T the covariance of z beside R = Triangle(), by (11.6), the
-  // estimates without each of some blocks of time: errors are correlated over
-  // time and between joints.
+  // Of one process: E, with E E^T the covariance of z beside R = Triangle(), by
+  // (11.6), the estimates without each of some blocks of time: errors are
+  // correlated over time and between joints.
   RowMatrixXd ErrorRoot(const Eigen::VectorXd& d) const;
   // s_v, N m and N.
   const Eigen::VectorXd& sigma() const { return sigma_; }
@@ -59,7 +62,6 @@ class EquationRegression {
   Eigen::VectorXd EffortSize() const;
 
  private:
-  double Times() const;              // of all runs, at least 1
   RowMatrixXd OfJoint(int v) const;  // (11.3), of all its rows
   RowMatrixXd Merge() const;
   // Of a row, N m or N.
@@ -71,7 +73,8 @@ class EquationRegression {
   std::vector<EquationRows> runs_;
   RobustLoss loss_;
   double loss_scale_;
-  int columns_ = 0, joints_ = 0;
+  const Processes* all_;
+  int columns_, joints_, times_ = 0;
   Eigen::VectorXd sigma_;
   Eigen::VectorXd wider_;  // by joint, where it may rest: times sigma_
   std::vector<Eigen::VectorXd> weights_;  // of a run: times x joints

@@ -57,13 +57,11 @@ std::vector<std::string> IgnoredIn(const Session& session) {
   std::vector<std::string> entries;
   for (IgnoredSpan span : session.edits.ignored) {
     const ScopedName scoped = EditedName(span.name, mechanism);
-    for (const auto* runs : {&session.runs, &session.holdout}) {
-      for (const Run& run : *runs) {
-        if (!scoped.IsFor(run.name)) continue;
-        span.name = std::filesystem::path(run.name).filename().string() + "/" +
-                    scoped.name;
-        entries.push_back(ToString(span));
-      }
+    for (const std::string& run : session.run_names) {
+      if (!scoped.IsFor(run)) continue;
+      span.name =
+          std::filesystem::path(run).filename().string() + "/" + scoped.name;
+      entries.push_back(ToString(span));
     }
   }
   return entries;

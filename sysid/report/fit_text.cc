@@ -192,7 +192,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
       (fit.parameters.empty()
            ? "no free parameters: compared with "
            : CountOf(fit.parameters.size(), "parameter") + " fitted to ") +
-      CountOf(problem.runs().size(), "run") + ", " +
+      CountOf(problem.data().run_count(), "run") + ", " +
       CountOf(fit.samples, "sample") + ", " +
       CountOf(fit.iterations,
               kind == SolverKind::kStochastic ? "epoch" : "iteration") +

@@ -10,11 +10,14 @@
 
 #include "models/error.h"
 #include "sysid/io/write_file.h"
+#include "sysid/session/shared_runs.h"
 
 namespace sysid {
 namespace {
 
 using Json = nlohmann::json;
+
+constexpr char kFound[] = "+";  // before the bytes of a file that is there
 
 // Numbers and words by their bytes.
 class Checksum {
@@ -37,18 +40,29 @@ class Checksum {
   boost::crc_optimal<64, 0x42F0E1EBA9EA3693, 0, 0, false, false> crc_;
 };
 
-void AddRun(const RunData& data, Checksum* sum) {
-  sum->Add(data.run.t);
+std::string RunChecksum(const RunData& data) {
+  Checksum sum;
+  sum.Add(data.run.t);
   for (const Channel& channel : data.run.channels) {
-    sum->Add(channel.name);
-    sum->Add(channel.values);
+    sum.Add(channel.name);
+    sum.Add(channel.values);
   }
-  sum->Add(data.run.effort);
+  sum.Add(data.run.effort);
   for (const Input& input : data.run.inputs) {
-    sum->Add(input.name);
-    sum->Add(input.values);
+    sum.Add(input.name);
+    sum.Add(input.values);
   }
-  sum->Add(data.sigma);
+  sum.Add(data.sigma);
+  return std::to_string(sum.value());
+}
+
+// Of all processes.
+void AddRuns(const ShootingProblem& problem, Checksum* sum) {
+  std::vector<std::string> own;
+  for (const auto& data : problem.runs()) own.push_back(RunChecksum(*data));
+  for (const std::string& run : JoinLists(problem.processes(), own)) {
+    sum->Add(run);
+  }
 }
 
 // Its topology, the values at which it stands, and its effects.
@@ -103,6 +117,7 @@ Json Written(const Solution& solution) {
           {"runs", std::move(runs)}};
 }
 
+// With the states of all processes.
 Solution ReadSolution(const Json& json, const RolloutOptions& rollout) {
   Solution solution;
   solution.theta = Vector(json.at("theta"));
@@ -166,7 +181,7 @@ StageOutcome ReadOutcome(const Json& json, const RolloutOptions& rollout) {
 
 std::uint64_t ProblemChecksum(const ShootingProblem& problem) {
   Checksum sum;
-  for (const auto& data : problem.runs()) AddRun(*data, &sum);
+  AddRuns(problem, &sum);
   AddModel(problem.model(), &sum);
   for (const FreeParameter& free : problem.free()) AddFree(free, &sum);
   sum.Add(Numbers(problem.InitialTheta()));
@@ -184,16 +199,29 @@ std::uint64_t ProblemChecksum(const ShootingProblem& problem) {
 
 Checkpoint::Checkpoint(std::string file, const ShootingProblem& problem,
                        bool resume)
-    : file_(std::move(file)), rollout_(problem.options().rollout) {
+    : file_(std::move(file)),
+      all_(problem.processes()),
+      rollout_(problem.options().rollout),
+      all_runs_(problem.data().run_count()),
+      first_run_(problem.data().first_run()),
+      own_runs_(static_cast<int>(problem.runs().size())) {
   content_ = {{"sysid", SYSID_VERSION},
               {"problem", ProblemChecksum(problem)},
               {"stages", Json::array()}};
-  if (resume && std::filesystem::exists(file_)) Read();
+  if (!resume) return;
+  // Not empty where there is a file.
+  std::string bytes;
+  if (all_.rank() == 0 && std::filesystem::exists(file_)) {
+    std::ifstream in(file_, std::ios::binary);
+    bytes = kFound;
+    bytes.append(std::istreambuf_iterator<char>(in), {});
+  }
+  bytes = all_.Share(bytes);
+  if (!bytes.empty()) Take(bytes.substr(1));
 }
 
-void Checkpoint::Read() {
-  std::ifstream in(file_, std::ios::binary);
-  const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+// All processes come to the same, for each looks at the states of all.
+void Checkpoint::Take(const std::string& bytes) {
   Json read = Json::from_cbor(bytes, true, false);
   const InputError damaged(file_, "is no checkpoint of sysid_fit, or damaged",
                            "remove it, or leave --resume out");
@@ -207,7 +235,12 @@ void Checkpoint::Read() {
     }
   }
   try {
-    for (const Json& stage : read.at("stages")) ReadOutcome(stage, rollout_);
+    for (const Json& stage : read.at("stages")) {
+      const StageOutcome outcome = ReadOutcome(stage, rollout_);
+      if (outcome.solution.runs.size() != static_cast<size_t>(all_runs_)) {
+        throw damaged;
+      }
+    }
   } catch (const std::exception&) {
     throw damaged;
   }
@@ -225,14 +258,28 @@ std::optional<StageOutcome> Checkpoint::Next(const std::string& doing) {
     return std::nullopt;
   }
   ++next_;
+  std::vector<Solution::Nodes>& runs = outcome.solution.runs;
+  runs = {runs.begin() + first_run_, runs.begin() + first_run_ + own_runs_};
   return outcome;
 }
 
 void Checkpoint::Keep(const StageOutcome& outcome) {
-  content_["stages"].push_back(Written(outcome));
   ++next_;
-  const std::vector<std::uint8_t> bytes = Json::to_cbor(content_);
-  WriteFileAtomically(file_, std::string(bytes.begin(), bytes.end()));
+  Json stage = Written(outcome);
+  Json& runs = stage["solution"]["runs"];
+  const std::vector<std::uint8_t> own = Json::to_cbor(runs);
+  const std::vector<std::string> parts =
+      all_.Gather(std::string(own.begin(), own.end()));
+  DoAlike(all_, [&] {
+    if (all_.rank() > 0) return;
+    runs = Json::array();
+    for (const std::string& part : parts) {
+      for (Json& run : Json::from_cbor(part)) runs.push_back(std::move(run));
+    }
+    content_["stages"].push_back(std::move(stage));
+    const std::vector<std::uint8_t> bytes = Json::to_cbor(content_);
+    WriteFileAtomically(file_, std::string(bytes.begin(), bytes.end()));
+  });
 }
 
 void Checkpoint::Remove() const {

@@ -14,11 +14,13 @@ namespace sysid {
 //
 //   {"sysid": version, "problem": ProblemChecksum, "stages": [...]}
 //
-// with all numbers to their last bit.
+// with all numbers to their last bit. Of several processes the first one reads
+// and writes, the states of the runs of all: another number of them can go on.
 class Checkpoint : public StageLog {
  public:
   // Begins with the stages of the file where `resume` asks for it and there is
-  // one. Throws InputError where that is not whole, or of another problem.
+  // one. The problem's processes must outlive this. Throws InputError where
+  // that is not whole, or of another problem.
   Checkpoint(std::string file, const ShootingProblem& problem, bool resume);
 
   std::optional<StageOutcome> Next(const std::string& doing) override;
@@ -31,16 +33,18 @@ class Checkpoint : public StageLog {
   void Remove() const;
 
  private:
-  void Read();
+  void Take(const std::string& bytes);
 
   const std::string file_;
+  const Processes& all_;
   const RolloutOptions rollout_;
+  const int all_runs_, first_run_, own_runs_;  // of this process from the first
   nlohmann::json content_;
   size_t resumed_ = 0, next_ = 0;
 };
 
 // Of all that decides what a fit comes to: data with their noise, model, free
-// parameters, options; not the number of threads.
+// parameters, options; not the number of threads or of processes.
 std::uint64_t ProblemChecksum(const ShootingProblem& problem);
 
 }  // namespace sysid

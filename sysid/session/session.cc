@@ -13,6 +13,7 @@
 #include "sysid/session/locks.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/session_options.h"
+#include "sysid/session/shared_runs.h"
 
 namespace sysid {
 namespace {
@@ -26,6 +27,23 @@ std::string JoinFew(std::vector<std::string> sentences) {
     sentences.push_back("and " + std::to_string(count - kFew) + " more");
   }
   return Join(sentences, "; ");
+}
+
+const Processes& ProcessesOf(const Session& session) {
+  return session.options.processes ? *session.options.processes : Alone();
+}
+
+// "--traj: 8 processes share out the runs by size: 25, 25, ...".
+std::string ShareNotice(const Processes& all,
+                        const std::vector<std::string>& own,
+                        const std::string& flag) {
+  std::vector<double> counts(all.size(), 0.0);
+  counts[all.rank()] = static_cast<double>(own.size());
+  all.Max(&counts);
+  const auto [least, most] = std::minmax_element(counts.begin(), counts.end());
+  return flag + ": " + std::to_string(all.size()) +
+         " processes share out the runs by size, " + ShortestText(*least) +
+         " to " + ShortestText(*most) + " each";
 }
 
 // The specification of --spec, or the one beside the model.
@@ -73,44 +91,67 @@ std::string Reason(const InputError& error) {
   return text.substr(0, text.find("\n  hint: "));
 }
 
+// What reading some files came to.
+struct ReadFiles {
+  std::vector<Run> runs;
+  std::vector<std::string> notices;
+  std::vector<std::string> skipped, reasons, hints;  // of bad ones
+};
+
+ReadFiles ReadThese(const std::vector<std::string>& files, bool skip,
+                    const Session& session) {
+  ReadFiles read;
+  for (const std::string& file : files) {
+    if (!skip) {
+      read.runs.push_back(ReadSessionRun(session, file, &read.notices));
+      continue;
+    }
+    std::vector<std::string> own;
+    try {
+      read.runs.push_back(ReadGoodRun(session, file, &own));
+      read.notices.insert(read.notices.end(), own.begin(), own.end());
+    } catch (const InputError& error) {
+      read.skipped.push_back(file);
+      read.reasons.push_back(Reason(error));
+      read.hints.push_back(error.hint());
+    }
+  }
+  return read;
+}
+
 // Of runs that may be read wrong a reader wants to know first: their notices
 // stand before those of the model. With `skip`, bad runs are set aside; throws
-// InputError where that leaves none of those that `flag` names.
+// InputError where that leaves none of those that `flag` names. Each process
+// reads its own, and knows what was said of all.
 std::vector<Run> ReadRuns(const std::vector<std::string>& files,
                           const std::string& flag, bool skip, Session* session,
                           std::vector<std::string>* notices) {
-  std::vector<Run> runs;
-  std::vector<std::string> reasons;
-  std::string hint;
-  for (const std::string& file : files) {
-    std::vector<std::string> own;
-    if (skip) {
-      try {
-        runs.push_back(ReadGoodRun(*session, file, &own));
-      } catch (const InputError& error) {
-        reasons.push_back(Reason(error));
-        session->skipped_runs.push_back({file, reasons.back()});
-        if (hint.empty()) hint = error.hint();
-        continue;
-      }
-    } else {
-      runs.push_back(ReadSessionRun(*session, file, &own));
-    }
-    // What was said of one run is not said again of the next.
-    for (const std::string& notice : own) {
-      if (std::find(notices->begin(), notices->end(), notice) ==
-          notices->end()) {
-        notices->push_back(notice);
-      }
+  const Processes& all = ProcessesOf(*session);
+  const std::vector<std::string> own = OwnFiles(all, files);
+  ReadFiles read;
+  DoAlike(all, [&] { read = ReadThese(own, skip, *session); });
+  // What was said of one run is not said again of the next.
+  for (const std::string& notice : JoinLists(all, read.notices)) {
+    if (std::find(notices->begin(), notices->end(), notice) == notices->end()) {
+      notices->push_back(notice);
     }
   }
-  if (runs.empty() && !files.empty()) {
+  const std::vector<std::string> skipped = JoinLists(all, read.skipped);
+  const std::vector<std::string> reasons = JoinLists(all, read.reasons);
+  for (size_t i = 0; i < skipped.size(); ++i) {
+    session->skipped_runs.push_back({skipped[i], reasons[i]});
+  }
+  if (skipped.size() == files.size() && !files.empty()) {
+    const std::string hint = JoinLists(all, read.hints).front();
     throw InputError(flag,
                      "no run is left: each of " + CountOf(files.size(), "run") +
                          " is bad: " + JoinFew(reasons),
                      hint.empty() ? "run sysid_check on one of them" : hint);
   }
-  return runs;
+  if (all.size() > 1 && !files.empty()) {
+    notices->push_back(ShareNotice(all, own, flag));
+  }
+  return std::move(read.runs);
 }
 
 // What was set aside, in a line; all of it is in the JSON.
@@ -172,12 +213,9 @@ void NotePassive(const std::vector<const Run*>& runs,
 
 // A joint that one run drives and another does not: that may be so, or its
 // efforts were not recorded.
-void NoteUndriven(const std::vector<Run>& runs, const std::vector<Run>& holdout,
+void NoteUndriven(const std::vector<const Run*>& all,
                   const Mechanism& mechanism,
                   std::vector<std::string>* notices) {
-  std::vector<const Run*> all;
-  for (const Run& run : runs) all.push_back(&run);
-  for (const Run& run : holdout) all.push_back(&run);
   for (const Joint& joint : mechanism.joints) {
     const auto driven = [&](const Run* run) {
       return !run->effort.middleCols(joint.v_index, VelocitySize(joint))
@@ -203,21 +241,30 @@ const EffectInput* MissingInput(const Effect& effect, const Run& run) {
   return nullptr;
 }
 
+namespace {
+
+// Throws InputError at `place` where one of the runs lacks what an effect
+// reads.
+void CheckHas(const Effect& effect, const std::vector<Run>& runs,
+              const std::string& place) {
+  for (const Run& run : runs) {
+    const EffectInput* missing = MissingInput(effect, run);
+    if (missing == nullptr) continue;
+    const std::string& column = missing->name;
+    throw InputError(place,
+                     effect.name() + " reads " + column + " of " + run.name +
+                         ", which is not there",
+                     "record the column " + column +
+                         ", or map one to it: --columns " + column + "=COLUMN");
+  }
+}
+
+}  // namespace
+
 void CheckCanRead(const Effect& effect, const Session& session,
                   const std::string& place) {
-  for (const std::vector<Run>* const runs : {&session.runs, &session.holdout}) {
-    for (const Run& run : *runs) {
-      const EffectInput* missing = MissingInput(effect, run);
-      if (missing == nullptr) continue;
-      const std::string& column = missing->name;
-      throw InputError(place,
-                       effect.name() + " reads " + column + " of " + run.name +
-                           ", which is not there",
-                       "record the column " + column +
-                           ", or map one to it: --columns " + column +
-                           "=COLUMN");
-    }
-  }
+  CheckHas(effect, session.runs, place);
+  CheckHas(effect, session.holdout, place);
 }
 
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
@@ -311,6 +358,7 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
   session.spec_file = spec.path;
   session.model_file = file;
   session.model_name = std::filesystem::path(file).stem().string();
+  session.options.processes = request.processes;
   session.notices = notices;
   ChooseFree(request,
              WithoutHeld(session.model.mechanism(), spec, &session.notices),
@@ -335,22 +383,31 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.runs = ReadRuns(request.traj, "--traj", skip, &session, &read);
   session.holdout =
       ReadRuns(request.holdout, "--holdout", skip, &session, &read);
+  const Mechanism& mechanism = session.model.mechanism();
+  const Processes& processes = ProcessesOf(session);
+  DoAlike(processes,
+          [&] { CheckTimes(session.runs, session.columns, mechanism); });
+  std::vector<Run> outlines = OutlinesOfAll(processes, session.runs);
+  CheckMotion(outlines);
+  DoAlike(processes,
+          [&] { CheckTimes(session.holdout, session.columns, mechanism); });
+  for (Run& run : OutlinesOfAll(processes, session.holdout)) {
+    outlines.push_back(std::move(run));
+  }
   std::vector<const Run*> all;
-  for (const Run& run : session.runs) all.push_back(&run);
-  for (const Run& run : session.holdout) all.push_back(&run);
-  NotePassive(all, session.model.mechanism(), &read);
+  for (const Run& run : outlines) {
+    all.push_back(&run);
+    session.run_names.push_back(run.name);
+  }
+  NotePassive(all, mechanism, &read);
   NoteSkipped(session, request.traj.size() + request.holdout.size(), &read);
   session.notices.insert(session.notices.begin(), read.begin(), read.end());
-  CheckTimes(session.runs, session.columns, session.model.mechanism());
-  CheckMotion(session.runs);
-  CheckTimes(session.holdout, session.columns, session.model.mechanism());
-  NoteUndriven(session.runs, session.holdout, session.model.mechanism(),
-               &session.notices);
+  NoteUndriven(all, mechanism, &session.notices);
   for (int i = 0; i < session.model.effects().size(); ++i) {
-    CheckCanRead(session.model.effects().effect(i), session, "--add");
+    CheckHas(session.model.effects().effect(i), outlines, "--add");
   }
   const std::string unmeasured =
-      UnmeasuredNotice(session.model.mechanism(), all, session.flag_locks);
+      UnmeasuredNotice(mechanism, all, session.flag_locks);
   if (!unmeasured.empty()) session.notices.push_back(unmeasured);
   FillLengths(request, spec, &session);
   return session;

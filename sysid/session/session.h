@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -36,6 +37,8 @@ struct FitRequest {
   bool any_solver = false;
   // Whether runs that cannot be read are set aside: --skip_bad_runs.
   bool skip_bad_runs = false;
+  // That share out the runs; null: one has all.
+  std::shared_ptr<const Processes> processes;
 };
 
 // A run that was set aside, and why.
@@ -57,7 +60,8 @@ struct Session {
   std::string model_file;
   Model model;
   std::vector<FreeParameter> free;
-  std::vector<Run> runs, holdout;
+  std::vector<Run> runs, holdout;        // of this process
+  std::vector<std::string> run_names;    // of both, of all processes
   std::vector<SkippedRun> skipped_runs;  // of both
   EstimationOptions options;
   std::string solver;     // one of Solvers()

@@ -7,6 +7,7 @@
 
 #include "models/error.h"
 #include "sysid/io/csv.h"
+#include "sysid/session/shared_runs.h"
 #include "sysid/stochastic/rollout_gradient.h"
 #include "sysid/stochastic/solvers.h"
 
@@ -54,28 +55,36 @@ Located<std::string> ChooseWord(const std::string& flag,
   return {flag, "--" + name};
 }
 
+const Processes& ProcessesOf(const Session& session) {
+  return session.options.processes ? *session.options.processes : Alone();
+}
+
 // A step that is longer than the samples are apart ends at each of them.
 void FitStepToRuns(const Located<double>& step, Session* session) {
   constexpr double kMostSteps = 1000;  // between two samples, on average
   session->options.rollout.step = step.value;
   if (step.place.empty()) return;
   double gap = 0.0;
-  for (const Run& run : session->runs) {
-    const double period =
-        (run.t.back() - run.t.front()) / std::max(1, run.size() - 1);
-    if (period / step.value > kMostSteps) {
-      throw InputError(step.place,
-                       Number(step.value) +
-                           " s makes more than 1000 steps "
-                           "from one sample of " +
-                           run.name + " to the next",
-                       "leave it out: it is then chosen so that its error is "
-                       "below the noise");
+  const Processes& all = ProcessesOf(*session);
+  DoAlike(all, [&] {
+    for (const Run& run : session->runs) {
+      const double period =
+          (run.t.back() - run.t.front()) / std::max(1, run.size() - 1);
+      if (period / step.value > kMostSteps) {
+        throw InputError(step.place,
+                         Number(step.value) +
+                             " s makes more than 1000 steps "
+                             "from one sample of " +
+                             run.name + " to the next",
+                         "leave it out: it is then chosen so that its error is "
+                         "below the noise");
+      }
+      for (int k = 1; k < run.size(); ++k) {
+        gap = std::max(gap, run.t[k] - run.t[k - 1]);
+      }
     }
-    for (int k = 1; k < run.size(); ++k) {
-      gap = std::max(gap, run.t[k] - run.t[k - 1]);
-    }
-  }
+  });
+  gap = MaxOver(all, gap);
   if (step.value <= gap * (1 + 1e-9)) return;
   session->options.rollout.step = gap;
   session->notices.push_back(step.place + ": " + Number(step.value) +
@@ -97,7 +106,9 @@ void FitSegmentToRuns(const Located<double>& segment, Session* session) {
     if (segment.value <= duration + period) continue;
     shorter.push_back(run.name + " (" + RoundedText(duration) + " s)");
   }
-  session->options.segment = std::min(segment.value, longest);
+  const Processes& all = ProcessesOf(*session);
+  session->options.segment = std::min(segment.value, MaxOver(all, longest));
+  shorter = JoinLists(all, shorter);
   if (shorter.empty()) return;
   session->notices.push_back(
       segment.place + ": " + Number(segment.value) + " s is longer than " +

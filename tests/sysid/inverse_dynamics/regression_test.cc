@@ -59,7 +59,8 @@ TEST(EquationRegression, ErrorsAreThoseOfEstimatesWithoutABlock) {
   for (size_t r = 0; r < times.size(); ++r) {
     runs.push_back(RandomRows(times[r], static_cast<int>(r)));
   }
-  EquationRegression regression(runs, RobustLoss::kNone, 3.0);
+  EquationRegression regression(kJoints, kColumns, runs, RobustLoss::kNone,
+                                3.0);
   const Eigen::VectorXd d = SolveUnconstrained(regression.Triangle());
 
   EquationRows all = RandomRows(times[0] + times[1] + times[2], 0);

@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "tests/support/fit_setup.h"
+#include "tests/support/thread_processes.h"
 
 namespace sysid {
 namespace {
@@ -76,6 +78,63 @@ TEST(Checkpoint, KeepsEveryBitOfTheStages) {
   again.Remove();
   EXPECT_FALSE(std::filesystem::exists(file));
   EXPECT_EQ(Checkpoint(file, problem, true).resumed(), 0u);
+}
+
+// A double pendulum and three runs of it, of which processes have shares.
+struct ThreeRuns {
+  ThreeRuns() : model(Shipped("pendulum2_planar")) {
+    SimulationOptions recording;
+    recording.rate = 100.0;
+    recording.noise = 1e-3;
+    for (const double duration : {2.0, 1.0, 1.5}) {
+      recording.duration = duration;
+      recording.seed = runs.size() + 1;
+      runs.push_back(
+          Simulate(model, RandomState(model, 0.5, runs.size()), recording));
+      runs.back().name = std::to_string(runs.size()) + ".csv";
+    }
+  }
+  // What the first of the processes finds, and how many stages it resumed.
+  std::pair<Fit, size_t> FitBy(const std::vector<std::vector<int>>& shares,
+                               const std::string& file, bool resume) const {
+    std::pair<Fit, size_t> found(model, 0);
+    ThreadProcesses(static_cast<int>(shares.size()))
+        .Run([&](const Processes& all) {
+          EstimationOptions options;
+          options.processes =
+              std::shared_ptr<const Processes>(std::shared_ptr<void>(), &all);
+          std::vector<Run> own;
+          for (const int r : shares[all.rank()]) own.push_back(runs[r]);
+          const ShootingProblem problem(
+              model,
+              FreeFrom(model, {{"link1.length", 0.4}, {"link2.length", 0.4}}),
+              own, options);
+          Checkpoint checkpoint(file, problem, resume);
+          const Fit fit = FitLevenbergMarquardt(problem, &checkpoint);
+          if (all.rank() == 0) found = {fit, checkpoint.resumed()};
+        });
+    return found;
+  }
+
+  Model model;
+  std::vector<Run> runs;
+};
+
+TEST(Checkpoint, IsOfAllProcessesWhateverTheirNumber) {
+  const ThreeRuns setup;
+  const std::string file = ::testing::TempDir() + "/checkpoints_test.cbor";
+  const auto [two, none] = setup.FitBy({{0}, {1, 2}}, file, false);
+  EXPECT_EQ(none, 0u);
+  for (const std::vector<std::vector<int>>& shares :
+       {std::vector<std::vector<int>>{{0, 1, 2}},
+        {{0}, {1, 2}},
+        {{0, 1}, {}, {2}}}) {
+    const auto [fit, stages] = setup.FitBy(shares, file, true);
+    EXPECT_GT(stages, 1u);
+    EXPECT_EQ(fit.point.theta, two.point.theta);
+    EXPECT_EQ(fit.iterations, two.iterations);
+  }
+  std::filesystem::remove(file);
 }
 
 TEST(ProblemChecksum, IsOfAllThatDecidesAFit) {

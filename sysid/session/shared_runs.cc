@@ -1,0 +1,194 @@
+#include "sysid/session/shared_runs.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <numeric>
+
+#include "models/error.h"
+
+namespace sysid {
+namespace {
+
+// How many processes it takes, each with no more than `most`.
+int Needed(const std::vector<double>& weights, double most) {
+  int needed = 1;
+  double sum = 0.0;
+  for (const double weight : weights) {
+    if (sum > 0.0 && sum + weight > most) {
+      ++needed;
+      sum = 0.0;
+    }
+    sum += weight;
+  }
+  return needed;
+}
+
+Run OutlineOf(const Run& run) {
+  Run outline;
+  outline.name = run.name;
+  if (run.size() > 0) outline.t = {run.t.front(), run.t.back()};
+  outline.effort.setZero(1, run.effort.cols());
+  for (int v = 0; v < run.effort.cols(); ++v) {
+    outline.effort(0, v) = run.effort.col(v).isZero(0.0) ? 0.0 : 1.0;
+  }
+  for (const Channel& channel : run.channels) {
+    Channel& to = outline.channels.emplace_back(channel);
+    to.values.resize(2, channel.values.cols());
+    for (int c = 0; c < channel.values.cols(); ++c) {
+      constexpr int kNumbers = Eigen::PropagateNumbers;  // not those missing
+      to.values(0, c) = channel.values.col(c).minCoeff<kNumbers>();
+      to.values(1, c) = channel.values.col(c).maxCoeff<kNumbers>();
+    }
+  }
+  for (const Input& input : run.inputs) {
+    outline.inputs.push_back({input.name, input.held, {}});
+  }
+  return outline;
+}
+
+void Pack(const Run& outline, Packer* packer) {
+  packer->Put(outline.name);
+  packer->Put(static_cast<double>(outline.t.size()));
+  for (const double t : outline.t) packer->Put(t);
+  packer->Put(outline.effort);
+  packer->Put(static_cast<double>(outline.channels.size()));
+  for (const Channel& channel : outline.channels) {
+    packer->Put(static_cast<double>(channel.kind));
+    packer->Put(channel.target);
+    packer->Put(channel.name);
+    packer->Put(static_cast<double>(channel.axes.size()));
+    for (const int axis : channel.axes) packer->Put(axis);
+    packer->Put(channel.values);
+  }
+  packer->Put(static_cast<double>(outline.inputs.size()));
+  for (const Input& input : outline.inputs) {
+    packer->Put(input.name);
+    packer->Put(input.held ? 1.0 : 0.0);
+  }
+}
+
+Run Unpack(Unpacker* unpacker) {
+  Run run;
+  run.name = unpacker->Text();
+  run.t.resize(unpacker->Count());
+  for (double& t : run.t) t = unpacker->Number();
+  run.effort = unpacker->Matrix();
+  run.channels.resize(unpacker->Count());
+  for (Channel& channel : run.channels) {
+    channel.kind = static_cast<ChannelKind>(unpacker->Count());
+    channel.target = unpacker->Count();
+    channel.name = unpacker->Text();
+    channel.axes.resize(unpacker->Count());
+    for (int& axis : channel.axes) axis = unpacker->Count();
+    channel.values = unpacker->Matrix();
+  }
+  run.inputs.resize(unpacker->Count());
+  for (Input& input : run.inputs) {
+    input.name = unpacker->Text();
+    input.held = unpacker->Number() > 0.0;
+  }
+  return run;
+}
+
+}  // namespace
+
+std::vector<int> ShareOut(const std::vector<double>& weights, int processes) {
+  double low = 0.0;
+  for (const double weight : weights) low = std::max(low, weight);
+  double high = std::accumulate(weights.begin(), weights.end(), 0.0);
+  constexpr int kHalvings = 60;  // to a rounding of the sum
+  for (int i = 0; i < kHalvings && low < high; ++i) {
+    const double most = 0.5 * (low + high);
+    (Needed(weights, most) <= processes ? high : low) = most;
+  }
+  std::vector<int> counts(processes, 0);
+  int p = 0;
+  double sum = 0.0;
+  for (const double weight : weights) {
+    if (sum > 0.0 && sum + weight > high && p + 1 < processes) {
+      ++p;
+      sum = 0.0;
+    }
+    sum += weight;
+    ++counts[p];
+  }
+  return counts;
+}
+
+std::vector<std::string> OwnFiles(const Processes& all,
+                                  const std::vector<std::string>& files) {
+  if (all.size() == 1) return files;
+  // Each process asks for a part, which a file system serves beside each other.
+  Totals totals(static_cast<int>(files.size()));
+  for (size_t i = all.rank(); i < files.size(); i += all.size()) {
+    std::error_code error;  // also a file that is not there: its reader says so
+    const auto size = std::filesystem::file_size(files[i], error);
+    totals.Add(i, error ? 1.0 : 1.0 + static_cast<double>(size));
+  }
+  const Eigen::VectorXd sizes = totals.Over(all);
+  const std::vector<int> counts =
+      ShareOut({sizes.begin(), sizes.end()}, all.size());
+  const auto first =
+      files.begin() +
+      std::accumulate(counts.begin(), counts.begin() + all.rank(), 0);
+  return {first, first + counts[all.rank()]};
+}
+
+void DoAlike(const Processes& all, const std::function<void()>& work) {
+  if (all.size() == 1) {
+    work();
+    return;
+  }
+  Packer packer;
+  try {
+    work();
+  } catch (const InputError& error) {
+    // what() is "<place>: <what>\n  hint: <hint>".
+    std::string what = error.what();
+    what = what.substr(0, what.find("\n  hint: "));
+    if (what.starts_with(error.place() + ": ")) {
+      what = what.substr(error.place().size() + 2);
+    }
+    packer.Put(error.place());
+    packer.Put(what);
+    packer.Put(error.hint());
+  }
+  for (const std::string& bytes : GatherToAll(all, packer.bytes())) {
+    if (bytes.empty()) continue;
+    Unpacker unpacker(bytes);
+    const std::string place = unpacker.Text(), what = unpacker.Text();
+    throw InputError(place, what, unpacker.Text());
+  }
+}
+
+std::vector<std::string> JoinLists(const Processes& all,
+                                   const std::vector<std::string>& own) {
+  if (all.size() == 1) return own;
+  Packer packer;
+  for (const std::string& text : own) packer.Put(text);
+  std::vector<std::string> texts;
+  for (const std::string& bytes : GatherToAll(all, packer.bytes())) {
+    for (Unpacker unpacker(bytes); !unpacker.AtEnd();) {
+      texts.push_back(unpacker.Text());
+    }
+  }
+  return texts;
+}
+
+std::vector<Run> OutlinesOfAll(const Processes& all,
+                               const std::vector<Run>& own) {
+  std::vector<Run> outlines;
+  for (const Run& run : own) outlines.push_back(OutlineOf(run));
+  if (all.size() == 1) return outlines;
+  Packer packer;
+  for (const Run& outline : outlines) Pack(outline, &packer);
+  outlines.clear();
+  for (const std::string& bytes : GatherToAll(all, packer.bytes())) {
+    for (Unpacker unpacker(bytes); !unpacker.AtEnd();) {
+      outlines.push_back(Unpack(&unpacker));
+    }
+  }
+  return outlines;
+}
+
+}  // namespace sysid
