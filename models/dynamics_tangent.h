@@ -114,7 +114,7 @@ class DynamicsTangent {
     double by[3] = {0.0, 0.0, 0.0};
   };
   // A law that reads more than its joint (Effect::ReadsMore), or the rate of
-  // what an effect remembers.
+  // an effect's internal state.
   struct WideLaw {
     enum class Of { kDrive, kLimit, kJoint, kGravity, kRate } of;
     Law law;

@@ -37,7 +37,12 @@ InputError::InputError(const std::string& place, const std::string& what,
                        const std::string& hint)
     : std::runtime_error(Format(place, what, hint)),
       place_(place),
+      detail_(Printable(what)),
       hint_(hint) {}
+
+std::string InputError::WithoutHint() const {
+  return Format(place_, detail_, "");
+}
 
 std::string NearestName(const std::string& name,
                         const std::vector<std::string>& names) {

@@ -20,10 +20,13 @@ class InputError : public std::runtime_error {
              const std::string& hint = "");
 
   const std::string& place() const { return place_; }
+  const std::string& detail() const { return detail_; }  // what, alone
   const std::string& hint() const { return hint_; }
+  std::string WithoutHint() const;  // "<place>: <what>"
 
  private:
   std::string place_;
+  std::string detail_;
   std::string hint_;
 };
 

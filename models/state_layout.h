@@ -10,8 +10,8 @@ namespace sysid {
 //   x = (q, qd, z),      size() = nq() + nv() + nz() numbers,
 //   dx = (dq, dqd, dz),  tangent_size() = nv() + nv() + nz() numbers.
 //
-// z is what effects remember (EffectSet::states()), plain numbers; most models
-// have none.
+// z are the internal states of effects (EffectSet::states()), plain numbers;
+// most models have none.
 //
 // A joint has ConfigurationSize(type) numbers in q and VelocitySize(type) in
 // each of qd, dq and dqd: a spherical joint's quaternion has four numbers, and

@@ -9,7 +9,7 @@ namespace sysid {
 
 // Eight columns of a rollout: how the state moves (nv lanes each; dq of a
 // spherical joint is a rotation vector in the child's axes, dqd the change of
-// the numbers qd), and with it what effects remember and what is held.
+// the numbers qd), and with it the internal states of effects and what is held.
 struct StateColumns {
   StateColumns(const Model& model, const ParameterColumns& parameters);
 
@@ -45,7 +45,7 @@ class StepTangent {
     Eigen::Matrix3d k_u;   // dk/du
   };
 
-  // What an effect remembers of its joint's way (Effect's MoveState), and how
+  // An internal state that the joint's way moves (Effect's MoveState), and how
   // that moves with its arguments: the joint's position at the start, the way
   // from there, the state itself, the parameters.
   struct Way {
@@ -70,7 +70,7 @@ class StepTangent {
   void StageColumns(int stage, double ahead, double weight, StateColumns* c);
   void SetMoves(const double* u);
   void SetWays(bool from_last, const double* u);
-  // What is remembered after the way u: `rate` is what rates add.
+  // Internal states after the way u: `rate` is what rates add.
   void MoveStates(const StateColumns& c, const std::vector<Lanes>& rate,
                   double h, const std::vector<Lanes>& du,
                   std::vector<Lanes>* out) const;

@@ -65,7 +65,7 @@ struct Probe {
 using ProbeSet = std::vector<Probe>;
 
 // A number of an effect's own state z, which is part of the model's state
-// beside q and qd: what the effect remembers.
+// beside q and qd: its internal state.
 struct EffectState {
   std::string name;            // "joint1.presliding"
   std::string unit;            // "-" where it has none

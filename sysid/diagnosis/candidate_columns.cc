@@ -44,7 +44,7 @@ class Batch {
       return false;
     }
     secant_ = secant;
-    remembers_ = !candidate.effect->states().empty();
+    has_state_ = !candidate.effect->states().empty();
     names_.push_back(name);
     columns_.push_back(candidate.first[set] + column);
     return true;
@@ -64,7 +64,7 @@ class Batch {
   bool Evaluate(const LinearizedFit& fit, const LinearizedFit::Segment& at,
                 RowMatrixXd* out) {
     RolloutOptions options = at.rollout->options();
-    if (remembers_ && secant_ != 0.0) {
+    if (has_state_ && secant_ != 0.0) {
       // What it swings at is not what the fit's steps were chosen for.
       const double longest =
           fit.problem().data().MedianSamplePeriod() / kSecantSteps;
@@ -130,7 +130,7 @@ class Batch {
   std::map<std::string, std::vector<double>> values_;
   std::set<std::string> taken_;  // parameters of its effects
   double secant_ = 0.0;
-  bool remembers_ = false;           // what the secant's effect does
+  bool has_state_ = false;           // the secant's effect
   std::optional<ParameterMap> map_;  // points to the model
   Eigen::VectorXd theta_;
   ScratchPool pool_;

@@ -432,7 +432,7 @@ bool IsMeasured(const Model& model, const DataSet& data) {
 EquationLook LookByEquations(
     const DiagnosisProblem& problem,
     const std::vector<std::shared_ptr<const Effect>>& candidates) {
-  // What effects remember is no part of the equations of one instant.
+  // Internal states are no part of the equations of one instant.
   if (!IsMeasured(problem.model, *problem.train) ||
       problem.model.layout().nz() > 0) {
     return {};

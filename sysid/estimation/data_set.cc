@@ -209,7 +209,7 @@ std::vector<std::unique_ptr<RunData>> MakeRuns(
 DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
                  const MeasurementOptions& options, const DataSet* like)
     : options_(options) {
-  const Processes& all = options.processes ? *options.processes : Alone();
+  const Processes& all = ProcessesOf(options);
   std::vector<std::unique_ptr<RunData>> own =
       MakeRuns(mechanism, std::move(runs), options);
   // One sensor, one noise: the same channel of several runs is pooled.

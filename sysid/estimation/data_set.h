@@ -30,6 +30,10 @@ struct MeasurementOptions {
   std::shared_ptr<const Processes> processes;
 };
 
+inline const Processes& ProcessesOf(const MeasurementOptions& options) {
+  return options.processes ? *options.processes : Alone();
+}
+
 // A channel of any run.
 struct SensedChannel {
   std::string name, unit;

@@ -332,8 +332,8 @@ void SolveUnmeasured(const ShootingProblem& problem, const Run& run,
   }
 }
 
-// What effects remember: as it starts, or as the way since the sample before
-// says.
+// Internal states of effects: as they start, or as the way since the sample
+// before says.
 void FollowStates(const ShootingProblem& problem, const Run& run,
                   RowMatrixXd* states) {
   const Model& model = problem.model();

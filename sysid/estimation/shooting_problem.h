@@ -88,9 +88,7 @@ class ShootingProblem {
   }
   const EstimationOptions& options() const { return options_; }
   // That share out the runs.
-  const Processes& processes() const {
-    return options_.processes ? *options_.processes : Alone();
-  }
+  const Processes& processes() const { return ProcessesOf(options_); }
 
   // The start of the estimation: where StartingAt says, or at the initial
   // values of the free parameters.

@@ -11,7 +11,7 @@ namespace sysid {
 
 // Standard deviation of the defect x_end [-] x_next, as a multiple of the noise
 // (positions), of the noise over kDefectTime (velocities), and of kDefectPart
-// of the typical scale of what an effect remembers.
+// of the typical scale of an internal state.
 //
 // The rollout is deterministic, so the maximum-likelihood estimate has no
 // defects at all; a defect that is free to be large is what lets the solver
@@ -22,6 +22,7 @@ inline constexpr double kMiddleDefect = 1.0;
 inline constexpr double kCloseDefect = 0.1;
 inline constexpr double kJoinedDefect = 0.01;
 inline constexpr double kDefectTime = 0.1;  // s
+// As if a sensor of 1 % saw it, so that it counts as positions do.
 inline constexpr double kDefectPart = 0.01;
 
 // The last tightness. K defects of d each shift the end of a run by D = K d at
@@ -53,11 +54,10 @@ ThetaBelief BodyBelief(const ShootingProblem& problem);
 // Beliefs about the first state of a run (of each segment, where they are
 // independent), as wide as keeps them without weight beside a measurement and
 // still gives every direction some: what no sensor sees (the spin of a rod
-// about itself, by heading vectors; what an effect remembers) would otherwise
-// make the problem singular,
-// and a state that is frozen instead biases the parameters. Standard
-// deviations, tangent_size numbers; those of a spin are divided by
-// `twist_hold`.
+// about itself, by heading vectors; an internal state of an effect) would
+// otherwise make the problem singular, and a state that is frozen instead
+// biases the parameters. Standard deviations, tangent_size numbers; those of a
+// spin are divided by `twist_hold`.
 std::vector<double> StateBelief(const ShootingProblem& problem,
                                 double twist_hold);
 

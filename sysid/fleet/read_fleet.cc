@@ -151,12 +151,6 @@ Robot ReadRobot(const std::string& file) {
   return robot;
 }
 
-// "place: what" of an error, without its hint.
-std::string Reason(const InputError& error) {
-  const std::string text = error.what();
-  return text.substr(0, text.find("\n  hint: "));
-}
-
 // What ended the program that was to write the folder's files: the first error
 // in error.txt; "" where there is none.
 std::string KeptError(const fs::path& folder) {
@@ -190,7 +184,7 @@ Robot RobotIn(const fs::path& folder, const std::string& name_or_pattern) {
     return ReadRobot(files.front());
   } catch (const InputError& error) {
     robot.file = files.front();
-    robot.broken = Reason(error);
+    robot.broken = error.WithoutHint();
   }
   return robot;
 }

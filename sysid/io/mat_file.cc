@@ -186,11 +186,7 @@ class MatFile : public TableFile {
           try {
             work(out);
           } catch (const InputError& error) {
-            const std::string text = error.what();
-            const size_t what = error.place().size() + 2;
-            WriteHead(out, {error.place(),
-                            text.substr(what, text.find("\n  hint: ") - what),
-                            error.hint()});
+            WriteHead(out, {error.place(), error.detail(), error.hint()});
           } catch (const std::exception&) {
             std::abort();  // no memory
           }

@@ -14,16 +14,18 @@
 #include <thread>
 
 #include "sysid/processes/process_group.h"
+#include "sysid/processes/supervised.h"
 
 namespace sysid {
 namespace {
 
-// Whether a launcher of MPI started this process.
-bool IsLaunched() {
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"}) {
-    if (std::getenv(name) != nullptr) return true;
+// The number that a launcher of MPI gave this process; null where none started
+// it.
+const char* LaunchedRank() {
+  for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK"}) {
+    if (const char* const rank = std::getenv(name)) return rank;
   }
-  return false;
+  return nullptr;
 }
 
 void AddLongSums(void* in, void* inout, int* count, MPI_Datatype*) {
@@ -211,7 +213,9 @@ int MpiGroup::Run(const std::function<int()>& program) {
 }  // namespace
 
 std::shared_ptr<ProcessGroup> ProcessGroup::Join() {
-  if (!IsLaunched()) return nullptr;
+  const char* const rank = LaunchedRank();
+  if (rank == nullptr) return nullptr;
+  ContinueSupervised(std::string("process ") + rank);
   return std::make_shared<MpiGroup>();
 }
 

@@ -29,10 +29,6 @@ std::string JoinFew(std::vector<std::string> sentences) {
   return Join(sentences, "; ");
 }
 
-const Processes& ProcessesOf(const Session& session) {
-  return session.options.processes ? *session.options.processes : Alone();
-}
-
 // "--traj: 8 processes share out the runs by size: 25, 25, ...".
 std::string ShareNotice(const Processes& all,
                         const std::vector<std::string>& own,
@@ -85,12 +81,6 @@ Run ReadGoodRun(const Session& session, const std::string& file,
   return run;
 }
 
-// "place: what" of an error, without its hint.
-std::string Reason(const InputError& error) {
-  const std::string text = error.what();
-  return text.substr(0, text.find("\n  hint: "));
-}
-
 // What reading some files came to.
 struct ReadFiles {
   std::vector<Run> runs;
@@ -112,7 +102,7 @@ ReadFiles ReadThese(const std::vector<std::string>& files, bool skip,
       read.notices.insert(read.notices.end(), own.begin(), own.end());
     } catch (const InputError& error) {
       read.skipped.push_back(file);
-      read.reasons.push_back(Reason(error));
+      read.reasons.push_back(error.WithoutHint());
       read.hints.push_back(error.hint());
     }
   }
@@ -126,7 +116,7 @@ ReadFiles ReadThese(const std::vector<std::string>& files, bool skip,
 std::vector<Run> ReadRuns(const std::vector<std::string>& files,
                           const std::string& flag, bool skip, Session* session,
                           std::vector<std::string>* notices) {
-  const Processes& all = ProcessesOf(*session);
+  const Processes& all = ProcessesOf(session->options);
   const std::vector<std::string> own = OwnFiles(all, files);
   ReadFiles read;
   DoAlike(all, [&] { read = ReadThese(own, skip, *session); });
@@ -384,7 +374,7 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.holdout =
       ReadRuns(request.holdout, "--holdout", skip, &session, &read);
   const Mechanism& mechanism = session.model.mechanism();
-  const Processes& processes = ProcessesOf(session);
+  const Processes& processes = ProcessesOf(session.options);
   DoAlike(processes,
           [&] { CheckTimes(session.runs, session.columns, mechanism); });
   std::vector<Run> outlines = OutlinesOfAll(processes, session.runs);

@@ -55,17 +55,13 @@ Located<std::string> ChooseWord(const std::string& flag,
   return {flag, "--" + name};
 }
 
-const Processes& ProcessesOf(const Session& session) {
-  return session.options.processes ? *session.options.processes : Alone();
-}
-
 // A step that is longer than the samples are apart ends at each of them.
 void FitStepToRuns(const Located<double>& step, Session* session) {
   constexpr double kMostSteps = 1000;  // between two samples, on average
   session->options.rollout.step = step.value;
   if (step.place.empty()) return;
   double gap = 0.0;
-  const Processes& all = ProcessesOf(*session);
+  const Processes& all = ProcessesOf(session->options);
   DoAlike(all, [&] {
     for (const Run& run : session->runs) {
       const double period =
@@ -106,7 +102,7 @@ void FitSegmentToRuns(const Located<double>& segment, Session* session) {
     if (segment.value <= duration + period) continue;
     shorter.push_back(run.name + " (" + RoundedText(duration) + " s)");
   }
-  const Processes& all = ProcessesOf(*session);
+  const Processes& all = ProcessesOf(session->options);
   session->options.segment = std::min(segment.value, MaxOver(all, longest));
   shorter = JoinLists(all, shorter);
   if (shorter.empty()) return;

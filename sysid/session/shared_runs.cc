@@ -143,14 +143,8 @@ void DoAlike(const Processes& all, const std::function<void()>& work) {
   try {
     work();
   } catch (const InputError& error) {
-    // what() is "<place>: <what>\n  hint: <hint>".
-    std::string what = error.what();
-    what = what.substr(0, what.find("\n  hint: "));
-    if (what.starts_with(error.place() + ": ")) {
-      what = what.substr(error.place().size() + 2);
-    }
     packer.Put(error.place());
-    packer.Put(what);
+    packer.Put(error.detail());
     packer.Put(error.hint());
   }
   for (const std::string& bytes : GatherToAll(all, packer.bytes())) {

@@ -75,7 +75,7 @@ class Roll {
   Measurements measurements_;
 };
 
-// x0, what effects remember as it starts.
+// x0, internal states of effects as they start.
 Eigen::VectorXd WithStates(const Model& model, Eigen::VectorXd x0,
                            const Run& run) {
   if (model.layout().nz() == 0) return x0;

@@ -314,9 +314,7 @@ void StudioServer::Http::Post(
     } catch (const StudioBusy& busy) {
       Refuse(409, busy.what(), "wait for it, or cancel it", &response);
     } catch (const InputError& error) {
-      const std::string all = error.what();
-      Refuse(400, all.substr(0, all.find("\n  hint: ")), error.hint(),
-             &response);
+      Refuse(400, error.WithoutHint(), error.hint(), &response);
     }
   });
 }

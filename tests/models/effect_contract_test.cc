@@ -15,6 +15,7 @@
 #include "tests/support/all_joints.h"
 #include "tests/support/random_mechanism.h"
 #include "tests/support/ridders.h"
+#include "tests/support/test_name.h"
 
 namespace sysid {
 namespace {
@@ -536,11 +537,7 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, EffectContract, ::testing::ValuesIn([] {
                            return names;
                          }()),
                          [](const ::testing::TestParamInfo<std::string>& info) {
-                           std::string name = info.param;
-                           std::replace_if(
-                               name.begin(), name.end(),
-                               [](char c) { return !std::isalnum(c); }, '_');
-                           return name;
+                           return TestName(info.param);
                          });
 
 }  // namespace

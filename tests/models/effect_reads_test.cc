@@ -8,6 +8,7 @@
 
 #include "models/effects/catalogue.h"
 #include "tests/support/all_joints.h"
+#include "tests/support/test_name.h"
 
 // An effect reads what it declares and nothing else: derivatives are those by
 // its declared arguments (docs/decisions/0018-held-inputs.md).
@@ -270,11 +271,7 @@ INSTANTIATE_TEST_SUITE_P(
       return names;
     }()),
     [](const ::testing::TestParamInfo<std::string>& info) {
-      std::string name = info.param;
-      std::replace_if(
-          name.begin(), name.end(), [](char c) { return !std::isalnum(c); },
-          '_');
-      return name;
+      return TestName(info.param);
     });
 
 // --- That such a law would be found -----------------------------------------

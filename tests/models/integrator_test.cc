@@ -39,17 +39,6 @@ VectorXd StateOf(const RandomState& at) {
   return x;
 }
 
-// x after `steps` steps of h under constant efforts.
-VectorXd Roll(const Model& model, Integrator integrator, VectorXd x,
-              const VectorXd& tau, double h, int steps) {
-  Workspace<double> ws(model);
-  Stepper<double> stepper(integrator, &ws);
-  for (int i = 0; i < steps; ++i) {
-    EXPECT_TRUE(stepper.Step(h, tau.data(), x.data()));
-  }
-  return x;
-}
-
 double Energy(const Model& model, const VectorXd& x) {
   Workspace<double> ws(model);
   return KineticEnergy(&ws, x.data(), x.data() + model.nq()) +

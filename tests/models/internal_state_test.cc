@@ -38,16 +38,6 @@ Mechanism Cart() {
   return mechanism;
 }
 
-VectorXd Roll(const Model& model, Integrator integrator, VectorXd x,
-              const VectorXd& held, double h, int steps) {
-  Workspace<double> ws(model);
-  Stepper<double> stepper(integrator, &ws);
-  for (int i = 0; i < steps; ++i) {
-    EXPECT_TRUE(stepper.Step(h, held.data(), x.data()));
-  }
-  return x;
-}
-
 TEST(StateLayout, HasWhatEffectsRememberBehindPositionsAndVelocities) {
   Model model{AllJoints()};
   const int nq = model.nq(), nv = model.nv();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "models/dynamics.h"
+#include "models/integrator.h"
 
 namespace sysid {
 
@@ -33,6 +34,18 @@ inline Eigen::MatrixXd Inertia(Workspace<double>* ws,
   Eigen::MatrixXd M;
   MassMatrix<double>(ws, q.data(), &M);
   return M;
+}
+
+// x after `steps` steps of h, what is held constant.
+inline Eigen::VectorXd Roll(const Model& model, Integrator integrator,
+                            Eigen::VectorXd x, const Eigen::VectorXd& held,
+                            double h, int steps) {
+  Workspace<double> ws(model);
+  Stepper<double> stepper(integrator, &ws);
+  for (int i = 0; i < steps; ++i) {
+    EXPECT_TRUE(stepper.Step(h, held.data(), x.data()));
+  }
+  return x;
 }
 
 inline Inertial<double> Body(double mass, const Eigen::Vector3d& com,

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <barrier>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "sysid/estimation/processes.h"
+#include "sysid/estimation/shooting_problem.h"
 
 namespace sysid {
 
@@ -73,6 +74,19 @@ class ThreadProcesses {
   std::vector<std::vector<LongSum>> sums_;
   std::vector<std::vector<double>> maxima_;
   std::vector<std::string> texts_;
+};
+
+// What a process poses of a problem: options that name all of them, and its
+// share of the runs, by their places.
+struct SharedPart {
+  SharedPart(const Processes& all, const std::vector<Run>& of,
+             const std::vector<std::vector<int>>& shares) {
+    options.processes =
+        std::shared_ptr<const Processes>(std::shared_ptr<void>(), &all);
+    for (const int r : shares[all.rank()]) runs.push_back(of[r]);
+  }
+  EstimationOptions options;
+  std::vector<Run> runs;
 };
 
 }  // namespace sysid

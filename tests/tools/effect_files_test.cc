@@ -1,11 +1,10 @@
 // That identified.urdf and the specification beside it keep every effect: those
 // that a URDF can say, those that it cannot, and corrected nominal values.
 
-#include <algorithm>
-#include <cctype>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "tests/support/test_name.h"
 #include "tests/tools/programs.h"
 
 namespace sysid {
@@ -138,11 +137,7 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"rods.urdf", "com@link2=0.05", "", "com@link2", {}, 2},
         Planted{"rods.urdf", "inertia@link2=1.5", "", "inertia@link2", {}, 1}),
     [](const auto& info) {
-      std::string name = info.param.model + info.param.effect;
-      std::replace_if(
-          name.begin(), name.end(), [](char c) { return !std::isalnum(c); },
-          '_');
-      return name;
+      return TestName(info.param.model + info.param.effect);
     });
 
 }  // namespace

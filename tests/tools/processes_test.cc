@@ -289,7 +289,8 @@ TEST_F(ProcessesTest, ExchangeAsMuchWhateverTheRuns) {
   EXPECT_LT(more_samples, 1.5 * few);
 }
 
-// A fit that takes some seconds; each process leaves its number in a file.
+// A fit that takes some seconds; each process that the launcher starts leaves
+// its number in a file.
 class LongFitTest : public ProcessesTest {
  protected:
   LongFitTest() {
@@ -314,7 +315,8 @@ class LongFitTest : public ProcessesTest {
                      SYSID_FIT} +
            arguments;
   }
-  // The process of a rank, once so many stages have ended.
+  // The process of a rank that the launcher knows, once so many stages have
+  // ended.
   static pid_t WaitFor(const std::string& out, size_t stages, int rank) {
     const std::string file = out + "/checkpoint.cbor";
     for (int i = 0; i < 6000; ++i) {
@@ -326,6 +328,14 @@ class LongFitTest : public ProcessesTest {
     }
     return std::stoi(folder_->Read("pid." + std::to_string(rank)));
   }
+  // Its child, which does the work.
+  static pid_t WorkerOf(pid_t process) {
+    const std::string number = std::to_string(process);
+    std::ifstream children("/proc/" + number + "/task/" + number + "/children");
+    pid_t child = 0;
+    children >> child;
+    return child;
+  }
   static Json Read(const std::string& out) {
     return Json::parse(folder_->Read(out + "/fit.json"), nullptr, false);
   }
@@ -333,10 +343,13 @@ class LongFitTest : public ProcessesTest {
 
 TEST_F(LongFitTest, AKilledProcessEndsTheJobWhichGoesOnFromItsStage) {
   RunningProgram job(*folder_, SYSID_MPIRUN, Command(2, Fit("killed")));
-  kill(WaitFor("killed", 1, 1), SIGKILL);
+  const pid_t worker = WorkerOf(WaitFor("killed", 1, 1));
+  ASSERT_GT(worker, 1);
+  kill(worker, SIGKILL);
   EXPECT_TRUE(job.EndsWithin(std::chrono::seconds(10)));
-  EXPECT_NE(job.Await(), 0);
-  EXPECT_THAT(job.Errors(), HasSubstr("signal 9"));
+  EXPECT_EQ(job.Await(), 1);
+  EXPECT_THAT(job.Errors(),
+              HasSubstr("error: process 1 was killed by signal 9"));
   EXPECT_FALSE(folder_->Has("killed/fit.json"));
   const ProgramResult resumed = RunBy(3, Fit("killed") + Arguments{"--resume"});
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;

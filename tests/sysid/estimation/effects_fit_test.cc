@@ -4,13 +4,13 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <memory>
 #include <ostream>
 #include <set>
 
 #include "tests/support/fit_setup.h"
+#include "tests/support/test_name.h"
 
 namespace sysid {
 namespace {
@@ -229,12 +229,8 @@ TEST_P(EffectsFit, FindsWhatWasPlanted) {
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, EffectsFit, testing::ValuesIn(Cases()),
                          [](const auto& info) {
-                           std::string name =
-                               info.param.model + "_" + info.param.effect;
-                           std::replace_if(
-                               name.begin(), name.end(),
-                               [](char c) { return !std::isalnum(c); }, '_');
-                           return name;
+                           return TestName(info.param.model + "_" +
+                                           info.param.effect);
                          });
 
 TEST(EffectsFitCases, AreOfEveryEffect) {

@@ -37,13 +37,9 @@ struct ManyRuns {
     std::mutex mutex;
     ThreadProcesses(static_cast<int>(shares.size()))
         .Run([&](const Processes& all) {
-          EstimationOptions options;
-          options.processes =
-              std::shared_ptr<const Processes>(std::shared_ptr<void>(), &all);
-          std::vector<Run> own;
-          for (const int r : shares[all.rank()]) own.push_back(runs[r]);
-          const Fit fit =
-              FitLevenbergMarquardt(ShootingProblem(model, free, own, options));
+          const SharedPart own(all, runs, shares);
+          const Fit fit = FitLevenbergMarquardt(
+              ShootingProblem(model, free, own.runs, own.options));
           if (all.rank() > 0) return;
           const std::lock_guard lock(mutex);
           first = fit;

@@ -2,10 +2,8 @@
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
-#include <cctype>
-
 #include "tests/support/law_twins.h"
+#include "tests/support/test_name.h"
 
 namespace sysid {
 namespace {
@@ -35,11 +33,7 @@ TEST_P(TypedLaws, FitAsTheirTwinsDo) {
 
 INSTANTIATE_TEST_SUITE_P(Textbook, TypedLaws, testing::ValuesIn(LawTwins()),
                          [](const auto& info) {
-                           std::string name = info.param.shipped;
-                           std::replace_if(
-                               name.begin(), name.end(),
-                               [](char c) { return !std::isalnum(c); }, '_');
-                           return name;
+                           return TestName(info.param.shipped);
                          });
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "models/mechanism.h"
+#include "sysid/io/read_run.h"
+#include "tests/support/error_text.h"
 
 namespace sysid {
 
@@ -36,6 +38,19 @@ inline Mechanism Chain(
 inline Mechanism Hinges() {
   return Chain(
       {{"joint1", JointType::kRevolute}, {"joint2", JointType::kContinuous}});
+}
+
+// The text of "run.csv", read for them.
+inline Run Parse(const std::string& text, const std::string& columns = "",
+                 std::vector<std::string>* notices = nullptr,
+                 const Mechanism& mechanism = Hinges()) {
+  return ParseRun("run.csv", text, ParseColumnMap(columns), mechanism, notices);
+}
+
+inline std::string ParseError(const std::string& text,
+                              const std::string& columns = "",
+                              const Mechanism& mechanism = Hinges()) {
+  return ErrorText([&] { Parse(text, columns, nullptr, mechanism); });
 }
 
 }  // namespace sysid

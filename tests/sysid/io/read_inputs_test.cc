@@ -15,17 +15,6 @@ using ::testing::HasSubstr;
 
 // What effects read of a run.
 
-Run Parse(const std::string& text, const std::string& columns = "",
-          std::vector<std::string>* notices = nullptr,
-          const Mechanism& mechanism = Hinges()) {
-  return ParseRun("run.csv", text, ParseColumnMap(columns), mechanism, notices);
-}
-
-std::string ParseError(const std::string& text, const std::string& columns = "",
-                       const Mechanism& mechanism = Hinges()) {
-  return ErrorText([&] { Parse(text, columns, nullptr, mechanism); });
-}
-
 TEST(ReadInputsTest, ReadsInputsWithTheirKinds) {
   std::vector<std::string> notices;
   Mechanism mechanism = Hinges();

@@ -21,17 +21,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-Run Parse(const std::string& text, const std::string& columns = "",
-          std::vector<std::string>* notices = nullptr,
-          const Mechanism& mechanism = Hinges()) {
-  return ParseRun("run.csv", text, ParseColumnMap(columns), mechanism, notices);
-}
-
-std::string ParseError(const std::string& text, const std::string& columns = "",
-                       const Mechanism& mechanism = Hinges()) {
-  return ErrorText([&] { Parse(text, columns, nullptr, mechanism); });
-}
-
 // A word as the shell takes it.
 std::string FromShell(const std::string& word) {
   std::string text;

@@ -100,15 +100,11 @@ struct ThreeRuns {
     std::pair<Fit, size_t> found(model, 0);
     ThreadProcesses(static_cast<int>(shares.size()))
         .Run([&](const Processes& all) {
-          EstimationOptions options;
-          options.processes =
-              std::shared_ptr<const Processes>(std::shared_ptr<void>(), &all);
-          std::vector<Run> own;
-          for (const int r : shares[all.rank()]) own.push_back(runs[r]);
+          const SharedPart own(all, runs, shares);
           const ShootingProblem problem(
               model,
               FreeFrom(model, {{"link1.length", 0.4}, {"link2.length", 0.4}}),
-              own, options);
+              own.runs, own.options);
           Checkpoint checkpoint(file, problem, resume);
           const Fit fit = FitLevenbergMarquardt(problem, &checkpoint);
           if (all.rank() == 0) found = {fit, checkpoint.resumed()};
