@@ -13,8 +13,10 @@
 #include "sysid/session/check_session.h"
 #include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
+#include "sysid/session/shared_runs.h"
 #include "sysid/stochastic/rollout_gradient.h"
 #include "tools/fit_flags.h"
+#include "tools/on_processes.h"
 #include "tools/program.h"
 #include "tools/stochastic_flags.h"
 
@@ -98,7 +100,17 @@ ComparisonOptions OptionsFromFlags(const Session& session) {
   return options;
 }
 
-int Main() {
+void CheckFigure(const FitRequest& request) {
+  if (FLAGS_figure.empty()) return;
+  CheckIsNoInput("--figure", FLAGS_figure, request.traj);
+  if (!FLAGS_figure.ends_with(".svg")) {
+    throw InputError("--figure", "'" + FLAGS_figure + "' is no .svg",
+                     "the figure is written as SVG: name it figure.svg");
+  }
+  CheckWritableFile(FLAGS_figure);
+}
+
+int Main(ProcessGroup* group) {
   constexpr std::pair<const char*, const char*> kOfOthers[] = {
       {"solver", "all three solvers are compared"},
       {"holdout", "sysid_fit predicts held-out runs"},
@@ -116,18 +128,20 @@ int Main() {
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.solver = "lm";  // whatever a specification says
+  if (group != nullptr && request.threads == 0) {
+    request.threads = group->CoresEach();
+  }
   Session session = OpenSession(request, catalogue);
   ComparisonOptions options = OptionsFromFlags(session);
   CheckMixtureSize(session, options.mixture);
-  CheckOutputs(request, session);
-  if (!FLAGS_figure.empty()) {
-    CheckIsNoInput("--figure", FLAGS_figure, request.traj);
-    if (!FLAGS_figure.ends_with(".svg")) {
-      throw InputError("--figure", "'" + FLAGS_figure + "' is no .svg",
-                       "the figure is written as SVG: name it figure.svg");
-    }
-    CheckWritableFile(FLAGS_figure);
-  }
+  const Processes& all = group != nullptr ? *group : Alone();
+  const bool is_first = all.rank() == 0;
+  options.helpers = &all;
+  DoAlike(all, [&] {
+    if (!is_first) return;
+    CheckOutputs(request, session);
+    CheckFigure(request);
+  });
   Watch watch(&session.options);
   CheckSessionNumbers(&session);
   NoteMovedStarts(&session);
@@ -135,6 +149,8 @@ int Main() {
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
   const Comparison comparison = CompareSolvers(problem, options);
+  if (group != nullptr) group->Finish();
+  if (!is_first) return kExitDone;
   watch.ClearLine();
   // The comparison begins with Levenberg-Marquardt.
   PrintNotices(session.notices,
@@ -172,5 +188,5 @@ int Main() {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  return sysid::RunProgram(argc, argv, sysid::kHelp, sysid::Main);
+  return sysid::RunOnProcesses(argc, argv, sysid::kHelp, sysid::Main);
 }

@@ -9,13 +9,16 @@
 
 #include "gflags/gflags.h"
 #include "models/error.h"
+#include "sysid/diagnosis/shared_refits.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/named_values.h"
+#include "sysid/session/shared_runs.h"
 #include "tools/fit_flags.h"
+#include "tools/on_processes.h"
 #include "tools/program.h"
 
 DEFINE_bool(auto, false, "add effects until nothing is missing");
@@ -45,6 +48,7 @@ constexpr char kHelpOnResults[] =
   --out DIR                  report.html to look at, diagnosis.json, fit.json,
                              prediction.csv, identified.urdf
 Ctrl-C gives what was judged so far, once more ends at once.
+mpirun -n 6 sysid_diagnose ... shares out candidate refits: docs/processes.md.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
@@ -91,18 +95,34 @@ FitOutcome OutcomeOf(const Diagnosis& diagnosis) {
   return outcome;
 }
 
-int Main() {
+// The others help until it is through.
+Diagnosis DiagnoseTogether(const DiagnosisProblem& problem,
+                           const Candidates& candidates,
+                           const DiagnosisOptions& options) {
+  const HelpersWanted helpers(*problem.helpers);
+  return Diagnose(problem, candidates, options);
+}
+
+int Main(ProcessGroup* group) {
   const double start_s = Now();
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.may_free_nothing = true;
   request.assumes_inertia = true;
+  if (group != nullptr && request.threads == 0) {
+    request.threads = group->CoresEach();
+  }
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
       catalogue, session, SplitEffects(FLAGS_candidates, "--candidates"),
       "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
-  CheckOutputs(request, session);
+  const Processes& all = group != nullptr ? *group : Alone();
+  const bool is_first = all.rank() == 0;
+  DoAlike(all, [&] {
+    if (is_first) CheckOutputs(request, session);
+  });
+  problem.helpers = &all;
   Watch watch(&session.options);
   problem.options.stop = session.options.stop;
   problem.options.progress = session.options.progress;
@@ -111,7 +131,13 @@ int Main() {
   DiagnosisOptions options;
   options.add = FLAGS_auto;
   options.keep_evaluated = true;
-  Diagnosis diagnosis = Diagnose(problem, candidates, options);
+  if (!is_first) {
+    HelpToRefit(problem, candidates);
+    group->Finish();
+    return kExitDone;
+  }
+  Diagnosis diagnosis = DiagnoseTogether(problem, candidates, options);
+  if (group != nullptr) group->Finish();
   std::optional<FinalFit> final;
   if ((FLAGS_auto || !FLAGS_out.empty()) && diagnosis.interrupted.empty()) {
     final = FitFinalUnlessInterrupted(session, problem, &diagnosis);
@@ -142,8 +168,9 @@ int Main() {
       },
       json,
       [&] {
-        return DiagnosisText(session, diagnosis, fitted, next,
-                             isatty(STDOUT_FILENO) == 1);
+        // That of a process of mpirun is one, wherever mpirun's goes.
+        const bool colour = group == nullptr && isatty(STDOUT_FILENO) == 1;
+        return DiagnosisText(session, diagnosis, fitted, next, colour);
       });
   if (!diagnosis.interrupted.empty()) {
     watch.SayKept("what was judged so far", WritesFiles());
@@ -164,9 +191,9 @@ int Main() {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  return sysid::RunProgram(argc, argv,
-                           std::string(sysid::kHelp) +
-                               sysid::kDiagnosisFlagsHelp +
-                               sysid::kHelpOnResults,
-                           sysid::Main);
+  return sysid::RunOnProcesses(argc, argv,
+                               std::string(sysid::kHelp) +
+                                   sysid::kDiagnosisFlagsHelp +
+                                   sysid::kHelpOnResults,
+                               sysid::Main);
 }

@@ -16,7 +16,6 @@
 #include "sysid/inverse_dynamics/fitted_base.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/memory.h"
-#include "sysid/processes/process_group.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
 #include "sysid/report/sampled_models.h"
@@ -26,6 +25,7 @@
 #include "sysid/session/shared_runs.h"
 #include "sysid/stochastic/solvers.h"
 #include "tools/fit_flags.h"
+#include "tools/on_processes.h"
 #include "tools/program.h"
 #include "tools/stochastic_flags.h"
 
@@ -215,25 +215,33 @@ void CheckSampleSize(const Session& session) {
 
 // What several processes do not do.
 void CheckProcesses(FitRequest* request) {
-  const auto refuse = [](const std::string& flag, const std::string& what,
-                         const std::string& hint) {
-    throw InputError("--" + flag, what + " by one process alone", hint);
-  };
-  if (FlagGiven("check") && request->check != "none") {
-    refuse("check", "recordings are checked",
-           "--check none here, and sysid_check on some of the runs");
+  if (request->check != "all") return;
+  if (FlagGiven("check")) {
+    throw InputError(
+        "--check", "hypotheses about the data are tested by one process alone",
+        "--check numbers here, and sysid_check on some of the runs");
   }
-  request->check = "none";
-  if (!request->add.empty()) {
-    refuse("add", "added effects are tried",
-           "name them under `effects:` of the specification, --spec");
-  }
+  request->check = "numbers";
 }
 
-void CheckSharedSession(const Session& session) {
-  if (session.solver == "lm") return;
-  throw InputError("--solver", session.solver + " fits by one process alone",
-                   "--solver lm fits by many");
+void CheckSharedSession(const Catalogue& catalogue, const Session& session) {
+  if (session.solver != "lm") {
+    throw InputError("--solver", session.solver + " fits by one process alone",
+                     "--solver lm fits by many");
+  }
+  for (const std::string& name : session.added) {
+    const auto effect =
+        catalogue.Make(name, session.model.mechanism(), "--add");
+    for (const EffectParameter& p : effect->parameters()) {
+      if (!p.whole || std::find(session.fixed.begin(), session.fixed.end(),
+                                p.name) != session.fixed.end()) {
+        continue;
+      }
+      throw InputError(
+          "--add", p.name + " of " + name + " is found by one process alone",
+          "give it: --fix " + p.name + "=N");
+    }
+  }
 }
 
 int Main(ProcessGroup* group) {
@@ -249,7 +257,7 @@ int Main(ProcessGroup* group) {
     CheckProcesses(&request);
   }
   Session session = OpenSession(request, catalogue);
-  if (group != nullptr) CheckSharedSession(session);
+  if (group != nullptr) CheckSharedSession(catalogue, session);
   CheckSolverFlags(session.solver);
   CheckSomethingIsFitted(session);
   CheckSampling(session);
@@ -269,10 +277,12 @@ int Main(ProcessGroup* group) {
   CheckSessionNumbers(&session);
   if (solver.kind == SolverKind::kStochastic) NoteMovedStarts(&session);
   PrintNotices(session.notices);
-  // The trial is by Levenberg-Marquardt; the others start where they are told.
+  // The trial is by Levenberg-Marquardt, of one process; the others start where
+  // they are told, or where the equations of motion begin a fit.
   const std::optional<AddedEffects> added =
-      solver.kind == SolverKind::kShooting ? TryAddedEffects(catalogue, session)
-                                           : std::nullopt;
+      solver.kind == SolverKind::kShooting && group == nullptr
+          ? TryAddedEffects(catalogue, session)
+          : std::nullopt;
   if (added) session = StartedFrom(*added, session);
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
@@ -360,16 +370,5 @@ int Main(ProcessGroup* group) {
 }  // namespace sysid
 
 int main(int argc, char** argv) {
-  std::shared_ptr<sysid::ProcessGroup> group;
-  const auto program = [&] {
-    return sysid::RunProgram(argc, argv, sysid::kHelp,
-                             [&] { return sysid::Main(group.get()); });
-  };
-  try {
-    group = sysid::ProcessGroup::Join();
-  } catch (const sysid::InputError& error) {
-    std::fprintf(stderr, "error: %s\n", error.what());
-    return sysid::kExitBadInput;
-  }
-  return group == nullptr ? program() : group->Run(program);
+  return sysid::RunOnProcesses(argc, argv, sysid::kHelp, sysid::Main);
 }

@@ -19,6 +19,8 @@ struct CheckInput {
   std::string model_file;  // for places
   const std::vector<FreeParameter>* free = nullptr;
   std::vector<const Run*> runs;
+  // Where other processes have runs too: the names of all.
+  std::vector<std::string> run_names;
   ColumnMap columns;       // of flags and specification
   ColumnMap flag_columns;  // of the flag alone: a fix repeats it
   ChannelEdits flag_edits;

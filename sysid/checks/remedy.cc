@@ -68,8 +68,10 @@ std::string RunScope(const std::vector<std::string>& runs,
 }
 
 std::string RunScope(const CheckInput& input, const std::string& run) {
-  std::vector<std::string> runs;
-  for (const Run* other : input.runs) runs.push_back(other->name);
+  std::vector<std::string> runs = input.run_names;
+  if (runs.empty()) {
+    for (const Run* other : input.runs) runs.push_back(other->name);
+  }
   const bool is_alone = runs.size() < 2;
   const std::string own =
       is_alone ? std::filesystem::path(run).filename().string() + "/"

@@ -105,10 +105,10 @@ bool StandFor(const Screening& screening, int a, int b,
          (screening.confusability(a, b) > kAlike || IsAtNoiseFloor(with_a));
 }
 
-std::vector<ScreenedEffect> ThatExplainTheSame(
+std::vector<std::string> ThatExplainTheSame(
     const Screening& screening, const std::vector<CandidateRefit>& refits,
     int best) {
-  std::vector<ScreenedEffect> same;
+  std::vector<std::string> same;
   const CandidateRefit& chosen = refits[best];
   if (chosen.effects.size() != 1) return same;
   for (const CandidateRefit& refit : refits) {
@@ -117,7 +117,7 @@ std::vector<ScreenedEffect> ThatExplainTheSame(
       continue;
     }
     if (screening.confusability(chosen.effects[0], refit.effects[0]) > kAlike) {
-      same.push_back(refit.expected[0]);
+      same.push_back(refit.expected[0].name());
     }
   }
   return same;

@@ -47,7 +47,7 @@ bool StandFor(const Screening& screening, int a, int b,
 
 // Single effects whose refits were accepted, and explain the same part of what
 // the model misses as that of `best` does, with no more parameters.
-std::vector<ScreenedEffect> ThatExplainTheSame(
+std::vector<std::string> ThatExplainTheSame(
     const Screening& screening, const std::vector<CandidateRefit>& refits,
     int best);
 

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/longer_segments.h"
+#include "sysid/diagnosis/shared_refits.h"
 #include "sysid/diagnosis/statistics.h"
-#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -49,6 +48,19 @@ bool IsExtravagant(const Screening& screening, const ScreenedEffect& effect) {
                      });
 }
 
+bool IsExtravagant(const Screening& screening, const Screening::Pair& pair) {
+  const auto effects = [&](const Screening::Pair& of) {
+    return std::vector<const Effect*>{
+        screening.effects[of.first].effect.get(),
+        screening.effects[of.second].effect.get()};
+  };
+  return std::any_of(screening.pairs.begin(), screening.pairs.end(),
+                     [&](const Screening::Pair& other) {
+                       return ArePartOf(effects(other), effects(pair)) &&
+                              other.criterion < pair.criterion + kClearly;
+                     });
+}
+
 // Whether a refit is worth its time: the screening is clear, or it promises so
 // much that the held-out runs should judge (where much else is missing, few
 // samples are independent, and nothing is clear).
@@ -60,6 +72,15 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
 }
 
 }  // namespace
+
+EstimationOptions TrialOptions(const EstimationOptions& options, double error) {
+  constexpr int kIterations = 25;
+  EstimationOptions trial = Coarse(options, error);
+  trial.progress = nullptr;
+  trial.max_iterations = kIterations;
+  trial.least_gain = 2.0 * kMaterial;  // the cost is half the error's square
+  return trial;
+}
 
 std::string WhyRefused(const DiagnosisProblem& problem,
                        const EvaluatedModel& before,
@@ -128,8 +149,11 @@ std::string LikeliestChance(const DiagnosisProblem& problem,
   }
   std::string likeliest;
   double most = kSignificant;
+  // Each could be any of those that are not in the model.
+  const size_t tests =
+      candidates - std::min(candidates, evaluated.added.size()) + 1;
   for (const auto& effect : evaluated.added) {
-    const double p = candidates * PValueOf(*effect, problem.model, fit);
+    const double p = tests * PValueOf(*effect, problem.model, fit);
     if (p > most) {
       most = p;
       likeliest = effect->name();
@@ -172,7 +196,8 @@ std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
     const ScreenedEffect& b = screening.effects[pair.second];
     // Together, and not one alone.
     if (!(pair.criterion < std::min(a.criterion, b.criterion) - kClearly) ||
-        !(pair.predicted_error < (1 - kMaterial) * screening.error)) {
+        !(pair.predicted_error < (1 - kMaterial) * screening.error) ||
+        IsExtravagant(screening, pair)) {
       continue;
     }
     refits.push_back(
@@ -199,45 +224,13 @@ void Refitter::Confirm(const EvaluatedModel& before,
   for (size_t i = 0; i < refits->size(); ++i) {
     (late[i] ? waiting : first).push_back(std::move((*refits)[i]));
   }
-  Refit(before, &first);
+  RefitProposals(problem_, candidates_, before, &first);
   const int best = Choose(first);
   if (best < 0 || !IsAtNoiseFloor(*first[best].after)) {
-    Refit(before, &waiting);
+    RefitProposals(problem_, candidates_, before, &waiting);
     std::move(waiting.begin(), waiting.end(), std::back_inserter(first));
   }
   *refits = std::move(first);
-}
-
-void Refitter::Refit(const EvaluatedModel& before,
-                     std::vector<CandidateRefit>* refits) const {
-  const int count = static_cast<int>(refits->size());
-  if (count == 0) return;
-  EstimationOptions options = problem_.options;
-  options.progress = nullptr;
-  const int threads = std::max(1, std::min(count, problem_.options.threads));
-  options.threads = std::max(1, problem_.options.threads / threads);
-  options.max_iterations = kRefitIterations;
-  std::mutex mutex;
-  int done = 0;
-  const auto report = [&] {
-    if (!problem_.options.progress) return;
-    problem_.options.progress(
-        {"refitting " + std::to_string(count) + " candidates", done, count,
-         before.train_error()});
-  };
-  report();
-  ParallelFor(count, threads, [&](int i) {
-    CandidateRefit& refit = (*refits)[i];
-    std::vector<const ScreenedEffect*> effects;
-    for (const ScreenedEffect& e : refit.expected) effects.push_back(&e);
-    refit.after = EvaluateWith(problem_, before, effects,
-                               Coarse(options, refit.predicted));
-    refit.refused = WhyRefused(problem_, before, refit, count);
-    const std::lock_guard lock(mutex);
-    ++done;
-    report();
-    return true;
-  });
 }
 
 // What else could stand in the place of the best effect: with that one back at
@@ -247,7 +240,6 @@ void Refitter::AddRivals(const Screening& screening,
                          const EvaluatedModel& before, int best,
                          std::vector<CandidateRefit>* refits) const {
   constexpr size_t kMostRivals = 3;
-  constexpr double kNear = 1.5;  // times the error of the best
   const CandidateRefit& found = (*refits)[best];
   const EvaluatedModel& after = *found.after;
   if (found.effects.size() != 1 || IsDoubtful(after.fit)) return;
@@ -277,7 +269,7 @@ void Refitter::AddRivals(const Screening& screening,
     rivals.push_back(
         {{e}, {effect}, screening.effects[e].predicted_error, {}, ""});
   }
-  Refit(before, &rivals);
+  RefitProposals(problem_, candidates_, before, &rivals);
   for (CandidateRefit& rival : rivals) {
     const auto same = std::find_if(refits->begin(), refits->end(),
                                    [&](const CandidateRefit& refit) {

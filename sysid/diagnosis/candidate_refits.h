@@ -12,13 +12,20 @@ namespace sysid {
 // What the screening proposes is tried: refitted from the fitted point, and
 // judged by cross-validation (docs/theory.md section 7).
 
+using Candidates = std::vector<std::shared_ptr<const Effect>>;
+
 // A refit is worth its time where the screening expects it to lower the error
 // by this part of it.
 inline constexpr double kMaterial = 0.01;
 // Of the screening's criterion: twice a log-likelihood.
 inline constexpr double kClearly = 10.0;
-// Iterations of a refit that is to be judged, not kept.
-inline constexpr int kRefitIterations = 25;
+// A refit may stand in the place of a model whose error is less by this factor.
+inline constexpr double kNear = 1.5;
+
+// Of a refit that is to be judged, not kept: it ends after some iterations, or
+// where those left would not gain what is worth a refit. `error` is about the
+// one that it comes to.
+EstimationOptions TrialOptions(const EstimationOptions& options, double error);
 
 // The refit of one proposal: one effect or two.
 struct CandidateRefit {
@@ -63,8 +70,7 @@ std::string WhyRefused(const DiagnosisProblem& problem,
 // it.
 class Refitter {
  public:
-  Refitter(const DiagnosisProblem& problem,
-           const std::vector<std::shared_ptr<const Effect>>& candidates)
+  Refitter(const DiagnosisProblem& problem, const Candidates& candidates)
       : problem_(problem), candidates_(candidates) {}
 
   // Refits, in parallel, and says which are refused.
@@ -78,12 +84,10 @@ class Refitter {
   bool IsBetter(const EvaluatedModel& a, const EvaluatedModel& b) const;
 
  private:
-  void Refit(const EvaluatedModel& before,
-             std::vector<CandidateRefit>* refits) const;
   int Rarity(const EvaluatedModel& evaluated) const;
 
   const DiagnosisProblem& problem_;
-  const std::vector<std::shared_ptr<const Effect>>& candidates_;
+  const Candidates& candidates_;
 };
 
 }  // namespace sysid

@@ -14,6 +14,7 @@
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/linearization.h"
 #include "sysid/estimation/parallel.h"
+#include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_segment.h"
 #include "sysid/estimation/state_weights.h"
 
@@ -380,7 +381,11 @@ void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
   EstimationOptions options = given.options();
   if (options.keep_best) options.stop = {};
   const ShootingProblem problem = given.With(options).Weighing(fit->misfit);
-  RandomForce random = EstimateRandomForce(LinearizedFit(problem, fit->point));
+  // Over longer segments a force that hardly changes would pass for random.
+  const double length = ChooseSegment(problem, fit->point, Drift::kLittle);
+  RandomForce random = EstimateRandomForce(LinearizedFit(
+      problem, length < fit->segment_s ? Recut(problem, fit->point, length)
+                                       : fit->point));
   RowMatrixXd root;
   MatrixXd scores;
   if (!std::isfinite(random.variance) ||
@@ -399,6 +404,7 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
   }
   std::vector<int> at;
   std::vector<double> to_none;
+  bool none_at_bound = false;
   for (const EffectParameter& own : effect.parameters()) {
     if (!own.grid.empty() || own.whole) continue;
     const auto known = nominal.find(own.name);
@@ -408,6 +414,7 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
       if (estimate.name != own.name || estimate.at_bound) continue;
       at.push_back(static_cast<int>(i));
       to_none.push_back(none - estimate.value);
+      none_at_bound = none <= estimate.lower || none >= estimate.upper;
     }
   }
   if (at.empty()) return 0.0;
@@ -421,7 +428,8 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
                             moves.completeOrthogonalDecomposition().solve(d))) {
     variance += moves * moves.transpose();
   }
-  return FisherTail(d.dot(variance.ldlt().solve(d)) / n, n, kManyDof);
+  const double p = FisherTail(d.dot(variance.ldlt().solve(d)) / n, n, kManyDof);
+  return n == 1 && none_at_bound ? 0.5 * p : p;
 }
 
 }  // namespace sysid

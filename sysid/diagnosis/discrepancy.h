@@ -33,6 +33,8 @@ void AddDiscrepancy(const ShootingProblem& problem, Fit* fit);
 // scaled together: U takes friction to none, but the masses with it. So where
 // the shortest such move, U U_e^+ (e_0 - e), leads another parameter to its
 // bound, there is no such model, and C alone counts. 0 where bounds hold all e.
+// Of one parameter that is none at its bound, half of that: by chance it would
+// be on the other side as often, and end there (Self and Liang 1987, case 5).
 double PValueOf(const Effect& effect, const Model& given, const Fit& fit);
 
 }  // namespace sysid

@@ -83,7 +83,13 @@ void SetCrossValidation(const DiagnosisProblem& problem,
                         EvaluatedModel* evaluated) {
   evaluated->cv = {};
   const ShootingProblem& posed = *evaluated->problem;
-  const LinearizedFit linearized(posed, evaluated->fit.point);
+  // What ended at a bound stays there without a stretch too: beyond, it would
+  // predict what no model of this kind can.
+  std::map<std::string, double> at_bounds;
+  for (const ParameterEstimate& p : evaluated->fit.parameters) {
+    if (p.at_bound) at_bounds[p.name] = p.value;
+  }
+  const LinearizedFit linearized(posed, evaluated->fit.point, at_bounds);
   if (!linearized.Valid()) return;
   if (problem.holdout != nullptr &&
       !std::isfinite(evaluated->holdout_error())) {
@@ -153,26 +159,12 @@ std::shared_ptr<const ShootingProblem> Pose(const DiagnosisProblem& problem,
                                                  problem.train, options);
 }
 
-// The problem's model with effects, yet to be fitted.
-EvaluatedModel Open(const DiagnosisProblem& problem,
-                    std::vector<std::shared_ptr<const Effect>> effects,
-                    std::set<std::string> without_influence,
-                    const std::map<std::string, double>& values,
-                    const EstimationOptions& options) {
-  const DiagnosisProblem with =
-      WithEffects(problem, effects, without_influence, values);
-  EvaluatedModel opened(with.model);
-  opened.added = std::move(effects);
-  opened.without_influence = std::move(without_influence);
-  opened.problem = Pose(with, options);
-  return opened;
-}
-
-// The same model from where it ended.
+// A model as it was, from where it ended.
 EvaluatedModel OpenAgain(const DiagnosisProblem& problem,
                          const EvaluatedModel& before) {
-  return Open(problem, before.added, before.without_influence, ValuesOf(before),
-              Coarse(problem.options, before.train_error()));
+  return OpenModel(problem, before.added, before.without_influence,
+                   ValuesOf(before),
+                   Coarse(problem.options, before.train_error()));
 }
 
 // The options for a model of which no more than the states will be fitted,
@@ -197,8 +189,8 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
                      const std::vector<std::map<std::string, double>>& starts,
                      const EstimationOptions& options) {
   EvaluatedModel after =
-      Open(problem, std::move(effects), std::move(without_influence),
-           starts.front(), options);
+      OpenModel(problem, std::move(effects), std::move(without_influence),
+                starts.front(), options);
   const Solution from =
       AdoptStates(before.fit.model, before.fit.point, after.problem->model());
   Solution best;
@@ -270,11 +262,38 @@ double DiagnosisProblem::LongestToJudge() const {
                   (train->TotalDuration() + held_out) / kFewestSegments);
 }
 
+EvaluatedModel OpenModel(const DiagnosisProblem& problem,
+                         std::vector<std::shared_ptr<const Effect>> effects,
+                         std::set<std::string> without_influence,
+                         const std::map<std::string, double>& values,
+                         const EstimationOptions& options) {
+  const DiagnosisProblem with =
+      WithEffects(problem, effects, without_influence, values);
+  EvaluatedModel opened(with.model);
+  opened.added = std::move(effects);
+  opened.without_influence = std::move(without_influence);
+  opened.problem = Pose(with, options);
+  return opened;
+}
+
+std::map<std::string, double> StartingValues(const EvaluatedModel& evaluated) {
+  std::map<std::string, double> values;
+  const ShootingProblem& problem = *evaluated.problem;
+  const Model& model = problem.model();
+  for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
+    values[model.effects().parameters()[i].name] = model.nominal().effects[i];
+  }
+  for (const FreeParameter& free : problem.free()) {
+    values[free.parameter.name] = free.initial;
+  }
+  return values;
+}
+
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
   const bool states_only = problem.free.empty();
   EvaluatedModel base =
-      Open(problem, {}, {}, {},
-           states_only ? CoarseAtStart(problem) : problem.options);
+      OpenModel(problem, {}, {}, {},
+                states_only ? CoarseAtStart(problem) : problem.options);
   base.fit = FitIndependentSegments(StartByInverseDynamics(*base.problem),
                                     problem.LongestToJudge());
   if (base.fit.converged && !states_only) {
@@ -289,7 +308,7 @@ EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
 }
 
 EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem) {
-  EvaluatedModel base = Open(problem, {}, {}, {}, CoarseAtStart(problem));
+  EvaluatedModel base = OpenModel(problem, {}, {}, {}, CoarseAtStart(problem));
   const ShootingProblem started = StartByInverseDynamics(*base.problem);
   base.fit = StatesAtStart(started, ShortSegments(started));
   Evaluate(problem, nullptr, &base);
@@ -311,8 +330,8 @@ EvaluatedModel EvaluateByEquations(
     }
   }
   EvaluatedModel after =
-      Open(problem, std::move(added), std::move(without_influence), values,
-           Coarse(problem.options, before.train_error()));
+      OpenModel(problem, std::move(added), std::move(without_influence), values,
+                Coarse(problem.options, before.train_error()));
   after.fit = StatesAtStart(
       StartByInverseDynamics(*after.problem),
       AdoptStates(before.fit.model, before.fit.point, after.problem->model()));

@@ -31,6 +31,8 @@ struct DiagnosisProblem {
   // Whether the held-out runs are runs of their own, not the ends of the
   // others.
   bool judged_by_others = true;
+  // That share out refits (shared_refits.h); each of them has all runs.
+  const Processes* helpers = &Alone();
   // Names of parameters that are known to be right: no candidate moves them.
   std::set<std::string> known;
   EstimationOptions options;
@@ -62,6 +64,15 @@ struct EvaluatedModel {
   double train_error() const { return fit.train.total.normalized_rms; }
   double holdout_error() const { return holdout.total.normalized_rms; }
 };
+
+// The problem's model with effects at these values, yet to be fitted; and the
+// values that a model was opened with.
+EvaluatedModel OpenModel(const DiagnosisProblem& problem,
+                         std::vector<std::shared_ptr<const Effect>> effects,
+                         std::set<std::string> without_influence,
+                         const std::map<std::string, double>& values,
+                         const EstimationOptions& options);
+std::map<std::string, double> StartingValues(const EvaluatedModel& evaluated);
 
 // The problem's own model, from its start.
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 #include <vector>
 
 #include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"
 
 namespace sysid {
@@ -71,7 +73,12 @@ ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
   quiet.progress = nullptr;
   std::vector<Run> runs = RunsOf(*problem.train);
   if (problem.holdout != nullptr) {
-    for (Run& run : RunsOf(*problem.holdout)) runs.push_back(std::move(run));
+    std::vector<Run> held_out = RunsOf(*problem.holdout);
+    if (problem.judged_by_others) {
+      std::move(held_out.begin(), held_out.end(), std::back_inserter(runs));
+    } else {
+      runs = JoinEnds(runs, held_out);
+    }
   }
   return evaluated.problem->With(quiet)
       .WithData(MakeDataSetLike(problem.model, std::move(runs), quiet,

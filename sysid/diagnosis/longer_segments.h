@@ -26,7 +26,8 @@ std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
                                             const EvaluatedModel& now,
                                             const ReportDoing& report);
 
-// A model with all runs, those that are held out too.
+// A model with all runs, those that are held out too; whole again where their
+// ends were.
 ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated);
 // Its fit as one trajectory a run; nothing where that cannot follow the motion.

@@ -15,7 +15,7 @@ constexpr size_t kMostExchanged = 2;
 
 }  // namespace
 
-bool Search::LookBack(const std::vector<std::string>& newest) {
+bool Search::LookBack(const std::vector<std::string>& newest, bool exchange) {
   std::vector<std::string> older;
   for (const auto& effect : now().added) {
     if (std::find(newest.begin(), newest.end(), effect->name()) ==
@@ -25,28 +25,38 @@ bool Search::LookBack(const std::vector<std::string>& newest) {
     }
   }
   bool any = false;
-  for (const std::string& name : older) any = LookBackAt(name) || any;
+  for (const std::string& name : older) any = LookBackAt(name, exchange) || any;
   return any;
 }
 
-bool Search::LookBackAt(const std::string& name) {
+bool Search::LookBackAt(const std::string& name, bool exchange) {
   const EvaluatedModel& with = now();
   EvaluatedModel without = Without(name);
   if (!std::isfinite(without.train_error())) return false;
   DiagnosisStep step = StepFrom(with);
   step.removed = name;
   std::shared_ptr<EvaluatedModel> next;
-  const bool needed = WasHere(without) || !WhyImplausible(without).empty() ||
-                      IsWorse(without.cv, with.cv);
+  // What is adequate without it misses nothing.
+  const bool worse = !IsAtNoiseFloor(without) && IsWorse(without.cv, with.cv);
+  const bool needed =
+      WasHere(without) || !WhyImplausible(without).empty() || worse;
   if (!needed) {
     step.predicted = without.train_error();
     next = std::make_shared<EvaluatedModel>(std::move(without));
+  } else if (!exchange) {
+    return false;
   } else {
     const Screening screening = Screen(without);
     std::vector<CandidateRefit> refits = ProposeEffects(screening);
     const int own = screening.IndexOf(name);
     std::erase_if(refits, [&](const CandidateRefit& refit) {
       return refit.effects[0] == own;
+    });
+    std::vector<std::string> tried;
+    std::erase_if(refits, [&](const CandidateRefit& refit) {
+      const bool far = refit.predicted > kNear * with.train_error();
+      if (far) tried.push_back(refit.expected[0].name());
+      return far;
     });
     if (refits.size() > kMostExchanged) refits.resize(kMostExchanged);
     refits_.Confirm(without, &refits);
@@ -66,8 +76,7 @@ bool Search::LookBackAt(const std::string& name) {
     };
     const int best = refits_.Choose(refits);
     if (best < 0 || WasHere(*refits[best].after) ||
-        !refits_.IsBetter(*refits[best].after, with)) {
-      std::vector<std::string> tried;
+        !TakesThePlaceOf(*refits[best].after, with)) {
       for (const CandidateRefit& refit : refits) {
         tried.push_back(refit.expected[0].name());
       }
@@ -84,54 +93,81 @@ bool Search::LookBackAt(const std::string& name) {
                              *refits[best].after, with)) {
       step.indistinguishable_from[0].push_back(name);
     }
+    explain_the_same_[effect.name()] = {name};
     step.predicted = refits[best].predicted;
     step.parameters = EstimatesOf(*refits[best].after, {effect.effect.get()});
     next = std::make_shared<EvaluatedModel>(std::move(*refits[best].after));
   }
   model_ = std::move(next);
-  if (!model_->fit.converged) {
-    *model_ = EvaluateAgain(problem_, std::move(*model_));
-  }
+  *model_ = EvaluateAgain(problem_, std::move(*model_));
   EndAt(model_, &step);
   diagnosis_.steps.push_back(step);
   return true;
 }
 
-std::vector<std::string> Search::AsGoodOverWholeRuns(
-    const EvaluatedModel& model, const std::string& name) {
-  std::vector<std::string> as_good;
-  std::vector<ScreenedEffect> others = explain_the_same_[name];
-  std::erase_if(others, [&](const ScreenedEffect& other) {
-    return std::any_of(
-        model.added.begin(), model.added.end(),
-        [&](const auto& effect) { return effect->name() == other.name(); });
-  });
-  if (others.empty() || IsAtNoiseFloor(model) ||
-      !CouldBeFollowedLonger(problem_, model)) {
-    return as_good;
+double Search::WholeRunsError(const EvaluatedModel& evaluated) {
+  const std::optional<Fit> whole =
+      FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated);
+  return whole ? whole->train.total.normalized_rms
+               : std::numeric_limits<double>::infinity();
+}
+
+bool Search::TakesThePlaceOf(const EvaluatedModel& other,
+                             const EvaluatedModel& with) {
+  if (other.fit.parameters.size() == with.fit.parameters.size() &&
+      AreAsGood(other, with) && !IsAtNoiseFloor(with)) {
+    Report("comparing over whole runs", with.train_error());
+    const double ratio = WholeRunsError(other) / WholeRunsError(with);
+    if (ratio < 1.0 / (1.0 + kMatters)) return true;
+    if (ratio > 1.0 + kMatters) return false;
   }
-  const auto error = [&](const EvaluatedModel& evaluated) {
-    const std::optional<Fit> whole =
-        FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated);
-    return whole ? whole->train.total.normalized_rms
-                 : std::numeric_limits<double>::infinity();
-  };
-  Report("alternatives to " + name + " over whole runs", model.train_error());
-  EstimationOptions options = Coarse(problem_.options, model.train_error());
-  options.progress = nullptr;
-  options.max_iterations = kRefitIterations;
-  const double with = error(model);
+  return refits_.IsBetter(other, with);
+}
+
+std::vector<std::string> Search::AsGoodInstead(
+    const EvaluatedModel& model, const std::string& name,
+    const std::vector<std::string>& others) {
+  std::vector<std::string> as_good;
+  const bool longer =
+      !IsAtNoiseFloor(model) && CouldBeFollowedLonger(problem_, model);
+  Report("alternatives to " + name, model.train_error());
+  const EstimationOptions options =
+      TrialOptions(problem_.options, model.train_error());
+  const double whole =
+      longer ? WholeRunsError(model) : std::numeric_limits<double>::quiet_NaN();
   const EvaluatedModel without =
       EvaluateWithout(problem_, model, name, options);
-  for (const ScreenedEffect& other : others) {
-    Report("alternatives to " + name + " over whole runs", model.train_error());
+  const Screening screening = Screen(without);
+  for (const std::string& other : others) {
+    const int effect = screening.IndexOf(other);
+    if (effect < 0) continue;
+    Report("alternatives to " + name, model.train_error());
     const EvaluatedModel instead =
-        EvaluateWith(problem_, without, {&other}, options);
-    if (error(instead) < (1.0 + kMatters) * with) {
-      as_good.push_back(other.name());
+        EvaluateWith(problem_, without, {&screening.effects[effect]}, options);
+    if (instead.cv.error() < model.cv.error() || AreAsGood(instead, model) ||
+        (longer && WholeRunsError(instead) < (1.0 + kMatters) * whole)) {
+      as_good.push_back(other);
     }
   }
   return as_good;
+}
+
+void Search::AskAlternativesAgain() {
+  for (const auto& effect : model_->added) {
+    const std::string& name = effect->name();
+    if (settled_.contains(name)) continue;
+    std::vector<std::string> others = AlternativesTo(name, diagnosis_.steps);
+    AddNames(explain_the_same_[name], &others);
+    std::erase_if(others, [&](const std::string& other) {
+      return std::any_of(
+          model_->added.begin(), model_->added.end(),
+          [&](const auto& added) { return added->name() == other; });
+    });
+    if (others.empty()) continue;
+    RemoveAlternatives(name, others, &diagnosis_.steps);
+    AddAlternatives(name, AsGoodInstead(*model_, name, others),
+                    &diagnosis_.steps);
+  }
 }
 
 std::string Search::Chance(const EvaluatedModel& evaluated) {

@@ -15,6 +15,19 @@ void AddNames(const std::vector<std::string>& names,
   }
 }
 
+std::vector<std::string> AlternativesTo(
+    const std::string& effect, const std::vector<DiagnosisStep>& steps) {
+  std::vector<std::string> alternatives;
+  for (const DiagnosisStep& step : steps) {
+    for (size_t k = 0; k < step.effects.size(); ++k) {
+      if (step.effects[k] == effect) {
+        AddNames(step.indistinguishable_from[k], &alternatives);
+      }
+    }
+  }
+  return alternatives;
+}
+
 void AddAlternatives(const std::string& effect,
                      const std::vector<std::string>& alternatives,
                      std::vector<DiagnosisStep>* steps) {

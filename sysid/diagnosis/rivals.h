@@ -12,6 +12,10 @@ namespace sysid {
 void AddNames(const std::vector<std::string>& names,
               std::vector<std::string>* known);
 
+// What the steps say could stand in the place of an effect that was added.
+std::vector<std::string> AlternativesTo(
+    const std::string& effect, const std::vector<DiagnosisStep>& steps);
+
 // Notes in the steps, of an effect that was added, what else could stand in its
 // place.
 void AddAlternatives(const std::string& effect,

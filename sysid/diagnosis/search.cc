@@ -196,18 +196,17 @@ void Search::AddTogether() {
   Report("what the equations of motion show", diagnosis_.base.train_error());
   std::vector<const ScreenedEffect*> shown;
   for (const ScreenedEffect& effect : shown_) shown.push_back(&effect);
-  EstimationOptions options = problem_.options;
-  options.progress = nullptr;
-  options.max_iterations = kRefitIterations;
-  auto model = std::make_shared<EvaluatedModel>(
-      EvaluateWith(problem_, diagnosis_.base, shown, options));
+  // What they leave is not known before: with the steps of the smallest error.
+  auto model = std::make_shared<EvaluatedModel>(EvaluateWith(
+      problem_, diagnosis_.base, shown, TrialOptions(problem_.options, 0.0)));
   if (IsDoubtful(model->fit) || !WhyImplausible(*model).empty() ||
       !ExplainsMost(problem_, diagnosis_.base, *model)) {
     return;
   }
   been_.insert(EffectsOf(diagnosis_.base));
+  *model = EvaluateAgain(problem_, std::move(*model));
   Take(std::move(shown_), std::move(model));
-  if (LookBack({})) LookBack({});
+  if (LookBack({}, true)) LookBack({}, true);
 }
 
 void Search::Take(std::vector<ScreenedEffect> effects,
@@ -246,16 +245,17 @@ void Search::AddOneByOne() {
     std::vector<CandidateEffect> listed =
         ListCandidates(found.screening, found.refits, found.best);
     if (found.best >= 0) {
-      explain_the_same_[found.get()->expected[0].name()] =
-          ThatExplainTheSame(found.screening, found.refits, found.best);
-      if (!options_.add) {
-        AddNames(
-            AsGoodOverWholeRuns(*found.get()->after, listed[0].screened.name()),
-            &listed[0].indistinguishable_from);
+      const std::string& name = listed[0].screened.name();
+      std::vector<std::string>& same = explain_the_same_[name];
+      same = ThatExplainTheSame(found.screening, found.refits, found.best);
+      if (!options_.add && !same.empty()) {
+        AddNames(AsGoodInstead(*found.get()->after, name, same),
+                 &listed[0].indistinguishable_from);
       }
     }
     Note(&found, listed);
     if (found.best < 0) {
+      if (std::exchange(exchange_due_, false) && LookBack({}, true)) continue;
       if (!LookFarther(&joined)) return;
       continue;
     }
@@ -364,10 +364,8 @@ void Search::Add(CandidateRefit* chosen,
     added.indistinguishable_from.push_back(listed[k].indistinguishable_from);
   }
   added.predicted = chosen->predicted;
-  model_ = std::make_shared<EvaluatedModel>(std::move(*chosen->after));
-  if (!model_->fit.converged) {
-    *model_ = EvaluateAgain(problem_, std::move(*model_));
-  }
+  model_ = std::make_shared<EvaluatedModel>(
+      EvaluateAgain(problem_, std::move(*chosen->after)));
   added.parameters = EstimatesOf(*model_, effects);
   EndAt(model_, &added);
   diagnosis_.steps.push_back(added);
@@ -382,8 +380,9 @@ void Search::Add(CandidateRefit* chosen,
     model_ = std::make_shared<EvaluatedModel>(std::move(*next));
     newest.clear();
   }
-  // What was exchanged changes what the newest is good for.
-  if (LookBack(newest)) LookBack({});
+  // What was taken out changes what the newest is good for.
+  if (LookBack(newest, false)) LookBack({}, false);
+  exchange_due_ = true;
 }
 
 void Search::Conclude() {
@@ -394,11 +393,7 @@ void Search::Conclude() {
       diagnosis_.final_verdict = Judge(*model_, nullptr);
     }
   }
-  for (const auto& effect : model_->added) {
-    AddAlternatives(effect->name(),
-                    AsGoodOverWholeRuns(*model_, effect->name()),
-                    &diagnosis_.steps);
-  }
+  AskAlternativesAgain();
   diagnosis_.final = model_;
   // What the first step could not see the later ones did; or took back.
   if (diagnosis_.final_verdict == Verdict::kAdequate) {
@@ -414,10 +409,9 @@ void Search::Conclude() {
 
 EvaluatedModel Search::Without(const std::string& name) {
   Report("leaving out " + name, now().train_error());
-  EstimationOptions options = Coarse(problem_.options, now().train_error());
-  options.progress = nullptr;
-  options.max_iterations = kRefitIterations;
-  EvaluatedModel without = EvaluateWithout(problem_, now(), name, options);
+  EvaluatedModel without =
+      EvaluateWithout(problem_, now(), name,
+                      TrialOptions(problem_.options, now().train_error()));
   tried_.push_back(ErrorsOf(without));
   return without;
 }
@@ -447,7 +441,8 @@ bool Search::TakeOutUnneeded() {
       }
       step.removed = name;
       step.predicted = without.train_error();
-      model_ = std::make_shared<EvaluatedModel>(std::move(without));
+      model_ = std::make_shared<EvaluatedModel>(
+          EvaluateAgain(problem_, std::move(without)));
       EndAt(model_, &step);
       diagnosis_.steps.push_back(std::move(step));
       any = again = true;

@@ -88,19 +88,30 @@ class Search {
   void Keep();  // what a search that was stopped may still say
 
   // In look_back.cc.
-  // Takes out what the newest effects made useless, and exchanges what another
-  // candidate now does better. True where it made another model.
-  bool LookBack(const std::vector<std::string>& newest);
+  // Takes out what the newest effects made useless, or exchanges what another
+  // candidate does better. True where it made another model. Nothing is
+  // exchanged while there is something to add: over the first, short segments
+  // effects look alike, and would take turns.
+  bool LookBack(const std::vector<std::string>& newest, bool exchange);
   // True where the model without `name` took the place of the one with it, or
   // one with another effect instead.
-  bool LookBackAt(const std::string& name);
-  // Which of the effects that explain the same part of the errors predict whole
-  // runs as well in the place of `name`, where only the number of segments that
-  // is needed to judge by kept those from being longer: two laws that differ
-  // over short segments may not over long ones, and the data then do not
-  // decide.
-  std::vector<std::string> AsGoodOverWholeRuns(const EvaluatedModel& model,
-                                               const std::string& name);
+  bool LookBackAt(const std::string& name, bool exchange);
+  // Of the model fitted to all runs, one trajectory each; infinite where it
+  // does not follow them.
+  double WholeRunsError(const EvaluatedModel& evaluated);
+  // Whether the model with another effect is the better one. Where segments do
+  // not decide between as many parameters, whole runs do.
+  bool TakesThePlaceOf(const EvaluatedModel& other, const EvaluatedModel& with);
+  // Which of `others` predict as well in the place of `name`, fitted again:
+  // over the model's segments; or whole runs, where only the number of segments
+  // that is needed to judge by kept those from being longer.
+  std::vector<std::string> AsGoodInstead(
+      const EvaluatedModel& model, const std::string& name,
+      const std::vector<std::string>& others);
+  // Judges once more, by the final model, what was as good as its effects on
+  // the way there: two laws that are alike over short segments, or while others
+  // are missing, may differ now; and the other way round.
+  void AskAlternativesAgain();
   std::string Chance(const EvaluatedModel& evaluated);
   // Takes out, one after another, what may be no more than chance beside what
   // is still missing. The search itself adds it all the same: until all that is
@@ -127,8 +138,9 @@ class Search {
   std::vector<ScreenedEffect> shown_;  // by them, where those are few
   std::vector<ModelErrors> tried_;     // every refit
   // What explains the same as an effect that was found, by its name.
-  std::map<std::string, std::vector<ScreenedEffect>> explain_the_same_;
-  std::string doing_;  // as Report() heard last
+  std::map<std::string, std::vector<std::string>> explain_the_same_;
+  bool exchange_due_ = false;  // since an effect was added
+  std::string doing_;          // as Report() heard last
 };
 
 // A step from a model, and its end at another.

@@ -41,6 +41,35 @@ std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs) {
   return held;
 }
 
+std::vector<Run> JoinEnds(const std::vector<Run>& runs,
+                          const std::vector<Run>& ends) {
+  std::vector<Run> joined;
+  for (size_t r = 0; r < runs.size(); ++r) {
+    const Run& end = ends[r];
+    const auto cut =
+        std::lower_bound(runs[r].t.begin(), runs[r].t.end(), end.t.front());
+    // The sample of the cut is in both: only the end knows what acts after it.
+    Run run = SamplesOf(runs[r], 0, cut - runs[r].t.begin(), 1);
+    const auto append = [](const auto& more, auto* rows) {
+      const auto before = *rows;
+      rows->resize(before.rows() + more.rows(), before.cols());
+      *rows << before, more;
+    };
+    run.t.insert(run.t.end(), end.t.begin(), end.t.end());
+    append(end.effort, &run.effort);
+    for (size_t i = 0; i < run.inputs.size(); ++i) {
+      std::vector<double>& values = run.inputs[i].values;
+      values.insert(values.end(), end.inputs[i].values.begin(),
+                    end.inputs[i].values.end());
+    }
+    for (size_t c = 0; c < run.channels.size(); ++c) {
+      append(end.channels[c].values, &run.channels[c].values);
+    }
+    joined.push_back(std::move(run));
+  }
+  return joined;
+}
+
 int ThinRuns(double rate, std::vector<Run>* runs) {
   int largest = 1;
   for (Run& run : *runs) {

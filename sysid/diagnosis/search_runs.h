@@ -12,6 +12,10 @@ namespace sysid {
 // `runs`. Its times go on.
 std::vector<Run> HoldOutLastQuarter(std::vector<Run>* runs);
 
+// The whole runs again.
+std::vector<Run> JoinEnds(const std::vector<Run>& runs,
+                          const std::vector<Run>& ends);
+
 // Every n-th sample of runs that are faster than twice `rate`, Hz, with the
 // mean efforts between: a search among models needs no more, and repeats the
 // same rollouts hundreds of times. Returns the largest n.

@@ -32,6 +32,9 @@ struct EstimationOptions : MeasurementOptions {
   double loss_scale = 3.0;  // standard deviations
   int threads = 1;
   int max_iterations = 400;  // over all stages
+  // Part of the cost: a stage ends where all iterations that it has left would
+  // gain less, at the pace of the last few.
+  double least_gain = 0.0;
   // What a chosen step may change, in standard deviations (ChooseStep).
   double step_error = 0.2;
   std::function<void(const Progress&)> progress;  // may be empty

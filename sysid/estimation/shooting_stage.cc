@@ -48,6 +48,7 @@ class Watcher final : public ceres::IterationCallback {
                          first_ + options_.max_iterations,
                          std::sqrt(2.0 * cost_ / dof_)});
     }
+    if (Crawls(summary.iteration)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     const bool was_taken = std::exchange(
         taken_, summary.step_is_successful || summary.iteration == 0);
     return summary.iteration > 0 && Gain(summary, was_taken) < Insignificant()
@@ -58,6 +59,17 @@ class Watcher final : public ceres::IterationCallback {
  private:
   double Insignificant() const {
     return std::max(options_.news, options_.function_tolerance * cost_);
+  }
+
+  // By EstimationOptions::least_gain.
+  bool Crawls(int iteration) {
+    constexpr int kFew = 3;  // a refused step gains nothing, the next may
+    costs_.push_back(cost_);
+    const int last = static_cast<int>(costs_.size()) - 1;
+    if (problem_.least_gain <= 0.0 || last < kFew) return false;
+    const double pace = (costs_[last - kFew] - cost_) / kFew;
+    const int left = options_.max_iterations - iteration;
+    return pace * left < problem_.least_gain * cost_;
   }
 
   // What a step gained that was taken. Of one that was refused what it
@@ -81,7 +93,8 @@ class Watcher final : public ceres::IterationCallback {
   std::vector<HistoryEntry>* history_;
   int first_;
   double cost_ = 0.0;
-  bool taken_ = true;  // the last step
+  std::vector<double> costs_;  // by iteration
+  bool taken_ = true;          // the last step
 };
 
 // The problem's equations of theta, times a weight.

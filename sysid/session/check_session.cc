@@ -8,6 +8,7 @@
 #include "sysid/hypotheses/check_data.h"
 #include "sysid/hypotheses/constants.h"
 #include "sysid/hypotheses/work.h"
+#include "sysid/session/shared_runs.h"
 
 namespace sysid {
 
@@ -22,7 +23,10 @@ CheckInput InputOf(const Session& session) {
   input.flag_columns = session.flag_columns;
   input.flag_edits = session.flag_edits;
   input.options = session.options;
-  return input.runs.size() == 1 ? OfOneRun(input, *input.runs.front()) : input;
+  if (session.options.processes != nullptr) input.run_names = session.run_names;
+  const size_t all = std::max(input.runs.size(), input.run_names.size());
+  return all == 1 && !input.runs.empty() ? OfOneRun(input, *input.runs.front())
+                                         : input;
 }
 
 namespace {
@@ -48,7 +52,8 @@ std::string Names(const std::vector<std::string>& faults) {
 
 void CheckSessionNumbers(Session* session) {
   if (session->check == CheckLevel::kNone) return;
-  session->findings = CheckNumbers(InputOf(*session));
+  session->findings = FindingsOfAll(ProcessesOf(session->options),
+                                    CheckNumbers(InputOf(*session)));
   session->checked = true;
   Note(session->findings, session);
 }
@@ -103,7 +108,7 @@ CheckResult CheckSession(Session* session) {
 
 std::string CheckedLine(const Session& session) {
   if (!session.checked) return "";
-  const size_t runs = session.runs.size() + session.holdout.size();
+  const size_t runs = session.run_names.size();
   const std::string count =
       std::to_string(runs) + (runs == 1 ? " run" : " runs");
   const size_t found = session.findings.size();

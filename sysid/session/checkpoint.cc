@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "models/error.h"
+#include "sysid/estimation/solution_json.h"
 #include "sysid/io/write_file.h"
 #include "sysid/session/shared_runs.h"
 
@@ -95,60 +96,17 @@ void AddFree(const FreeParameter& free, Checksum* sum) {
   sum->Add(free.prior->std);
 }
 
-std::vector<double> Numbers(const Eigen::VectorXd& values) {
-  return {values.begin(), values.end()};
-}
-
-Eigen::VectorXd Vector(const Json& json) {
-  const auto values = json.get<std::vector<double>>();
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), values.size());
-}
-
-Json Written(const Solution& solution) {
-  Json runs = Json::array();
-  for (const Solution::Nodes& nodes : solution.runs) {
-    runs.push_back({{"samples", nodes.samples},
-                    {"states", std::vector<double>(nodes.states.data(),
-                                                   nodes.states.data() +
-                                                       nodes.states.size())}});
-  }
-  return {{"theta", Numbers(solution.theta)},
-          {"step", solution.rollout.step},
-          {"runs", std::move(runs)}};
-}
-
-// With the states of all processes.
-Solution ReadSolution(const Json& json, const RolloutOptions& rollout) {
-  Solution solution;
-  solution.theta = Vector(json.at("theta"));
-  solution.rollout = rollout;
-  solution.rollout.step = json.at("step").get<double>();
-  for (const Json& run : json.at("runs")) {
-    Solution::Nodes nodes;
-    nodes.samples = run.at("samples").get<std::vector<int>>();
-    const auto states = run.at("states").get<std::vector<double>>();
-    const int segments = nodes.segments();
-    if (segments < 1 || states.size() % segments != 0) {
-      throw std::out_of_range("states of segments");
-    }
-    nodes.states = Eigen::Map<const RowMatrixXd>(states.data(), segments,
-                                                 states.size() / segments);
-    solution.runs.push_back(std::move(nodes));
-  }
-  return solution;
-}
-
-Json Written(const StageOutcome& outcome) {
+Json ToJson(const StageOutcome& outcome) {
   Json history = Json::array();
   for (const HistoryEntry& entry : outcome.history) {
     history.push_back({{"iteration", entry.iteration},
                        {"cost", entry.cost},
                        {"time_s", entry.time_s},
-                       {"theta", Numbers(entry.theta)}});
+                       {"theta", NumbersOf(entry.theta)}});
   }
   const StageSummary& summary = outcome.summary;
   return {{"doing", outcome.doing},
-          {"solution", Written(outcome.solution)},
+          {"solution", ToJson(outcome.solution)},
           {"converged", summary.converged},
           {"message", summary.message},
           {"stage_iterations", summary.iterations},
@@ -162,7 +120,7 @@ Json Written(const StageOutcome& outcome) {
 StageOutcome ReadOutcome(const Json& json, const RolloutOptions& rollout) {
   StageOutcome outcome;
   outcome.doing = json.at("doing");
-  outcome.solution = ReadSolution(json.at("solution"), rollout);
+  outcome.solution = SolutionFrom(json.at("solution"), rollout);
   outcome.summary.converged = json.at("converged");
   outcome.summary.message = json.at("message");
   outcome.summary.iterations = json.at("stage_iterations");
@@ -172,7 +130,8 @@ StageOutcome ReadOutcome(const Json& json, const RolloutOptions& rollout) {
   outcome.evaluations = json.at("evaluations");
   for (const Json& entry : json.at("history")) {
     outcome.history.push_back({entry.at("iteration"), entry.at("cost"),
-                               entry.at("time_s"), Vector(entry.at("theta"))});
+                               entry.at("time_s"),
+                               VectorFrom(entry.at("theta"))});
   }
   return outcome;
 }
@@ -184,7 +143,7 @@ std::uint64_t ProblemChecksum(const ShootingProblem& problem) {
   AddRuns(problem, &sum);
   AddModel(problem.model(), &sum);
   for (const FreeParameter& free : problem.free()) AddFree(free, &sum);
-  sum.Add(Numbers(problem.InitialTheta()));
+  sum.Add(NumbersOf(problem.InitialTheta()));
   const EstimationOptions& options = problem.options();
   for (const double value :
        {static_cast<double>(options.orientation), options.noise,
@@ -265,7 +224,7 @@ std::optional<StageOutcome> Checkpoint::Next(const std::string& doing) {
 
 void Checkpoint::Keep(const StageOutcome& outcome) {
   ++next_;
-  Json stage = Written(outcome);
+  Json stage = ToJson(outcome);
   Json& runs = stage["solution"]["runs"];
   const std::vector<std::uint8_t> own = Json::to_cbor(runs);
   const std::vector<std::string> parts =

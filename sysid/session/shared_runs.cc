@@ -90,6 +90,38 @@ Run Unpack(Unpacker* unpacker) {
   return run;
 }
 
+void Pack(const Finding& finding, Packer* packer) {
+  packer->Put(finding.fault);
+  packer->Put(static_cast<double>(finding.severity));
+  for (const double number :
+       {finding.weight, finding.error_left, finding.t_start, finding.t_end}) {
+    packer->Put(number);
+  }
+  for (const std::string& text :
+       {finding.file, finding.subject, finding.evidence, finding.consequence}) {
+    packer->Put(text);
+  }
+  packer->Put(static_cast<double>(finding.remedies.size()));
+  for (const std::string& remedy : finding.remedies) packer->Put(remedy);
+}
+
+Finding UnpackFinding(Unpacker* unpacker) {
+  Finding finding;
+  finding.fault = unpacker->Text();
+  finding.severity = static_cast<Severity>(unpacker->Count());
+  for (double* number : {&finding.weight, &finding.error_left, &finding.t_start,
+                         &finding.t_end}) {
+    *number = unpacker->Number();
+  }
+  for (std::string* text : {&finding.file, &finding.subject, &finding.evidence,
+                            &finding.consequence}) {
+    *text = unpacker->Text();
+  }
+  finding.remedies.resize(unpacker->Count());
+  for (std::string& remedy : finding.remedies) remedy = unpacker->Text();
+  return finding;
+}
+
 }  // namespace
 
 std::vector<int> ShareOut(const std::vector<double>& weights, int processes) {
@@ -167,6 +199,27 @@ std::vector<std::string> JoinLists(const Processes& all,
     }
   }
   return texts;
+}
+
+std::vector<Finding> FindingsOfAll(const Processes& all,
+                                   std::vector<Finding> own) {
+  if (all.size() == 1) return own;
+  Packer packer;
+  for (const Finding& finding : own) Pack(finding, &packer);
+  std::vector<Finding> findings;
+  for (const std::string& bytes : GatherToAll(all, packer.bytes())) {
+    for (Unpacker unpacker(bytes); !unpacker.AtEnd();) {
+      Finding finding = UnpackFinding(&unpacker);
+      const bool known = std::any_of(
+          findings.begin(), findings.end(), [&](const Finding& other) {
+            return other.file == finding.file &&
+                   FullText(other) == FullText(finding);
+          });
+      if (!known) findings.push_back(std::move(finding));
+    }
+  }
+  Sort(&findings);
+  return findings;
 }
 
 std::vector<Run> OutlinesOfAll(const Processes& all,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "residuals/run.h"
+#include "sysid/checks/finding.h"
 #include "sysid/estimation/processes.h"
 
 namespace sysid {
@@ -27,6 +28,11 @@ void DoAlike(const Processes& all, const std::function<void()>& work);
 // Texts of all processes in the order of the runs.
 std::vector<std::string> JoinLists(const Processes& all,
                                    const std::vector<std::string>& own);
+
+// What all processes found in their runs, worst first; what several found, such
+// as a fault of the model, once.
+std::vector<Finding> FindingsOfAll(const Processes& all,
+                                   std::vector<Finding> own);
 
 // Runs of all processes without their samples: what there is, what moves, and
 // what drives it. Of the times there are the ends, of a channel its least and

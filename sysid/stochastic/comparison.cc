@@ -256,6 +256,53 @@ Landscape MakeLandscape(const Judge& judge, const Comparison& comparison) {
   return landscape;
 }
 
+// All starts, to the first process: in the order of their seeds.
+void GatherTrials(const Processes& all, std::vector<ComparedStart>* trials) {
+  if (all.size() == 1) return;
+  Packer own;
+  for (const ComparedStart& trial : *trials) {
+    own.Put(static_cast<double>(trial.seed));
+    own.Put(RowMatrixXd(trial.start));
+    own.Put(static_cast<double>(trial.solvers.size()));
+    for (const SolverTrial& solver : trial.solvers) {
+      own.Put(solver.converged ? 1.0 : 0.0);
+      for (const int count :
+           {solver.iterations, solver.settled, solver.evaluations}) {
+        own.Put(static_cast<double>(count));
+      }
+      for (const double number :
+           {solver.time_s, solver.loss, solver.error, solver.distance}) {
+        own.Put(number);
+      }
+    }
+  }
+  trials->clear();
+  for (const std::string& part : all.Gather(own.bytes())) {
+    Unpacker theirs(part);
+    while (!theirs.AtEnd() && !theirs.failed()) {
+      ComparedStart& trial = trials->emplace_back();
+      trial.seed = static_cast<std::uint64_t>(theirs.Number());
+      trial.start = theirs.Matrix();
+      trial.solvers.resize(theirs.Count());
+      for (SolverTrial& solver : trial.solvers) {
+        solver.converged = theirs.Number() != 0.0;
+        for (int* count :
+             {&solver.iterations, &solver.settled, &solver.evaluations}) {
+          *count = theirs.Count();
+        }
+        for (double* number :
+             {&solver.time_s, &solver.loss, &solver.error, &solver.distance}) {
+          *number = theirs.Number();
+        }
+      }
+    }
+  }
+  std::sort(trials->begin(), trials->end(),
+            [](const ComparedStart& a, const ComparedStart& b) {
+              return a.seed < b.seed;
+            });
+}
+
 }  // namespace
 
 Comparison CompareSolvers(const ShootingProblem& problem,
@@ -275,6 +322,7 @@ Comparison CompareSolvers(const ShootingProblem& problem,
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal(0.0, options.start_spread);
   const std::stop_token& stop = problem.options().stop;
+  const Processes& all = *options.helpers;
   for (int r = 0; r < options.repeat; ++r) {
     Eigen::VectorXd start = out.start;
     if (r > 0) {
@@ -282,6 +330,7 @@ Comparison CompareSolvers(const ShootingProblem& problem,
       for (double& component : v) component = normal(random);
       start = Values(problem, transformation.Theta(v));
     }
+    if (r % all.size() != all.rank()) continue;
     std::vector<SolverRun> runs;
     try {
       runs = SolveAll(problem, start, options, seed + r);
@@ -306,6 +355,7 @@ Comparison CompareSolvers(const ShootingProblem& problem,
     if (n == 2 && values) out.landscape = MakeLandscape(judge, out);
     if (stop.stop_requested()) break;
   }
+  GatherTrials(all, &out.trials);
   return out;
 }
 

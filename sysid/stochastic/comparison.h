@@ -19,6 +19,8 @@ struct ComparisonOptions : SolverOptions {
   // parameter's size), each with a seed of its own for the mixture.
   int repeat = 1;
   double start_spread = 0.2;
+  // That share out the starts; the first one has the given start.
+  const Processes* helpers = &Alone();
 };
 
 // Where a solver was after an iteration (an epoch).
@@ -94,7 +96,8 @@ struct Comparison {
   std::optional<Landscape> landscape;  // of two parameters
 };
 
-// The problem is not changed: each solver gets its own.
+// The problem is not changed: each solver gets its own. Of several processes
+// the first one has the whole comparison.
 Comparison CompareSolvers(const ShootingProblem& problem,
                           const ComparisonOptions& options);
 

@@ -10,6 +10,7 @@
 
 #include "models/integrator.h"
 #include "models/step_tangent.h"
+#include "tests/models/dry_two_links.h"
 #include "tests/support/dynamics_calls.h"
 #include "tests/support/random_mechanism.h"
 
@@ -44,28 +45,7 @@ Mechanism OneJoint(JointType type, const Vector3d& axis) {
   return mechanism;
 }
 
-// Two links in a plane, hanging at q = 0; two_links.
-struct TwoLinks {
-  static constexpr double kMass1 = 1.3, kMass2 = 0.8, kCom1 = 0.22,
-                          kCom2 = 0.18, kLength = 0.45, kInertia1 = 0.03,
-                          kInertia2 = 0.015;
-
-  static Mechanism Make() {
-    Mechanism mechanism;
-    mechanism.AddRoot("base");
-    mechanism.AddJoint(
-        MakeJoint("joint1", JointType::kRevolute, 0, Vector3d::UnitY()),
-        "link1", Vector3d::Zero(),
-        Body(kMass1, Vector3d(0, 0, -kCom1), Vector3d(0.03, kInertia1, 0.01)));
-    mechanism.AddJoint(
-        MakeJoint("joint2", JointType::kRevolute, 1, Vector3d::UnitY()),
-        "link2", Vector3d(0, 0, -kLength),
-        Body(kMass2, Vector3d(0, 0, -kCom2), Vector3d(0.015, kInertia2, 0.01)));
-    return mechanism;
-  }
-};
-
-Model DryTwoLinks() {
+Model CoulombTwoLinks() {
   return WithEffects(TwoLinks::Make(),
                      {"coulomb_friction@joint1", "coulomb_friction@joint2"},
                      {{"joint1.friction", 0.4}, {"joint2.friction", 0.15}});
@@ -81,132 +61,6 @@ Model StribeckTwoLinks() {
                       {"joint2.static_friction", 0.15},
                       {"joint2.stribeck_velocity", 1.0}});
 }
-
-// The same by its textbook equations of motion and steps of 50 us, to each
-// event: found by halving, and who rests by trying every combination. Levels by
-// |qd|, of each joint.
-class Reference {
- public:
-  using Level = std::function<double(int, double)>;
-  explicit Reference(Level level) : level_(std::move(level)) {}
-
-  void Advance(double h, const Vector2d& tau, Eigen::Vector4d* x) const {
-    double left = h;
-    while (left > 0.0) {
-      const double step = std::min(left, 5e-5);
-      const std::array<int, 2> modes = Decide(*x, tau);
-      const auto ends_well = [&](double part) {
-        const Eigen::Vector4d y = Step(*x, tau, modes, part);
-        for (int j = 0; j < 2; ++j) {
-          if (modes[j] != 0 && y[2 + j] * modes[j] < 0) return false;
-          if (modes[j] == 0 &&
-              std::abs(Needed(y, tau, modes)[j]) > level_(j, 0.0)) {
-            return false;
-          }
-        }
-        return true;
-      };
-      double part = step;
-      if (!ends_well(step)) {
-        double low = 0.0;
-        while (part - low > 1e-15) {
-          const double middle = 0.5 * (low + part);
-          (ends_well(middle) ? low : part) = middle;
-        }
-      }
-      const Eigen::Vector4d y = Step(*x, tau, modes, part);
-      for (int j = 0; j < 2; ++j) {
-        (*x)[j] = y[j];
-        const bool stopped = modes[j] == 0 || y[2 + j] * modes[j] <= 0;
-        (*x)[2 + j] = stopped ? 0.0 : y[2 + j];
-      }
-      left -= part;
-    }
-  }
-
- private:
-  using Modes = std::array<int, 2>;
-
-  static Eigen::Matrix2d Inertia(const Eigen::Vector4d& x) {
-    using S = TwoLinks;
-    const double coupled = S::kMass2 * S::kLength * S::kCom2 * std::cos(x[1]);
-    const double outer = S::kInertia2 + S::kMass2 * S::kCom2 * S::kCom2;
-    Eigen::Matrix2d M;
-    M(0, 0) = S::kInertia1 + S::kMass1 * S::kCom1 * S::kCom1 + outer +
-              S::kMass2 * S::kLength * S::kLength + 2 * coupled;
-    M(0, 1) = M(1, 0) = outer + coupled;
-    M(1, 1) = outer;
-    return M;
-  }
-  // What moves the joints, without friction.
-  static Vector2d Drive(const Eigen::Vector4d& x, const Vector2d& tau) {
-    using S = TwoLinks;
-    const double h = S::kMass2 * S::kLength * S::kCom2 * std::sin(x[1]);
-    const double outer = S::kMass2 * S::kCom2 * 9.81 * std::sin(x[0] + x[1]);
-    const double inner =
-        (S::kMass1 * S::kCom1 + S::kMass2 * S::kLength) * 9.81 * std::sin(x[0]);
-    return tau + Vector2d(h * x[3] * (2 * x[2] + x[3]) - inner - outer,
-                          -h * x[2] * x[2] - outer);
-  }
-  Vector2d Slipping(const Eigen::Vector4d& x, const Modes& modes) const {
-    return {-modes[0] * level_(0, std::abs(x[2])),
-            -modes[1] * level_(1, std::abs(x[3]))};
-  }
-  Vector2d Acceleration(const Eigen::Vector4d& x, const Vector2d& tau,
-                        const Modes& modes) const {
-    const Eigen::Matrix2d M = Inertia(x);
-    const Vector2d f = Drive(x, tau) + Slipping(x, modes);
-    if (modes[0] == 0 && modes[1] == 0) return {0.0, 0.0};
-    if (modes[0] == 0) return {0.0, f[1] / M(1, 1)};
-    if (modes[1] == 0) return {f[0] / M(0, 0), 0.0};
-    return M.inverse() * f;
-  }
-  // The friction that the accelerations need.
-  Vector2d Needed(const Eigen::Vector4d& x, const Vector2d& tau,
-                  const Modes& modes) const {
-    return Inertia(x) * Acceleration(x, tau, modes) - Drive(x, tau);
-  }
-  Eigen::Vector4d Rate(const Eigen::Vector4d& x, const Vector2d& tau,
-                       const Modes& modes) const {
-    Eigen::Vector4d f;
-    f << x.tail<2>(), Acceleration(x, tau, modes);
-    return f;
-  }
-  Eigen::Vector4d Step(const Eigen::Vector4d& x, const Vector2d& tau,
-                       const Modes& modes, double h) const {
-    const Eigen::Vector4d a = Rate(x, tau, modes);
-    const Eigen::Vector4d b = Rate(x + 0.5 * h * a, tau, modes);
-    const Eigen::Vector4d c = Rate(x + 0.5 * h * b, tau, modes);
-    const Eigen::Vector4d d = Rate(x + h * c, tau, modes);
-    return x + h / 6 * (a + 2 * b + 2 * c + d);
-  }
-  Modes Decide(const Eigen::Vector4d& x, const Vector2d& tau) const {
-    Modes best{};
-    double least = 1e300;
-    for (int code = 0; code < 9; ++code) {
-      const Modes modes{code % 3 - 1, code / 3 - 1};
-      double wrong = 0.0;
-      const Vector2d qdd = Acceleration(x, tau, modes);
-      const Vector2d needed = Needed(x, tau, modes);
-      for (int j = 0; j < 2; ++j) {
-        if (x[2 + j] != 0) {
-          if (modes[j] * x[2 + j] <= 0) wrong += 1e6;
-        } else if (modes[j] == 0) {
-          wrong += std::max(0.0, std::abs(needed[j]) - level_(j, 0.0));
-        } else {
-          wrong += std::max(0.0, -modes[j] * qdd[j]);
-        }
-      }
-      if (wrong < least) {
-        least = wrong;
-        best = modes;
-      }
-    }
-    return best;
-  }
-
-  Level level_;
-};
 
 double CoulombLevel(int joint, double) { return joint == 0 ? 0.4 : 0.15; }
 double StribeckLevel(int joint, double speed) {
@@ -225,8 +79,8 @@ Vector2d Push(double t) {
 const Eigen::Vector4d kStart(0.5, -0.6, 0.4, -0.9);
 
 // States every 20 ms over 4 s.
-MatrixXd RollReference(const Reference::Level& level) {
-  const Reference reference(level);
+MatrixXd RollReference(const DryTwoLinks::Level& level) {
+  const DryTwoLinks reference(level);
   Eigen::Vector4d x = kStart;
   MatrixXd states(200, 4);
   for (int k = 0; k < 200; ++k) {
@@ -289,7 +143,7 @@ TEST_P(DryFrictionLaws, AgreeWithAnEventExactReference) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, DryFrictionLaws,
-    testing::Values(Law{"Coulomb", DryTwoLinks, CoulombLevel},
+    testing::Values(Law{"Coulomb", CoulombTwoLinks, CoulombLevel},
                     Law{"Stribeck", StribeckTwoLinks, StribeckLevel}),
     [](const auto& info) { return info.param.name; });
 
@@ -528,7 +382,7 @@ TEST_P(DryFrictionLaws, HaveTheDerivativesOfTheirRollouts) {
 // than no friction there is not. The reversals are 0.05 s apart; missed by a
 // step's length they would be 10 % of the derivative.
 TEST(DryFriction, IsDifferentiatedWhereItIsOff) {
-  Model model = DryTwoLinks();
+  Model model = CoulombTwoLinks();
   model.SetEffectParameter("joint1.friction", 0.0);
   model.SetEffectParameter("joint2.friction", 0.0);
   // The motion bends a lot with the level: 1e-6 would be 5e-4 off.

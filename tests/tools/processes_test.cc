@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 
 #include "tests/support/running_program.h"
@@ -204,6 +205,19 @@ TEST_F(ProcessesTest, OnlyTheFirstWritesAndPrints) {
   EXPECT_FALSE(folder_->Has("result/checkpoint.cbor"));
 }
 
+TEST_F(ProcessesTest, AddEffects) {
+  Arguments arguments =
+      Pendulum() + Arguments{"--add", "coulomb_friction@joint1"};
+  arguments[3] = "rubs?.csv";
+  const Json fit = By(2, arguments);
+  const Json alone = Alone(arguments);
+  EXPECT_TRUE(fit["converged"].get<bool>());
+  EXPECT_EQ(fit["parameters"].back()["name"], "joint1.friction");
+  EXPECT_NEAR(fit["parameters"].back()["value"].get<double>(), 0.05, 0.002);
+  // Begun elsewhere: the same minimum.
+  EXPECT_LT(Apart(fit, alone, 1e-2), 1e-2);
+}
+
 TEST_F(ProcessesTest, EndByBadInputOfAnyOfThem) {
   folder_->Write("bad.csv", "t,joint1.q,joint2.q\n0,1,0\n0.1,x,0\n");
   Arguments arguments = Pendulum();
@@ -218,6 +232,22 @@ TEST_F(ProcessesTest, EndByBadInputOfAnyOfThem) {
   EXPECT_EQ(skipped["skipped_runs"][0]["run"], "bad.csv");
 }
 
+TEST_F(ProcessesTest, CheckTheRunsOfAll) {
+  // Without the rows of a third of a second.
+  std::istringstream whole(folder_->Read("runs/5.csv"));
+  std::string gap, line;
+  for (int row = 0; std::getline(whole, line); ++row) {
+    if (row < 50 || row > 82) gap += line + "\n";
+  }
+  folder_->Write("gap.csv", gap);
+  Arguments arguments = Pendulum();
+  arguments[3] = "runs/3.csv,gap.csv";
+  arguments[7] = "numbers";
+  const Json alone = Alone(arguments);
+  ASSERT_FALSE(alone["findings"].empty());
+  EXPECT_EQ(By(2, arguments)["findings"], alone["findings"]);
+}
+
 TEST_F(ProcessesTest, RefuseWhatOneAloneDoes) {
   const auto refused = [](const Arguments& more, const std::string& says,
                           const std::string& hint) {
@@ -228,12 +258,13 @@ TEST_F(ProcessesTest, RefuseWhatOneAloneDoes) {
     EXPECT_THAT(result.err, HasSubstr("error: " + says));
     EXPECT_THAT(result.err, HasSubstr("hint: " + hint));
   };
-  refused({"--check", "numbers"},
-          "--check: recordings are checked by one process alone",
-          "--check none here, and sysid_check on some of the runs");
-  refused({"--add", "viscous_damping@joint1"},
-          "--add: added effects are tried by one process alone",
-          "name them under `effects:` of the specification, --spec");
+  refused({"--check", "all"},
+          "--check: hypotheses about the data are tested by one process alone",
+          "--check numbers here, and sysid_check on some of the runs");
+  refused({"--add", "cogging@joint1"},
+          "--add: joint1.cogging_order of cogging@joint1 is found by one "
+          "process alone",
+          "give it: --fix joint1.cogging_order=N");
   refused({"--solver", "inverse_dynamics"},
           "--solver: inverse_dynamics fits by one process alone",
           "--solver lm fits by many");

@@ -114,6 +114,31 @@ TEST(CrossValidate, PredictsEachRunFromTheOthers) {
   }
 }
 
+// The model damps more than the machine does: a drag would have to push.
+TEST(CrossValidate, LeavesAtTheirBoundsWhatEndedThere) {
+  const Model truth = Shipped("pendulum2_planar", {"viscous_damping@joint1"},
+                              {{"joint1.damping", 0.02}});
+  DiagnosisProblem problem =
+      MakeProblem(Shipped("pendulum2_planar", {"viscous_damping@joint1"},
+                          {{"joint1.damping", 0.03}}),
+                  {{"link1.length", 0.5}, {"link2.length", 0.5}},
+                  {Record(truth, 1), Record(truth, 2), Record(truth, 3)});
+  problem.options.segment = 1.0;
+  const EvaluatedModel before = EvaluateGiven(problem);
+  ScreenedEffect drag;
+  drag.effect = Catalogue().Make("quadratic_drag@joint1",
+                                 problem.model.mechanism(), "test");
+  ExpectedParameter expected;
+  expected.name = "joint1.quadratic_drag";
+  expected.value = 0.001;
+  drag.parameters = {expected};
+  const EvaluatedModel after =
+      EvaluateWith(problem, before, {&drag}, problem.options);
+  ASSERT_TRUE(after.fit.parameters.back().at_bound);
+  EXPECT_EQ(after.fit.parameters.back().value, 0.0);
+  EXPECT_NEAR(after.cv.error(), before.cv.error(), 1e-3 * before.cv.error());
+}
+
 TEST(CrossValidate, CutsOneRunIntoStretches) {
   const DiagnosisProblem problem = FrictionProblem(1);
   const ShootingProblem posed(problem.model, problem.free, problem.train,

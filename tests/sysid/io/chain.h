@@ -40,6 +40,8 @@ inline Mechanism Hinges() {
       {{"joint1", JointType::kRevolute}, {"joint2", JointType::kContinuous}});
 }
 
+inline Mechanism Ball() { return Chain({{"ball", JointType::kSpherical}}); }
+
 // The text of "run.csv", read for them.
 inline Run Parse(const std::string& text, const std::string& columns = "",
                  std::vector<std::string>* notices = nullptr,

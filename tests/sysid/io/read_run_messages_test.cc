@@ -1,0 +1,284 @@
+// What is said of a file that is not read as it stands.
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/sysid/io/chain.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+// A word as the shell takes it.
+std::string FromShell(const std::string& word) {
+  std::string text;
+  bool quoted = false;
+  for (size_t i = 0; i < word.size(); ++i) {
+    if (word[i] == '\'') {
+      quoted = !quoted;
+    } else {
+      if (word[i] == '\\' && !quoted) ++i;
+      text += word[i];
+    }
+  }
+  return text;
+}
+
+TEST(ReadRunMessages, ReportsAMissingHeader) {
+  EXPECT_EQ(ParseError("0,1.5\n1,2\n"),
+            "run.csv:1:1: there is no header: the first row is numbers ('0', "
+            "...)\n"
+            "  hint: put a row of names before it, such as t,joint1.q");
+  // numpy.savetxt writes its header as a comment.
+  EXPECT_EQ(ParseError("# t,joint1.q\n0,1.5\n1,2\n"),
+            "run.csv:2:1: there is no header: the first row is numbers ('0', "
+            "...)\n"
+            "  hint: the comment 't,joint1.q' reads like the header: take its "
+            "'#' away");
+}
+
+TEST(ReadRunMessages, ReportsAMissingTimeColumn) {
+  EXPECT_EQ(ParseError("time,joint1.q\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: --columns t=time");
+  EXPECT_EQ(ParseError("joint1.q,Time [ms]\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: --columns 't=Time [ms]*0.001'");
+  // All that the file needs, in one go.
+  EXPECT_EQ(ParseError("time,pos_meas1,pos_meas2\n0,1,2\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: --columns t=time,joint1.q=pos_meas1,joint2.q=pos_meas2");
+  EXPECT_THAT(ParseError("time,a\n0,1\n", "joint1.q=a"),
+              HasSubstr("hint: --columns t=time,joint1.q=a"));
+  EXPECT_EQ(ParseError("a,joint1.q\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: name it by --columns t=COLUMN; the file's columns are a, "
+            "joint1.q");
+}
+
+TEST(ReadRunMessages, TheHintForForeignNamesReadsTheFile) {
+  const Mechanism cart = Chain(
+      {{"cart", JointType::kPrismatic}, {"pole", JointType::kContinuous}});
+  const struct {
+    std::string header, flag;
+    Mechanism mechanism = Hinges();
+  } kFiles[] = {
+      {"time,pos1,pos2", "t=time,joint1.q=pos1,joint2.q=pos2"},
+      {"% time,pos1", "'t=% time,joint1.q=pos1'"},
+      {"stamp,joint1,joint2", "t=stamp,joint1.q=joint1,joint2.q=joint2"},
+      // Neither a time nor positions.
+      {"theta [rad],omega [rad/s],rate_rad,time [s]",
+       "'t=time [s],joint1.q=theta [rad]'"},
+      {"q1 (deg),v1 (deg/s),ms", "'t=ms*0.001,joint1.q=q1 (deg)*0.0174532925'"},
+      {R"(time,"pos, left","pos ""right""")",
+       R"('t=time,joint1.q="pos, left",joint2.q='\''pos "right"'\''')"},
+      // An effort is no measurement.
+      {"time,pos1,joint1.tau", "t=time,joint1.q=pos1"},
+      {"time,x,theta", "t=time,cart.q=x,pole.q=theta", cart},
+      {"time,qw,qx,qy,qz", "t=time,ball.qw=qw,ball.qx=qx,ball.qy=qy,ball.qz=qz",
+       Ball()},
+      {"time,tip.X,tip.Y,tip.Z,IMU.W.1,IMU.X.1,IMU.Y.1,IMU.Z.1",
+       "t=time,ball.qw=IMU.W.1,ball.qx=IMU.X.1,ball.qy=IMU.Y.1,"
+       "ball.qz=IMU.Z.1",
+       Ball()},
+  };
+  for (const auto& file : kFiles) {
+    const std::string error =
+        ParseError(file.header + "\n", "", file.mechanism);
+    const size_t at = error.find("--columns ");
+    ASSERT_NE(at, std::string::npos) << error;
+    const std::string flag =
+        error.substr(at + std::string("--columns ").size());
+    EXPECT_EQ(flag, file.flag);
+    // What is missing then is the rows.
+    EXPECT_THAT(ParseError(file.header + "\n", FromShell(flag), file.mechanism),
+                HasSubstr("there is a header but no row of data"));
+  }
+}
+
+TEST(ReadRunMessages, TheHintSaysWhatItDoesNotKnow) {
+  EXPECT_EQ(ParseError("time,a,b\n0,1,2\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: name them by --columns t=time,joint1.q=COLUMN,"
+            "joint2.q=COLUMN; the file's columns are time, a, b");
+  EXPECT_EQ(ParseError("a,pos\n0,1\n"),
+            "run.csv:1:1: there is no time column 't'\n"
+            "  hint: name them by --columns t=COLUMN,joint1.q=pos; the file's "
+            "columns are a, pos");
+  EXPECT_THAT(ParseError("time,pos,i\n0,1,2\n", "joint1.tau=i*2"),
+              HasSubstr("hint: --columns t=time,joint1.q=pos,joint1.tau=i*2"));
+}
+
+TEST(ReadRunMessages, ReportsTimeThatIsMissingOrDoesNotIncrease) {
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n,2\n"),
+            "run.csv:3:1: no time in column 't'\n"
+            "  hint: every row needs its time: fill it in, or remove the row");
+  const std::string hint =
+      "\n  hint: rows must be in the order of time; are two recordings in one "
+      "file, or is the time rounded?";
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n# c\n0.5,2\n\n0.5,2\n"),
+            "run.csv:6:1: time repeats: 0.5 s again (line 4)" + hint);
+  EXPECT_EQ(
+      ParseError("t,joint1.q\n0,1\n0.5,2\n0.25,2\n"),
+      "run.csv:4:1: time goes back: from 0.5 s (line 3) to 0.25 s" + hint);
+}
+
+TEST(ReadRunMessages, ReportsTooFewRows) {
+  const std::string hint = "\n  hint: a run needs at least two samples";
+  EXPECT_EQ(ParseError("t,joint1.q\n"),
+            "run.csv:1:1: there is a header but no row of data" + hint);
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n"),
+            "run.csv:1:1: there is only one row of data" + hint);
+}
+
+TEST(ReadRunMessages, ReportsARunThatMeasuresNothing) {
+  EXPECT_EQ(ParseError("t,pos_meas1,pos_meas2,vel_meas1,tau_con1\n0,1,2,3,4\n"),
+            "run.csv:1:1: no column measures anything of chain\n"
+            "  hint: its columns would be joint1.q, joint2.q; try --columns "
+            "joint1.q=pos_meas1,joint2.q=pos_meas2");
+  EXPECT_EQ(ParseError("t,theta_deg\n0,1\n"),
+            "run.csv:1:1: no column measures anything of chain\n"
+            "  hint: its columns would be joint1.q, joint2.q; try --columns "
+            "joint1.q=theta_deg*0.0174532925");
+  // What the flag says already is kept.
+  EXPECT_THAT(ParseError("time,pos\n0,1\n", "t=time"),
+              HasSubstr("try --columns joint1.q=pos,t=time"));
+  // An effort alone measures no motion.
+  EXPECT_EQ(ParseError("t,joint1.tau,a\n0,1,2\n"),
+            "run.csv:1:1: no column measures anything of chain\n"
+            "  hint: its columns would be joint1.q, joint2.q; map yours by "
+            "--columns NAME=COLUMN; the file's columns are t, joint1.tau, a");
+  EXPECT_THAT(ParseError("t,a\n0,1\n", "", Ball()),
+              HasSubstr("its columns would be ball.qw, ball.qx, ball.qy, "
+                        "ball.qz; map yours by"));
+}
+
+TEST(ReadRunMessages, ReportsIncompleteGroups) {
+  EXPECT_EQ(ParseError("t,ball.qw,ball.qx,ball.qy\n0,1,0,0\n", "", Ball()),
+            "run.csv:1:4: there is column 'ball.qy', but no column 'ball.qz'\n"
+            "  hint: the columns ball.qw, ball.qx, ball.qy, ball.qz belong "
+            "together: give all or none");
+  EXPECT_THAT(ParseError("t,x,ball.wx\n0,1,0\n", "", Ball()),
+              StartsWith("run.csv:1:3: there is column 'ball.wx', but no "
+                         "column 'ball.wy'"));
+  EXPECT_THAT(ParseError("t,ball.taux\n0,1\n", "", Ball()),
+              StartsWith("run.csv:1:2: there is column 'ball.taux', but no "
+                         "column 'ball.tauy'"));
+}
+
+TEST(ReadRunMessages, ReportsAQuaternionFarFromUnit) {
+  EXPECT_EQ(ParseError("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,1,0,0,0\n"
+                       "1,1,0.5,0,0\n",
+                       "", Ball()),
+            "run.csv:3:2: the quaternion ball.qw, ball.qx, ball.qy, ball.qz "
+            "has norm 1.118034, not 1\n"
+            "  hint: its columns are w, x, y, z of a unit quaternion; leave "
+            "them empty where nothing was measured");
+  EXPECT_THAT(ParseError("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,0,0,0,0\n"
+                         "1,1,0,0,0\n",
+                         "", Ball()),
+              HasSubstr("has norm 0, not 1"));
+}
+
+TEST(ReadRunMessages, ReportsAChannelWithoutNumbers) {
+  const std::string hint =
+      "\n  hint: remove the column where the quantity was not measured";
+  EXPECT_EQ(ParseError("t,joint1.q,joint2.q\n0,1,\n1,2,nan\n"),
+            "run.csv:1:3: nothing was measured in joint2.q: every cell is "
+            "empty or nan" +
+                hint);
+  EXPECT_EQ(ParseError("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,,1,0,0\n"
+                       "1,1,,0,0\n",
+                       "", Ball()),
+            "run.csv:1:2: nothing was measured in ball.qw, ball.qx, ball.qy, "
+            "ball.qz: every row has a cell that is empty or nan" +
+                hint);
+  EXPECT_EQ(ParseError("t,joint1.q,joint1.tau\n0,1,\n1,2,nan\n"),
+            "run.csv:1:3: nothing was measured in joint1.tau: every cell is "
+            "empty or nan" +
+                hint);
+}
+
+// A swing in degrees, with columns t and `name`.
+std::string SwingInDegrees(const std::string& name, double amplitude,
+                           double frequency_hz) {
+  std::string text = "t," + name + "\n";
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.01 * i;
+    text += std::to_string(t) + "," +
+            std::to_string(amplitude * std::cos(6.2831853 * frequency_hz * t)) +
+            "\n";
+  }
+  return text;
+}
+
+TEST(ReadRunMessages, ReportsAnglesThatLookLikeDegrees) {
+  EXPECT_EQ(
+      ParseError(SwingInDegrees("joint1.q", 60.0, 1.0)),
+      "run.csv:1:2: column 'joint1.q' looks like degrees, not radians: "
+      "it swings to and fro over 120 at up to 245 a second: in radians that "
+      "is 19 turns, 39 turns a second\n"
+      "  hint: --columns joint1.q=joint1.q*0.0174532925  (if it is "
+      "radians after all: joint1.q=joint1.q*1)");
+  EXPECT_THAT(ParseError(SwingInDegrees("pos", 60.0, 1.0), "joint1.q=pos"),
+              HasSubstr("column 'pos' (joint1.q) looks like degrees"));
+}
+
+TEST(ReadRunMessages, AFactorSettlesTheUnit) {
+  const std::string text = SwingInDegrees("joint1.q", 60.0, 1.0);
+  EXPECT_NEAR(
+      Parse(text, "joint1.q=joint1.q*0.0174532925").channels[0].values(0, 0),
+      1.0471975, 1e-6);
+  EXPECT_EQ(Parse(text, "joint1.q=joint1.q*1").channels[0].values(0, 0), 60.0);
+}
+
+TEST(ReadRunMessages, NoticesSlowAnglesThatMayBeDegrees) {
+  std::vector<std::string> notices;
+  Parse(SwingInDegrees("joint1.q", 30.0, 0.2), "", &notices);
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: column 'joint1.q' may be in degrees: it "
+                          "swings to and fro over 60.0: in radians 9.5 turns; "
+                          "if so: --columns joint1.q=joint1.q*0.0174532925"));
+}
+
+TEST(ReadRunMessages, ReportsAVelocityThatLooksLikeDegrees) {
+  std::string text = "t,joint1.q,joint1.qd\n";
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.01 * i;
+    text += std::to_string(t) + "," + std::to_string(0.1 * std::sin(5 * t)) +
+            "," + std::to_string(57.29578 * 0.5 * std::cos(5 * t)) + "\n";
+  }
+  EXPECT_EQ(ParseError(text),
+            "run.csv:1:3: column 'joint1.qd' looks like degrees per second, "
+            "not radians: it is 57.3 times what the position's changes say "
+            "(180/pi is 57.3)\n"
+            "  hint: --columns joint1.qd=joint1.qd*0.0174532925  (if it is "
+            "radians after all: joint1.qd=joint1.qd*1)");
+}
+
+TEST(ReadRunMessages, ReportsAResultThatIsNotFinite) {
+  EXPECT_EQ(
+      ParseError("t,a,b\n0,1,2\n1,3,0\n", "joint1.q=a/b"),
+      "run.csv:3:2: 'a/b' (joint1.q) is not finite here\n"
+      "  hint: is there a division by zero, or a function without a value?");
+  EXPECT_THAT(ParseError("t,a,b\n0,1,2\n1,0,0\n", "joint1.q=a/b"),
+              StartsWith("run.csv:3:2: 'a/b' (joint1.q) is not finite"));
+}
+
+TEST(ReadRunMessages, ADifferenceOfDegreesLooksLikeDegrees) {
+  std::string text = SwingInDegrees("a", 60.0, 1.0);
+  EXPECT_THAT(ParseError(text, "joint1.q=a-t"),
+              HasSubstr("'a-t' (joint1.q) looks like degrees"));
+  EXPECT_THAT(ParseError(text, "joint1.q=a-t"),
+              HasSubstr("--columns 'joint1.q=(a-t)*0.0174532925'"));
+  EXPECT_EQ(ParseError(text, "joint1.q=(a-t)*1"), "no error");
+}
+
+}  // namespace
+}  // namespace sysid
