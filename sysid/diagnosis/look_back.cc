@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "sysid/diagnosis/rivals.h"
@@ -103,53 +102,6 @@ bool Search::LookBackAt(const std::string& name, bool exchange) {
   EndAt(model_, &step);
   diagnosis_.steps.push_back(step);
   return true;
-}
-
-double Search::WholeRunsError(const EvaluatedModel& evaluated) {
-  const std::optional<Fit> whole =
-      FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated);
-  return whole ? whole->train.total.normalized_rms
-               : std::numeric_limits<double>::infinity();
-}
-
-bool Search::TakesThePlaceOf(const EvaluatedModel& other,
-                             const EvaluatedModel& with) {
-  if (other.fit.parameters.size() == with.fit.parameters.size() &&
-      AreAsGood(other, with) && !IsAtNoiseFloor(with)) {
-    Report("comparing over whole runs", with.train_error());
-    const double ratio = WholeRunsError(other) / WholeRunsError(with);
-    if (ratio < 1.0 / (1.0 + kMatters)) return true;
-    if (ratio > 1.0 + kMatters) return false;
-  }
-  return refits_.IsBetter(other, with);
-}
-
-std::vector<std::string> Search::AsGoodInstead(
-    const EvaluatedModel& model, const std::string& name,
-    const std::vector<std::string>& others) {
-  std::vector<std::string> as_good;
-  const bool longer =
-      !IsAtNoiseFloor(model) && CouldBeFollowedLonger(problem_, model);
-  Report("alternatives to " + name, model.train_error());
-  const EstimationOptions options =
-      TrialOptions(problem_.options, model.train_error());
-  const double whole =
-      longer ? WholeRunsError(model) : std::numeric_limits<double>::quiet_NaN();
-  const EvaluatedModel without =
-      EvaluateWithout(problem_, model, name, options);
-  const Screening screening = Screen(without);
-  for (const std::string& other : others) {
-    const int effect = screening.IndexOf(other);
-    if (effect < 0) continue;
-    Report("alternatives to " + name, model.train_error());
-    const EvaluatedModel instead =
-        EvaluateWith(problem_, without, {&screening.effects[effect]}, options);
-    if (instead.cv.error() < model.cv.error() || AreAsGood(instead, model) ||
-        (longer && WholeRunsError(instead) < (1.0 + kMatters) * whole)) {
-      as_good.push_back(other);
-    }
-  }
-  return as_good;
 }
 
 void Search::AskAlternativesAgain() {

@@ -393,6 +393,10 @@ void Search::Conclude() {
       diagnosis_.final_verdict = Judge(*model_, nullptr);
     }
   }
+  if (options_.add && !by_equations) {
+    while (AddOverWholeRuns()) {
+    }
+  }
   AskAlternativesAgain();
   diagnosis_.final = model_;
   // What the first step could not see the later ones did; or took back.

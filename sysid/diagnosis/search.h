@@ -108,6 +108,9 @@ class Search {
   std::vector<std::string> AsGoodInstead(
       const EvaluatedModel& model, const std::string& name,
       const std::vector<std::string>& others);
+  // Adds what is needed over whole runs only, to a model that segments call
+  // complete. True where it did.
+  bool AddOverWholeRuns();
   // Judges once more, by the final model, what was as good as its effects on
   // the way there: two laws that are alike over short segments, or while others
   // are missing, may differ now; and the other way round.

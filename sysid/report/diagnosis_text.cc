@@ -230,9 +230,15 @@ std::string ModelsText(const Diagnosis& diagnosis) {
           "  " + p.name + " " + Value(p.value, p.std_error) + Behind(p.unit);
     }
     text += "\n";
+    const std::string indent(47, ' ');
+    if (std::isfinite(step.whole_after)) {
+      const ErrorScale own(models.path[i].train, scale.unit);
+      text += indent + "over whole runs " + own(step.whole_before) + " -> " +
+              own(step.whole_after) + "\n";
+    }
     for (const std::vector<std::string>& others : step.indistinguishable_from) {
       if (others.empty()) continue;
-      text += Format("  %44s equally good: ", "") + Join(others) + "\n";
+      text += indent + "equally good: " + Join(others) + "\n";
     }
   }
   if (models.left_out.empty() && models.added.empty()) return text;
@@ -440,8 +446,7 @@ NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis) {
   if (diagnosis.steps.empty()) {
     add = diagnosis.proposed;
     for (size_t i = 0; i < add.size(); ++i) {
-      const std::vector<std::string>& idle =
-          diagnosis.candidates[i].screened.without_influence;
+      const auto& idle = diagnosis.candidates[i].screened.without_influence;
       fix.insert(fix.end(), idle.begin(), idle.end());
     }
   }
@@ -464,11 +469,10 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   text += Format(
       "  noise %.3g, segments of %s, each from its own initial state\n",
       diagnosis.base.fit.noise, SegmentLengths(diagnosis.base.fit).c_str());
-  text += CheckedLine(session);
-  text += WhereText(diagnosis.where);
-  const bool looked =
-      diagnosis.interrupted.empty() || !diagnosis.candidates.empty();
-  if (looked) text += WhichText(diagnosis);
+  text += CheckedLine(session) + WhereText(diagnosis.where);
+  if (diagnosis.interrupted.empty() || !diagnosis.candidates.empty()) {
+    text += WhichText(diagnosis);
+  }
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
   if (!diagnosis.steps.empty()) text += ModelsText(diagnosis);
   if (final != nullptr) {

@@ -21,10 +21,8 @@ namespace {
 
 using std::filesystem::path;
 using ::testing::Contains;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
-using ::testing::UnorderedElementsAre;
 
 path DataFolder() {
   const char* given = std::getenv("SYSID_REAL_DATA");
@@ -137,6 +135,29 @@ TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
   EXPECT_NEAR(ValueOfParameter(fit, "link1.length"), 0.66, 0.03);
 }
 
+// What no segment shows adds up over its 116 s.
+TEST(VideoPendulum, WholeRunsShowAFrictionBesideTheDrag) {
+  SKIP_WITHOUT("video_pendulum");
+  FitRequest request;
+  request.model = "video_pendulum";
+  request.columns = "t=t,joint1.q=theta";
+  request.traj = {DataFolder() / "video_pendulum" / "pendulum.csv"};
+  request.free = "link1.length";
+  const Catalogue catalogue;
+  const Session session = OpenSession(request, catalogue);
+  std::vector<std::string> notices;
+  DiagnosisOptions options;
+  options.add = true;
+  const DiagnosisProblem problem = OpenDiagnosis(session, &notices);
+  const Diagnosis diagnosis = Diagnose(
+      problem, ChooseCandidates(catalogue, session, {}, "test"), options);
+  EXPECT_EQ(diagnosis.added().size(), 3u);
+  const DiagnosisStep& last = diagnosis.steps.back();
+  EXPECT_LT(last.whole_after, 0.85 * last.whole_before);
+  const FinalFit final = FitFinal(session, problem, diagnosis);
+  EXPECT_LT(final.fit.open.front().channels.front().rms, 8.5e-3);
+}
+
 // The first seconds of a free swing of one link, of which a ratio of inertial
 // values shows.
 Diagnosis DiagnoseSwing(double seconds) {
@@ -167,9 +188,8 @@ TEST(MultiArmPendulum, ThreeSecondsDoNotDecideWhichFriction) {
   SKIP_WITHOUT("multiarm_pendulum");
   const Diagnosis diagnosis = DiagnoseSwing(3.0);
   EXPECT_EQ(diagnosis.verdict, Verdict::kUndecided);
-  EXPECT_THAT(diagnosis.rivals,
-              IsSupersetOf({ElementsAre("viscous_damping@joint1"),
-                            ElementsAre("coulomb_friction@joint1")}));
+  EXPECT_THAT(diagnosis.rivals, Contains(Contains("viscous_damping@joint1")));
+  EXPECT_THAT(diagnosis.rivals, Contains(Contains("coulomb_friction@joint1")));
 }
 
 TEST(MultiArmPendulum, TenSecondsShowFrictionAndDrag) {

@@ -1,0 +1,113 @@
+// The part of the search that looks at whole runs, where models that segments
+// do not tell apart may differ.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "sysid/diagnosis/rivals.h"
+#include "sysid/diagnosis/search.h"
+#include "sysid/diagnosis/shared_refits.h"
+#include "sysid/estimation/segmentation.h"
+
+namespace sysid {
+
+double Search::WholeRunsError(const EvaluatedModel& evaluated) {
+  if (IsAtNoiseFloor(evaluated) || problem_.options.segment > 0) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const std::optional<Fit> whole =
+      FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated);
+  return whole ? whole->train.total.normalized_rms
+               : std::numeric_limits<double>::infinity();
+}
+
+bool Search::TakesThePlaceOf(const EvaluatedModel& other,
+                             const EvaluatedModel& with) {
+  if (other.fit.parameters.size() == with.fit.parameters.size() &&
+      AreAsGood(other, with) && !IsAtNoiseFloor(with)) {
+    Report("comparing over whole runs", with.train_error());
+    const double ratio = WholeRunsError(other) / WholeRunsError(with);
+    if (ratio < 1.0 / (1.0 + kMatters)) return true;
+    if (ratio > 1.0 + kMatters) return false;
+  }
+  return refits_.IsBetter(other, with);
+}
+
+std::vector<std::string> Search::AsGoodInstead(
+    const EvaluatedModel& model, const std::string& name,
+    const std::vector<std::string>& others) {
+  std::vector<std::string> as_good;
+  const double whole = WholeRunsError(model);
+  const bool longer = std::isfinite(whole);
+  Report("alternatives to " + name, model.train_error());
+  const EstimationOptions options =
+      TrialOptions(problem_.options, model.train_error());
+  const EvaluatedModel without =
+      EvaluateWithout(problem_, model, name, options);
+  const Screening screening = Screen(without);
+  for (const std::string& other : others) {
+    const int effect = screening.IndexOf(other);
+    if (effect < 0) continue;
+    Report("alternatives to " + name, model.train_error());
+    const EvaluatedModel instead =
+        EvaluateWith(problem_, without, {&screening.effects[effect]}, options);
+    if (longer ? WholeRunsError(instead) < (1.0 + kMatters) * whole
+               : instead.cv.error() < model.cv.error() ||
+                     AreAsGood(instead, model)) {
+      as_good.push_back(other);
+    }
+  }
+  return as_good;
+}
+
+bool Search::AddOverWholeRuns() {
+  constexpr size_t kMostTried = 3;
+  const double before = WholeRunsError(now());
+  if (!std::isfinite(before)) return false;
+  Report("effects over whole runs", now().train_error());
+  const ShootingProblem all = WithAllRuns(problem_, now());
+  const std::optional<Fit> whole = FitWholeRuns(all, now());
+  const Solution cut =
+      Recut(all, whole->point, std::numeric_limits<double>::infinity());
+  const LinearizedFit linearized(all, cut);
+  if (!linearized.Valid()) return false;
+  std::vector<CandidateRefit> refits = ProposeEffects(
+      ScreenEffects(linearized, whole->model, candidates_, problem_.known));
+  std::erase_if(refits, [&](const CandidateRefit& refit) {
+    return refit.predicted * (1.0 + kMatters) > before;
+  });
+  if (refits.size() > kMostTried) refits.resize(kMostTried);
+  RefitProposals(problem_, candidates_, now(), &refits);
+  double least = before / (1.0 + kMatters);
+  CandidateRefit* best = nullptr;
+  std::vector<std::string> tried;
+  for (CandidateRefit& refit : refits) {
+    const double error = WholeRunsError(*refit.after);
+    tried.push_back(refit.expected[0].name());
+    if (!(error < least) || !WhyImplausible(*refit.after).empty() ||
+        IsWorse(refit.after->cv, now().cv) || !Chance(*refit.after).empty()) {
+      continue;
+    }
+    least = error;
+    best = &refit;
+  }
+  if (best == nullptr) return false;
+  const ScreenedEffect& effect = best->expected[0];
+  explain_the_same_[effect.name()] = std::move(tried);
+  DiagnosisStep step = StepFrom(now());
+  step.effects = {effect.name()};
+  step.indistinguishable_from = {{}};
+  step.whole_before = before;
+  step.whole_after = least;
+  step.predicted = best->predicted;
+  model_ = std::make_shared<EvaluatedModel>(
+      EvaluateAgain(problem_, std::move(*best->after)));
+  step.parameters = EstimatesOf(*model_, {effect.effect.get()});
+  EndAt(model_, &step);
+  diagnosis_.steps.push_back(std::move(step));
+  return true;
+}
+
+}  // namespace sysid
