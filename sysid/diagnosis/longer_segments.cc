@@ -101,11 +101,4 @@ std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
   return whole;
 }
 
-bool CouldBeFollowedLonger(const DiagnosisProblem& problem,
-                           const EvaluatedModel& evaluated) {
-  return problem.options.segment <= 0 &&
-         evaluated.fit.segment_s > kAsLong * problem.LongestToJudge() &&
-         evaluated.fit.segment_s < kAsLong * problem.train->LongestDuration();
-}
-
 }  // namespace sysid

@@ -34,9 +34,4 @@ ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
 std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
                                 const EvaluatedModel& evaluated);
 
-// Whether the motion may be followed for longer than the segments over which
-// the model was judged: those leave just enough of them to judge by.
-bool CouldBeFollowedLonger(const DiagnosisProblem& problem,
-                           const EvaluatedModel& evaluated);
-
 }  // namespace sysid

@@ -207,6 +207,14 @@ void Search::AddTogether() {
   *model = EvaluateAgain(problem_, std::move(*model));
   Take(std::move(shown_), std::move(model));
   if (LookBack({}, true)) LookBack({}, true);
+  // What was taken out again is not what is missing.
+  const std::set<std::string> kept = EffectsOf(now());
+  if (kept.empty()) return;
+  std::stable_partition(
+      diagnosis_.candidates.begin(), diagnosis_.candidates.end(),
+      [&](const auto& c) { return kept.contains(c.screened.name()); });
+  std::erase_if(diagnosis_.proposed,
+                [&](const auto& name) { return !kept.contains(name); });
 }
 
 void Search::Take(std::vector<ScreenedEffect> effects,
@@ -409,51 +417,6 @@ void Search::Conclude() {
              !ExplainsMost(problem_, diagnosis_.base, *model_)) {
     diagnosis_.verdict = Verdict::kUnexplained;
   }
-}
-
-EvaluatedModel Search::Without(const std::string& name) {
-  Report("leaving out " + name, now().train_error());
-  EvaluatedModel without =
-      EvaluateWithout(problem_, now(), name,
-                      TrialOptions(problem_.options, now().train_error()));
-  tried_.push_back(ErrorsOf(without));
-  return without;
-}
-
-bool Search::WasTriedWithout(const std::string& name,
-                             const EvaluatedModel& model) const {
-  ModelComparison around;
-  SetNeighbours(tried_, model, &around);
-  return std::any_of(
-      around.left_out.begin(), around.left_out.end(),
-      [&](const ModelErrors& errors) { return errors.change == name; });
-}
-
-bool Search::TakeOutUnneeded() {
-  bool any = false, again = true;
-  while (again) {
-    again = false;
-    const std::vector<std::shared_ptr<const Effect>> effects = now().added;
-    for (auto effect = effects.rbegin(); effect != effects.rend(); ++effect) {
-      const std::string& name = (*effect)->name();
-      if (settled_.contains(name) || WasTriedWithout(name, now())) continue;
-      DiagnosisStep step = StepFrom(now());
-      EvaluatedModel without = Without(name);
-      if (!std::isfinite(without.cv.error()) ||
-          !WhyImplausible(without).empty() || IsWorse(without.cv, now().cv)) {
-        continue;
-      }
-      step.removed = name;
-      step.predicted = without.train_error();
-      model_ = std::make_shared<EvaluatedModel>(
-          EvaluateAgain(problem_, std::move(without)));
-      EndAt(model_, &step);
-      diagnosis_.steps.push_back(std::move(step));
-      any = again = true;
-      break;
-    }
-  }
-  return any;
 }
 
 void Search::CompareModels() {

@@ -74,6 +74,11 @@ class Search {
   bool LookFarther(bool* joined);
   void Add(CandidateRefit* chosen, const std::vector<CandidateEffect>& listed);
   void Conclude();
+  // The models of the way and the neighbours of the last one beside each other.
+  void CompareModels();
+  void Keep();  // what a search that was stopped may still say
+
+  // In look_back.cc.
   // Takes out the effects without which the model, fitted again, is not worse:
   // the newest was judged by the fit before it, which may have been stuck in a
   // local minimum. True where it took any.
@@ -83,11 +88,6 @@ class Search {
   EvaluatedModel Without(const std::string& name);
   bool WasTriedWithout(const std::string& name,
                        const EvaluatedModel& model) const;
-  // The models of the way and the neighbours of the last one beside each other.
-  void CompareModels();
-  void Keep();  // what a search that was stopped may still say
-
-  // In look_back.cc.
   // Takes out what the newest effects made useless, or exchanges what another
   // candidate does better. True where it made another model. Nothing is
   // exchanged while there is something to add: over the first, short segments
@@ -96,21 +96,6 @@ class Search {
   // True where the model without `name` took the place of the one with it, or
   // one with another effect instead.
   bool LookBackAt(const std::string& name, bool exchange);
-  // Of the model fitted to all runs, one trajectory each; infinite where it
-  // does not follow them.
-  double WholeRunsError(const EvaluatedModel& evaluated);
-  // Whether the model with another effect is the better one. Where segments do
-  // not decide between as many parameters, whole runs do.
-  bool TakesThePlaceOf(const EvaluatedModel& other, const EvaluatedModel& with);
-  // Which of `others` predict as well in the place of `name`, fitted again:
-  // over the model's segments; or whole runs, where only the number of segments
-  // that is needed to judge by kept those from being longer.
-  std::vector<std::string> AsGoodInstead(
-      const EvaluatedModel& model, const std::string& name,
-      const std::vector<std::string>& others);
-  // Adds what is needed over whole runs only, to a model that segments call
-  // complete. True where it did.
-  bool AddOverWholeRuns();
   // Judges once more, by the final model, what was as good as its effects on
   // the way there: two laws that are alike over short segments, or while others
   // are missing, may differ now; and the other way round.
@@ -120,6 +105,27 @@ class Search {
   // is still missing. The search itself adds it all the same: until all that is
   // missing is in the model, that is no random force. True where it took any.
   bool TakeOutChance();
+
+  // In whole_runs.cc.
+  // Not where the noise is reached, or segments of a length were asked for.
+  bool AsksWholeRuns(const EvaluatedModel& evaluated) const;
+  // Of the model fitted to all runs, one trajectory each; infinite where it
+  // does not follow them.
+  double WholeRunsError(const EvaluatedModel& evaluated);
+  // Of the held-out runs, or ends of runs, one trajectory each, by the model
+  // fitted to the others alike; infinite alike.
+  double HeldOutWholeRunsError(const EvaluatedModel& evaluated);
+  // Whether the model with another effect is the better one. Where segments do
+  // not decide between as many parameters, whole runs do.
+  bool TakesThePlaceOf(const EvaluatedModel& other, const EvaluatedModel& with);
+  // Which of `others` predict as well in the place of `name`, fitted again:
+  // whole runs where those can be followed, else the model's segments.
+  std::vector<std::string> AsGoodInstead(
+      const EvaluatedModel& model, const std::string& name,
+      const std::vector<std::string>& others);
+  // Adds what whole runs miss, and held-out ones too, to a model that segments
+  // call complete. True where it did.
+  bool AddOverWholeRuns();
 
   Screening Screen(const EvaluatedModel& evaluated);
   bool WasHere(const EvaluatedModel& evaluated) const;

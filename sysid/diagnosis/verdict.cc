@@ -18,17 +18,16 @@ std::string ToString(Verdict verdict) {
   return "";
 }
 
-Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best) {
-  // An effect that explains less of the excess over the noise is not what is
-  // missing.
+bool ExplainsEnough(double before, double after) {
   constexpr double kExplains = 0.2;
-  if (best != nullptr) {
-    const double holdout = evaluated.holdout_error();
-    const double excess = holdout * holdout - 1.0;
-    const double left = std::pow(best->after->holdout_error(), 2) - 1.0;
-    if (IsAtNoiseFloor(*best->after) || excess - left > kExplains * excess) {
-      return Verdict::kMissingEffect;
-    }
+  return before * before - after * after > kExplains * (before * before - 1.0);
+}
+
+Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best) {
+  if (best != nullptr && (IsAtNoiseFloor(*best->after) ||
+                          ExplainsEnough(evaluated.holdout_error(),
+                                         best->after->holdout_error()))) {
+    return Verdict::kMissingEffect;
   }
   return IsAtNoiseFloor(evaluated) ? Verdict::kAdequate : Verdict::kUnexplained;
 }

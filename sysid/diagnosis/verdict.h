@@ -15,6 +15,10 @@ enum class Verdict {
 };
 std::string ToString(Verdict verdict);  // as diagnosis.json says it
 
+// Whether what lowers an error, in times the noise, explains a fifth of the
+// excess over the noise. What explains less is not what is missing.
+bool ExplainsEnough(double before, double after);
+
 // Of a model and the best refit of candidates from it (null: none helped).
 Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best);
 

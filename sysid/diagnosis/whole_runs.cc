@@ -13,8 +13,12 @@
 
 namespace sysid {
 
+bool Search::AsksWholeRuns(const EvaluatedModel& evaluated) const {
+  return !IsAtNoiseFloor(evaluated) && problem_.options.segment <= 0;
+}
+
 double Search::WholeRunsError(const EvaluatedModel& evaluated) {
-  if (IsAtNoiseFloor(evaluated) || problem_.options.segment > 0) {
+  if (!AsksWholeRuns(evaluated)) {
     return std::numeric_limits<double>::infinity();
   }
   const std::optional<Fit> whole =
@@ -23,11 +27,28 @@ double Search::WholeRunsError(const EvaluatedModel& evaluated) {
                : std::numeric_limits<double>::infinity();
 }
 
+double Search::HeldOutWholeRunsError(const EvaluatedModel& evaluated) {
+  EstimationOptions quiet = evaluated.problem->options();
+  quiet.progress = nullptr;
+  const std::optional<Fit> whole = FitWholeRuns(
+      evaluated.problem->With(quiet).StartingAt(evaluated.fit.point.theta),
+      evaluated);
+  if (!whole || problem_.holdout == nullptr) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return EvaluateHoldout(OpenHoldout(whole->model, problem_.holdout, quiet,
+                                     whole->point.rollout,
+                                     problem_.holdout->LongestDuration()),
+                         nullptr)
+      .errors.total.normalized_rms;
+}
+
 bool Search::TakesThePlaceOf(const EvaluatedModel& other,
                              const EvaluatedModel& with) {
   if (other.fit.parameters.size() == with.fit.parameters.size() &&
-      AreAsGood(other, with) && !IsAtNoiseFloor(with)) {
+      AreAsGood(other, with)) {
     Report("comparing over whole runs", with.train_error());
+    // NaN where neither is followed.
     const double ratio = WholeRunsError(other) / WholeRunsError(with);
     if (ratio < 1.0 / (1.0 + kMatters)) return true;
     if (ratio > 1.0 + kMatters) return false;
@@ -64,11 +85,12 @@ std::vector<std::string> Search::AsGoodInstead(
 
 bool Search::AddOverWholeRuns() {
   constexpr size_t kMostTried = 3;
-  const double before = WholeRunsError(now());
-  if (!std::isfinite(before)) return false;
+  if (!AsksWholeRuns(now())) return false;
   Report("effects over whole runs", now().train_error());
   const ShootingProblem all = WithAllRuns(problem_, now());
   const std::optional<Fit> whole = FitWholeRuns(all, now());
+  if (!whole) return false;
+  const double before = whole->train.total.normalized_rms;
   const Solution cut =
       Recut(all, whole->point, std::numeric_limits<double>::infinity());
   const LinearizedFit linearized(all, cut);
@@ -79,15 +101,21 @@ bool Search::AddOverWholeRuns() {
     return refit.predicted * (1.0 + kMatters) > before;
   });
   if (refits.size() > kMostTried) refits.resize(kMostTried);
+  if (refits.empty()) return false;
   RefitProposals(problem_, candidates_, now(), &refits);
-  double least = before / (1.0 + kMatters);
+  double least = before / (1.0 + kMatters), held_out = -1.0;
   CandidateRefit* best = nullptr;
   std::vector<std::string> tried;
   for (CandidateRefit& refit : refits) {
-    const double error = WholeRunsError(*refit.after);
+    const EvaluatedModel& after = *refit.after;
     tried.push_back(refit.expected[0].name());
-    if (!(error < least) || !WhyImplausible(*refit.after).empty() ||
-        IsWorse(refit.after->cv, now().cv) || !Chance(*refit.after).empty()) {
+    // What takes least time first.
+    if (!WhyImplausible(after).empty() || IsWorse(after.cv, now().cv)) continue;
+    const double error = WholeRunsError(after);
+    if (!(error < least)) continue;
+    if (held_out < 0.0) held_out = HeldOutWholeRunsError(now());
+    if (!ExplainsEnough(held_out, HeldOutWholeRunsError(after)) ||
+        !Chance(after).empty()) {
       continue;
     }
     least = error;
