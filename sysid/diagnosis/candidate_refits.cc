@@ -37,28 +37,26 @@ bool ArePartOf(const std::vector<const Effect*>& effects,
          std::includes(all.begin(), all.end(), part.begin(), part.end());
 }
 
-// Whether a part of the effect is as good: that one first, and what the effect
-// adds to it later.
-bool IsExtravagant(const Screening& screening, const ScreenedEffect& effect) {
-  return std::any_of(screening.effects.begin(), screening.effects.end(),
-                     [&](const ScreenedEffect& other) {
-                       return ArePartOf({other.effect.get()},
-                                        {effect.effect.get()}) &&
-                              other.criterion < effect.criterion + kClearly;
-                     });
+std::vector<const Effect*> EffectsOf(const Screening&,
+                                     const ScreenedEffect& one) {
+  return {one.effect.get()};
 }
 
-bool IsExtravagant(const Screening& screening, const Screening::Pair& pair) {
-  const auto effects = [&](const Screening::Pair& of) {
-    return std::vector<const Effect*>{
-        screening.effects[of.first].effect.get(),
-        screening.effects[of.second].effect.get()};
-  };
-  return std::any_of(screening.pairs.begin(), screening.pairs.end(),
-                     [&](const Screening::Pair& other) {
-                       return ArePartOf(effects(other), effects(pair)) &&
-                              other.criterion < pair.criterion + kClearly;
-                     });
+std::vector<const Effect*> EffectsOf(const Screening& screening,
+                                     const Screening::Pair& pair) {
+  return {screening.effects[pair.first].effect.get(),
+          screening.effects[pair.second].effect.get()};
+}
+
+// Whether a part of an effect, or of a pair, is as good: that one first, and
+// what the whole adds to it later.
+template <typename Proposal>
+bool IsExtravagant(const Screening& screening, const std::vector<Proposal>& all,
+                   const Proposal& whole) {
+  return std::any_of(all.begin(), all.end(), [&](const Proposal& part) {
+    return ArePartOf(EffectsOf(screening, part), EffectsOf(screening, whole)) &&
+           part.criterion < whole.criterion + kClearly;
+  });
 }
 
 // Whether a refit is worth its time: the screening is clear, or it promises so
@@ -175,7 +173,7 @@ std::vector<CandidateRefit> ProposeEffects(const Screening& screening) {
     if (!Promises(screening, effect.predicted_error, effect.criterion)) {
       continue;
     }
-    if (IsExtravagant(screening, effect)) continue;
+    if (IsExtravagant(screening, screening.effects, effect)) continue;
     int alike = 0;
     for (const CandidateRefit& refit : refits) {
       alike += screening.confusability(i, refit.effects[0]) > 0.999 &&
@@ -197,7 +195,7 @@ std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
     // Together, and not one alone.
     if (!(pair.criterion < std::min(a.criterion, b.criterion) - kClearly) ||
         !(pair.predicted_error < (1 - kMaterial) * screening.error) ||
-        IsExtravagant(screening, pair)) {
+        IsExtravagant(screening, screening.pairs, pair)) {
       continue;
     }
     refits.push_back(

@@ -403,6 +403,7 @@ void Search::Conclude() {
   }
   if (options_.add && !by_equations) {
     while (AddOverWholeRuns()) {
+      diagnosis_.final_verdict = Judge(*model_, nullptr);
     }
   }
   AskAlternativesAgain();

@@ -20,8 +20,7 @@ namespace sysid {
 class Search {
  public:
   // What it is made from must outlive it.
-  Search(const DiagnosisProblem& problem,
-         const std::vector<std::shared_ptr<const Effect>>& candidates,
+  Search(const DiagnosisProblem& problem, const Candidates& candidates,
          const DiagnosisOptions& options)
       : problem_(problem),
         candidates_(candidates),
@@ -131,7 +130,7 @@ class Search {
   bool WasHere(const EvaluatedModel& evaluated) const;
 
   const DiagnosisProblem& problem_;
-  const std::vector<std::shared_ptr<const Effect>>& candidates_;
+  const Candidates& candidates_;
   const DiagnosisOptions& options_;
   const Refitter refits_;
   Diagnosis diagnosis_;

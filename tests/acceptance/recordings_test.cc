@@ -123,13 +123,17 @@ TEST(SimplePendulum, LoadsByItsColumnsAndFits) {
   EXPECT_GT(ValueOfParameter(fit, "joint1.friction"), 0.0);
 }
 
-TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
-  SKIP_WITHOUT("video_pendulum");
+FitRequest VideoPendulumRequest() {
   FitRequest request;
   request.model = "video_pendulum";
   request.columns = "t=t,joint1.q=theta";
   request.traj = {DataFolder() / "video_pendulum" / "pendulum.csv"};
-  const Fit fit = FitOf(request);
+  return request;
+}
+
+TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
+  SKIP_WITHOUT("video_pendulum");
+  const Fit fit = FitOf(VideoPendulumRequest());
   EXPECT_TRUE(fit.converged) << fit.termination;
   // The string is 0.65 m to the cup's rim; the coins lie deeper.
   EXPECT_NEAR(ValueOfParameter(fit, "link1.length"), 0.66, 0.03);
@@ -138,10 +142,7 @@ TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
 // What no segment shows adds up over its 116 s.
 TEST(VideoPendulum, WholeRunsShowAFrictionBesideTheDrag) {
   SKIP_WITHOUT("video_pendulum");
-  FitRequest request;
-  request.model = "video_pendulum";
-  request.columns = "t=t,joint1.q=theta";
-  request.traj = {DataFolder() / "video_pendulum" / "pendulum.csv"};
+  FitRequest request = VideoPendulumRequest();
   request.free = "link1.length";
   const Catalogue catalogue;
   const Session session = OpenSession(request, catalogue);

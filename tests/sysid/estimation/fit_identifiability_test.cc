@@ -68,20 +68,27 @@ TEST(FitIdentifiability, RefusesWhereNothingHasInfluence) {
             "what was measured; fix them");
 }
 
-// A rigid body on a hinge: m g c / (m c^2 + I) and the sensor's offset show.
-Model CompoundPendulum() {
+// A body of 1 kg on a hinge about an axis, with these moments.
+Mechanism Rod(const Eigen::Vector3d& axis, const Eigen::Vector3d& moments) {
   Mechanism mechanism;
   mechanism.AddRoot("base");
   Joint joint;
   joint.name = "hinge";
   joint.type = JointType::kRevolute;
   joint.parent_link = 0;
-  joint.axis = Eigen::Vector3d::UnitY();
+  joint.axis = axis;
   Inertial<double> body;
   body.mass = 1.0;
   body.com = Eigen::Vector3d(0, 0, -0.3);
-  body.inertia = Eigen::Vector3d(0.05, 0.05, 0.01).asDiagonal();
+  body.inertia = moments.asDiagonal();
   mechanism.AddJoint(joint, "rod", Eigen::Vector3d::Zero(), body);
+  return mechanism;
+}
+
+// m g c / (m c^2 + I) and the sensor's offset show.
+Model CompoundPendulum() {
+  const Mechanism mechanism =
+      Rod(Eigen::Vector3d::UnitY(), Eigen::Vector3d(0.05, 0.05, 0.01));
   Model model(mechanism);
   model.AddEffect(Catalogue().Make("sensor_offset@hinge", mechanism, ""));
   return model;
@@ -143,18 +150,7 @@ TEST(FitIdentifiability, KnowsLessWhereTheModelMissesTheData) {
 
 TEST(FitIdentifiability, NamesTheJointsThatCannotMove) {
   // Nothing has inertia about this hinge.
-  Mechanism mechanism;
-  mechanism.AddRoot("base");
-  Joint joint;
-  joint.name = "hinge";
-  joint.type = JointType::kRevolute;
-  joint.parent_link = 0;
-  joint.axis = Eigen::Vector3d::UnitZ();
-  Inertial<double> body;
-  body.mass = 1.0;
-  body.com = Eigen::Vector3d(0, 0, -0.3);
-  mechanism.AddJoint(joint, "rod", Eigen::Vector3d::Zero(), body);
-  const Model model(mechanism);
+  const Model model(Rod(Eigen::Vector3d::UnitZ(), Eigen::Vector3d::Zero()));
   const sysid::Run run = Simulated(CompoundPendulum(), 0.5, 17, 2.0);
   const Fit fit = FitRuns(model, FreeFrom(model, {{"rod.mass", 1.0}}), {run});
   EXPECT_FALSE(fit.converged);
