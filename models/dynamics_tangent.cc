@@ -18,7 +18,7 @@ constexpr unsigned kCoveredHooks =
     kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
     kInputHook | kMeasurementHook | kInputDelayHook | kDryFrictionHook |
     kBesideDryHook | kDriveHook | kLimitHook | kInputLagHook | kOwnDelayHook |
-    kRatesHook | kReadsEffort | kStateRateHook | kMoveStateHook;
+    kRatesHook | kReadsEffort | kStateRateHook | kMoveStateHook | kMotorHook;
 
 bool Moves(const Jet8& x) { return (x.v.array() != 0.0).any(); }
 

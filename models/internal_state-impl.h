@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <vector>
 
 #include "models/motion-impl.h"
 #include "models/state_layout.h"
@@ -18,6 +19,24 @@ void StateRates(const Workspace<T>& ws, const T* q, const T* qd, T* rate) {
     if (effect.moves) continue;
     effect.hooks->StateRate(JointOf(ws, effect, q, qd), effect.p,
                             rate + effect.first_z);
+  }
+}
+
+// Where the motors of a state's joints are and how they move, on the joints'
+// side of their gears: q, qd and qdd (nq, nv and nv numbers) come as those of
+// the joints. Right after the dynamics, where the rates are asked for.
+template <typename T>
+void ToMotors(const Workspace<T>& ws, const T* x, T* q, T* qd, T* qdd) {
+  const StateLayout& at = ws.model().layout();
+  std::vector<T> rates(at.nz(), T(0.0));
+  if (ws.sensors_read_rates && !ws.motor_effects.empty()) {
+    StateRates<T>(ws, x + at.q(), x + at.qd(), rates.data());
+  }
+  for (const auto& effect : ws.motor_effects) {
+    const Body& body = ws.model().bodies()[effect.body];
+    effect.hooks->ToMotor(
+        x + at.z() + effect.first_z, rates.data() + effect.first_z, effect.p,
+        q + body.q_index, qd + body.v_index, qdd + body.v_index);
   }
 }
 

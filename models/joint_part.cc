@@ -23,7 +23,8 @@ void JointPart(Workspace<T>* ws, const T* q, const T* qd, const T* qdd,
 template <typename T>
 bool OnlyJointPartVaries(const Workspace<T>& ws) {
   if (!ws.model().followers().empty() || !ws.link_force_effects.empty() ||
-      !ws.measurement_effects.empty() || !ws.gravity_effects.empty()) {
+      !ws.measurement_effects.empty() || !ws.motor_sensor_effects.empty() ||
+      !ws.gravity_effects.empty()) {
     return false;
   }
   if constexpr (!std::is_same_v<T, double>) {

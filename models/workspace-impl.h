@@ -78,9 +78,9 @@ void Workspace<T>::BindEffects() {
   input_effects.clear();
   delay_effects.clear();
   measurement_effects.clear();
-  for (auto* list :
-       {&drive_effects, &limit_effects, &lag_effects, &gravity_effects,
-        &readers, &pair_effects, &state_effects}) {
+  for (auto* list : {&drive_effects, &limit_effects, &lag_effects,
+                     &gravity_effects, &readers, &pair_effects, &state_effects,
+                     &motor_effects, &motor_sensor_effects}) {
     list->clear();
   }
   sensors_read_rates = false;
@@ -141,7 +141,11 @@ void Workspace<T>::BindEffects() {
     }
     if (hooks & kInputHook) input_effects.push_back(bound);
     if (hooks & kInputDelayHook) delay_effects.push_back(bound);
-    if (hooks & kMeasurementHook) measurement_effects.push_back(bound);
+    if (hooks & kMeasurementHook) {
+      (effect.on_motor() ? motor_sensor_effects : measurement_effects)
+          .push_back(bound);
+    }
+    if (hooks & kMotorHook) motor_effects.push_back(bound);
     if (hooks & kGravityHook) {
       if (bound.inputs > 0) {
         gravity_effects.push_back(bound);

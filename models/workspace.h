@@ -70,14 +70,11 @@ class Workspace {
   // Turns true positions into measured ones (nq numbers), by the effects. The
   // rates, nv numbers each, are read where sensors_read_rates.
   void ModifyMeasurement(const T* qd, const T* qdd, T* q) const {
-    for (const Bound& effect : measurement_effects) {
-      const Body& body = model_->bodies()[effect.body];
-      const JointRates<T> rates =
-          sensors_read_rates
-              ? JointRates<T>{qd + body.v_index, qdd + body.v_index}
-              : JointRates<T>{nullptr, nullptr};
-      effect.hooks->ModifyMeasurement(rates, effect.p, q + body.q_index);
-    }
+    Modify(measurement_effects, qd, qdd, q);
+  }
+  // The same of the motors.
+  void ModifyMotorMeasurement(const T* qd, const T* qdd, T* q) const {
+    Modify(motor_sensor_effects, qd, qdd, q);
   }
 
   const Model& model() const { return *model_; }
@@ -106,11 +103,12 @@ class Workspace {
     bool moves;                // kMoveStateHook
   };
   std::vector<Bound> effort_effects, link_force_effects, input_effects,
-      delay_effects, measurement_effects;
+      delay_effects, measurement_effects, motor_sensor_effects;
   // What the drives give beside the efforts, what limits it, lags of efforts,
-  // gravity that inputs move, all that read inputs, pairs, and all with states.
+  // gravity that inputs move, all that read inputs, pairs, all with states, and
+  // those whose motor is not where its joint is.
   std::vector<Bound> drive_effects, limit_effects, lag_effects, gravity_effects,
-      readers, pair_effects, state_effects;
+      readers, pair_effects, state_effects, motor_effects;
   bool sensors_read_rates = false;
   // What was held in the last evaluation, and what the drives gave, where
   // effects change that: else empty, the efforts themselves.
@@ -132,6 +130,17 @@ class Workspace {
 
  private:
   void BindEffects();
+  void Modify(const std::vector<Bound>& sensors, const T* qd, const T* qdd,
+              T* q) const {
+    for (const Bound& effect : sensors) {
+      const Body& body = model_->bodies()[effect.body];
+      const JointRates<T> rates =
+          sensors_read_rates
+              ? JointRates<T>{qd + body.v_index, qdd + body.v_index}
+              : JointRates<T>{nullptr, nullptr};
+      effect.hooks->ModifyMeasurement(rates, effect.p, q + body.q_index);
+    }
+  }
 
   const Model* model_;
   MechanismParameters<T> parameters_;

@@ -14,6 +14,13 @@ ChannelResidual FrameResidual(const Channel& channel) {
   return residual;
 }
 
+ChannelResidual OfScalarPosition(const Joint& joint, SensedAt at) {
+  if (joint.type == JointType::kPrismatic) {
+    return PositionResidual{joint.q_index, at};
+  }
+  return PlanarHeadingResidual{joint.q_index, at};
+}
+
 }  // namespace
 
 ChannelResidual MakeChannelResidual(const Mechanism& mechanism,
@@ -32,10 +39,9 @@ ChannelResidual MakeChannelResidual(const Mechanism& mechanism,
   const Joint& joint = mechanism.joints[channel.target];
   switch (channel.kind) {
     case ChannelKind::kPosition:
-      if (joint.type == JointType::kPrismatic) {
-        return PositionResidual{joint.q_index};
-      }
-      return PlanarHeadingResidual{joint.q_index};
+      return OfScalarPosition(joint, SensedAt::kJoint);
+    case ChannelKind::kMotorPosition:
+      return OfScalarPosition(joint, SensedAt::kMotor);
     case ChannelKind::kOrientation:
       if (orientation == OrientationResidual::kRotation) {
         return RotationResidual{joint.q_index};
@@ -50,7 +56,7 @@ ChannelResidual MakeChannelResidual(const Mechanism& mechanism,
       break;
   }
   LOG(FATAL) << "not a channel kind";
-  return PositionResidual{0};
+  return VelocityResidual{0};
 }
 
 int ResidualSize(const ChannelResidual& residual) {
@@ -70,7 +76,7 @@ std::string ResidualUnit(const Mechanism& mechanism, const Channel& channel) {
 }
 
 bool IsPositionLike(ChannelKind kind) {
-  return kind == ChannelKind::kPosition || kind == ChannelKind::kOrientation ||
+  return IsScalarPosition(kind) || kind == ChannelKind::kOrientation ||
          kind == ChannelKind::kFramePosition;
 }
 

@@ -18,12 +18,20 @@ namespace sysid {
 // out, of which kDof are independent (a unit vector in the plane has two
 // components and one degree of freedom).
 
+// Where a sensor of a joint's position is.
+enum class SensedAt { kJoint, kMotor };
+
 // The predicted state as the sensors see it.
 template <typename T>
 struct PredictedState {
   const T* q;  // with the effects' measurement hooks
   const T* qd;
+  const T* motor_q;               // of the motors, alike; null if not asked
   const Workspace<T>* workspace;  // kinematics of the true q
+
+  const T& Position(int q_index, SensedAt at) const {
+    return (at == SensedAt::kMotor ? motor_q : q)[q_index];
+  }
 };
 
 // (cos q, sin q) - (cos q^, sin q^): norm 2 |sin(error / 2)|, no branch cut.
@@ -32,14 +40,16 @@ struct PlanarHeadingResidual {
   static constexpr int kSize = 2;
   static constexpr int kDof = 1;
   int q_index;
+  SensedAt at = SensedAt::kJoint;
 
   template <typename T>
   void operator()(const PredictedState<T>& state, const double* measured,
                   T* r) const {
     using std::cos;
     using std::sin;
-    r[0] = cos(state.q[q_index]) - cos(measured[0]);
-    r[1] = sin(state.q[q_index]) - sin(measured[0]);
+    const T& q = state.Position(q_index, at);
+    r[0] = cos(q) - cos(measured[0]);
+    r[1] = sin(q) - sin(measured[0]);
   }
 };
 
@@ -87,11 +97,12 @@ struct PositionResidual {
   static constexpr int kSize = 1;
   static constexpr int kDof = 1;
   int q_index;
+  SensedAt at = SensedAt::kJoint;
 
   template <typename T>
   void operator()(const PredictedState<T>& state, const double* measured,
                   T* r) const {
-    r[0] = state.q[q_index] - measured[0];
+    r[0] = state.Position(q_index, at) - measured[0];
   }
 };
 

@@ -45,7 +45,10 @@ class Balance {
                          qdd_.data(), held_.data(), needed_.data());
       for (int s = 0; s < at.nv(); ++s) f[s] = held_[s] - needed_[s];
     }
-    if (ws_.measurement_effects.empty() && !rollout_.needs_kinematics()) return;
+    if (ws_.measurement_effects.empty() && !rollout_.needs_kinematics() &&
+        (ws_.motor_sensor_effects.empty() || !rollout_.needs_motors())) {
+      return;
+    }
     errors_.resize(rollout_.num_residuals());
     internal::Sensors<T> sensors(rollout_, &ws_);
     for (int k = rollout_.first(); k <= rollout_.last(); ++k) {

@@ -14,7 +14,13 @@ enum class ChannelKind {
   kOrientation,      // J.qx ..: 4 numbers x, y, z, w; unit
   kAngularVelocity,  // J.wx ..: 3 numbers, child's axes, rad/s
   kFramePosition,    // F.px ..: 1 to 3 numbers, world axes, m
+  kMotorPosition,    // J.motor_q: 1 number, the joint's side of the gear
 };
+
+// Whether it is one number of a hinge or slide, its own or its motor's.
+inline bool IsScalarPosition(ChannelKind kind) {
+  return kind == ChannelKind::kPosition || kind == ChannelKind::kMotorPosition;
+}
 
 // One measured quantity over time. A missing measurement is a row of NaN (the
 // whole row, also where only one of its cells was empty).

@@ -48,7 +48,8 @@ class Sensors {
     const T* seen = seen_(run, k, x);
     const T* q = x + model.layout().q();
     if (rollout_.needs_kinematics()) ForwardKinematics<T>(ws_, q);
-    const PredictedState<T> state{seen, x + model.layout().qd(), ws_};
+    const T* motors = rollout_.needs_motors() ? seen_.OfMotors(x) : nullptr;
+    const PredictedState<T> state{seen, x + model.layout().qd(), motors, ws_};
     for (; row_ < rows.size() && rows[row_].sample == k; ++row_) {
       const Channel& channel = run.channels[rows[row_].channel];
       const double* measured =

@@ -39,9 +39,9 @@ SegmentRollout::SegmentRollout(const Model* model,
       const int size = ResidualSize(measurements->residuals[c]);
       rows_.push_back({k, static_cast<int>(c), num_residuals_, size});
       num_residuals_ += size;
-      if (run.channels[c].kind == ChannelKind::kFramePosition) {
-        needs_kinematics_ = true;
-      }
+      const ChannelKind kind = run.channels[c].kind;
+      needs_kinematics_ |= kind == ChannelKind::kFramePosition;
+      needs_motors_ |= kind == ChannelKind::kMotorPosition;
     }
   }
 }

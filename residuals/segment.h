@@ -112,6 +112,7 @@ class SegmentRollout {
   const Measurements& measurements() const { return *measurements_; }
   const RolloutOptions& options() const { return options_; }
   bool needs_kinematics() const { return needs_kinematics_; }
+  bool needs_motors() const { return needs_motors_; }
   // Steps from sample k to the next.
   int StepsAfter(int k) const;
   int first() const { return first_; }
@@ -138,6 +139,7 @@ class SegmentRollout {
   int num_residuals_ = 0;
   std::vector<SegmentRow> rows_;
   bool needs_kinematics_ = false;  // some channel is a frame's position
+  bool needs_motors_ = false;      // some channel is a motor's
 };
 
 }  // namespace sysid

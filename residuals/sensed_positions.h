@@ -4,23 +4,27 @@
 #include <vector>
 
 #include "models/dynamics.h"
+#include "models/internal_state-impl.h"
 #include "residuals/acting_inputs.h"
 
 namespace sysid {
 
-// What the sensors of joints say of states, by the model's effects: scratch of
-// one thread.
+// What the sensors of joints and of their motors say of states, by the model's
+// effects: scratch of one thread.
 template <typename T>
 class SensedPositions {
  public:
   explicit SensedPositions(Workspace<T>* ws)
       : ws_(ws),
         q_(ws->model().nq()),
+        motor_q_(ws->model().nq()),
         qdd_(ws->model().nv(), T(0.0)),
+        motor_qd_(ws->model().nv()),
+        motor_qdd_(ws->model().nv()),
         held_(ws->model().held_size()) {}
 
-  // Of the state x at a sample of the run, nq numbers. Overwrites the
-  // workspace's evaluation where a sensor sees rates.
+  // Of the joints in the state x at a sample of the run, nq numbers. Overwrites
+  // the workspace's evaluation where a sensor sees rates.
   const T* operator()(const Run& run, int sample, const T* x) {
     const StateLayout& at = ws_->model().layout();
     std::copy_n(x + at.q(), at.nq(), q_.begin());
@@ -39,9 +43,22 @@ class SensedPositions {
     return q_.data();
   }
 
+  // Of the motors in the same state, right after that.
+  const T* OfMotors(const T* x) {
+    const StateLayout& at = ws_->model().layout();
+    std::copy_n(x + at.q(), at.nq(), motor_q_.begin());
+    std::copy_n(x + at.qd(), at.nv(), motor_qd_.begin());
+    motor_qdd_ = qdd_;
+    internal::ToMotors<T>(*ws_, x, motor_q_.data(), motor_qd_.data(),
+                          motor_qdd_.data());
+    ws_->ModifyMotorMeasurement(motor_qd_.data(), motor_qdd_.data(),
+                                motor_q_.data());
+    return motor_q_.data();
+  }
+
  private:
   Workspace<T>* ws_;
-  std::vector<T> q_, qdd_, held_;
+  std::vector<T> q_, motor_q_, qdd_, motor_qd_, motor_qdd_, held_;
 };
 
 }  // namespace sysid

@@ -133,10 +133,12 @@ int Main(ProcessGroup* group) {
   options.keep_evaluated = true;
   if (!is_first) {
     HelpToRefit(problem, candidates);
+    SumOver(all, CpuSeconds());
     group->Finish();
     return kExitDone;
   }
   Diagnosis diagnosis = DiagnoseTogether(problem, candidates, options);
+  const double helpers_cpu_s = SumOver(all, 0.0);
   if (group != nullptr) group->Finish();
   std::optional<FinalFit> final;
   if ((FLAGS_auto || !FLAGS_out.empty()) && diagnosis.interrupted.empty()) {
@@ -149,7 +151,8 @@ int Main(ProcessGroup* group) {
     final->session.findings = session.findings;
     // All that passed, the search and the checks too.
     final->fit.wall_time_s = Now() - start_s;
-    final->fit.cpu_time_s = CpuSeconds();
+    final->fit.cpu_time_s = CpuSeconds() + helpers_cpu_s;
+    if (group != nullptr) final->fit.processes = all.size();
   }
   const FinalFit* fitted = final ? &*final : nullptr;
   const NextStep step = ChooseNext(session, diagnosis);

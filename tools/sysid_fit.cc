@@ -321,7 +321,10 @@ int Main(ProcessGroup* group) {
   // All that passed, reading and checking too.
   solved.fit.wall_time_s = Now() - start_s;
   solved.fit.cpu_time_s = SumOver(all, CpuSeconds());
-  if (group != nullptr) group->Finish();
+  if (group != nullptr) {
+    solved.fit.processes = group->size();
+    group->Finish();
+  }
   const Holdout* held = holdout ? &*holdout : nullptr;
   const AddedEffects* tried = added ? &*added : nullptr;
   const PageFit shown =

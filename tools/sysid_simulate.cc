@@ -40,6 +40,7 @@ DEFINE_double(tilt, 0.6, "largest angle of a random start, rad (slides: m)");
 DEFINE_double(duration, 10, "s");
 DEFINE_double(rate, 100, "samples a second, Hz");
 DEFINE_double(noise, 1e-3, "standard deviation of a measurement, rad or m");
+DEFINE_bool(motor_sensors, false, "also what sensors at motors say, J.motor_q");
 DEFINE_uint64(seed, 1, "every random draw derives from it");
 DEFINE_string(excite, "none", "none or multisine");
 DEFINE_double(amplitude, 1, "of --excite: 1 uses the room between limits");
@@ -86,6 +87,7 @@ constexpr char kHelp[] =
                              the effort limits (--gains joint1=200:20,...)
   --duration 10  --rate 100  s, Hz
   --noise 1e-3               of a measurement, rad or m
+  --motor_sensors            also record motors, J.motor_q (joint_elasticity)
   --seed 1                   every random draw derives from it
   --integrator rk4|semi_implicit_euler    --step S (default: fine enough)
   --out_csv run.csv          the run; - is standard output
@@ -441,6 +443,7 @@ int Main() {
   options.duration = FLAGS_duration;
   options.rate = FLAGS_rate;
   options.noise = FLAGS_noise;
+  options.motor_sensors = FLAGS_motor_sensors;
   options.seed = FLAGS_seed;
   options.step = FLAGS_step;
   options.integrator = ParseIntegrator(FLAGS_integrator, "--integrator");

@@ -152,7 +152,11 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
       entry->applies(mechanism.joints[follower].type)) {
     return MakeOnFollower(*entry, mechanism, target, place);
   }
-  const std::vector<std::string> targets = Targets(*entry, mechanism);
+  std::vector<std::string> targets = Targets(*entry, mechanism);
+  if (entry->on_motor_too && mechanism.FindJoint(target) < 0 &&
+      target.ends_with(kOfMotor)) {
+    for (std::string& joint : targets) joint += kOfMotor;
+  }
   if (std::find(targets.begin(), targets.end(), target) == targets.end()) {
     const int joint = mechanism.FindJoint(target);
     const bool on_joint = joint >= 0 && entry->target == TargetKind::kJoint;
@@ -216,6 +220,18 @@ std::vector<std::string> Catalogue::Names(const Mechanism& mechanism) const {
     for (const std::string& target : Targets(entry, mechanism)) {
       names.push_back(entry.kind + "@" + target);
     }
+  }
+  return names;
+}
+
+std::vector<std::string> Catalogue::NamesOnMotor(const Mechanism& mechanism,
+                                                 int joint) const {
+  std::vector<std::string> names;
+  for (const Entry& entry : entries_) {
+    if (!entry.on_motor_too || !entry.applies(mechanism.joints[joint].type)) {
+      continue;
+    }
+    names.push_back(entry.kind + "@" + mechanism.joints[joint].name + kOfMotor);
   }
   return names;
 }

@@ -53,6 +53,12 @@ constexpr bool IsTyped() {
   return false;
 }
 
+// Whether it may be on a joint's motor ("joint1.motor") as well: a sensor's.
+template <class E>
+constexpr bool IsOnMotorToo() {
+  return requires { E::kOnMotorToo; };
+}
+
 // Every effect that the toolkit can plant, fit and screen. The shipped ones are
 // listed in shipped_effects.h, a line each; a program may add its own.
 class Catalogue {
@@ -66,7 +72,7 @@ class Catalogue {
          [](const Mechanism& mechanism, const std::string& target) {
            return std::shared_ptr<const Effect>(new E(mechanism, target));
          },
-         IsTyped<E>()});
+         IsTyped<E>(), IsOnMotorToo<E>()});
   }
 
   // "coulomb_friction@joint1" -> the effect. `place` says in errors where the
@@ -81,7 +87,10 @@ class Catalogue {
   // Every effect on every target where it has a meaning, but for laws that a
   // user types.
   std::vector<std::string> Names(const Mechanism& mechanism) const;
-  // Those of them that a diagnosis tries without being told, on any recording:
+  // Beside those, what a sensor at the motor of a joint may have.
+  std::vector<std::string> NamesOnMotor(const Mechanism& mechanism,
+                                        int joint) const;
+  // Those of Names that a diagnosis tries without being told, on any recording:
   // they read no inputs.
   std::vector<std::string> Candidates(const Mechanism& mechanism) const;
 
@@ -93,6 +102,7 @@ class Catalogue {
     std::shared_ptr<const Effect> (*make)(const Mechanism&, const std::string&);
     // The name goes on behind the target, ": " and a law; `make` takes both.
     bool typed;
+    bool on_motor_too;
   };
   std::vector<std::string> Targets(const Entry& entry,
                                    const Mechanism& mechanism) const;

@@ -1,5 +1,7 @@
 #include "models/effects/effect.h"
 
+#include <cstring>
+
 #include "glog/logging.h"
 
 namespace sysid {
@@ -32,7 +34,16 @@ std::vector<std::vector<double>> Times(
 Effect::Effect(const std::string& kind, unsigned hooks, TargetKind target_kind,
                const Mechanism& mechanism, const std::string& target)
     : kind_(kind), target_(target), hooks_(hooks) {
-  if (target_kind == TargetKind::kJoint) joint_ = mechanism.FindJoint(target);
+  if (target_kind == TargetKind::kJoint) {
+    joint_ = mechanism.FindJoint(target);
+    if (joint_ < 0 && target.ends_with(kOfMotor)) {
+      joint_ = mechanism.FindJoint(
+          target.substr(0, target.size() - std::strlen(kOfMotor)));
+      on_motor_ = true;
+      CHECK(!(hooks & ~(kMeasurementHook | kRatesHook)))
+          << kind << " is no sensor's";
+    }
+  }
   if (target_kind == TargetKind::kJointPair) {
     const size_t comma = target.find(',');
     joint_ = mechanism.FindJoint(target.substr(0, comma));

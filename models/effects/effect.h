@@ -32,6 +32,10 @@ enum class TargetKind {
   kJointPair,  // "joint5,joint6": hinges or slides, one carried by the other
 };
 
+// Behind a joint's name: its motor, whose sensor (column J.motor_q) is another
+// than the joint's own.
+inline constexpr char kOfMotor[] = ".motor";
+
 // A parameter of an effect, in SI units.
 struct EffectParameter {
   std::string name;            // "joint1.friction"
@@ -88,6 +92,8 @@ class Effect {
   std::string name() const { return kind_ + "@" + target_ + rest_; }
   unsigned hooks() const { return hooks_; }
   int joint() const { return joint_; }  // target's index, -1 if not a joint
+  // Whether the target is the joint's motor: "joint1.motor".
+  bool on_motor() const { return on_motor_; }
   int second_joint() const { return second_joint_; }  // of a pair, else -1
   int link() const { return link_; }  // target's index, -1 if not a link
   const std::vector<EffectParameter>& parameters() const { return parameters_; }
@@ -192,6 +198,7 @@ class Effect {
   std::string rest_;
   unsigned hooks_;
   int joint_ = -1, second_joint_ = -1;
+  bool on_motor_ = false;
   int link_ = -1;
   bool prismatic_ = false;
   std::vector<EffectParameter> parameters_;
@@ -258,6 +265,8 @@ class EffectOf : public Effect {
                  T*) const {}
   template <typename T>
   void StartState(const JointState<T>&, const T*, T*) const {}
+  template <typename T>
+  void ToMotor(const T*, const T*, const T*, T*, T*, T*) const {}
   template <typename T>
   void ModifyMeasurement(const JointRates<T>&, const T*, T*) const {}
 
@@ -364,6 +373,10 @@ class EffectOf : public Effect {
     void StartState(const JointState<T>& joint, const T* p,
                     T* z) const override {
       effect_.template StartState<T>(joint, p, z);
+    }
+    void ToMotor(const T* z, const T* z_rate, const T* p, T* q, T* qd,
+                 T* qdd) const override {
+      effect_.template ToMotor<T>(z, z_rate, p, q, qd, qdd);
     }
     void ModifyMeasurement(const JointRates<T>& rates, const T* p,
                            T* q) const override {

@@ -13,8 +13,9 @@ namespace sysid {
 // theta on the joint's side of the gear, z = (theta - q, theta') and the
 // drive's effort u,
 //   I theta'' = u - f,   f = k g(z_1) + d g'(z_1) (theta' - qd),
-// and the joint feels f instead of u. q is what is measured, behind the spring.
-// Rigid at k = kRigid, and I then no part of the joint. A law has g:
+// and the joint feels f instead of u. q is what the joint's own sensor
+// measures, behind the spring, theta what one at the motor does. Rigid at k =
+// kRigid, and I then no part of the joint. A law has g:
 //   template <typename T>
 //   void Spring(const JointState<T>&, const T* p, T* g, T* slope) const;
 // and the bend at which its spring begins to hold an effort,
@@ -58,6 +59,16 @@ class ElasticDrive : public EffectOf<Derived> {
     z[0] += std::copysign(1.0, effort) * law().template Slack<T>(p);
   }
 
+  // theta = q + z_1, theta' = z_2.
+  template <typename T>
+  void ToMotor(const T* z, const T* z_rate, const T* p, T* q, T* qd,
+               T* qdd) const {
+    if (IsRigid(p)) return;
+    *q += z[0];
+    *qd = z[1];
+    *qdd = z_rate[1];
+  }
+
   std::vector<ProbeSet> ProbeSets() const override {
     return ProbesFor({0.0, 0.0, 0.0});
   }
@@ -76,8 +87,9 @@ class ElasticDrive : public EffectOf<Derived> {
 
   ElasticDrive(const char* kind, const Mechanism& mechanism,
                const std::string& joint)
-      : EffectOf<Derived>(kind, kEffortHook | kReadsEffort | kStateRateHook,
-                          mechanism, joint) {
+      : EffectOf<Derived>(
+            kind, kEffortHook | kReadsEffort | kStateRateHook | kMotorHook,
+            mechanism, joint) {
     this->AddParameter(joint + ".drive_stiffness", "{effort}/{position}",
                        1000.0, 1e-3, kRigid);
     this->SetNull(0, kRigid);

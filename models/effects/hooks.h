@@ -28,7 +28,7 @@ struct JointState {
   const T* z = nullptr;
 };
 
-// How a joint moves, as its sensor sees it.
+// How a joint or its motor moves, as its sensor sees it.
 template <typename T>
 struct JointRates {
   const T* qd;
@@ -104,8 +104,13 @@ class EffectHooks {
   // and what is believed of it where a motion starts: zero unless it says.
   virtual void StartState(const JointState<T>&, const T* /*p*/,
                           T* /*z*/) const {}
-  // Turns the true position of the target joint into the measured one. The
-  // rates are there with kRatesHook.
+  // Of a drive that is not rigidly on its joint: turns q, qd and qdd of the
+  // joint into those of its motor, on the joint's side of the gear. z and its
+  // rates are the effect's own.
+  virtual void ToMotor(const T* /*z*/, const T* /*z_rate*/, const T* /*p*/,
+                       T* /*q*/, T* /*qd*/, T* /*qdd*/) const {}
+  // Turns the true position of the target joint, or of its motor, into the
+  // measured one. The rates are there with kRatesHook.
   virtual void ModifyMeasurement(const JointRates<T>&, const T* /*p*/,
                                  T* /*q*/) const {}
 };
@@ -130,6 +135,7 @@ enum HookMask : unsigned {
   kPairHook = 1u << 15,
   kStateRateHook = 1u << 16,
   kMoveStateHook = 1u << 17,
+  kMotorHook = 1u << 18,
 };
 
 // Those that change with the parameters what acts on the joints in a step

@@ -14,6 +14,7 @@ class SensorDelay : public EffectOf<SensorDelay> {
  public:
   static constexpr char kName[] = "sensor_delay";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr bool kOnMotorToo = true;
   static constexpr char kLaw[] = "measured(t) = true(t - d)";
   static constexpr char kShowsIn[] =
       "quick motion of the joint beside sensors or efforts that are not late";

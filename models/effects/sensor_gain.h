@@ -12,6 +12,7 @@ class SensorGain : public EffectOf<SensorGain> {
  public:
   static constexpr char kName[] = "sensor_gain";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr bool kOnMotorToo = true;
   static constexpr char kLaw[] = "measured = (1 + g) true";
   static constexpr char kShowsIn[] = "large beside small motion of the joint";
 

@@ -11,6 +11,7 @@ class SensorOffset : public EffectOf<SensorOffset> {
  public:
   static constexpr char kName[] = "sensor_offset";
   static constexpr TargetKind kTarget = TargetKind::kJoint;
+  static constexpr bool kOnMotorToo = true;
   static constexpr char kLaw[] = "measured = true + offset";
   static constexpr char kShowsIn[] =
       "motion about several positions of the joint";

@@ -90,7 +90,7 @@ std::vector<Series> AllSeries(const CheckInput& input) {
     for (const Channel& channel : run->channels) {
       if (channel.kind == ChannelKind::kOrientation) continue;
       const ColumnGroup group = GroupOf(mechanism, channel);
-      const bool wraps = channel.kind == ChannelKind::kPosition &&
+      const bool wraps = IsScalarPosition(channel.kind) &&
                          IsRotation1(mechanism.joints[channel.target].type);
       for (size_t c = 0; c < group.columns.size(); ++c) {
         Series series = ReadColumn(

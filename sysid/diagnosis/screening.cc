@@ -173,13 +173,15 @@ Weights Screener::Best(const Candidate& candidate) const {
     for (int i = 0; i < count; ++i) {
       const double own = unprojected_[candidate.first[s] + i];
       left[i] = own > 0 ? C(i, i) / own : 0.0;
-      // A probe's parameter would not show at any size; a nominal value the
-      // data knows worse than by its own size, unless it asks for many times
-      // that (the inertia of what was taken for a point).
+      // A probe's parameter would not show at any size, nor its law at its
+      // secant; a nominal value the data knows worse than by its own size,
+      // unless it asks for many times that (the inertia of what was taken for a
+      // point).
       const bool probe = i < probes;
-      const double most =
+      const double most = std::max(
           candidate.parameters[candidate.ParameterOf(s, i)].typical_scale *
-          (probe ? kMostSize : 1.0);
+              (probe ? kMostSize : 1.0),
+          probe ? std::abs(candidate.sets[s][i].secant) : 0.0);
       const double gain = std::pow(b_[candidate.first[s] + i], 2) / C(i, i);
       const bool asked = !probe && gain > kClear * squares_ / dof_;
       if (!(C(i, i) * most * most > 1.0) && !asked) left[i] = 0.0;

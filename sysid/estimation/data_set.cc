@@ -33,7 +33,7 @@ std::vector<std::vector<double>> SmoothComponents(const Mechanism& mechanism,
     }
     return components;
   }
-  const bool wraps = channel.kind == ChannelKind::kPosition &&
+  const bool wraps = IsScalarPosition(channel.kind) &&
                      IsRotation1(mechanism.joints[channel.target].type);
   components.assign(columns, std::vector<double>(samples));
   for (int c = 0; c < columns; ++c) {
@@ -274,15 +274,22 @@ void DataSet::Measure(const Processes& all) {
   period_ = MedianOver(all, std::move(periods));
 }
 
-double DataSet::JointSigma(int joint) const {
+const SensedChannel* DataSet::SensorOf(int joint) const {
+  const SensedChannel* motor = nullptr;
   for (const SensedChannel& channel : channels_) {
-    if (channel.target == joint &&
-        (channel.kind == ChannelKind::kPosition ||
-         channel.kind == ChannelKind::kOrientation)) {
-      return channel.sigma;
+    if (channel.target != joint) continue;
+    if (channel.kind == ChannelKind::kPosition ||
+        channel.kind == ChannelKind::kOrientation) {
+      return &channel;
     }
+    if (channel.kind == ChannelKind::kMotorPosition) motor = &channel;
   }
-  return PooledNoise();
+  return motor;
+}
+
+double DataSet::JointSigma(int joint) const {
+  const SensedChannel* sensor = SensorOf(joint);
+  return sensor != nullptr ? sensor->sigma : PooledNoise();
 }
 
 std::vector<Run> RunsOf(const DataSet& data) {

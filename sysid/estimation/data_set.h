@@ -66,7 +66,9 @@ class DataSet {
   int run_count() const { return run_count_; }  // of all processes
   int first_run() const { return first_run_; }  // the place of runs()[0]
 
-  // The noise of a joint's position, or a stand-in where it is not measured.
+  // What measures a joint's position, or else its motor's; null: nothing.
+  const SensedChannel* SensorOf(int joint) const;
+  // The noise of that, or a stand-in.
   double JointSigma(int joint) const;
   // Root mean square of the channels' sigmas that are position-like: `noise` of
   // fit.json.

@@ -345,6 +345,7 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
     const double* x = states.row(k).data();
     const double* q = x + at.q();
     const double* seen = sensed(recording, k, x);
+    const double* motors = sensed.OfMotors(x);
     ForwardKinematics<double>(&ws, q);
     for (size_t c = 0; c < recording.channels.size(); ++c) {
       const Channel& channel = recording.channels[c];
@@ -355,8 +356,10 @@ std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
         continue;
       }
       const Joint& joint = model.mechanism().joints[channel.target];
-      const double* from = IsPositionLike(channel.kind) ? seen + joint.q_index
-                                                        : x + at.qd(joint);
+      const double* from = channel.kind == ChannelKind::kMotorPosition
+                               ? motors + joint.q_index
+                           : IsPositionLike(channel.kind) ? seen + joint.q_index
+                                                          : x + at.qd(joint);
       predicted[c].row(k) = Eigen::Map<const Eigen::RowVectorXd>(from, columns);
     }
   }

@@ -48,6 +48,7 @@ struct Fit : Estimates {
   int evaluations = 0;
   // Of the fit; a program makes it its own, and all threads' processor time.
   double wall_time_s = 0.0, cpu_time_s = 0.0;
+  int processes = 0;              // that MPI started for it; 0 without MPI
   double step_s = 0.0;            // longest integration step
   double segment_s = 0.0;         // mean length of the last stage's segments
   double defect = kJoinedDefect;  // how tightly they hang together

@@ -371,13 +371,18 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
     auto qd = states.middleCols(at.qd(body), VelocitySize(body));
     const Channel* position = nullptr;
     const Channel* velocity = nullptr;
+    const Channel* motor = nullptr;
     for (const Channel& channel : run.channels) {
       if (channel.target != body.joint ||
           channel.kind == ChannelKind::kFramePosition) {
         continue;
       }
-      (IsPositionLike(channel.kind) ? position : velocity) = &channel;
+      (channel.kind == ChannelKind::kMotorPosition ? motor
+       : IsPositionLike(channel.kind)              ? position
+                                                   : velocity) = &channel;
     }
+    // The motor is where the joint is, but for what bends.
+    if (position == nullptr) position = motor;
     const double sigma = problem.data().JointSigma(body.joint);
     if (position != nullptr && body.type == JointType::kSpherical) {
       SmoothQuaternion(run.t, sigma, position->values, q, qd);

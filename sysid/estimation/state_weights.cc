@@ -21,14 +21,8 @@ namespace {
 
 // Of the channel that measures the joint, as it is weighed.
 double JointMisfit(const ShootingProblem& problem, int joint) {
-  for (const SensedChannel& channel : problem.data().channels()) {
-    if (channel.target == joint &&
-        (channel.kind == ChannelKind::kPosition ||
-         channel.kind == ChannelKind::kOrientation)) {
-      return problem.Misfit(channel.name);
-    }
-  }
-  return 1.0;
+  const SensedChannel* sensor = problem.data().SensorOf(joint);
+  return sensor != nullptr ? problem.Misfit(sensor->name) : 1.0;
 }
 
 }  // namespace

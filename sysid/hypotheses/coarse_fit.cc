@@ -269,7 +269,7 @@ class SumsOfLine {
 // turn from sample to sample every turn of its range is as likely: the
 // logarithm of their number, for each of those samples (10.4).
 double LogTurns(const Channel& channel, const Mechanism& mechanism) {
-  if (channel.kind != ChannelKind::kPosition ||
+  if (!IsScalarPosition(channel.kind) ||
       !IsRotation1(mechanism.joints[channel.target].type)) {
     return 0.0;
   }

@@ -140,7 +140,7 @@ void ShiftChannel(const std::vector<double>& t, double delay,
     }
     return;
   }
-  const bool wraps = channel->kind == ChannelKind::kPosition;
+  const bool wraps = IsScalarPosition(channel->kind);
   int i = 0;
   for (int k = 0; k < n; ++k) {
     const double at = t[k] + delay;

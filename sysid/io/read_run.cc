@@ -370,7 +370,7 @@ class RunReader {
         run.t.begin() + std::min<Eigen::Index>(run.size(), kMost));
     for (size_t i = 0; i < run.channels.size(); ++i) {
       const Channel& position = run.channels[i];
-      if (position.kind != ChannelKind::kPosition) continue;
+      if (!IsScalarPosition(position.kind)) continue;
       // The velocity stands behind its position.
       const bool has_velocity =
           i + 1 < run.channels.size() &&

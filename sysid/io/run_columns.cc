@@ -21,9 +21,9 @@ std::vector<std::string> Columns(const std::string& base,
 
 const std::vector<std::string>& Suffixes() {
   static const auto& suffixes = *new std::vector<std::string>{
-      "q",  "qd", "tau", "qw",   "qx",   "qy",   "qz",
-      "wx", "wy", "wz",  "taux", "tauy", "tauz", "px",
-      "py", "pz", "ax",  "ay",   "az",   "cmd",  "temperature"};
+      "q",  "qd", "motor_q", "tau",  "qw",   "qx",         "qy", "qz",
+      "wx", "wy", "wz",      "taux", "tauy", "tauz",       "px", "py",
+      "pz", "ax", "ay",      "az",   "cmd",  "temperature"};
   return suffixes;
 }
 
@@ -53,6 +53,7 @@ void AddGroups(const std::string& name, JointType type, int target,
   } else {
     add(ChannelKind::kPosition, name, {"q"}, {0});
     add(ChannelKind::kVelocity, name + ".qd", {"qd"}, {0});
+    add(ChannelKind::kMotorPosition, name + ".motor_q", {"motor_q"}, {0});
     add(ChannelKind::kPosition, name + ".tau", {"tau"}, {0});
   }
 }

@@ -9,7 +9,7 @@
 namespace sysid {
 
 // The columns of a run that belong together (docs/interface.md section 2):
-// J.q; J.qd; J.tau; J.qw..qz; J.wx..wz; J.taux..tauz; F.px..pz.
+// J.q; J.qd; J.motor_q; J.tau; J.qw..qz; J.wx..wz; J.taux..tauz; F.px..pz.
 struct ColumnGroup {
   bool is_effort = false;  // else a channel of this kind:
   ChannelKind kind = ChannelKind::kPosition;

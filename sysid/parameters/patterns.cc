@@ -112,10 +112,13 @@ Vocabulary ParameterVocabulary(const Model& model) {
 }
 
 Vocabulary EffectVocabulary(const Catalogue& catalogue,
-                            const Mechanism& mechanism) {
+                            const Mechanism& mechanism,
+                            const std::vector<std::string>& beside) {
   Vocabulary vocabulary;
   vocabulary.kind = "effect";
-  vocabulary.names = vocabulary.met = catalogue.Names(mechanism);
+  vocabulary.names = catalogue.Names(mechanism);
+  vocabulary.names.insert(vocabulary.names.end(), beside.begin(), beside.end());
+  vocabulary.met = vocabulary.names;
   for (const std::string& name : vocabulary.names) {
     const auto effect = catalogue.Make(name, mechanism, "effects");
     if (!effect->IsCandidate() || effect->Extends()) {

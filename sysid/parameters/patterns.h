@@ -36,7 +36,8 @@ Vocabulary ParameterVocabulary(const Model& model);
 
 // Effects, each on every target where it has a meaning.
 Vocabulary EffectVocabulary(const Catalogue& catalogue,
-                            const Mechanism& mechanism);
+                            const Mechanism& mechanism,
+                            const std::vector<std::string>& beside = {});
 
 // Joints of one degree of freedom.
 Vocabulary JointVocabulary(const Mechanism& mechanism);

@@ -133,7 +133,7 @@ Eigen::RowVectorXd Nearest(const Channel& channel, const Mechanism& mechanism,
       measured.dot(predicted) < 0) {
     return -measured;
   }
-  if (channel.kind == ChannelKind::kPosition &&
+  if (IsScalarPosition(channel.kind) &&
       IsRotation1(mechanism.joints[channel.target].type)) {
     measured[0] -=
         2 * M_PI * std::round((measured[0] - predicted[0]) / (2 * M_PI));

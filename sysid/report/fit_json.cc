@@ -103,9 +103,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["iterations"] = fit.iterations;
   json["wall_time_s"] = fit.wall_time_s;
   json["cpu_time_s"] = fit.cpu_time_s;
-  if (problem.options().processes != nullptr) {
-    json["processes"] = problem.processes().size();
-  }
+  if (fit.processes > 0) json["processes"] = fit.processes;
   json["integrator"] = ToString(problem.options().rollout.integrator);
   json["step_s"] = Finite(fit.step_s);
   json["linearization"] =

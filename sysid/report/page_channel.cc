@@ -39,14 +39,15 @@ ShownChannel::ShownChannel(const Mechanism& mechanism, const Channel& channel,
       {"velocity", {"qd"}},
       {"rotation", {"r_x", "r_y", "r_z"}},
       {"angular_velocity", {"wx", "wy", "wz"}},
-      {"frame_position", {"px", "py", "pz"}}};
+      {"frame_position", {"px", "py", "pz"}},
+      {"motor_position", {"motor_q"}}};
   std::tie(kind_, components_) = kShown[static_cast<int>(channel.kind)];
   if (channel.kind == ChannelKind::kFramePosition) {
     std::vector<std::string> measured;
     for (const int axis : channel.axes) measured.push_back(components_[axis]);
     components_ = std::move(measured);
   }
-  turns_ = channel.kind == ChannelKind::kPosition &&
+  turns_ = IsScalarPosition(channel.kind) &&
            IsRotation1(mechanism.joints[channel.target].type);
   if (channel.kind == ChannelKind::kOrientation) {
     axis_ = LinkAxis(mechanism, mechanism.joints[channel.target].child_link);

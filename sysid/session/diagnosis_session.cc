@@ -14,6 +14,7 @@
 #include "sysid/io/csv.h"
 #include "sysid/parameters/patterns.h"
 #include "sysid/session/check_runs.h"
+#include "sysid/session/effect_inputs.h"
 
 namespace sysid {
 namespace {
@@ -139,13 +140,19 @@ bool IsDriven(const Mechanism& mechanism, int joint,
   });
 }
 
-// Whether every run has what the effect reads.
-bool CanRead(const Effect& effect, const Session& session) {
-  const auto has = [&](const Run& run) {
-    return MissingInput(effect, run) == nullptr;
-  };
-  return std::all_of(session.runs.begin(), session.runs.end(), has) &&
-         std::all_of(session.holdout.begin(), session.holdout.end(), has);
+// What sensors may have that are at motors.
+std::vector<std::string> OfMeasuredMotors(const Catalogue& catalogue,
+                                          const Session& session) {
+  const Mechanism& mechanism = session.model.mechanism();
+  std::vector<std::string> all;
+  const std::vector<const Run*> runs = AllRunsOf(session);
+  for (const Body& body : session.model.movers()) {
+    if (!MeasureMotor(runs, body.joint)) continue;
+    for (std::string& name : catalogue.NamesOnMotor(mechanism, body.joint)) {
+      all.push_back(std::move(name));
+    }
+  }
+  return all;
 }
 
 }  // namespace
@@ -177,7 +184,8 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Session& session,
     const std::vector<std::string>& names, const std::string& place) {
   const Mechanism& mechanism = session.model.mechanism();
-  const Vocabulary vocabulary = EffectVocabulary(catalogue, mechanism);
+  const Vocabulary vocabulary = EffectVocabulary(
+      catalogue, mechanism, OfMeasuredMotors(catalogue, session));
   const std::vector<std::string> kinds = catalogue.kinds();
   std::vector<Located<std::string>> listed;
   for (const std::string& name : names) {
@@ -190,10 +198,11 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     listed.push_back({targeted ? name : name + "@*", place});
   }
   if (names.empty()) {
-    for (const std::string& name : catalogue.Names(mechanism)) {
+    for (const std::string& name : vocabulary.names) {
       listed.push_back({name, place});
     }
   }
+  const std::vector<const Run*> runs = AllRunsOf(session);
   std::vector<std::shared_ptr<const Effect>> candidates;
   for (const Located<std::string>& one :
        ExpandPatterns(listed, &Located<std::string>::value, vocabulary)) {
@@ -203,10 +212,10 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const auto named = std::find_if(
         candidates.begin(), candidates.end(),
         [&](const auto& effect) { return effect->name() == name; });
-    if (named != candidates.end()) CheckCanRead(**named, session, place);
+    if (named != candidates.end()) CheckCanRead(**named, runs, place);
   }
   std::erase_if(candidates, [&](const auto& effect) {
-    if (!CanRead(*effect, session)) return true;
+    if (!CanRead(*effect, runs)) return true;
     return names.empty() &&
            (!effect->IsCandidate() ||
             (effect->NeedsDrive() &&

@@ -9,6 +9,7 @@
 #include "sysid/io/csv.h"
 #include "sysid/io/read_run.h"
 #include "sysid/session/check_runs.h"
+#include "sysid/session/effect_inputs.h"
 #include "sysid/session/free_choice.h"
 #include "sysid/session/locks.h"
 #include "sysid/session/named_values.h"
@@ -224,39 +225,6 @@ void NoteUndriven(const std::vector<const Run*>& all,
 
 }  // namespace
 
-const EffectInput* MissingInput(const Effect& effect, const Run& run) {
-  for (const EffectInput& input : effect.inputs()) {
-    if (!HasInput(run, input.name)) return &input;
-  }
-  return nullptr;
-}
-
-namespace {
-
-// Throws InputError at `place` where one of the runs lacks what an effect
-// reads.
-void CheckHas(const Effect& effect, const std::vector<Run>& runs,
-              const std::string& place) {
-  for (const Run& run : runs) {
-    const EffectInput* missing = MissingInput(effect, run);
-    if (missing == nullptr) continue;
-    const std::string& column = missing->name;
-    throw InputError(place,
-                     effect.name() + " reads " + column + " of " + run.name +
-                         ", which is not there",
-                     "record the column " + column +
-                         ", or map one to it: --columns " + column + "=COLUMN");
-  }
-}
-
-}  // namespace
-
-void CheckCanRead(const Effect& effect, const Session& session,
-                  const std::string& place) {
-  CheckHas(effect, session.runs, place);
-  CheckHas(effect, session.holdout, place);
-}
-
 Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
                 std::vector<NamedValue>* locks, std::string* file,
                 std::vector<std::string>* notices, const ColumnMap& columns) {
@@ -394,7 +362,7 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.notices.insert(session.notices.begin(), read.begin(), read.end());
   NoteUndriven(all, mechanism, &session.notices);
   for (int i = 0; i < session.model.effects().size(); ++i) {
-    CheckHas(session.model.effects().effect(i), outlines, "--add");
+    CheckCanRead(session.model.effects().effect(i), all, "--add");
   }
   const std::string unmeasured =
       UnmeasuredNotice(mechanism, all, session.flag_locks);

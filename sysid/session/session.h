@@ -104,13 +104,6 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue);
 // there.
 Session OpenModelSession(const FitRequest& request, const Catalogue& catalogue);
 
-// The first input that an effect reads and a run does not have; null where
-// there is none.
-const EffectInput* MissingInput(const Effect& effect, const Run& run);
-// Throws InputError at `place` for one of a session's runs.
-void CheckCanRead(const Effect& effect, const Session& session,
-                  const std::string& place);
-
 // One run as the session's columns, shifts and ignored spans make it. Throws
 // InputError as ReadRun and ApplyEdits do.
 Run ReadSessionRun(const Session& session, const std::string& file,

@@ -210,7 +210,7 @@ class ComputedTorque {
     }
     VectorXd tau = open;
     const VectorXd all = M * qdd + bias;
-    tau(held) = all(held);
+    for (const int i : held) tau[i] = all[i];
     return tau;
   }
 

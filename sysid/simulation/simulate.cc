@@ -51,14 +51,39 @@ MultisineOptions HowToExcite(const SimulationOptions& options) {
   return multisine;
 }
 
+// Adds what sensors at motors say of the states.
+void MeasureMotors(const Model& model, const RowMatrixXd& states, double noise,
+                   std::mt19937_64* random, Run* run) {
+  std::normal_distribution<double> normal(0.0, 1.0);
+  Workspace<double> ws(model);
+  SensedPositions<double> sensed(&ws);
+  for (const Body& body : model.movers()) {
+    if (body.type == JointType::kSpherical) continue;
+    Channel channel;
+    channel.kind = ChannelKind::kMotorPosition;
+    channel.target = body.joint;
+    channel.name = model.mechanism().joints[body.joint].name + ".motor_q";
+    channel.values.resize(run->size(), 1);
+    for (int k = 0; k < run->size(); ++k) {
+      const double* x = states.row(k).data();
+      sensed(*run, k, x);
+      channel.values(k, 0) =
+          sensed.OfMotors(x)[body.q_index] + noise * normal(*random);
+    }
+    run->channels.push_back(std::move(channel));
+  }
+}
+
 // Adds what sensors say of the states, joint by joint.
-void Measure(const Model& model, const RowMatrixXd& states, double noise,
-             std::mt19937_64* random, Run* run) {
+void Measure(const Model& model, const RowMatrixXd& states,
+             const SimulationOptions& options, std::mt19937_64* random,
+             Run* run) {
   if (states.size() == 0) {
     throw InputError("simulation", "the motion does not stay finite",
                      "check masses and efforts, or give a smaller --step");
   }
   const int samples = run->size();
+  const double noise = options.noise;
   std::normal_distribution<double> normal(0.0, 1.0);
   Workspace<double> ws(model);
   SensedPositions<double> sensed(&ws);
@@ -86,6 +111,7 @@ void Measure(const Model& model, const RowMatrixXd& states, double noise,
     }
     run->channels.push_back(std::move(channel));
   }
+  if (options.motor_sensors) MeasureMotors(model, states, noise, random, run);
 }
 
 }  // namespace
@@ -132,7 +158,10 @@ Eigen::VectorXd NearestToNeutral(const Model& model) {
 Eigen::VectorXd FirstState(const Model& model, const Run& run) {
   Eigen::VectorXd x = NeutralState(model);
   for (const Channel& channel : run.channels) {
-    if (channel.kind == ChannelKind::kFramePosition) continue;
+    if (channel.kind == ChannelKind::kFramePosition ||
+        channel.kind == ChannelKind::kMotorPosition) {
+      continue;
+    }
     const Joint& joint = model.mechanism().joints[channel.target];
     const int at = IsPositionLike(channel.kind) ? model.layout().q(joint)
                                                 : model.layout().qd(joint);
@@ -161,7 +190,7 @@ Run Simulate(const Model& model, const Eigen::VectorXd& x0,
     }
     states = DrivenMotion(model, x0, HowToMove(options), {}, &run);
   }
-  Measure(model, states, options.noise, &random, &run);
+  Measure(model, states, options, &random, &run);
   return run;
 }
 
@@ -171,7 +200,7 @@ Run SimulateDriven(const Model& model, const Eigen::VectorXd& x0,
   const RowMatrixXd states =
       DrivenMotion(model, x0, HowToMove(options), drive, &run);
   std::mt19937_64 random(options.seed);
-  Measure(model, states, options.noise, &random, &run);
+  Measure(model, states, options, &random, &run);
   return run;
 }
 

@@ -24,6 +24,8 @@ struct SimulationOptions {
   // Standard deviation of what is measured: rad (about each axis of a spherical
   // joint), or m.
   double noise = 0.0;
+  // Whether the motors of hinges and slides have sensors, too.
+  bool motor_sensors = false;
   std::uint64_t seed = 1;
   Excitation excitation = Excitation::kNone;
   // As MultisineOptions::effort_level, excursion, lowest, highest.

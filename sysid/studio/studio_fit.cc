@@ -2,6 +2,8 @@
 
 #include "models/error.h"
 #include "sysid/diagnosis/diagnose.h"
+#include "sysid/diagnosis/linearized_fit.h"
+#include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/io/csv.h"
@@ -20,7 +22,62 @@ struct Changed {
   StudioModel::Start start;
 };
 
-Changed Apply(const StudioSetup& setup, const StudioChange& change) {
+StudioModel::Start StartOf(const ScreenedEffect& screened) {
+  StudioModel::Start start;
+  for (const ExpectedParameter& p : screened.parameters) {
+    if (std::isfinite(p.value)) start.values[p.name] = p.value;
+  }
+  start.without_influence.insert(screened.without_influence.begin(),
+                                 screened.without_influence.end());
+  return start;
+}
+
+StudioModel::Start StartOf(const CandidateEffect& candidate) {
+  StudioModel::Start start = StartOf(candidate.screened);
+  if (candidate.confirmed) {
+    for (const ParameterEstimate& p : candidate.confirmed->parameters) {
+      if (std::isfinite(p.value)) start.values[p.name] = p.value;
+    }
+  }
+  return start;
+}
+
+// The problem of a changed model. A fit of it reports to `progress`.
+DiagnosisProblem ProblemOf(
+    const StudioSetup& setup, const Changed& changed,
+    const std::stop_token& stop,
+    const std::function<void(const Progress&)>& progress) {
+  DiagnosisProblem problem =
+      WithEffects(setup.problem, changed.effects,
+                  changed.start.without_influence, changed.start.values);
+  problem.options.stop = stop;
+  problem.options.progress = progress;
+  return problem;
+}
+
+// Where an effect starts that was no candidate of the model that it is added
+// to, a law that a user typed among them: where the screening of that model, as
+// it was fitted, expects it.
+StudioModel::Start Screen(const DiagnosisProblem& before,
+                          const std::shared_ptr<const Effect>& effect) {
+  const EvaluatedModel evaluated = EvaluateGiven(before);
+  const LinearizedFit linearized(*evaluated.problem, evaluated.fit.point);
+  if (linearized.Valid()) {
+    const Screening screening =
+        ScreenEffects(linearized, evaluated.fit.model, {effect}, before.known);
+    if (!screening.effects.empty()) return StartOf(screening.effects[0]);
+  }
+  throw InputError(
+      "effect",
+      "the data say nothing of '" + effect->name() + "' in this model",
+      "its parameters are known or free already, or it does "
+      "nothing in this motion");
+}
+
+// The model that is changed, and what is added to it.
+Changed Apply(const StudioSetup& setup, const StudioChange& change,
+              const std::stop_token& stop,
+              const std::function<void(const Progress&)>& progress) {
   Changed changed;
   if (change.from == nullptr) return changed;
   const Catalogue catalogue;
@@ -38,9 +95,15 @@ Changed Apply(const StudioSetup& setup, const StudioChange& change) {
       changed.start.without_influence.erase(parameter);
     }
   }
+  const Changed before = changed;
   for (const std::string& name : change.add) {
-    changed.effects.push_back(catalogue.Make(name, mechanism, "effect"));
-    const StudioModel::Start& start = change.from->candidates.at(name);
+    const auto effect = catalogue.Make(name, mechanism, "effect");
+    const auto known = change.from->candidates.find(name);
+    const StudioModel::Start start =
+        known != change.from->candidates.end()
+            ? known->second
+            : Screen(ProblemOf(setup, before, stop, progress), effect);
+    changed.effects.push_back(effect);
     for (const auto& [parameter, value] : start.values) {
       changed.start.values[parameter] = value;
     }
@@ -63,22 +126,6 @@ std::vector<std::string> Held(const Changed& changed) {
     }
   }
   return held;
-}
-
-StudioModel::Start StartOf(const CandidateEffect& candidate) {
-  StudioModel::Start start;
-  for (const ExpectedParameter& p : candidate.screened.parameters) {
-    if (std::isfinite(p.value)) start.values[p.name] = p.value;
-  }
-  if (candidate.confirmed) {
-    for (const ParameterEstimate& p : candidate.confirmed->parameters) {
-      if (std::isfinite(p.value)) start.values[p.name] = p.value;
-    }
-  }
-  const auto& without_influence = candidate.screened.without_influence;
-  start.without_influence.insert(without_influence.begin(),
-                                 without_influence.end());
-  return start;
 }
 
 // Where a model that comes of this one starts: where it ended. What a fit that
@@ -140,12 +187,8 @@ StudioModel FitStudioModel(
     const std::stop_token& stop,
     const std::function<void(const Progress&)>& progress) {
   const double start_s = Now(), start_cpu_s = CpuSeconds();
-  const Changed changed = Apply(setup, change);
-  DiagnosisProblem problem =
-      WithEffects(setup.problem, changed.effects,
-                  changed.start.without_influence, changed.start.values);
-  problem.options.stop = stop;
-  problem.options.progress = progress;
+  const Changed changed = Apply(setup, change, stop, progress);
+  const DiagnosisProblem problem = ProblemOf(setup, changed, stop, progress);
   Session session = setup.session;
   session.model = problem.model;
   session.free = problem.free;

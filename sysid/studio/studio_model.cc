@@ -5,6 +5,7 @@
 #include "models/effects/catalogue.h"
 #include "models/error.h"
 #include "sysid/io/cell.h"
+#include "sysid/session/effect_inputs.h"
 
 namespace sysid {
 namespace {
@@ -93,21 +94,14 @@ void CheckChange(const StudioSetup& setup, const StudioChange& change) {
   const Catalogue catalogue;
   for (size_t i = 0; i < change.add.size(); ++i) {
     const std::string& name = change.add[i];
-    catalogue.Make(name, setup.session.model.mechanism(), place);  // or throws
-    if (Contains(change.from->effects, name) ||
+    const auto effect =
+        catalogue.Make(name, setup.session.model.mechanism(), place);
+    if (Contains(change.from->effects, effect->name()) ||
         std::count(change.add.begin(), change.add.end(), name) > 1) {
       throw InputError(place, "'" + name + "' is in " + model + " already",
                        "add another, or remove it");
     }
-    if (change.from->candidates.count(name) == 0) {
-      std::vector<std::string> names;
-      for (const auto& [known, start] : change.from->candidates) {
-        names.push_back(known);
-      }
-      throw InputError(
-          place, "'" + name + "' is no candidate of " + model,
-          names.empty() ? "it has none" : "its candidates: " + Join(names));
-    }
+    CheckCanRead(*effect, AllRunsOf(setup.session), place);
   }
 }
 

@@ -61,8 +61,7 @@ struct StudioChange {
 };
 
 // Throws InputError where the change cannot be made: an effect that is unknown,
-// there already, no candidate of the model (which would have to guess where it
-// starts), or not there to be removed.
+// there already, not there to be removed, or reads what a run does not have.
 void CheckChange(const StudioSetup& setup, const StudioChange& change);
 
 // What all models of the session share, for its page. Points at both.
@@ -70,8 +69,9 @@ PageSource SourceOf(const StudioSetup& setup);
 
 // The changed model, fitted, diagnosed, and fitted once more to whole runs for
 // its files. Added effects start at what their refit found, or else at what the
-// screening expects. Throws Cancelled where `stop` asks for it. `noise` is that
-// of the training runs.
+// screening expects, which is made anew for what was no candidate. Throws
+// InputError where that expects nothing of it, Cancelled where `stop` asks for
+// it. `noise` is that of the training runs.
 StudioModel FitStudioModel(
     const StudioSetup& setup, const StudioChange& change, int id,
     const std::stop_token& stop,

@@ -150,6 +150,11 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
       h.MoveState(state, to, p.data(), moved);
       out.insert(out.end(), moved, moved + 2);
     }
+    if (hooks & kMotorHook) {
+      T motor[3] = {T(0.1), T(0.2), T(0.3)};
+      h.ToMotor(z, z, p.data(), motor, motor + 1, motor + 2);
+      out.insert(out.end(), motor, motor + 3);
+    }
     if (hooks & kPairHook) {
       out.push_back(h.PairInertia(p.data()));
       out.push_back(h.PairEffort(T(0.7), p.data()));
@@ -206,11 +211,11 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
   return out;
 }
 
-constexpr unsigned kAllHooks = kEffortHook | kJointInertiaHook | kGravityHook |
-                               kLinkForceHook | kInputHook | kInputDelayHook |
-                               kMeasurementHook | kDryFrictionHook |
-                               kBesideDryHook | kLimitHook | kInputLagHook |
-                               kOwnDelayHook | kPairHook | kStateHooks;
+constexpr unsigned kAllHooks =
+    kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
+    kInputHook | kInputDelayHook | kMeasurementHook | kDryFrictionHook |
+    kBesideDryHook | kLimitHook | kInputLagHook | kOwnDelayHook | kPairHook |
+    kStateHooks | kMotorHook;
 
 std::vector<double> NullValues(const Effect& effect) {
   std::vector<double> p;
@@ -439,7 +444,7 @@ TEST_P(EffectContract, HasProbesOfEveryPointOfItsGridsOnly) {
   // Delays are tried by secants instead.
   if (effect_->kind() == "effort_delay") points = 6;
   if (effect_->kind() == "actuator_lag") points = 5;
-  if (effect_->kind() == "effort_limit") points = 7;
+  if (effect_->kind() == "effort_limit") points = 31;
   if (effect_->kind() == "joint_elasticity") points = 21;
   if (effect_->kind() == "backlash") points = 42;
   EXPECT_EQ(effect_->ProbeSets().size(), points);
@@ -460,6 +465,23 @@ TEST_P(EffectContract, IsOffWhereItIsProbed) {
       const EffectParameter& along = effect_->parameters()[probe.along];
       EXPECT_TRUE(along.grid.empty()) << along.name << " is searched";
       EXPECT_LE(probe.at[probe.along] + probe.secant, along.upper);
+    }
+  }
+}
+
+// What is added to the values of no weights is what the weights say.
+TEST_P(EffectContract, ComesOfSecantsFromNull) {
+  for (const ProbeSet& probes : effect_->ProbeSets()) {
+    const std::vector<double> none(probes.size(), 0.0);
+    for (size_t i = 0; i < probes.size(); ++i) {
+      const Probe& probe = probes[i];
+      if (probe.secant == 0.0) continue;
+      const int along = probe.along;
+      EXPECT_EQ(effect_->FromProbes(probes, none)[along], probe.at[along]);
+      std::vector<double> whole = none;
+      whole[i] = probe.secant;
+      EXPECT_EQ(effect_->FromProbes(probes, whole)[along],
+                probe.at[along] + probe.secant);
     }
   }
 }

@@ -47,7 +47,7 @@ std::vector<T> Evaluate(const Model& model, const ChannelResidual& residual,
   constexpr double kSentinel = 12345.0;
   Workspace<T> ws(model);
   ForwardKinematics<T>(&ws, x);
-  const PredictedState<T> state{x, x + model.nq(), &ws};
+  const PredictedState<T> state{x, x + model.nq(), nullptr, &ws};
   std::vector<T> r(ResidualSize(residual) + 1, T(kSentinel));
   std::visit([&](const auto& f) { f(state, measured.data(), r.data()); },
              residual);

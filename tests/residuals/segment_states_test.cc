@@ -1,5 +1,6 @@
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "models/effects/catalogue.h"
@@ -19,35 +20,41 @@ namespace {
 
 using Eigen::VectorXd;
 
-const std::vector<std::string>& Names() {
-  static const auto& names =
-      *new std::vector<std::string>{"hinge.presliding_friction",
-                                    "hinge.presliding_length",
-                                    "slide.drive_stiffness",
-                                    "slide.drive_damping",
-                                    "slide.motor_inertia",
-                                    "wheel.drive_stiffness",
-                                    "wheel.drive_damping",
-                                    "wheel.motor_inertia",
-                                    "wheel.backlash",
-                                    "hinge.friction"};
-  return names;
-}
-
 class SegmentStates : public ::testing::TestWithParam<LinearizationPath> {
  protected:
   SegmentStates() : model_(AllJoints()) {
     for (const char* name :
          {"presliding_friction@hinge", "joint_elasticity@slide",
-          "backlash@wheel", "coulomb_friction@hinge"}) {
+          "backlash@wheel", "coulomb_friction@hinge", "sensor_gain@slide.motor",
+          "sensor_delay@slide.motor", "sensor_offset@wheel.motor",
+          "sensor_delay@hinge.motor"}) {
       model_.AddEffect(Catalogue().Make(name, model_.mechanism(), "test"));
     }
-    const double values[] = {0.5,   0.2, 300.0, 2.0, 0.7,
-                             200.0, 1.0, 0.1,   0.1, 0.2};
-    for (size_t i = 0; i < Names().size(); ++i) {
-      model_.SetEffectParameter(Names()[i], values[i]);
+    const std::vector<std::pair<std::string, double>> values = {
+        {"hinge.presliding_friction", 0.5},
+        {"hinge.presliding_length", 0.2},
+        {"slide.drive_stiffness", 300.0},
+        {"slide.drive_damping", 2.0},
+        {"slide.motor_inertia", 0.7},
+        {"wheel.drive_stiffness", 200.0},
+        {"wheel.drive_damping", 1.0},
+        {"wheel.motor_inertia", 0.1},
+        {"wheel.backlash", 0.1},
+        {"hinge.friction", 0.2},
+        {"slide.motor.sensor_gain", 0.02},
+        {"wheel.motor.sensor_offset", 0.1},
+        {"slide.motor.sensor_delay", 0.01},
+        {"hinge.motor.sensor_delay", 0.02}};
+    for (const auto& [name, value] : values) {
+      const auto& known = model_.effects().parameters();
+      if (std::none_of(known.begin(), known.end(),
+                       [&](const auto& own) { return own.name == name; })) {
+        continue;
+      }
+      names_.push_back(name);
+      model_.SetEffectParameter(name, value);
     }
-    map_.emplace(model_, FindParameters(model_, Names(), "test"));
+    map_.emplace(model_, FindParameters(model_, names_, "test"));
     for (const Parameter& parameter : map_->parameters()) {
       theta_.push_back(parameter.nominal);
     }
@@ -61,6 +68,16 @@ class SegmentStates : public ::testing::TestWithParam<LinearizationPath> {
     }
     x0_.tail(5) << 0.2, 0.02, 1.5, 0.08, -1.0;
     run_ = MeasureEverything(model_, x0_, 6, 0.02, 0.1, &random);
+    for (const char* joint : {"slide", "wheel", "hinge"}) {
+      const int j = model_.mechanism().FindJoint(joint);
+      Channel motor;
+      for (const Channel& own : run_.channels) {
+        if (own.kind == ChannelKind::kPosition && own.target == j) motor = own;
+      }
+      motor.kind = ChannelKind::kMotorPosition;
+      motor.name += ".motor_q";
+      run_.channels.push_back(motor);
+    }
     measurements_ = MeasurementsOf(model_.mechanism(), run_,
                                    OrientationResidual::kRotation);
   }
@@ -70,6 +87,7 @@ class SegmentStates : public ::testing::TestWithParam<LinearizationPath> {
   }
 
   Model model_;
+  std::vector<std::string> names_;  // of theta
   std::optional<ParameterMap> map_;
   std::vector<double> theta_;
   VectorXd x0_;
@@ -112,7 +130,7 @@ TEST_P(SegmentStates, LinearizesAsDifferencesSay) {
     EXPECT_LT((by_jets - difference.value).norm(),
               1e-7 * (1.0 + by_jets.norm()))
         << (column < tangent ? "tangent " + std::to_string(column)
-                             : Names()[column - tangent]);
+                             : names_[column - tangent]);
   }
 }
 

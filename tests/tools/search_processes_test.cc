@@ -68,9 +68,12 @@ TEST_F(SearchProcessesTest, OfADiagnosisFindsWhatOneProcessFinds) {
   EXPECT_EQ(expected["verdict"], "missing_effect");
   EXPECT_EQ(expected["final_fit"]["effects"].size(), 2u);
   for (const int processes : {2, 5}) {
-    const ProgramResult together = By(processes, SYSID_DIAGNOSE, arguments);
+    const ProgramResult together =
+        By(processes, SYSID_DIAGNOSE, arguments + Arguments{"--out", "found"});
     ASSERT_EQ(together.exit_code, 0) << together.err;
     EXPECT_EQ(WithoutTimes(Json::parse(together.out)), expected);
+    const Json fit = Json::parse(folder_->Read("found/fit.json"));
+    EXPECT_EQ(fit["processes"], processes);
   }
 }
 

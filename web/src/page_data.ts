@@ -64,7 +64,7 @@ export interface RunData {
 export interface ChannelData {
   name: string; // "joint1", as fit.json has it
   joint: string | null; // whose motion it tells; null: a frame's
-  kind: "position" | "rotation" | "velocity" | "angular_velocity" | "frame_position";
+  kind: "position" | "rotation" | "velocity" | "angular_velocity" | "frame_position" | "motor_position";
   unit: string; // of `measured` ("-" for the parts of a heading)
   noise: number; // standard deviation, SI
   components: string[]; // ["q"], heading: ["z_x","z_y","z_z"], ...

@@ -33,7 +33,7 @@ double Reach(const Model& model, int link) {
 void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings) {
   const Mechanism& mechanism = input.model->mechanism();
   for (const Series& series : AllSeries(input)) {
-    if (series.channel->kind != ChannelKind::kPosition) continue;
+    if (!IsScalarPosition(series.channel->kind)) continue;
     const std::string source = SourceOf(input, series.column);
     if (source.find_first_of("*/") != std::string::npos) continue;
     const Joint& joint = mechanism.joints[series.channel->target];
@@ -59,7 +59,7 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
   for (const Series& series : AllSeries(input)) {
     double limit = 0.0;
     std::string what;
-    if (series.channel->kind == ChannelKind::kPosition &&
+    if (IsScalarPosition(series.channel->kind) &&
         mechanism.joints[series.channel->target].type ==
             JointType::kPrismatic) {
       limit = kSlide;
@@ -78,7 +78,7 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
     if (range <= limit) continue;
     // A slide that runs so far may be a hinge that goes round under its name:
     // the motion settles it.
-    const bool is_slide = series.channel->kind == ChannelKind::kPosition;
+    const bool is_slide = IsScalarPosition(series.channel->kind);
     Finding finding = At(series, "millimetres",
                          is_slide ? Severity::kNote : Severity::kWrong);
     finding.weight = 1e4;

@@ -24,7 +24,7 @@ double LeastStep(const CheckInput& input, const Series& series) {
   const Channel& channel = *series.channel;
   const bool is_length =
       channel.kind == ChannelKind::kFramePosition ||
-      (channel.kind == ChannelKind::kPosition &&
+      (IsScalarPosition(channel.kind) &&
        input.model->mechanism().joints[channel.target].type ==
            JointType::kPrismatic);
   return std::max(0.1 * series.range, is_length ? kLength : kAngle);
@@ -47,7 +47,7 @@ double TurnsPerSample(const Series& series, double least) {
 // Half turns a sample of a hinge that goes round and round.
 double HalfTurnsPerSample(const CheckInput& input, const Series& series) {
   const Channel& channel = *series.channel;
-  if (channel.kind != ChannelKind::kPosition ||
+  if (!IsScalarPosition(channel.kind) ||
       !IsRotation1(input.model->mechanism().joints[channel.target].type)) {
     return 0.0;
   }

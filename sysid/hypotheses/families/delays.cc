@@ -51,6 +51,9 @@ void DelayHypotheses(const CheckInput& input,
                         static_cast<int>(j))) {
       columns.push_back(name + ".qw");
     }
+    if (Measures(input, ChannelKind::kMotorPosition, static_cast<int>(j))) {
+      columns.push_back(name + ".motor_q");
+    }
   }
   // One column alone is early or late beside nothing.
   if (columns.size() + efforts.size() < 2) return;

@@ -15,14 +15,14 @@ TEST(RunColumnsTest, NamesTheColumnsOfEveryJointType) {
       {{"ball", JointType::kSpherical}, {"slide", JointType::kPrismatic}});
   EXPECT_THAT(
       RunColumnNames(mechanism),
-      ElementsAre("t", "ball.qw", "ball.qx", "ball.qy", "ball.qz", "ball.wx",
-                  "ball.wy", "ball.wz", "ball.taux", "ball.tauy", "ball.tauz",
-                  "slide.q", "slide.qd", "slide.tau", "world.px", "world.py",
-                  "world.pz", "ball_link.px", "ball_link.py", "ball_link.pz",
-                  "slide_link.px", "slide_link.py", "slide_link.pz", "tip.px",
-                  "tip.py", "tip.pz", "ball.temperature", "slide.cmd",
-                  "slide.temperature", "base.ax", "base.ay", "base.az",
-                  "base.px", "base.py", "base.pz"));
+      ElementsAre(
+          "t", "ball.qw", "ball.qx", "ball.qy", "ball.qz", "ball.wx", "ball.wy",
+          "ball.wz", "ball.taux", "ball.tauy", "ball.tauz", "slide.q",
+          "slide.qd", "slide.motor_q", "slide.tau", "world.px", "world.py",
+          "world.pz", "ball_link.px", "ball_link.py", "ball_link.pz",
+          "slide_link.px", "slide_link.py", "slide_link.pz", "tip.px", "tip.py",
+          "tip.pz", "ball.temperature", "slide.cmd", "slide.temperature",
+          "base.ax", "base.ay", "base.az", "base.px", "base.py", "base.pz"));
 }
 
 // The columns of a root that is called so are the base's own.

@@ -8,6 +8,7 @@
 #include "models/dynamics.h"
 #include "models/find_model.h"
 #include "models/math/rotation.h"
+#include "models/state.h"
 #include "models/urdf/load_urdf.h"
 #include "tests/support/error_text.h"
 
@@ -193,6 +194,65 @@ TEST(FirstState, IsWhatTheFirstSampleMeasured) {
   EXPECT_EQ(FirstState(model, run), Eigen::Vector4d(0.0, 0.3, 0.0, -1.5));
   run.channels[1].values(0, 0) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(FirstState(model, run), Eigen::Vector4d(0.0, 0.3, 0.0, 0.0));
+}
+
+// I theta'' = u - f by differences of what the two sensors say.
+TEST(Simulate, ReadsMotorsAheadOfTheirSprings) {
+  constexpr double k = 400.0, d = 3.0, inertia = 0.5, rate = 2000.0;
+  Model model = Shipped("cartpole");
+  model.AddEffect(
+      Catalogue().Make("joint_elasticity@slider", model.mechanism(), "test"));
+  model.SetEffectParameter("slider.drive_stiffness", k);
+  model.SetEffectParameter("slider.drive_damping", d);
+  model.SetEffectParameter("slider.motor_inertia", inertia);
+  SimulationOptions options;
+  options.duration = 1.0;
+  options.rate = rate;
+  options.motor_sensors = true;
+  options.excitation = Excitation::kMultisine;
+  const sysid::Run run = Simulate(model, NeutralState(model), options);
+  ASSERT_EQ(run.channels.size(), 4u);
+  const auto q = run.channels[0].values.col(0);
+  const Channel& motor = run.channels[2];
+  EXPECT_EQ(motor.kind, ChannelKind::kMotorPosition);
+  EXPECT_EQ(motor.name, "slider.motor_q");
+  const auto theta = motor.values.col(0);
+  const double most = run.effort.col(0).cwiseAbs().maxCoeff();
+  ASSERT_GT(most, 0.0);
+  for (int i = 1; i + 1 < run.size(); ++i) {
+    const double bend = theta[i] - q[i];
+    const double rate_of_bend =
+        0.5 * rate * (theta[i + 1] - q[i + 1] - theta[i - 1] + q[i - 1]);
+    const double f = k * bend + d * rate_of_bend;
+    const double acceleration =
+        rate * rate * (theta[i + 1] - 2.0 * theta[i] + theta[i - 1]);
+    const double u = 0.5 * (run.effort(i - 1, 0) + run.effort(i, 0));
+    ASSERT_NEAR(inertia * acceleration + f, u, 1e-3 * most) << i;
+  }
+  // A rigid drive's motor is where its joint is.
+  EXPECT_EQ(run.channels[3].values, run.channels[1].values);
+}
+
+TEST(Simulate, ReadsMotorsByTheirOwnSensors) {
+  Model model = Shipped("pendulum2_planar");
+  for (const char* name : {"sensor_gain@joint1", "sensor_offset@joint1.motor",
+                           "sensor_delay@joint2.motor"}) {
+    model.AddEffect(Catalogue().Make(name, model.mechanism(), "test"));
+  }
+  model.SetEffectParameter("joint1.sensor_gain", 0.1);
+  model.SetEffectParameter("joint1.motor.sensor_offset", 0.2);
+  model.SetEffectParameter("joint2.motor.sensor_delay", 0.01);
+  SimulationOptions options;
+  options.rate = 100.0;
+  options.motor_sensors = true;
+  const sysid::Run run = Simulate(model, RandomState(model, 1.0, 3), options);
+  for (int i = 1; i < run.size(); ++i) {
+    ASSERT_NEAR(run.channels[2].values(i, 0),
+                run.channels[0].values(i, 0) / 1.1 + 0.2, 1e-12);
+    // Late by a sample; d^3 / 6 of the jerk.
+    ASSERT_NEAR(run.channels[3].values(i, 0), run.channels[1].values(i - 1, 0),
+                2e-4);
+  }
 }
 
 }  // namespace

@@ -83,6 +83,44 @@ TEST(StudioServer, GoesTheWholeWay) {
   EXPECT_EQ(page["steps"][1]["title"], "- coulomb_friction@joint1");
 }
 
+// What was no candidate is screened when it is added.
+TEST(StudioServer, AddsALawThatAUserTyped) {
+  Served served(RubbingPendulum());
+  Reader reader(served);
+  ASSERT_EQ(reader.Next()["type"], "idle");
+  served.studio().Start();
+  ASSERT_EQ(reader.NextEnd()["type"], "done");
+  const std::string law = "custom@joint1: -c*tanh(qd/v)";
+  ASSERT_EQ(served.Post("/api/add", Change(0, law))->status, 202);
+  EXPECT_EQ(reader.NextEnd(), Json({{"type", "done"}, {"model", 1}}));
+  const Json page = served.Page();
+  const Json& after = page["models"][1];
+  EXPECT_EQ(after["effects"], Json({law}));
+  const double before = page["models"][0]["trainError"];
+  EXPECT_LT(after["trainError"], 0.5 * before);
+  bool found = false;
+  for (const Json& p : after["parameters"]) {
+    if (p["name"] != "joint1.c") continue;
+    found = true;
+    EXPECT_NEAR(p["value"].get<double>(), 0.05, 0.01);
+  }
+  EXPECT_TRUE(found);
+  EXPECT_EQ(page["steps"][0]["title"], "+ " + law);
+  ExpectRefused(served.Post("/api/add", Change(1, law)), 400, "is in model 1",
+                "add another");
+  ExpectRefused(served.Post("/api/add", Change(1, "custom@joint1: -k*")), 400,
+                "custom@joint1: -k*");
+  ExpectRefused(served.Post("/api/add", Change(1, "thermal_friction@joint1")),
+                400, "reads joint1.temperature of", "record the column");
+  // Nothing drives it.
+  ASSERT_EQ(served.Post("/api/add", Change(1, "effort_gain@joint1"))->status,
+            202);
+  const Json failed = reader.NextEnd();
+  EXPECT_EQ(failed["type"], "failed");
+  EXPECT_THAT(failed["error"].get<std::string>(),
+              HasSubstr("the data say nothing of 'effort_gain@joint1'"));
+}
+
 TEST(StudioServer, GivesTheFilesOfEachModel) {
   Served served(RubbingPendulum());
   Reader reader(served);

@@ -1,5 +1,6 @@
 // Panel 6: add an effect, remove it again, and see the error fall.
 import type {ComponentChildren} from 'preact';
+import {useState} from 'preact/hooks';
 import {candidateName, modelWithId, prediction, wayTo} from '../data';
 import {fmtError, fmtTimes, fmtUnit} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
@@ -43,7 +44,23 @@ function LiveAdd({page, model}: {page: PageData; model: ModelData}) {
       {model.effects.map(name => <li key={`-${name}`}>
         <button type="button" disabled={busy} onClick={() => void remove(model.id, name)}>Remove {name}</button></li>)}
     </ul>
+    <TypedEffect model={model} busy={busy} />
   </>;
+}
+
+// Any effect of the catalogue, and laws of the user's own.
+function TypedEffect({model, busy}: {model: ModelData; busy: boolean}) {
+  const [text, setText] = useState('');
+  return <form class="typed" onSubmit={e => {
+    e.preventDefault();
+    if (text.trim() && !busy) void add(model.id, text.trim());
+  }}>
+    <label>Another effect, or a law of your own
+      <input type="text" value={text} spellcheck={false} autocomplete="off" placeholder="custom@joint1: -k*q^3 - b*abs(qd)*qd"
+        onInput={e => setText(e.currentTarget.value)} /></label>
+    <button type="submit" disabled={busy || !text.trim()}>Screen it and add it</button>
+    <p class="note">KIND@TARGET, as --add takes it. In a law, q and qd are the joint's position and velocity, joint2.q another joint's, t the time; other names are parameters, which the fit estimates.</p>
+  </form>;
 }
 
 export function AddButton({model, candidate}: {model: ModelData; candidate: CandidateData}) {

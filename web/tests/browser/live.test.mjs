@@ -59,6 +59,21 @@ test('a click adds the effect, and the error falls', {skip}, () =>
     assert.deepEqual(complaints, []);
   }));
 
+test('any other effect and a typed law can be added', {skip}, () =>
+  session(async (page, studio, state, complaints) => {
+    const field = page.getByLabel('Another effect, or a law of your own');
+    const submit = page.getByRole('button', {name: 'Screen it and add it'});
+    assert.equal(await submit.isDisabled(), true);
+    await field.fill('custom@joint1: -k*q^3');
+    await field.press('Enter');
+    await until(() => studio.posts.length);
+    assert.deepEqual(studio.posts[0], {url: '/api/add', body: {model: 0, effect: 'custom@joint1: -k*q^3'}, type: 'application/json'});
+    studio.say(kProgress);
+    await page.getByText('iteration 3 of at most 50').waitFor();
+    assert.equal(await submit.isDisabled(), true);
+    assert.deepEqual(complaints, []);
+  }));
+
 test('a button stands beside its candidate, and the progress above everything', {skip}, () =>
   session(async (page, studio) => {
     assert.equal(await page.locator('#which').getByRole('button', {name: /^Add /}).count(), 5);

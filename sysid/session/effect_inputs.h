@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sysid/session/session.h"
+
+namespace sysid {
+
+// The first input that an effect reads and a run does not have; null where
+// there is none.
+const EffectInput* MissingInput(const Effect& effect, const Run& run);
+
+// Whether one of the runs has the position of a joint's motor.
+bool MeasureMotor(const std::vector<const Run*>& runs, int joint);
+
+// Throws InputError at `place` where a run lacks what an effect reads, or all
+// of them the motor's sensor that it is of.
+void CheckCanRead(const Effect& effect, const std::vector<const Run*>& runs,
+                  const std::string& place);
+bool CanRead(const Effect& effect, const std::vector<const Run*>& runs);
+
+// The fitted runs of a session, then those that are held out.
+std::vector<const Run*> AllRunsOf(const Session& session);
+
+}  // namespace sysid
