@@ -289,7 +289,7 @@ TEST(GearEfficiency, LosesAnotherPartWhereItIsDriven) {
 }
 
 TEST(AsymmetricFriction, IsMoreForwardsByItsParts) {
-  const std::vector<double> p{2.0, 0.5, 0.25, -0.5};
+  const std::vector<double> p{2.0, 0.5, 0.5, -0.25};
   EXPECT_NEAR(HingeEffort("asymmetric_friction", p, 4.0),
               -2.0 * 1.25 - 0.5 * 0.5 * 4.0, 2 * kSmoothed);
   EXPECT_NEAR(HingeEffort("asymmetric_friction", p, -4.0),

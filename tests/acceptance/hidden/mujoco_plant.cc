@@ -387,8 +387,7 @@ class MujocoPlant : public Plant {
         return c / std::hypot(speed, smooth) + d;
       });
       forces_.push_back([=](const mjModel*, mjData* data) {
-        data->qfrc_passive[dof] -=
-            c * more_c + d * more_d * std::abs(data->qvel[dof]);
+        data->qfrc_passive[dof] -= more_c + more_d * std::abs(data->qvel[dof]);
       });
     } else if (kind == "load_friction") {
       const double mu = effect.Get("load_friction");

@@ -58,8 +58,8 @@ PlantedEffect PlantEffect(const Model& truth, const std::string& name,
   } else if (kind == "asymmetric_friction") {
     put(target + ".friction", magnitude);
     put(target + ".damping", 0.5 * magnitude);
-    put(target + ".friction_asymmetry", 0.4);
-    put(target + ".damping_asymmetry", -0.3);
+    put(target + ".friction_asymmetry", 0.4 * magnitude);
+    put(target + ".damping_asymmetry", -0.15 * magnitude);
   } else if (kind == "effort_limit") {
     put(target + ".effort_limit", 1.0 / magnitude);
     put(target + ".inverse_no_load_speed", slides ? 0.05 : 0.1);
