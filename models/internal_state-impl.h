@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <vector>
 
 #include "models/motion-impl.h"
 #include "models/state_layout.h"
@@ -24,19 +23,21 @@ void StateRates(const Workspace<T>& ws, const T* q, const T* qd, T* rate) {
 
 // Where the motors of a state's joints are and how they move, on the joints'
 // side of their gears: q, qd and qdd (nq, nv and nv numbers) come as those of
-// the joints. Right after the dynamics, where the rates are asked for.
+// the joints, z_rate (nz numbers) as scratch, zero where no sensor reads rates.
+// Right after the dynamics where one does.
 template <typename T>
-void ToMotors(const Workspace<T>& ws, const T* x, T* q, T* qd, T* qdd) {
+void ToMotors(const Workspace<T>& ws, const T* x, T* z_rate, T* q, T* qd,
+              T* qdd) {
+  if (ws.motor_effects.empty()) return;
   const StateLayout& at = ws.model().layout();
-  std::vector<T> rates(at.nz(), T(0.0));
-  if (ws.sensors_read_rates && !ws.motor_effects.empty()) {
-    StateRates<T>(ws, x + at.q(), x + at.qd(), rates.data());
+  if (ws.sensors_read_rates) {
+    StateRates<T>(ws, x + at.q(), x + at.qd(), z_rate);
   }
   for (const auto& effect : ws.motor_effects) {
     const Body& body = ws.model().bodies()[effect.body];
-    effect.hooks->ToMotor(
-        x + at.z() + effect.first_z, rates.data() + effect.first_z, effect.p,
-        q + body.q_index, qd + body.v_index, qdd + body.v_index);
+    effect.hooks->ToMotor(x + at.z() + effect.first_z, z_rate + effect.first_z,
+                          effect.p, q + body.q_index, qd + body.v_index,
+                          qdd + body.v_index);
   }
 }
 

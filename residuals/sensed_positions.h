@@ -21,6 +21,7 @@ class SensedPositions {
         qdd_(ws->model().nv(), T(0.0)),
         motor_qd_(ws->model().nv()),
         motor_qdd_(ws->model().nv()),
+        z_rate_(ws->model().layout().nz(), T(0.0)),
         held_(ws->model().held_size()) {}
 
   // Of the joints in the state x at a sample of the run, nq numbers. Overwrites
@@ -49,8 +50,8 @@ class SensedPositions {
     std::copy_n(x + at.q(), at.nq(), motor_q_.begin());
     std::copy_n(x + at.qd(), at.nv(), motor_qd_.begin());
     motor_qdd_ = qdd_;
-    internal::ToMotors<T>(*ws_, x, motor_q_.data(), motor_qd_.data(),
-                          motor_qdd_.data());
+    internal::ToMotors<T>(*ws_, x, z_rate_.data(), motor_q_.data(),
+                          motor_qd_.data(), motor_qdd_.data());
     ws_->ModifyMotorMeasurement(motor_qd_.data(), motor_qdd_.data(),
                                 motor_q_.data());
     return motor_q_.data();
@@ -58,7 +59,7 @@ class SensedPositions {
 
  private:
   Workspace<T>* ws_;
-  std::vector<T> q_, motor_q_, qdd_, motor_qd_, motor_qdd_, held_;
+  std::vector<T> q_, motor_q_, qdd_, motor_qd_, motor_qdd_, z_rate_, held_;
 };
 
 }  // namespace sysid
