@@ -22,7 +22,7 @@ class EffortLimit : public EffectOf<EffortLimit> {
   static constexpr char kLaw[] = "the drive's effort within L (1 -+ r qd)";
   static constexpr char kShowsIn[] =
       "efforts that are asked beyond the limit, slow and fast";
-  // Three dozen limits for each joint.
+  // Thirty-one limits for each joint.
   static constexpr bool kOnlyNamed = true;
   static constexpr double kOff = 1e6;  // a limit that nothing reaches
 
@@ -48,9 +48,8 @@ class EffortLimit : public EffectOf<EffortLimit> {
     effort[0] = forward ? limit : T(-limit);
   }
 
-  // By secants, ten for each order of size of the limit: a wrong limit leaves
-  // an error in proportion to how far it is off, so that the nearest is within
-  // an eighth of the effect.
+  // By secants, ten for each order of size of the limit: the nearest is within
+  // 12 % of any (10^(1/20)), from where a fit moves it by its derivative.
   std::vector<ProbeSet> ProbeSets() const override {
     constexpr int kEach = 10;
     std::vector<ProbeSet> sets;

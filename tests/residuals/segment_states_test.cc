@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "models/effects/catalogue.h"
@@ -46,11 +45,6 @@ class SegmentStates : public ::testing::TestWithParam<LinearizationPath> {
         {"slide.motor.sensor_delay", 0.01},
         {"hinge.motor.sensor_delay", 0.02}};
     for (const auto& [name, value] : values) {
-      const auto& known = model_.effects().parameters();
-      if (std::none_of(known.begin(), known.end(),
-                       [&](const auto& own) { return own.name == name; })) {
-        continue;
-      }
       names_.push_back(name);
       model_.SetEffectParameter(name, value);
     }

@@ -1,7 +1,7 @@
 // Two sensors of one joint, at the motor and behind the spring: columns
 // J.motor_q and J.q.
 
-#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/programs.h"
@@ -10,7 +10,6 @@ namespace sysid {
 namespace {
 
 using ::testing::Contains;
-using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
 constexpr char kElastic[] =
@@ -60,7 +59,9 @@ TEST_F(MotorSensorsTest, TellTheSpringAndTheirOwnOffsetApart) {
     const auto at = truth.find(p["name"]);
     if (at == truth.end()) continue;
     ++found;
-    EXPECT_NEAR(p["value"], at->second, 4.0 * p["std_error"].get<double>());
+    const double std_error = p["std_error"];
+    EXPECT_NEAR(p["value"], at->second, 4.0 * std_error);
+    EXPECT_LT(std_error, 0.01 * at->second);
   }
   EXPECT_EQ(found, truth.size());
   std::vector<std::string> channels;
