@@ -135,7 +135,8 @@ TEST(ColumnMapTest, ReportsAnUnknownName) {
   EXPECT_EQ(ResolveError("joint1.qw=pos", {"t", "pos"}),
             "--columns: joint 'joint1' is revolute and has no column "
             "'joint1.qw'\n"
-            "  hint: its columns are joint1.q, joint1.qd, joint1.tau");
+            "  hint: its columns are joint1.q, joint1.qd, joint1.motor_q, "
+            "joint1.tau");
   EXPECT_EQ(ResolveError("tip_joint.q=pos", {"t", "pos"}),
             "--columns: joint 'tip_joint' is fixed and has no column "
             "'tip_joint.q'\n"

@@ -159,8 +159,8 @@ TEST(ReadRunTest, ListsUnknownColumnsInOneNotice) {
           "'jiont2' (column 'jiont2.q'); did you mean 'joint2.q'?), zz.qd (the "
           "model has no joint 'zz' (column 'zz.qd'); known: joint1, joint2), "
           "joint1.qw (joint 'joint1' is revolute and has no column "
-          "'joint1.qw'; its columns are joint1.q, joint1.qd, joint1.tau): "
-          "--columns joint2.q=COLUMN maps one"));
+          "'joint1.qw'; its columns are joint1.q, joint1.qd, joint1.motor_q, "
+          "joint1.tau): --columns joint2.q=COLUMN maps one"));
   notices.clear();
   Parse(
       "t,joint1.q,joint2.q,joint1.tau,joint2.tau,\x1b[2J\n0,0,0,0,0,1\n"
