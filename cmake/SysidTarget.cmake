@@ -40,6 +40,9 @@ elseif(SYSID_SANITIZE)
     "address, thread or fuzzer")
 endif()
 
+# The instruction set that the whole build is for, as in the preset x86-64-v3.
+string(REGEX MATCH "-march=[^ ]+" sysid_march "${CMAKE_CXX_FLAGS}")
+
 # What every target of the project is compiled with.
 function(sysid_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
@@ -66,11 +69,12 @@ function(sysid_compile_options target)
   if(SYSID_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
+  # Users are compiled for the same instructions: their effects are part of the
+  # kernel. And matrices pass between them and us: Eigen's allocator must not
+  # differ where theirs are compiled for others all the same
+  # (docs/decisions/0003-native-build.md).
   if(SYSID_NATIVE)
     target_compile_options(${target} PRIVATE -march=native)
-    # Users too: their effects are part of the kernel. And matrices pass between
-    # them and us: Eigen's allocator must not differ where theirs are compiled
-    # for other instructions all the same (docs/decisions/0003-native-build.md).
     target_compile_definitions(${target} PUBLIC EIGEN_MALLOC_ALREADY_ALIGNED=0)
     if(PROJECT_IS_TOP_LEVEL)
       target_compile_options(${target} INTERFACE
@@ -78,6 +82,11 @@ function(sysid_compile_options target)
     else()
       target_compile_options(${target} INTERFACE -march=native)
     endif()
+  elseif(sysid_march)  # a project around us has it, too
+    target_compile_definitions(${target} INTERFACE
+      $<INSTALL_INTERFACE:EIGEN_MALLOC_ALREADY_ALIGNED=0>)
+    target_compile_options(${target} INTERFACE
+      $<INSTALL_INTERFACE:${sysid_march}>)
   endif()
   if(sysid_sanitize_flags)
     target_compile_options(${target} PRIVATE ${sysid_sanitize_flags})

@@ -11,7 +11,8 @@ namespace sysid {
 // cubic (a spherical joint: of the rotation vectors relative to the middle
 // sample). Where a joint is not measured, its position follows from measured
 // frames by inverse kinematics at the starting parameters, or else is neutral.
-// Gaps are bridged linearly.
+// Gaps are bridged linearly. Internal states are where the sensors of motors
+// say they are; the others start as their effects say.
 RowMatrixXd StatesFromData(const ShootingProblem& problem, int run);
 // Of every run, spread over the threads.
 std::vector<RowMatrixXd> AllStatesFromData(const ShootingProblem& problem);

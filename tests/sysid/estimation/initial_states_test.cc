@@ -311,5 +311,33 @@ TEST(StatesFromData, SayWhatEffectsRemember) {
   }
 }
 
+// A drive that swings behind its spring, whatever its stiffness: from the
+// motor's own sensor, which does not count turns.
+TEST(StatesFromData, FollowAMotorThatHasASensor) {
+  const Model model = Shipped("cartpole", {"joint_elasticity@hinge"},
+                              {{"hinge.drive_stiffness", 50.0}});
+  sysid::Run run = EmptyRun(model);
+  const auto slide = [](double) { return One(0.0); };
+  const auto angle = [](double t) { return One(0.8 * std::cos(5.0 * t)); };
+  const auto bend = [](double t) { return 0.05 * std::sin(30.0 * t); };
+  const auto motor = [&](double t) {
+    return One(angle(t)[0] + bend(t) + 2 * M_PI);
+  };
+  run.channels = {
+      MakeChannel(model, ChannelKind::kPosition, "slider", run.t, 1, slide),
+      MakeChannel(model, ChannelKind::kPosition, "hinge", run.t, 1, angle),
+      MakeChannel(model, ChannelKind::kMotorPosition, "hinge", run.t, 1,
+                  motor)};
+  const RowMatrixXd states = States(model, run);
+  const int z = model.layout().z();
+  for (int k = 5; k + 5 < run.size(); ++k) {
+    const double t = run.t[k];
+    EXPECT_NEAR(states(k, z), bend(t), 0.002) << t;
+    EXPECT_NEAR(states(k, z + 1),
+                -4.0 * std::sin(5.0 * t) + 1.5 * std::cos(30.0 * t), 0.15)
+        << t;
+  }
+}
+
 }  // namespace
 }  // namespace sysid

@@ -1,0 +1,69 @@
+// sysid_fit as packages have it, without MPI: SYSID_FIT_WITHOUT_MPI.
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/programs.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// What mpirun and srun say to those that they start.
+constexpr const char* kSizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
+
+class WithoutMpiTest : public ::testing::Test {
+ protected:
+  WithoutMpiTest() {
+    for (const char* const name : kSizes) unsetenv(name);
+    SimulateInto(folder_, "run.csv",
+                 {"--model", "pendulum2_planar", "--duration", "2"});
+  }
+  ~WithoutMpiTest() override {
+    for (const char* const name : kSizes) unsetenv(name);
+  }
+
+  const ProgramFolder folder_;
+  const Arguments fit_ = {"--model", "pendulum2_planar",  "--traj", "run.csv",
+                          "--free",  "link1.length=0.45", "--json", "-"};
+};
+
+TEST_F(WithoutMpiTest, LinksNone) {
+  std::ifstream file(SYSID_FIT_WITHOUT_MPI, std::ios::binary);
+  const std::string program{std::istreambuf_iterator<char>(file), {}};
+  ASSERT_THAT(program, HasSubstr("libceres"));
+  EXPECT_THAT(program, Not(HasSubstr("libmpi")));
+}
+
+TEST_F(WithoutMpiTest, FitsAsWithIt) {
+  using Json = nlohmann::json;
+  std::vector<Json> fits;
+  for (const std::string program : {SYSID_FIT, SYSID_FIT_WITHOUT_MPI}) {
+    const ProgramResult result = folder_.Run(program, fit_);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    fits.push_back(Json::parse(result.out));
+  }
+  EXPECT_EQ(fits[0]["parameters"], fits[1]["parameters"]);
+  EXPECT_EQ(fits[0]["error"], fits[1]["error"]);
+}
+
+TEST_F(WithoutMpiTest, RefusesToDoTheSameWorkManyTimes) {
+  for (const char* const name : kSizes) {
+    setenv(name, "4", 1);
+    ExpectRefused(folder_, SYSID_FIT_WITHOUT_MPI, fit_, "mpirun",
+                  "started 4 processes, but this build has no MPI: each would "
+                  "do the same work",
+                  "libopenmpi-dev");
+    // One process of mpirun's has all runs.
+    setenv(name, "1", 1);
+    EXPECT_EQ(folder_.Run(SYSID_FIT_WITHOUT_MPI, fit_).exit_code, 0);
+    unsetenv(name);
+  }
+}
+
+}  // namespace
+}  // namespace sysid
