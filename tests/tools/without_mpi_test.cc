@@ -4,14 +4,13 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "tests/tools/programs.h"
 
 namespace sysid {
 namespace {
-
-using ::testing::HasSubstr;
-using ::testing::Not;
 
 // What mpirun and srun say to those that they start.
 constexpr const char* kSizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
@@ -35,8 +34,8 @@ class WithoutMpiTest : public ::testing::Test {
 TEST_F(WithoutMpiTest, LinksNone) {
   std::ifstream file(SYSID_FIT_WITHOUT_MPI, std::ios::binary);
   const std::string program{std::istreambuf_iterator<char>(file), {}};
-  ASSERT_THAT(program, HasSubstr("libceres"));
-  EXPECT_THAT(program, Not(HasSubstr("libmpi")));
+  ASSERT_NE(program.find("libglog.so"), std::string::npos);
+  EXPECT_EQ(program.find("libmpi"), std::string::npos);
 }
 
 TEST_F(WithoutMpiTest, FitsAsWithIt) {
