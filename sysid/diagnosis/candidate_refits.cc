@@ -136,12 +136,11 @@ bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b) {
 
 std::string LikeliestChance(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated,
+                            const std::optional<Fit>& whole,
                             size_t candidates) {
-  const ShootingProblem all = WithAllRuns(problem, evaluated);
-  Fit fit = evaluated.fit;
-  if (std::optional<Fit> whole = FitWholeRuns(all, evaluated)) {
-    fit = std::move(*whole);
-    AddDiscrepancy(all, &fit);
+  Fit fit = whole ? *whole : evaluated.fit;
+  if (whole) {
+    AddDiscrepancy(WithAllRuns(problem, evaluated), &fit);
   } else {
     AddDiscrepancy(*evaluated.problem, &fit);
   }

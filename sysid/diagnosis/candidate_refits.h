@@ -53,10 +53,11 @@ bool IsAtNoiseFloor(const EvaluatedModel& evaluated);
 
 // Of the effects that were added the one that a random force of the size that
 // is still missing most likely makes up, by (6.7) of the fit of all runs, one
-// trajectory each (of the fit in segments, where that cannot follow the
-// motion); empty where none does at 95 %, all candidates paid for.
+// trajectory each (nothing where that cannot follow the motion: then of the fit
+// in segments); empty where none does at 95 %, all candidates paid for.
 std::string LikeliestChance(const DiagnosisProblem& problem,
-                            const EvaluatedModel& evaluated, size_t candidates);
+                            const EvaluatedModel& evaluated,
+                            const std::optional<Fit>& whole, size_t candidates);
 
 // Why some effect that was added is not what it means; empty where all are.
 std::string WhyImplausible(const EvaluatedModel& evaluated);

@@ -170,7 +170,8 @@ bool Search::TakeOutUnneeded() {
 std::string Search::Chance(const EvaluatedModel& evaluated) {
   if (IsAtNoiseFloor(evaluated)) return "";
   Report("significance of the effects", evaluated.train_error());
-  return LikeliestChance(problem_, evaluated, candidates_.size());
+  return LikeliestChance(problem_, evaluated, FitToWholeRuns(evaluated),
+                         candidates_.size());
 }
 
 bool Search::TakeOutChance() {

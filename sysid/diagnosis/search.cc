@@ -17,12 +17,6 @@ namespace {
 
 constexpr int kMostCompared = 12;  // candidates whose forces are shown
 
-std::set<std::string> EffectsOf(const EvaluatedModel& evaluated) {
-  std::set<std::string> names;
-  for (const auto& effect : evaluated.added) names.insert(effect->name());
-  return names;
-}
-
 // Without a missing force, for a base that was not looked at.
 Where NowhereOf(const EvaluatedModel& base) {
   Where where;
@@ -56,6 +50,12 @@ DiagnosisStep StepFrom(const EvaluatedModel& before) {
   step.holdout_before = before.holdout_error();
   step.cv_before = before.cv;
   return step;
+}
+
+std::set<std::string> EffectsOf(const EvaluatedModel& evaluated) {
+  std::set<std::string> names;
+  for (const auto& effect : evaluated.added) names.insert(effect->name());
+  return names;
 }
 
 void EndAt(std::shared_ptr<const EvaluatedModel> after, DiagnosisStep* step) {

@@ -108,8 +108,11 @@ class Search {
   // In whole_runs.cc.
   // Not where the noise is reached, or segments of a length were asked for.
   bool AsksWholeRuns(const EvaluatedModel& evaluated) const;
-  // Of the model fitted to all runs, one trajectory each; infinite where it
-  // does not follow them.
+  // The model fitted to all runs, one trajectory each; nothing where it does
+  // not follow them. Several questions ask for the same fit: the last ones are
+  // kept.
+  std::optional<Fit> FitToWholeRuns(const EvaluatedModel& evaluated);
+  // Its error; infinite where there is none.
   double WholeRunsError(const EvaluatedModel& evaluated);
   // Of the held-out runs, or ends of runs, one trajectory each, by the model
   // fitted to the others alike; infinite alike.
@@ -145,12 +148,20 @@ class Search {
   bool by_equations_ = false;          // whether their values stay
   std::vector<ScreenedEffect> shown_;  // by them, where those are few
   std::vector<ModelErrors> tried_;     // every refit
+  struct WholeFit {
+    std::set<std::string> effects;
+    Eigen::VectorXd theta;  // of the fit over segments
+    std::optional<Fit> fit;
+  };
+  std::vector<WholeFit> whole_fits_;  // the newest last
   // What explains the same as an effect that was found, by its name.
   std::map<std::string, std::vector<std::string>> explain_the_same_;
   bool exchange_due_ = false;  // since an effect was added
   std::string doing_;          // as Report() heard last
 };
 
+// The names of what was added.
+std::set<std::string> EffectsOf(const EvaluatedModel& evaluated);
 // A step from a model, and its end at another.
 DiagnosisStep StepFrom(const EvaluatedModel& before);
 void EndAt(std::shared_ptr<const EvaluatedModel> after, DiagnosisStep* step);

@@ -17,12 +17,29 @@ bool Search::AsksWholeRuns(const EvaluatedModel& evaluated) const {
   return !IsAtNoiseFloor(evaluated) && problem_.options.segment <= 0;
 }
 
+std::optional<Fit> Search::FitToWholeRuns(const EvaluatedModel& evaluated) {
+  // The model so far, and what is compared with it.
+  constexpr size_t kKept = 3;
+  std::set<std::string> effects = EffectsOf(evaluated);
+  const Eigen::VectorXd& theta = evaluated.fit.point.theta;
+  for (const WholeFit& kept : whole_fits_) {
+    if (kept.effects == effects && kept.theta.size() == theta.size() &&
+        kept.theta == theta) {
+      return kept.fit;
+    }
+  }
+  if (whole_fits_.size() == kKept) whole_fits_.erase(whole_fits_.begin());
+  whole_fits_.push_back(
+      {std::move(effects), theta,
+       FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated)});
+  return whole_fits_.back().fit;
+}
+
 double Search::WholeRunsError(const EvaluatedModel& evaluated) {
   if (!AsksWholeRuns(evaluated)) {
     return std::numeric_limits<double>::infinity();
   }
-  const std::optional<Fit> whole =
-      FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated);
+  const std::optional<Fit> whole = FitToWholeRuns(evaluated);
   return whole ? whole->train.total.normalized_rms
                : std::numeric_limits<double>::infinity();
 }
@@ -87,9 +104,9 @@ bool Search::AddOverWholeRuns() {
   constexpr size_t kMostTried = 3;
   if (!AsksWholeRuns(now())) return false;
   Report("effects over whole runs", now().train_error());
-  const ShootingProblem all = WithAllRuns(problem_, now());
-  const std::optional<Fit> whole = FitWholeRuns(all, now());
+  const std::optional<Fit> whole = FitToWholeRuns(now());
   if (!whole) return false;
+  const ShootingProblem all = WithAllRuns(problem_, now());
   const double before = whole->train.total.normalized_rms;
   const Solution cut =
       Recut(all, whole->point, std::numeric_limits<double>::infinity());
