@@ -21,6 +21,7 @@
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/shooting_stage.h"
 #include "sysid/io/csv.h"
+#include "sysid/session/gather_notices.h"
 
 namespace sysid {
 namespace {
@@ -127,9 +128,11 @@ void WriteStdout(const std::string& text) {
   }
 }
 
-void PrintNotices(const std::vector<std::string>& notices, size_t from) {
-  for (size_t i = from; i < notices.size(); ++i) {
-    std::fprintf(stderr, "note: %s\n", Printable(notices[i]).c_str());
+void PrintNotices(const std::vector<std::string>& notices,
+                  const std::vector<std::string>& runs, size_t from) {
+  for (const std::string& notice :
+       GatherNotices({notices.begin() + from, notices.end()}, runs)) {
+    std::fprintf(stderr, "note: %s\n", Printable(notice).c_str());
   }
 }
 

@@ -37,8 +37,10 @@ bool IsStdout(const std::string& file);
 // Writes to standard output; throws InputError where that fails (a full disk).
 void WriteStdout(const std::string& text);
 
-// What was assumed or ignored, a line each, on standard error.
-void PrintNotices(const std::vector<std::string>& notices, size_t from = 0);
+// What was assumed or ignored, a line each, on standard error, those from one
+// on; gathered where many runs have some (gather_notices.h).
+void PrintNotices(const std::vector<std::string>& notices,
+                  const std::vector<std::string>& runs = {}, size_t from = 0);
 
 // Throw InputError for a flag's number that is not above 0 and at most `most`,
 // or no count from 1 to `most`.

@@ -114,7 +114,7 @@ int Main() {
   ReadAll(request.holdout, request.skip_bad_runs, &session, &session.holdout,
           &refused);
   CheckOutputs(request, session);
-  PrintNotices(session.notices);
+  PrintNotices(session.notices, session.run_names);
   std::vector<std::string> runs = request.traj;
   runs.insert(runs.end(), request.holdout.begin(), request.holdout.end());
   CheckResult result = CheckSession(&session);

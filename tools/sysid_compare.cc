@@ -145,7 +145,7 @@ int Main(ProcessGroup* group) {
   Watch watch(&session.options);
   CheckSessionNumbers(&session);
   NoteMovedStarts(&session);
-  PrintNotices(session.notices);
+  PrintNotices(session.notices, session.run_names);
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
   const Comparison comparison = CompareSolvers(problem, options);
@@ -153,7 +153,7 @@ int Main(ProcessGroup* group) {
   if (!is_first) return kExitDone;
   watch.ClearLine();
   // The comparison begins with Levenberg-Marquardt.
-  PrintNotices(session.notices,
+  PrintNotices(session.notices, session.run_names,
                CheckSessionData(
                    &session, OutcomeOf(comparison.runs.front().fit, problem)));
   const std::string json = ComparisonJson(session, comparison);

@@ -127,7 +127,7 @@ int Main(ProcessGroup* group) {
   problem.options.stop = session.options.stop;
   problem.options.progress = session.options.progress;
   CheckSessionNumbers(&session);
-  PrintNotices(session.notices);
+  PrintNotices(session.notices, session.run_names);
   DiagnosisOptions options;
   options.add = FLAGS_auto;
   options.keep_evaluated = true;
@@ -145,7 +145,7 @@ int Main(ProcessGroup* group) {
     final = FitFinalUnlessInterrupted(session, problem, &diagnosis);
   }
   watch.ClearLine();
-  PrintNotices(session.notices,
+  PrintNotices(session.notices, session.run_names,
                CheckSessionData(&session, OutcomeOf(diagnosis)));
   if (final) {
     final->session.findings = session.findings;

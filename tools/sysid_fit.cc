@@ -276,7 +276,7 @@ int Main(ProcessGroup* group) {
   }
   CheckSessionNumbers(&session);
   if (solver.kind == SolverKind::kStochastic) NoteMovedStarts(&session);
-  PrintNotices(session.notices);
+  PrintNotices(session.notices, session.run_names);
   // The trial is by Levenberg-Marquardt, of one process; the others start where
   // they are told, or where the equations of motion begin a fit.
   const std::optional<AddedEffects> added =
@@ -310,7 +310,7 @@ int Main(ProcessGroup* group) {
     AddBaseParameters(problem, &solved.fit);
   }
   watch.ClearLine();
-  PrintNotices(session.notices,
+  PrintNotices(session.notices, session.run_names,
                CheckSessionData(&session, OutcomeOf(fit, problem)));
   GatherErrors(all, &solved.fit.train);
   GatherOpen(all, &solved.fit.open);
