@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "glog/logging.h"
 #include "models/internal_state.h"
 #include "models/state.h"
 #include "residuals/acting_inputs.h"
@@ -153,12 +154,11 @@ void MeetMotor(const Workspace<Jet24>& ws, const MotorMotion& motor, int k,
     for (const auto& effect : ws.motor_effects) {
       if (effect.body != motor.body) continue;
       std::vector<Jet24> z, no_rate(effect.states, Jet24(0.0));
+      CHECK_LE(moved.size() + effect.states, 24u);  // a Jet's
       for (int i = 0; i < effect.states; ++i) {
-        z.emplace_back(x[at.z() + effect.first_z + i]);
-        if (moved.size() < 24) {
-          z.back().v[static_cast<int>(moved.size())] = 1.0;
-          moved.push_back(effect.first_z + i);
-        }
+        z.emplace_back(x[at.z() + effect.first_z + i],
+                       static_cast<int>(moved.size()));
+        moved.push_back(effect.first_z + i);
       }
       effect.hooks->ToMotor(z.data(), no_rate.data(), effect.p, &q, &qd, &qdd);
     }
@@ -167,8 +167,7 @@ void MeetMotor(const Workspace<Jet24>& ws, const MotorMotion& motor, int k,
     const Eigen::Vector2d r(off, motor.qd(k, 0) - qd.a);
     Eigen::Matrix<double, 2, 24> J;
     J << q.v.transpose(), qd.v.transpose();
-    const Eigen::VectorXd dz =
-        J.completeOrthogonalDecomposition().solve(r).eval();
+    const Eigen::VectorXd dz = J.completeOrthogonalDecomposition().solve(r);
     for (size_t i = 0; i < moved.size(); ++i) x[at.z() + moved[i]] += dz[i];
   }
 }

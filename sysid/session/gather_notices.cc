@@ -66,7 +66,7 @@ std::vector<std::string> GatherNotices(const std::vector<std::string>& notices,
     gathered.insert(gathered.begin() + last,
                     CountOf(more, "more notice") + " of " +
                         CountOf(left_out.size(), "run") +
-                        ": sysid_check says those of one run");
+                        ": --json FILE has all");
   }
   return gathered;
 }

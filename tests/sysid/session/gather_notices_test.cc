@@ -50,8 +50,7 @@ TEST(GatherNotices, CountsWhatIsBeyondADozen) {
   ASSERT_EQ(gathered.size(), 14u);
   EXPECT_EQ(gathered[0], notices[0]);
   EXPECT_EQ(gathered[11], notices[11]);
-  EXPECT_EQ(gathered[12],
-            "48 more notices of 24 runs: sysid_check says those of one run");
+  EXPECT_EQ(gathered[12], "48 more notices of 24 runs: --json FILE has all");
   EXPECT_EQ(gathered[13], notices.back());
 }
 
