@@ -7,6 +7,7 @@
 #include "models/math/congruence.h"
 #include "models/math/products.h"
 #include "models/motion-impl.h"
+#include "models/pairs-impl.h"
 #include "models/workspace-impl.h"
 
 // Definitions of dynamics.h; included only by the .cc files that instantiate
@@ -14,15 +15,6 @@
 
 namespace sysid {
 namespace internal {
-
-// (2.12): adds the force [n; f] to the parent's, moved by r.
-template <typename T>
-void AddForceToParent(const Vector3<T>& r, const Vector3<T>& n,
-                      const Vector3<T>& f, BodyData<T>* parent) {
-  parent->f += f;
-  parent->n += n;
-  Cross<Into::kAdd>(r, f, &parent->n);
-}
 
 // (2.12) of an inertia [0 0; 0 M].
 template <typename T>
@@ -176,7 +168,7 @@ void AccelerateBodies(Workspace<T>* ws, T* qdd) {
 template <typename T>
 bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* held,
                      T* qdd) {
-  if (!ws->model().followers().empty() || !ws->pair_effects.empty()) {
+  if (!ws->model().followers().empty()) {
     return internal::AccelerateByMassMatrix<T>(ws, q, qd, held, qdd);
   }
   internal::SetGravity<T>(ws, held);
@@ -186,8 +178,12 @@ bool ForwardDynamics(Workspace<T>* ws, const T* q, const T* qd, const T* held,
   internal::ApplyLinkForces<T>(ws);
   for (size_t i = 0; i < ws->tau.size(); ++i) ws->tau[i] = held[i];
   internal::AddEffectEfforts<T>(ws, q, qd, held, ws->tau.data());
+  internal::AddPairEfforts<T>(*ws, qd, ws->tau.data());
   if (!internal::ArticulateBodies<T>(ws, ws->tau.data())) return false;
   internal::AccelerateBodies<T>(ws, qdd);
+  if (!ws->pair_effects.empty() && !internal::AcceleratePairs<T>(ws, qdd)) {
+    return false;
+  }
   for (size_t i = 0; i < ws->tau.size(); ++i) {
     if (!std::isfinite(ValueOf(qdd[i]))) return false;
   }
@@ -309,16 +305,7 @@ void MassMatrixOfTree(Workspace<T>* ws, const T* q, MatrixX<T>* mass_matrix) {
       AddToParent<T>(b.r, b.I, b.H, b.M, b.n, b.f, &ws->bodies[body.parent]);
     }
   }
-  for (const auto& effect : ws->pair_effects) {
-    const int a = bodies[effect.body].v_index;
-    const int b = bodies[effect.second_body].v_index;
-    const T ratio = effect.hooks->Ratio(effect.p);
-    const T inertia = effect.hooks->PairInertia(effect.p);
-    (*mass_matrix)(a, a) += inertia;
-    (*mass_matrix)(a, b) += ratio * inertia;
-    (*mass_matrix)(b, a) += ratio * inertia;
-    (*mass_matrix)(b, b) += ratio * ratio * inertia;
-  }
+  AddPairMass<T>(*ws, mass_matrix);
 }
 
 }  // namespace internal

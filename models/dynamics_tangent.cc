@@ -18,7 +18,8 @@ constexpr unsigned kCoveredHooks =
     kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
     kInputHook | kMeasurementHook | kInputDelayHook | kDryFrictionHook |
     kBesideDryHook | kDriveHook | kLimitHook | kInputLagHook | kOwnDelayHook |
-    kRatesHook | kReadsEffort | kStateRateHook | kMoveStateHook | kMotorHook;
+    kRatesHook | kReadsEffort | kStateRateHook | kMoveStateHook | kMotorHook |
+    kPairHook;
 
 bool Moves(const Jet8& x) { return (x.v.array() != 0.0).any(); }
 
@@ -105,6 +106,12 @@ DynamicsTangent::DynamicsTangent(const Model& model)
       law.body = model.placement(child).body;
       AddWideLaw(i, law, true);
     }
+    if (effect.hooks() & kPairHook) {
+      const int child = model.mechanism().joints[effect.joint()].child_link;
+      law.body = model.placement(child).body;
+      AddWideLaw(i, law);
+      pairs_.push_back({wide_.back().v, wide_.back().v_second, 0.0, nullptr});
+    }
     if (effect.hooks() & kLinkForceHook) {
       law.body = model.placement(effect.link()).body;
       if (law.body >= 0) link_forces_.push_back(law);
@@ -133,8 +140,12 @@ void DynamicsTangent::AddWideLaw(int i, const Law& law, bool rate) {
             : law.body < 0                ? WideLaw::Of::kGravity
             : effect.hooks() & kDriveHook ? WideLaw::Of::kDrive
             : effect.hooks() & kLimitHook ? WideLaw::Of::kLimit
+            : effect.hooks() & kPairHook  ? WideLaw::Of::kPair
                                           : WideLaw::Of::kJoint;
-  wide.rows = rate ? states : law.body < 0 ? 3 : 1;
+  wide.rows = rate                            ? states
+              : law.body < 0                  ? 3
+              : wide.of == WideLaw::Of::kPair ? 2
+                                              : 1;
   CHECK_LE(wide.rows, 3) << effect.name();
   wide.first_held = model_->held_index(i);
   wide.first_z = states > 0 ? model_->z_index(i) : 0;
@@ -145,7 +156,13 @@ void DynamicsTangent::AddWideLaw(int i, const Law& law, bool rate) {
     add(Argument::Of::kQ, body.q_index, body.v_index);
     add(Argument::Of::kQd, body.v_index, body.v_index);
   };
-  if (law.body >= 0) {
+  if (wide.of == WideLaw::Of::kPair) {
+    const int second =
+        model_->mechanism().joints[effect.second_joint()].child_link;
+    wide.v = model_->bodies()[law.body].v_index;
+    wide.v_second = model_->bodies()[model_->placement(second).body].v_index;
+    for (const int v : {wide.v, wide.v_second}) add(Argument::Of::kQd, v, v);
+  } else if (law.body >= 0) {
     const Body& body = model_->bodies()[law.body];
     wide.v = body.v_index;
     add_joint(body);
@@ -208,7 +225,7 @@ void DynamicsTangent::WideColumns(const ParameterColumns& theta,
     wide_lanes_[v] = ZeroLanes();
   }
   for (const WideLaw& wide : wide_) {
-    if (wide.of > WideLaw::Of::kJoint) continue;
+    if (wide.of > WideLaw::Of::kPair) continue;
     const Lanes d = WideColumn(wide, theta, by, 0);
     switch (wide.of) {
       case WideLaw::Of::kDrive:
@@ -217,6 +234,9 @@ void DynamicsTangent::WideColumns(const ParameterColumns& theta,
       case WideLaw::Of::kLimit:
         drive_lanes_[wide.v] = d;
         break;
+      case WideLaw::Of::kPair:
+        wide_lanes_[wide.v_second] += WideColumn(wide, theta, by, 1);
+        [[fallthrough]];
       default:
         wide_lanes_[wide.v] += d;
     }
@@ -242,6 +262,10 @@ void DynamicsTangent::Columns(const ParameterColumns& theta, const Moved& by,
   EffortColumns(theta, by);
   ArticulateColumns(theta, by.dq);
   AccelerateColumns(dqdd);
+  for (const Pair& pair : pairs_) {  // (2.35)
+    const Lanes along = dqdd[pair.a] + dqdd[pair.b] * pair.ratio;
+    for (int i = 0; i < model_->nv(); ++i) dqdd[i] -= along * pair.K[i];
+  }
 }
 
 // (2.18), (2.19), outwards.

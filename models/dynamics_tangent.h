@@ -113,23 +113,31 @@ class DynamicsTangent {
     int v;      // in dq or dqd; in what is held or in dz
     double by[3] = {0.0, 0.0, 0.0};
   };
-  // A law that reads more than its joint (Effect::ReadsMore), or the rate of
-  // an effect's internal state.
+  // A law that reads more than its joint (Effect::ReadsMore), of a pair of
+  // joints, or the rate of an effect's internal state.
   struct WideLaw {
-    enum class Of { kDrive, kLimit, kJoint, kGravity, kRate } of;
+    enum class Of { kDrive, kLimit, kJoint, kPair, kGravity, kRate } of;
     Law law;
-    int v = -1;    // of its joint; -1 of gravity
-    int rows = 1;  // numbers that come out
+    int v = -1;         // of its joint; -1 of gravity
+    int v_second = -1;  // of a pair's second joint
+    int rows = 1;       // numbers that come out
     int first_held = 0, first_z = 0;
     std::vector<Argument> arguments;
     std::vector<Jet8> q, qd, held, z;  // scratch
+  };
+  // (2.35) at the point.
+  struct Pair {
+    int a, b;
+    double ratio;
+    const double* K;
   };
 
   void SetBody(int i, const double* qd, const double* qdd);
   void DifferentiateEffort(const double* q, const double* qd, Law* law);
   void DifferentiateLinkForce(Law* law);
   void AddWideLaw(int effect, const Law& law, bool rate = false);
-  void DifferentiateWide(const double* q, const double* qd, WideLaw* wide);
+  void DifferentiateWide(const double* q, const double* qd, const double* qdd,
+                         WideLaw* wide);
   // How a wide law moves.
   Lanes WideColumn(const WideLaw& wide, const ParameterColumns& theta,
                    const Moved& by, int row) const;
@@ -149,6 +157,7 @@ class DynamicsTangent {
   std::vector<Law> efforts_, link_forces_;
   // In the order of (2.32).
   std::vector<WideLaw> wide_;
+  std::vector<Pair> pairs_;
   bool moves_gravity_ = false;                   // some wide law does
   std::vector<double> drive_;                    // what the drives give so far
   std::vector<Lanes> drive_lanes_, wide_lanes_;  // nv each

@@ -58,7 +58,12 @@ void DynamicsTangent::SetPoint(const Workspace<double>& ws, const double* q,
   for (Law& law : efforts_) DifferentiateEffort(q, qd, &law);
   if (!wide_.empty()) {
     std::copy_n(ws.held, drive_.size(), drive_.begin());
-    for (WideLaw& wide : wide_) DifferentiateWide(q, qd, &wide);
+    for (WideLaw& wide : wide_) DifferentiateWide(q, qd, qdd, &wide);
+  }
+  for (size_t k = 0; k < pairs_.size(); ++k) {
+    const auto& effect = ws.pair_effects[k];
+    pairs_[k].ratio = effect.hooks->Ratio(effect.p);
+    pairs_[k].K = ws.pair_K[k].data();
   }
   for (Law& law : link_forces_) DifferentiateLinkForce(&law);
   // (2.15): what each joint transmits.
@@ -169,7 +174,7 @@ void DynamicsTangent::DifferentiateEffort(const double* q, const double* qd,
 
 // The laws come in the order of (2.32): drive_ is what the drives give before.
 void DynamicsTangent::DifferentiateWide(const double* q, const double* qd,
-                                        WideLaw* wide) {
+                                        const double* qdd, WideLaw* wide) {
   Law& law = wide->law;
   const int count = static_cast<int>(wide->arguments.size());
   const int total = count + static_cast<int>(law.p.size());
@@ -206,6 +211,14 @@ void DynamicsTangent::DifferentiateWide(const double* q, const double* qd,
     if (wide->v < 0) {
       for (int k = 0; k < 3; ++k) out[k] = Jet8(ws_->gravity[k]);
       law.hooks->ModifyGravity(inputs, law.p.data(), &out);
+    } else if (wide->of == WideLaw::Of::kPair) {
+      // g (F - I zdd) of (2.34), qdd held.
+      const int a = wide->v, b = wide->v_second;
+      const Jet8 ratio = law.hooks->Ratio(law.p.data());
+      out[0] = law.hooks->PairEffort(wide->qd[a] + ratio * wide->qd[b],
+                                     law.p.data()) -
+               law.hooks->PairInertia(law.p.data()) * (ratio * qdd[b] + qdd[a]);
+      out[1] = ratio * out[0];
     } else {
       const Body& body = model_->bodies()[law.body];
       const JointState<Jet8> joint{body.type,

@@ -92,7 +92,7 @@ bool SolveInPlace(MatrixX<T>* A, T* x) {
   return true;
 }
 
-// Forward dynamics by (2.28), with followers or pairs of joints. Of a joint
+// Forward dynamics by (2.28), with followers. Of a joint
 // that its dry friction holds, qdd is 0 and the row gives what is held; D^-1 of
 // the others is that of M.
 template <typename T>

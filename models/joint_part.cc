@@ -1,6 +1,7 @@
 #include "models/joint_part.h"
 
 #include "models/motion-impl.h"
+#include "models/pairs-impl.h"
 #include "models/scalars.h"
 
 namespace sysid {

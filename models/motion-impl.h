@@ -269,22 +269,6 @@ void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, const T* held,
   }
 }
 
-// (2.34): what pairs of joints take from the drives, at rates and accelerations
-// of all joints.
-template <typename T>
-void AddPairs(const Workspace<T>& ws, const T* qd, const T* qdd, T* tau) {
-  for (const auto& effect : ws.pair_effects) {
-    const int a = ws.model().bodies()[effect.body].v_index;
-    const int b = ws.model().bodies()[effect.second_body].v_index;
-    const T ratio = effect.hooks->Ratio(effect.p);
-    const T needed =
-        effect.hooks->PairInertia(effect.p) * (qdd[a] + ratio * qdd[b]) -
-        effect.hooks->PairEffort(qd[a] + ratio * qd[b], effect.p);
-    tau[a] += needed;
-    tau[b] += ratio * needed;
-  }
-}
-
 // Gravity as inputs move it.
 template <typename T>
 void SetGravity(Workspace<T>* ws, const T* held) {
@@ -294,6 +278,15 @@ void SetGravity(Workspace<T>* ws, const T* held) {
     effect.hooks->ModifyGravity(held + effect.first_held, effect.p,
                                 &ws->gravity);
   }
+}
+
+// (2.12): adds the force [n; f] to the parent's, moved by r.
+template <typename T>
+void AddForceToParent(const Vector3<T>& r, const Vector3<T>& n,
+                      const Vector3<T>& f, BodyData<T>* parent) {
+  parent->f += f;
+  parent->n += n;
+  Cross<Into::kAdd>(r, f, &parent->n);
 }
 
 // (2.7), (2.8): inertia about the body's origin in world axes, and the force

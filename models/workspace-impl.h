@@ -160,6 +160,7 @@ void Workspace<T>::BindEffects() {
     }
   }
   still_gravity = gravity;
+  pair_K.assign(pair_effects.size(), std::vector<T>(model_->nv()));
   drive.resize(drive_effects.empty() && limit_effects.empty() ? 0 : tau.size());
 }
 

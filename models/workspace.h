@@ -123,10 +123,12 @@ class Workspace {
   // their followers.
   std::vector<int> dry_bodies;
 
-  // Where there are followers or pairs: coordinates of all joints, (2.25), and
-  // what the equations of motion become in those of the state, (2.28).
+  // Where there are followers: coordinates of all joints, (2.25), and what the
+  // equations of motion become in those of the state, (2.28).
   std::vector<T> y, yd, ydd, y_tau, force;
   MatrixX<T> M_y, M, factor;
+  // (2.36): K of each pair, nv numbers; where ABA accelerates pairs.
+  std::vector<std::vector<T>> pair_K;
 
  private:
   void BindEffects();

@@ -115,7 +115,9 @@ void AddStarts(const ShootingProblem& problem, int run, std::vector<int> cuts,
                double longest, std::vector<Start>* starts) {
   const std::vector<double>& t = problem.runs()[run]->run.t;
   cuts.pop_back();
-  const std::vector<double> reach = HorizonReach(t, cuts, longest);
+  const DataSet& data = problem.data();
+  const std::vector<double> reach = HorizonReach(
+      t, cuts, {data.first_run() + run, data.run_count()}, longest);
   for (size_t k = 0; k < cuts.size(); ++k) {
     const int last = After(t, t[cuts[k]] + reach[k] * 1.01) - 1;
     if (reach[k] == 0.0) continue;
@@ -205,9 +207,15 @@ std::vector<RowMatrixXd> StatesOfPoint(const ShootingProblem& problem,
 
 std::vector<double> HorizonReach(const std::vector<double>& t,
                                  const std::vector<int>& starts,
-                                 double longest) {
+                                 const RunPlace& run, double longest) {
   constexpr double kApart = 0.25;         // of the horizon
   constexpr int kFewest = 8, kMost = 20;  // of a horizon
+  constexpr int kOfAll = 400;             // of a horizon, of many runs
+  const int most = std::clamp(kOfAll / run.count, 1, kMost);
+  const int fewest = std::min(kFewest, most);
+  // A low-discrepancy sequence: the golden ratio's multiples, modulo 1.
+  const double golden = 0.5 * (std::sqrt(5.0) - 1.0) * run.number;
+  const double shift = most < kMost ? golden - std::floor(golden) : 0.0;
   std::vector<double> reach(starts.size(), 0.0);
   for (const double horizon : kHorizons) {
     if (horizon > longest) break;
@@ -216,8 +224,8 @@ std::vector<double> HorizonReach(const std::vector<double>& t,
     if (!(room >= 0.0)) continue;
     if (std::isfinite(longest)) reach.assign(starts.size(), 0.0);
     const double apart =
-        std::max(std::min(kApart * horizon, room / kFewest), room / kMost);
-    double next = t.front();
+        std::max(std::min(kApart * horizon, room / fewest), room / most);
+    double next = t.front() + shift * apart;
     for (size_t k = 0; k < starts.size(); ++k) {
       const double begin = t[starts[k]];
       constexpr double kRounding = 1e-9;  // s

@@ -13,17 +13,25 @@ inline constexpr double kHorizons[] = {0.05, 0.1, 0.2, 0.5,
                                        1.0,  2.0, 5.0, 10.0};
 inline constexpr double kHorizonWindow = 0.2;  // s
 
+// Which of all runs one is.
+struct RunPlace {
+  int number = 0, count = 1;
+};
+
 // For windows of a run that begin at these samples, how far each is followed,
 // s; 0: not at all. Of a horizon h that the run has room for, the starts are
 // h / 4 apart, for two predictions that share more of their motion say nearly
 // the same; closer where that leaves fewer than 8, for then the noise of single
 // windows counts; and at most 20: the root mean square of 20 independent errors
 // is within a third of what more would give (three standard errors of a
-// chi-square, 3 / sqrt(2 x 20)).
+// chi-square, 3 / sqrt(2 x 20)). Of more than 20 runs there are 400 starts in
+// all, for a tenth, or one in each run; where they begin then differs from run
+// to run.
 // With a `longest`, s, of which there is no longer one, the starts are those of
 // the longest up to it, fewer and soon rolled out: they tell the shorter ones.
 std::vector<double> HorizonReach(
     const std::vector<double>& t, const std::vector<int>& starts,
+    const RunPlace& run = {},
     double longest = std::numeric_limits<double>::infinity());
 
 // What EvaluateHorizon would find if the model were true, and knew its

@@ -103,9 +103,8 @@ void Competition::FitEffects() {
   std::vector<std::shared_ptr<const Effect>> effects;
   for (const std::string& name : catalogue.Candidates(fitted.mechanism())) {
     const auto effect = catalogue.Make(name, fitted.mechanism(), "check");
-    // What rollouts of its own or Jets show costs more than a check has.
-    constexpr unsigned kCostly = kPairHook | kInputLagHook;
-    if (!(effect->hooks() & kCostly)) effects.push_back(effect);
+    // What rollouts of its own show costs more than a check has.
+    if (!(effect->hooks() & kInputLagHook)) effects.push_back(effect);
   }
   if (!Spend(secants.work() * (1.0 + kColumnWork * 2.0 * effects.size()))) {
     return;

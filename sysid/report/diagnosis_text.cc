@@ -489,9 +489,9 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
               "\n";
     }
     text += EffortLine("  ", final->fit.effort, final->fit.cut_off_hz);
-    text += OpenLines(final->fit.open, "open prediction of ");
+    text += OpenLines(final->fit.open, "");
     if (final->holdout) {
-      text += OpenLines(final->holdout->open, "open prediction of held-out ");
+      text += OpenLines(final->holdout->open, "held-out ");
     }
   }
   return text + "next\n" + next + "\n";

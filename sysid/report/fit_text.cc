@@ -250,8 +250,8 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
             ", each segment from its own initial state\n" +
             EffortLine("  held out: ", holdout->effort, 0.0);
   }
-  text += OpenLines(fit.open, "open prediction of ");
-  if (holdout) text += OpenLines(holdout->open, "open prediction of held-out ");
+  text += OpenLines(fit.open, "");
+  if (holdout) text += OpenLines(holdout->open, "held-out ");
   for (const std::vector<std::string>& group : fit.not_identifiable) {
     if (regrouped) break;  // as the table says
     text += "  " + Paint(colour, kRed, NotIdentifiable(group)) +

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "models/error.h"
 
@@ -26,6 +27,43 @@ std::string BaseName(const BaseParameter& base) {
     name += Format(" + %d more", static_cast<int>(base.terms.size() - kShown));
   }
   return name;
+}
+
+// Median and worst of the open predictions, and whose the worst is.
+std::string OpenSummary(const std::vector<OpenError>& open,
+                        const std::string& kind) {
+  struct Channel {
+    std::string name, unit;
+    std::vector<std::pair<double, std::string>> rms;  // and run
+  };
+  std::vector<Channel> channels;
+  for (const OpenError& run : open) {
+    for (const OpenError::Channel& channel : run.channels) {
+      auto at = std::find_if(
+          channels.begin(), channels.end(),
+          [&](const Channel& c) { return c.name == channel.name; });
+      if (at == channels.end()) {
+        at = channels.insert(at, {channel.name, channel.unit, {}});
+      }
+      at->rms.emplace_back(channel.rms, run.trajectory);
+    }
+  }
+  std::string text =
+      Format("  open prediction of %d ", static_cast<int>(open.size())) + kind +
+      "runs, each from one initial state:";
+  for (Channel& channel : channels) {
+    auto& rms = channel.rms;
+    const auto [worst, run] = *std::max_element(rms.begin(), rms.end());
+    const auto middle = rms.begin() + (rms.size() - 1) / 2;
+    std::nth_element(rms.begin(), middle, rms.end());
+    const auto value = [&](double x) {
+      return std::isfinite(x) ? Format("%.3g ", x) + channel.unit : "diverges";
+    };
+    text += " " + channel.name + " median " + value(middle->first) +
+            ", worst " + value(worst) + " (" + run + ");";
+  }
+  text.back() = '\n';
+  return text;
 }
 
 }  // namespace
@@ -96,10 +134,12 @@ std::string OfTheMotion(double fit_percent) {
 }
 
 std::string OpenLines(const std::vector<OpenError>& open,
-                      const std::string& label) {
+                      const std::string& kind) {
+  constexpr size_t kMostRuns = 12;  // what a reader takes in one by one
+  if (open.size() > kMostRuns) return OpenSummary(open, kind);
   std::string text;
   for (const OpenError& run : open) {
-    text += "  " + label + run.trajectory +
+    text += "  open prediction of " + kind + run.trajectory +
             Format(", %.4g s from one initial state:", run.duration_s);
     for (const OpenError::Channel& channel : run.channels) {
       text += " " + channel.name +

@@ -42,9 +42,10 @@ std::string Value(double value, double std_error);
 // How long a fit's segments are: "0.5 s", or "0.5 to 1.2 s" where they differ.
 std::string SegmentLengths(const Fit& fit);
 
-// A line of the open predictions of each run.
+// A line of the open prediction of each run, whose kind is "" or "held-out ";
+// of more than a dozen runs, per channel the median and the worst.
 std::string OpenLines(const std::vector<OpenError>& open,
-                      const std::string& label);
+                      const std::string& kind);
 
 // Few with `between` two of them, many by their kind: "viscous_damping (joint1,
 // joint2), armature (joint1)".

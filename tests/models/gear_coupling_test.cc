@@ -74,6 +74,53 @@ TEST(GearCoupling, ForwardDynamicsInvertItsInverseDynamics) {
   }
 }
 
+// (2.35) by rank-one changes, (2.28) by solving with M: two pairs that share a
+// joint, beside joints of other types and rotors, and one that friction holds.
+TEST(GearCoupling, RankOneChangesSolveTheDenseEquations) {
+  Mechanism mechanism = Arm();
+  AddSomeJoint("ball", JointType::kSpherical, 3, "l4", SomeBody(), &mechanism);
+  AddSomeJoint("slide", JointType::kPrismatic, 4, "l5", SomeBody(), &mechanism);
+  Model model(mechanism);
+  const Catalogue catalogue;
+  for (const char* name :
+       {"gear_coupling@j1,j2", "gear_coupling@j2,j3", "armature@ball"}) {
+    model.AddEffect(catalogue.Make(name, mechanism, "test"));
+  }
+  MechanismParameters<double> values = model.nominal();
+  for (double& value : values.effects) value = 0.4;
+  model.SetNominal(values);
+  model.SetEffectParameter("j3.coupling_sign", -1.0);
+  Random random(7);
+  for (int trial = 0; trial < 20; ++trial) {
+    RandomState at(mechanism, &random);
+    at.qdd.setZero();
+    const VectorXd force = at.tau - Needed(model, at);
+    MatrixX<double> M;
+    Workspace<double> ws(model);
+    MassMatrix<double>(&ws, at.q.data(), &M);
+    for (const int held : {-1, 0, 2}) {  // joint j1 or j3
+      MatrixX<double> A = M;
+      VectorXd wanted = force;
+      for (BodyData<double>& body : ws.bodies) body.dry = DryMode::kSmoothed;
+      if (held >= 0) {
+        ws.bodies[held].dry = DryMode::kRests;
+        A.row(held).setZero();
+        A.col(held).setZero();
+        A(held, held) = 1.0;
+        wanted[held] = 0.0;
+      }
+      wanted = A.ldlt().solve(wanted);
+      VectorXd qdd(model.nv());
+      ASSERT_TRUE(ForwardDynamics<double>(&ws, at.q.data(), at.qd.data(),
+                                          at.tau.data(), qdd.data()));
+      EXPECT_LT((qdd - wanted).norm(), 1e-9 * wanted.norm());
+      if (held < 0) continue;
+      const double holds = force[held] - M.row(held).dot(wanted);
+      EXPECT_NEAR(ws.bodies[held].u, holds, 1e-9 * force.norm());
+    }
+  }
+}
+
 // The inverse dynamics are linear in the accelerations by the mass matrix.
 TEST(GearCoupling, IsInTheMassMatrix) {
   const Model model = Coupled(1.0);

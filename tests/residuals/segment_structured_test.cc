@@ -23,7 +23,7 @@ Model WithEveryEffect(const Mechanism& mechanism, Random* random) {
   catalogue.Add<TestInput>();
   catalogue.Add<TestMeasurement>();
   Model model(mechanism);
-  AddEveryEffect(catalogue, random, &model, kPairHook);
+  AddEveryEffect(catalogue, random, &model);
   return model;
 }
 

@@ -14,16 +14,20 @@ namespace {
 
 // What mpirun and srun say to those that they start.
 constexpr const char* kSizes[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"};
+constexpr const char* kOfSlurm[] = {"SLURM_STEP_NUM_TASKS", "SLURM_PROCID"};
 
 class WithoutMpiTest : public ::testing::Test {
  protected:
   WithoutMpiTest() {
-    for (const char* const name : kSizes) unsetenv(name);
+    Forget();
     SimulateInto(folder_, "run.csv",
                  {"--model", "pendulum2_planar", "--duration", "2"});
   }
-  ~WithoutMpiTest() override {
+  ~WithoutMpiTest() override { Forget(); }
+
+  static void Forget() {
     for (const char* const name : kSizes) unsetenv(name);
+    for (const char* const name : kOfSlurm) unsetenv(name);
   }
 
   const ProgramFolder folder_;
@@ -61,6 +65,21 @@ TEST_F(WithoutMpiTest, RefusesToDoTheSameWorkManyTimes) {
     setenv(name, "1", 1);
     EXPECT_EQ(folder_.Run(SYSID_FIT_WITHOUT_MPI, fit_).exit_code, 0);
     unsetenv(name);
+  }
+}
+
+// Tasks of srun without MPI may be meant to be on their own.
+TEST_F(WithoutMpiTest, TheFirstOfSeparateTasksSaysThatTheyAre) {
+  setenv("SLURM_STEP_NUM_TASKS", "3", 1);
+  for (const std::string task : {"0", "1"}) {
+    setenv("SLURM_PROCID", task.c_str(), 1);
+    for (const std::string program : {SYSID_FIT, SYSID_FIT_WITHOUT_MPI}) {
+      const ProgramResult result = folder_.Run(program, fit_);
+      EXPECT_EQ(result.exit_code, 0) << result.err;
+      EXPECT_EQ(result.err.find("srun started 3 tasks") != std::string::npos,
+                task == "0")
+          << result.err;
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <set>
 
 #include "tests/support/fit_setup.h"
 
@@ -36,6 +37,39 @@ struct True {
   std::unique_ptr<ShootingProblem> problem;
   Solution point;
 };
+
+// Where runs of 10 s begin what is followed for `horizon`, s.
+std::vector<double> Begins(int runs, double horizon) {
+  std::vector<double> t;
+  for (int i = 0; i <= 1000; ++i) t.push_back(0.01 * i);
+  std::vector<int> windows = CutRun(t, kHorizonWindow, 1);
+  windows.pop_back();
+  std::vector<double> begins;
+  for (int run = 0; run < runs; ++run) {
+    const std::vector<double> reach = HorizonReach(t, windows, {run, runs});
+    for (size_t k = 0; k < reach.size(); ++k) {
+      if (reach[k] >= horizon) begins.push_back(t[windows[k]]);
+    }
+  }
+  return begins;
+}
+
+TEST(HorizonReach, TakesFewStartsOfEachOfManyRunsAndNotAllTheSame) {
+  for (const double horizon : {2.0, 5.0}) {
+    const size_t each = Begins(1, horizon).size();
+    EXPECT_EQ(Begins(20, horizon).size(), 20 * each);
+    // Those that a longer horizon follows are this one's too.
+    const size_t of_100 = Begins(100, horizon).size();
+    EXPECT_GE(of_100, 400u);
+    EXPECT_LT(of_100, 60 * each);
+    const std::vector<double> begins = Begins(1000, horizon);
+    EXPECT_GE(begins.size(), 900u);
+    EXPECT_LT(begins.size(), 3000u);
+    // All over what has room.
+    const std::set<double> places(begins.begin(), begins.end());
+    EXPECT_GT(places.size(), 0.9 * (10.0 - 0.9 * horizon) / kHorizonWindow);
+  }
+}
 
 // Of how many starts the error at a horizon is a mean.
 int CountStarts(const std::vector<double>& t, double horizon) {

@@ -24,5 +24,30 @@ TEST(Text, ListsManyEffectsByTheirKind) {
       "spring (a, b), armature (a, c)");
 }
 
+OpenError Open(const std::string& run, double rms) {
+  return {run, 10.0, {{"joint1", "rad", rms, 99.0}}};
+}
+
+TEST(OpenLines, HaveOneEachOfAFewRuns) {
+  EXPECT_EQ(OpenLines({Open("a.csv", 0.5), Open("b.csv", INFINITY)}, ""),
+            "  open prediction of a.csv, 10 s from one initial state: joint1 "
+            "0.5 rad (fit 99 %)\n"
+            "  open prediction of b.csv, 10 s from one initial state: joint1 "
+            "diverges rad (fit 99 %)\n");
+}
+
+TEST(OpenLines, SayMedianAndWorstOfMany) {
+  std::vector<OpenError> open;
+  for (int i = 1; i <= 101; ++i) {
+    open.push_back(Open(std::to_string(i) + ".csv", 0.01 * (i * 7 % 102)));
+  }
+  EXPECT_EQ(OpenLines(open, "held-out "),
+            "  open prediction of 101 held-out runs, each from one initial "
+            "state: joint1 median 0.51 rad, worst 1.01 rad (29.csv)\n");
+  open[40].channels[0].rms = INFINITY;
+  EXPECT_NE(OpenLines(open, "").find("worst diverges (41.csv)"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace sysid
