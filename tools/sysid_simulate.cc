@@ -70,11 +70,17 @@ constexpr char kHelp[] =
   --set name=value,...       parameters, also those of effects
   --add effect@target=v,...  effects, with the value of their first parameter;
                              names may be patterns: 'viscous_damping@*=0.1'
-      on joints: viscous_damping, coulomb_friction, stribeck_friction,
-          quadratic_drag, spring, armature, effort_bias, effort_gain, cogging,
-          sensor_offset
+      on joints: viscous_damping, cubic_damping, quadratic_drag,
+          coulomb_friction, stribeck_friction, asymmetric_friction,
+          load_friction, load_stribeck_friction, thermal_friction,
+          presliding_friction, gear_efficiency, spring, backlash,
+          joint_elasticity, armature, cogging, transmission_error,
+          effort_bias, effort_gain, effort_limit, actuator_lag,
+          position_drive, sensor_offset, sensor_gain, sensor_delay,
+          'custom@J: FORMULA'
+      on pairs:  gear_coupling@A+B
       on links:  aerodynamic_drag, mass, com, inertia
-      on base:   effort_delay, gravity_tilt
+      on base:   effort_delay, gravity_tilt, base_motion
   --initial random|RUN.csv   start at rest at random angles, or as the first
                              row of a run (velocities where it has them)
   --tilt 0.6                 largest angle of a random start, rad (slides: m)

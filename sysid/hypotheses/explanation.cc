@@ -103,8 +103,10 @@ void Competition::FitEffects() {
   std::vector<std::shared_ptr<const Effect>> effects;
   for (const std::string& name : catalogue.Candidates(fitted.mechanism())) {
     const auto effect = catalogue.Make(name, fitted.mechanism(), "check");
-    // What rollouts of its own show costs more than a check has.
-    if (!(effect->hooks() & kInputLagHook)) effects.push_back(effect);
+    // Rollouts of its own, and the small steps that the smoothed friction of
+    // pairs takes, cost more than a check has.
+    constexpr unsigned kCostly = kPairHook | kInputLagHook;
+    if (!(effect->hooks() & kCostly)) effects.push_back(effect);
   }
   if (!Spend(secants.work() * (1.0 + kColumnWork * 2.0 * effects.size()))) {
     return;

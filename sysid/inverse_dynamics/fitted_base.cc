@@ -18,6 +18,9 @@ Eigen::MatrixXd RootOf(const Eigen::MatrixXd& covariance) {
          eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
+// Of which the equations of the joints' motion do not tell.
+bool HasInternalStates(const Model& model) { return model.layout().nz() > 0; }
+
 }  // namespace
 
 void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
@@ -27,12 +30,13 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
       !fit->covariance.allFinite()) {
     return;
   }
-  if (!MeasuresAllJoints(problem)) return;
+  if (!MeasuresAllJoints(problem) || HasInternalStates(model)) return;
   const Processes& all = problem.processes();
   std::vector<const Run*> runs;
   for (const auto& data : problem.runs()) runs.push_back(&data->run);
   const double* theta = fit->point.theta.data();
   const EquationCoordinates coordinates(model, map.parameters());
+  if (coordinates.Links().empty()) return;
   const CoordinatesAt at = DifferentiateCoordinates(coordinates, map, theta);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> moved(at.D);
   if (moved.rank() != coordinates.size()) return;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "models/error.h"
@@ -170,23 +172,48 @@ std::string ListEffects(const std::vector<std::string>& names,
 }
 
 bool ShowsCombinations(const Fit& fit) {
-  return std::any_of(fit.base.begin(), fit.base.end(),
+  return !fit.not_identifiable.empty() &&
+         std::any_of(fit.base.begin(), fit.base.end(),
                      [](const BaseParameter& b) { return b.terms.size() > 1; });
 }
 
 std::string BaseTable(const Fit& fit) {
-  size_t width = 0;
+  struct Row {
+    std::string name;
+    double value, std_error;
+    std::string unit;
+  };
+  std::vector<Row> rows;
+  std::set<std::string> in_terms;
   for (const BaseParameter& base : fit.base) {
-    width = std::max(width, BaseName(base).size());
+    rows.push_back({BaseName(base), base.value, base.std_error, base.unit});
+    for (const BaseParameter::Term& term : base.terms) {
+      in_terms.insert(term.name);
+    }
   }
+  // What the equations of motion do not show, but the trajectories: a delay.
+  std::set<std::string> of_effects;
+  for (const EffectParameter& p : fit.model.effects().parameters()) {
+    of_effects.insert(p.name);
+  }
+  for (const ParameterEstimate& p : fit.parameters) {
+    if (!p.identifiable || in_terms.contains(p.name)) continue;
+    if (of_effects.contains(p.name)) {
+      rows.push_back({p.name, p.value, p.std_error,
+                      p.unit + (p.at_bound ? "  at its bound" : "")});
+    }
+  }
+  size_t width = 0;
+  for (const Row& row : rows) width = std::max(width, row.name.size());
   std::string text = Format("  %-*s %16s %12s  %s\n", static_cast<int>(width),
                             "base parameter", "value", "+- (95 %)", "unit");
-  for (const BaseParameter& base : fit.base) {
+  for (const Row& row : rows) {
     text += Format("  %-*s %16s %12s  ", static_cast<int>(width),
-                   BaseName(base).c_str(),
-                   Value(base.value, base.std_error).c_str(),
-                   Format("%.2g", 1.959964 * base.std_error).c_str()) +
-            base.unit + "\n";
+                   row.name.c_str(), Value(row.value, row.std_error).c_str(),
+                   std::isfinite(row.std_error)
+                       ? Format("%.2g", 1.959964 * row.std_error).c_str()
+                       : "-") +
+            row.unit + "\n";
   }
   return text + "\n";
 }

@@ -216,8 +216,11 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
   }
   std::erase_if(candidates, [&](const auto& effect) {
     if (!CanRead(*effect, runs)) return true;
+    // What is between a motor and its joint shows where both have a sensor.
+    const bool is_seen = (effect->hooks() & kMotorHook) != 0 &&
+                         MeasureBothEnds(runs, effect->joint());
     return names.empty() &&
-           (!effect->IsCandidate() ||
+           ((!effect->IsCandidate() && !is_seen) ||
             (effect->NeedsDrive() &&
              !IsDriven(mechanism, effect->joint(), session.runs)));
   });

@@ -19,9 +19,10 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
                                std::vector<std::string>* notices);
 
 // The candidates by name ("coulomb_friction@joint1", or a kind for all its
-// targets) or pattern of either; all of the catalogue's where `names` is empty,
-// those of a drive only where an effort was measured. Throws InputError at
-// `place`.
+// targets) or pattern of either; where `names` is empty all of the catalogue's
+// but for those that must be named, those of a drive only where an effort was
+// measured, and a spring or gap in a drive where both its ends have a sensor.
+// Throws InputError at `place`.
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Session& session,
     const std::vector<std::string>& names, const std::string& place);

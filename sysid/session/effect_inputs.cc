@@ -21,6 +21,13 @@ bool MeasureMotor(const std::vector<const Run*>& runs, int joint) {
   });
 }
 
+bool MeasureBothEnds(const std::vector<const Run*>& runs, int joint) {
+  return std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
+    return FindChannel(*run, ChannelKind::kMotorPosition, joint) != nullptr &&
+           FindChannel(*run, ChannelKind::kPosition, joint) != nullptr;
+  });
+}
+
 void CheckCanRead(const Effect& effect, const std::vector<const Run*>& runs,
                   const std::string& place) {
   for (const Run* run : runs) {

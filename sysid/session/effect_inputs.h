@@ -13,6 +13,8 @@ const EffectInput* MissingInput(const Effect& effect, const Run& run);
 
 // Whether one of the runs has the position of a joint's motor.
 bool MeasureMotor(const std::vector<const Run*>& runs, int joint);
+// Whether one has that and the joint's own.
+bool MeasureBothEnds(const std::vector<const Run*>& runs, int joint);
 
 // Throws InputError at `place` where a run lacks what an effect reads, or all
 // of them the motor's sensor that it is of.

@@ -71,6 +71,22 @@ TEST_F(MotorSensorsTest, TellTheSpringAndTheirOwnOffsetApart) {
   EXPECT_THAT(channels, Contains("joint1.motor_q"));
 }
 
+// Trajectories show them one by one; the equations of motion of the joints know
+// nothing of the motor behind the spring.
+TEST_F(MotorSensorsTest, ArePrintedOneByOneWithWhatTheyTell) {
+  const ProgramResult result = folder_->Run(
+      SYSID_FIT,
+      {"--model", "rods.urdf", "--traj", "1.csv", "--add",
+       "joint_elasticity@joint1,viscous_damping@joint1", "--json", "fit.json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  for (const char* name : {"joint1.drive_stiffness", "joint1.drive_damping",
+                           "joint1.motor_inertia", "joint1.damping"}) {
+    EXPECT_THAT(result.out, ::testing::HasSubstr(name));
+  }
+  EXPECT_FALSE(
+      Json::parse(folder_->Read("fit.json")).contains("base_parameters"));
+}
+
 // With a rigid drive the motor's column says where the joint is.
 TEST_F(MotorSensorsTest, StandForAJointWithoutASensorOfItsOwn) {
   std::string text = folder_->Read("1.csv");
@@ -84,6 +100,18 @@ TEST_F(MotorSensorsTest, StandForAJointWithoutASensorOfItsOwn) {
        "joint_elasticity@joint1,sensor_offset@joint1.motor", "--json", "-"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_LT(Json::parse(result.out)["error"]["train"]["normalized_rms"], 1.1);
+}
+
+// Which must be named where a joint has one sensor only.
+TEST_F(MotorSensorsTest, ShowTheSpringBetweenThemWithoutAHint) {
+  const ProgramResult result = folder_->Run(
+      SYSID_DIAGNOSE,
+      {"--model", "rods.urdf", "--traj", "1.csv", "--holdout", "2.csv", "--add",
+       "sensor_offset@joint1.motor", "--json", "-"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Json first = Json::parse(result.out)["candidates"][0];
+  EXPECT_EQ(first["effect"], "joint_elasticity") << result.out;
+  EXPECT_EQ(first["target"], "joint1");
 }
 
 TEST_F(MotorSensorsTest, AreAskedForTheirOffsetInADiagnosis) {

@@ -4,6 +4,7 @@
 #include <sstream>
 #include <tuple>
 
+#include "models/effects/catalogue.h"
 #include "sysid/io/csv.h"
 #include "tests/sysid/io/read_columns.h"
 #include "tests/sysid/simulation/arm_with_limits.h"
@@ -37,6 +38,13 @@ class SimulateTest : public ::testing::Test {
 
   ProgramFolder folder_;
 };
+
+TEST_F(SimulateTest, ItsHelpNamesEveryEffect) {
+  const std::string help = folder_.Run(SYSID_SIMULATE, {"--help"}).out;
+  for (const std::string& kind : Catalogue().kinds()) {
+    EXPECT_THAT(help, HasSubstr(kind));
+  }
+}
 
 TEST_F(SimulateTest, NumbersOutOfRange) {
   for (const std::string flag : {"--duration", "--rate", "--tilt", "--step"}) {

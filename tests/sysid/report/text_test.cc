@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+
+#include "models/effects/catalogue.h"
+#include "tests/support/all_joints.h"
 
 namespace sysid {
 namespace {
@@ -22,6 +26,40 @@ TEST(Text, ListsManyEffectsByTheirKind) {
   EXPECT_EQ(
       ListEffects({"spring@a", "armature@a", "spring@b", "armature@c"}, ", "),
       "spring (a, b), armature (a, c)");
+}
+
+// An arm's fit: of two masses their sum shows, of an effect all.
+TEST(BaseTable, HasCombinationsAndWhatOtherwiseShows) {
+  Mechanism mechanism;
+  mechanism.AddRoot("root");
+  AddSomeJoint("joint1", JointType::kRevolute, 0, "link1", SomeBody(),
+               &mechanism);
+  Model model(mechanism);
+  const Catalogue catalogue;
+  for (const char* name : {"effort_delay@base", "viscous_damping@joint1"}) {
+    model.AddEffect(catalogue.Make(name, model.mechanism(), "test"));
+  }
+  Fit fit(model);
+  fit.base = {{{{"link1.m", 1.0}, {"link2.m", 1.0}}, "kg", 2.5, 0.1},
+              {{{"joint1.damping", 1.0}}, "N m s/rad", 0.25, 0.01}};
+  for (const auto& [name, error] :
+       {std::pair("link1.mass", std::nan("")),
+        std::pair("joint1.damping", 0.01), std::pair("effort_delay", 0.001)}) {
+    ParameterEstimate p;
+    p.name = name;
+    p.value = 0.01;
+    p.std_error = error;
+    p.identifiable = std::isfinite(error);
+    fit.parameters.push_back(p);
+  }
+  EXPECT_FALSE(ShowsCombinations(fit));  // each is identifiable
+  fit.not_identifiable = {{"link1.mass", "link2.mass"}};
+  EXPECT_TRUE(ShowsCombinations(fit));
+  const std::string table = BaseTable(fit);
+  EXPECT_NE(table.find("link1.m + link2.m"), std::string::npos);
+  EXPECT_NE(table.find("effort_delay"), std::string::npos) << table;
+  EXPECT_EQ(table.find("link1.mass"), std::string::npos);
+  EXPECT_EQ(table.find("joint1.damping"), table.rfind("joint1.damping"));
 }
 
 OpenError Open(const std::string& run, double rms) {
