@@ -41,6 +41,17 @@ bool DropAtBound(const EvaluatedModel& model,
          });
 }
 
+// By Jets, or by the small steps of the smoothed friction of pairs, of a model
+// with so many effects that the equations of motion begin its search.
+bool FitsTakeMinutes(const Model& model) {
+  const EffectSet& effects = model.effects();
+  bool has_pairs = false;
+  for (int i = 0; i < effects.size(); ++i) {
+    has_pairs |= (effects.effect(i).hooks() & kPairHook) != 0;
+  }
+  return has_pairs || !DynamicsTangent::Covers(model);
+}
+
 }  // namespace
 
 DiagnosisStep StepFrom(const EvaluatedModel& before) {
@@ -149,9 +160,9 @@ bool Search::BeginByEquations() {
     return false;
   }
   // A fit of the motion would make up by all that is free for what follows
-  // another joint and no candidate describes; and by Jets it takes minutes.
+  // another joint and no candidate describes.
   by_equations_ =
-      !followed_.empty() || !DynamicsTangent::Covers(model->problem->model());
+      !followed_.empty() || FitsTakeMinutes(model->problem->model());
   if (!by_equations_) *model = EvaluateAgain(problem_, std::move(*model));
   for (const ScreenedEffect& effect : look.effects) {
     settled_.insert(effect.name());
