@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
+#include "sysid/estimation/parallel.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
@@ -47,12 +48,14 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     coordinates.Seed(values, begin, s);
   };
-  std::vector<EquationRows> rows;
-  for (const Run* run : runs) {
-    rows.push_back(MakeEquationRows<Jet24>(
-        model, SampleMotion(model, *run, filter), coordinates.size(), seeding,
-        {coordinates.Links(), values}));
-  }
+  std::vector<EquationRows> rows(runs.size());
+  ParallelFor(static_cast<int>(runs.size()), problem.options().threads,
+              problem.options().stop, [&](int r) {
+                rows[r] = MakeEquationRows<Jet24>(
+                    model, SampleMotion(model, *runs[r], filter),
+                    coordinates.size(), seeding, {coordinates.Links(), values});
+                return true;
+              });
   const EquationRegression regression(model.nv(), coordinates.size(),
                                       std::move(rows), problem.options().loss,
                                       problem.options().loss_scale, all);

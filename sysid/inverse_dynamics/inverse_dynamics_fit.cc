@@ -16,6 +16,7 @@
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/estimation/initial_states.h"
+#include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/step_size.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
@@ -140,12 +141,13 @@ class InverseDynamicsFit {
 
 void InverseDynamicsFit::Filter(const EquationFilter& filter) {
   filter_ = filter;
-  sampled_.clear();
   ThrowIfCancelled(problem_.options().stop);  // also where there are no runs
-  for (const Run* run : runs_) {
-    sampled_.push_back(SampleMotion(problem_.model(), *run, filter));
-    ThrowIfCancelled(problem_.options().stop);
-  }
+  sampled_.resize(runs_.size());
+  ParallelFor(static_cast<int>(runs_.size()), problem_.options().threads,
+              problem_.options().stop, [&](int r) {
+                sampled_[r] = SampleMotion(problem_.model(), *runs_[r], filter);
+                return true;
+              });
 }
 
 Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
@@ -161,13 +163,14 @@ EquationRegression InverseDynamicsFit::Regress(
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     coordinates_.Seed(values, begin, s);
   };
-  std::vector<EquationRows> rows;
-  for (const SampledMotion& sampled : sampled_) {
-    rows.push_back(MakeEquationRows<Jet24>(problem_.model(), sampled,
-                                           coordinates_.size(), seeding,
-                                           {coordinates_.Links(), values}));
-    ThrowIfCancelled(problem_.options().stop);
-  }
+  std::vector<EquationRows> rows(sampled_.size());
+  ParallelFor(static_cast<int>(rows.size()), problem_.options().threads,
+              problem_.options().stop, [&](int r) {
+                rows[r] = MakeEquationRows<Jet24>(
+                    problem_.model(), sampled_[r], coordinates_.size(), seeding,
+                    {coordinates_.Links(), values});
+                return true;
+              });
   return EquationRegression(problem_.model().nv(), coordinates_.size(),
                             std::move(rows), problem_.options().loss,
                             problem_.options().loss_scale,
