@@ -127,7 +127,7 @@ class Workspace {
   // equations of motion become in those of the state, (2.28).
   std::vector<T> y, yd, ydd, y_tau, force;
   MatrixX<T> M_y, M, factor;
-  // (2.36): K of each pair, nv numbers; where ABA accelerates pairs.
+  // (2.35): K of each pair, nv numbers; where ABA accelerates pairs.
   std::vector<std::vector<T>> pair_K;
 
  private:

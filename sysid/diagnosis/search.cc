@@ -207,12 +207,19 @@ void Search::AddTogether() {
   Report("what the equations of motion show", diagnosis_.base.train_error());
   std::vector<const ScreenedEffect*> shown;
   for (const ScreenedEffect& effect : shown_) shown.push_back(&effect);
+  const auto explains = [&](const EvaluatedModel& model) {
+    return !IsDoubtful(model.fit) && WhyImplausible(model).empty() &&
+           ExplainsMost(problem_, diagnosis_.base, model);
+  };
   // What they leave is not known before: with the steps of the smallest error.
   auto model = std::make_shared<EvaluatedModel>(EvaluateWith(
       problem_, diagnosis_.base, shown, TrialOptions(problem_.options, 0.0)));
-  if (IsDoubtful(model->fit) || !WhyImplausible(*model).empty() ||
-      !ExplainsMost(problem_, diagnosis_.base, *model)) {
-    return;
+  if (!explains(*model)) {
+    // What the base made of its parameters for want of them may be too far off:
+    // from where the equations of motion have them all.
+    *model = EvaluateAgain(
+        problem_, EvaluateByEquations(problem_, diagnosis_.base, shown));
+    if (!explains(*model)) return;
   }
   been_.insert(EffectsOf(diagnosis_.base));
   *model = EvaluateAgain(problem_, std::move(*model));

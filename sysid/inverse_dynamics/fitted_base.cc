@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 
-#include "sysid/estimation/parallel.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
@@ -45,20 +44,8 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
   map.Apply<double>(theta, &values);
   const EquationFilter filter =
       ChooseFilter(model, values, runs, FirstFilter(runs, all), all);
-  const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
-    coordinates.Seed(values, begin, s);
-  };
-  std::vector<EquationRows> rows(runs.size());
-  ParallelFor(static_cast<int>(runs.size()), problem.options().threads,
-              problem.options().stop, [&](int r) {
-                rows[r] = MakeEquationRows<Jet24>(
-                    model, SampleMotion(model, *runs[r], filter),
-                    coordinates.size(), seeding, {coordinates.Links(), values});
-                return true;
-              });
-  const EquationRegression regression(model.nv(), coordinates.size(),
-                                      std::move(rows), problem.options().loss,
-                                      problem.options().loss_scale, all);
+  const EquationRegression regression = RegressEquations(
+      problem, coordinates, SampleRuns(problem, filter), values);
   if (regression.times() == 0 || regression.IsHomogeneous(at.xi)) return;
   const RowMatrixXd R = regression.Triangle().leftCols(coordinates.size());
   // d xi = D d theta = D (d values / d theta)^-1 d values.

@@ -16,7 +16,6 @@
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/estimation/initial_states.h"
-#include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/step_size.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
@@ -114,7 +113,6 @@ class InverseDynamicsFit {
   // The same with nothing free: only the filter is to be chosen.
   bool Compare(const EquationFilter& first);
   void Filter(const EquationFilter& filter);
-  EquationRegression Regress(const MechanismParameters<double>& values) const;
   // What is left by joint, without linearising.
   Eigen::VectorXd LeftAt(const Eigen::VectorXd& theta) const;
   std::string Words(const Fit& fit) const;
@@ -142,12 +140,7 @@ class InverseDynamicsFit {
 void InverseDynamicsFit::Filter(const EquationFilter& filter) {
   filter_ = filter;
   ThrowIfCancelled(problem_.options().stop);  // also where there are no runs
-  sampled_.resize(runs_.size());
-  ParallelFor(static_cast<int>(runs_.size()), problem_.options().threads,
-              problem_.options().stop, [&](int r) {
-                sampled_[r] = SampleMotion(problem_.model(), *runs_[r], filter);
-                return true;
-              });
+  sampled_ = SampleRuns(problem_, filter);
 }
 
 Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
@@ -156,25 +149,6 @@ Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
   return CompareEfforts(problem_.model(), runs_, sampled_, values,
                         problem_.processes())
       .left;
-}
-
-EquationRegression InverseDynamicsFit::Regress(
-    const MechanismParameters<double>& values) const {
-  const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
-    coordinates_.Seed(values, begin, s);
-  };
-  std::vector<EquationRows> rows(sampled_.size());
-  ParallelFor(static_cast<int>(rows.size()), problem_.options().threads,
-              problem_.options().stop, [&](int r) {
-                rows[r] = MakeEquationRows<Jet24>(
-                    problem_.model(), sampled_[r], coordinates_.size(), seeding,
-                    {coordinates_.Links(), values});
-                return true;
-              });
-  return EquationRegression(problem_.model().nv(), coordinates_.size(),
-                            std::move(rows), problem_.options().loss,
-                            problem_.options().loss_scale,
-                            problem_.processes());
 }
 
 bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
@@ -186,14 +160,14 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
   for (int i = 0; i < kMost; ++i) {
     MechanismParameters<double> values;
     map_.Apply<double>(theta.data(), &values);
-    regression_ = Regress(values);
+    regression_ = RegressEquations(problem_, coordinates_, sampled_, values);
     if (regression_->times() == 0) return false;
     xi0_.resize(coordinates_.size());
     coordinates_.Read<double>(values, xi0_.data());
     only_ratios_ = regression_->IsHomogeneous(xi0_);
     if (only_ratios_) {
       values.gravity = 0.0;
-      inertial_ = Regress(values);
+      inertial_ = RegressEquations(problem_, coordinates_, sampled_, values);
       regression_->Normalise(*inertial_, xi0_);
     }
     // By theta to first order. Coordinates that move one by one may meet the

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
+
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -298,6 +301,40 @@ RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
   constexpr double kLeast = 0.05;
   return svd.matrixU().leftCols(rank) * eigen.eigenvectors() *
          eigen.eigenvalues().cwiseMax(kLeast).cwiseSqrt().asDiagonal();
+}
+
+std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
+                                      const EquationFilter& filter) {
+  const auto& runs = problem.runs();
+  std::vector<SampledMotion> sampled(runs.size());
+  ParallelFor(static_cast<int>(runs.size()), problem.options().threads,
+              problem.options().stop, [&](int r) {
+                sampled[r] =
+                    SampleMotion(problem.model(), runs[r]->run, filter);
+                return true;
+              });
+  return sampled;
+}
+
+EquationRegression RegressEquations(const ShootingProblem& problem,
+                                    const EquationCoordinates& coordinates,
+                                    const std::vector<SampledMotion>& sampled,
+                                    const MechanismParameters<double>& values) {
+  const EstimationOptions& options = problem.options();
+  const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
+    coordinates.Seed(values, begin, s);
+  };
+  const InertialPart inertial{coordinates.Links(), values};
+  std::vector<EquationRows> rows(sampled.size());
+  ParallelFor(
+      static_cast<int>(rows.size()), options.threads, options.stop, [&](int r) {
+        rows[r] = MakeEquationRows<Jet24>(
+            problem.model(), sampled[r], coordinates.size(), seeding, inertial);
+        return true;
+      });
+  return EquationRegression(problem.model().nv(), coordinates.size(),
+                            std::move(rows), options.loss, options.loss_scale,
+                            problem.processes());
 }
 
 Eigen::VectorXd SolveUnconstrained(const RowMatrixXd& triangle, int* rank) {

@@ -5,6 +5,7 @@
 
 #include "residuals/costs.h"
 #include "sysid/estimation/processes.h"
+#include "sysid/estimation/shooting_problem.h"
 #include "sysid/inverse_dynamics/coordinates.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
 
@@ -82,6 +83,15 @@ class EquationRegression {
   std::vector<std::array<RowMatrixXd, 2>> triangles_;
   Eigen::RowVectorXd held_;  // a, of one sample's size, or empty
 };
+
+// The runs of a problem on even times; and their regression, linearised at
+// these values.
+std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
+                                      const EquationFilter& filter);
+EquationRegression RegressEquations(const ShootingProblem& problem,
+                                    const EquationCoordinates& coordinates,
+                                    const std::vector<SampledMotion>& sampled,
+                                    const MechanismParameters<double>& values);
 
 // The least change of the coordinates that solves (11.4): what the data does
 // not determine stays. `rank` is how many combinations it does.
