@@ -15,6 +15,7 @@
 #include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/inverse_dynamics/motion.h"
+#include "sysid/inverse_dynamics/regression.h"
 
 namespace sysid {
 namespace {
@@ -116,7 +117,9 @@ class EquationSearch {
   MechanismParameters<double> Values() const;
 
  private:
-  EquationRows Rows(const sysid::Run& run) const;
+  // At so many times the model's gravity.
+  EquationRows Rows(const sysid::Run& run, double gravity = 1.0) const;
+  void Normalise();  // (11.10)
   Trial Solve(std::vector<int> at, Eigen::VectorXd variance) const;
   std::vector<int> With(const std::vector<int>& chosen) const;
   bool IsPossible(const Trial& trial, const std::vector<int>& chosen) const;
@@ -158,6 +161,7 @@ EquationSearch::EquationSearch(const DiagnosisProblem& problem,
     rows_.push_back(Rows(data->run));
     times += rows_.back().times();
   }
+  Normalise();
   for (const EquationRows& rows : rows_) {
     const double share = rows.times() / std::max(1.0, 1.0 * times);
     const int folds = std::clamp(static_cast<int>(std::lround(kFolds * share)),
@@ -170,13 +174,29 @@ EquationSearch::EquationSearch(const DiagnosisProblem& problem,
   }
 }
 
-EquationRows EquationSearch::Rows(const sysid::Run& run) const {
+void EquationSearch::Normalise() {
+  const auto regression = [&](std::vector<EquationRows> rows) {
+    return EquationRegression(columns_.model.nv(), map_.size(), std::move(rows),
+                              RobustLoss::kNone, 1.0);
+  };
+  EquationRegression own = regression(rows_);
+  if (own.EffortSize().minCoeff() > 0.0) return;
+  std::vector<EquationRows> weightless;
+  for (const auto& data : problem_.train->runs()) {
+    weightless.push_back(Rows(data->run, 0.0));
+  }
+  own.NormaliseByInertia(regression(std::move(weightless)));
+  rows_ = own.runs();
+}
+
+EquationRows EquationSearch::Rows(const sysid::Run& run, double gravity) const {
   ThrowIfCancelled(problem_.options.stop);
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     std::vector<Jet24> seeded(theta_.data(), theta_.data() + theta_.size());
     const int end = std::min<int>(begin + Jet24::DIMENSION, map_.size());
     for (int i = begin; i < end; ++i) seeded[i] = Jet24(theta_[i], i - begin);
     map_.Apply<Jet24>(seeded.data(), s);
+    s->gravity *= gravity;
   };
   return MakeEquationRows<Jet24>(columns_.model,
                                  SampleMotion(columns_.model, run, filter_),

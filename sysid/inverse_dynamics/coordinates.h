@@ -31,6 +31,9 @@ class EquationCoordinates {
   std::vector<int> Links() const;
   // The place of the first of a link's ten, or -1.
   int PlaceOf(int link) const;
+  // By joint (nv): the gain of its measured effort, true = (1 + g) measured, or
+  // -1.
+  std::vector<int> Gains() const;
 
   // The coordinates of these values; size() numbers.
   template <typename T>

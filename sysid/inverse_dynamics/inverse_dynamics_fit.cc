@@ -129,7 +129,7 @@ class InverseDynamicsFit {
   EquationFilter filter_;
   std::vector<SampledMotion> sampled_;  // of the runs, by this filter
   std::optional<EquationRegression> regression_;
-  std::optional<EquationRegression> inertial_;  // without gravity or efforts
+  std::optional<EquationRegression> inertial_;  // without gravity
   Eigen::VectorXd xi0_;                         // where it was linearised
   RegressionEstimate found_;
   int iterations_ = 0;
@@ -165,11 +165,12 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
     xi0_.resize(coordinates_.size());
     coordinates_.Read<double>(values, xi0_.data());
     only_ratios_ = regression_->IsHomogeneous(xi0_);
-    if (only_ratios_) {
+    if ((regression_->EffortSize().array() == 0.0).any()) {
       values.gravity = 0.0;
       inertial_ = RegressEquations(problem_, coordinates_, sampled_, values);
-      regression_->Normalise(*inertial_, xi0_);
+      regression_->NormaliseByInertia(*inertial_);
     }
+    regression_->NormaliseByGain(coordinates_.Gains(), xi0_);
     // By theta to first order. Coordinates that move one by one may meet the
     // equations of a free swing as no body does.
     const RowMatrixXd D =

@@ -158,22 +158,42 @@ bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
          (z - all.leftCols(columns_) * xi0).norm() < kRounding * z.norm();
 }
 
-void EquationRegression::Normalise(const EquationRegression& inertial,
-                                   const Eigen::VectorXd& xi0) {
-  for (int v = 0; v < joints_; ++v) {
-    const RowMatrixXd triangle = inertial.OfJoint(v);
-    const Eigen::VectorXd p = triangle.leftCols(columns_) * xi0;
-    if (!(p.squaredNorm() > 0.0)) continue;
-    const Eigen::RowVectorXd a =
-        p.transpose() * triangle.leftCols(columns_) / p.squaredNorm();
-    for (EquationRows& run : runs_) {
-      for (int k = 0; k < run.times(); ++k) {
-        auto row = run.rows.row(k * joints_ + v);
-        row.head(columns_) -= row[columns_] * a;
-      }
+void EquationRegression::Divide(int v, const Eigen::RowVectorXd& a) {
+  for (EquationRows& run : runs_) {
+    for (int k = 0; k < run.times(); ++k) {
+      auto row = run.rows.row(k * joints_ + v);
+      row.head(columns_) -= row[columns_] * a;
     }
   }
+}
+
+void EquationRegression::NormaliseByInertia(
+    const EquationRegression& inertial) {
+  const Eigen::VectorXd effort = EffortSize();
+  for (int v = 0; v < joints_; ++v) {
+    if (effort[v] > 0.0) continue;
+    const RowMatrixXd triangle = inertial.OfJoint(v);
+    const auto p = triangle.col(columns_);
+    if (!(p.squaredNorm() > 0.0)) continue;
+    // What there is to explain, as the effort is of the other joints.
+    sigma_[v] = p.norm() / std::sqrt(std::max(1, times_));
+    Divide(v, p.transpose() * triangle.leftCols(columns_) / p.squaredNorm());
+  }
   Triangularise();
+}
+
+void EquationRegression::NormaliseByGain(const std::vector<int>& gains,
+                                         const Eigen::VectorXd& xi0) {
+  const Eigen::VectorXd effort = EffortSize();
+  bool any = false;
+  for (int v = 0; v < joints_; ++v) {
+    if (gains[v] < 0 || effort[v] == 0.0) continue;
+    any = true;
+    Eigen::RowVectorXd a = Eigen::RowVectorXd::Zero(columns_);
+    a[gains[v]] = 1.0 / (1.0 + xi0[gains[v]]);  // finite: the effort is not 0
+    Divide(v, a);
+  }
+  if (any) Triangularise();
 }
 
 void EquationRegression::HoldScale(const EquationRegression& inertial,

@@ -41,10 +41,12 @@ class EquationRegression {
   // ratios only.
   bool IsHomogeneous(const Eigen::VectorXd& xi0) const;
   int times() const { return times_; }  // of all runs, a row for each joint
-  // (11.10): rows of r_v / |p_v| in place of r_v, p = R_p xi the rows of
-  // `inertial`, so that no change of scale lowers them.
-  void Normalise(const EquationRegression& inertial,
-                 const Eigen::VectorXd& xi0);
+  // (11.10): of the joints that no effort moves rows of r_v / |p_v| in place of
+  // r_v, p_v that of `inertial`; of those with a gain g of their effort, rows
+  // of r_v / (1 + g). What only changes the scale then lowers nothing.
+  void NormaliseByInertia(const EquationRegression& inertial);
+  void NormaliseByGain(const std::vector<int>& gains,
+                       const Eigen::VectorXd& xi0);
   // (11.11): holds the scale of `inertial` by a row that nothing outweighs.
   void HoldScale(const EquationRegression& inertial,
                  const Eigen::VectorXd& xi0);
@@ -70,6 +72,8 @@ class EquationRegression {
     return run.rests(time, v) ? sigma_[v] * wider_[v] : sigma_[v];
   }
   void Triangularise();
+  // Rows of r_v / s_v: a = (ds_v / d xi) / s_v, columns() numbers.
+  void Divide(int v, const Eigen::RowVectorXd& a);
 
   std::vector<EquationRows> runs_;
   RobustLoss loss_;

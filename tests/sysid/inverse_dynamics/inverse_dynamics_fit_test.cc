@@ -231,6 +231,50 @@ TEST(InverseDynamicsFit, ParametersMayShowInCombinationsAlone) {
 }
 
 // A gain of efforts of which none was measured changes nothing.
+// A cart with a drive of another motor constant and with friction: a pole that
+// no effort moves.
+Model DrivenCart() {
+  return Shipped("cartpole", {"effort_gain@slider", "viscous_damping@slider"},
+                 {{"slider.effort_gain", 0.7}, {"slider.damping", 3.0}});
+}
+
+// The length of a point mass that swings as the pole does, m.
+double SwingLength(const Model& model) {
+  const Mechanism& mechanism = model.mechanism();
+  const int pole = FindParameters(model, {"pole.mass"}, "test")[0].index;
+  const Inertial<double>& body = model.nominal().links[pole];
+  const Joint& hinge = mechanism.joints[mechanism.FindJoint("hinge")];
+  const double moment = hinge.axis.dot(body.inertia * hinge.axis);
+  return body.com.norm() + moment / (body.mass * body.com.norm());
+}
+
+// Its equation is right for a pole without mass, whatever the motion.
+TEST(InverseDynamicsFit, KeepsABodyThatNoEffortMoves) {
+  const Model truth = DrivenCart();
+  const sysid::Run run = Shaken(truth, 1e-4, 1);
+  const Model plain = Shipped("cartpole");
+  const Fit without = FitInverseDynamics(
+      ShootingProblem(plain,
+                      FreeFrom(plain, {{"pole.mass", 0.5}, {"pole.com_z", -0.2}}),
+                      {run}, {}));
+  EXPECT_NEAR(SwingLength(without.model) / SwingLength(truth), 1.0, 0.02);
+  // Nor is the effort taken away, with all that it moves: 1 + g = 0.
+  Model with = truth;
+  Set({{"slider.effort_gain", 0.0}, {"slider.damping", 0.0}}, &with);
+  const Fit gain = FitInverseDynamics(ShootingProblem(
+      with,
+      FreeFrom(with, {{"pole.mass", 0.5},
+                      {"pole.com_z", -0.2},
+                      {"pole.inertia_scale", 1},
+                      {"slider.effort_gain", 0},
+                      {"slider.damping", 0}}),
+      {run}, {}));
+  EXPECT_NEAR(SwingLength(gain.model) / SwingLength(truth), 1.0, 0.02);
+  EXPECT_NEAR(EstimateOf(gain, "slider.damping").value /
+                  (1.0 + EstimateOf(gain, "slider.effort_gain").value),
+              3.0 / 1.7, 0.02 * 3.0 / 1.7);
+}
+
 TEST(InverseDynamicsFit, SaysWhereNoParameterHasAnyInfluence) {
   const Model truth = FrictionArm(0.0);
   sysid::Run run = Shaken(truth, 1e-4, 1);
