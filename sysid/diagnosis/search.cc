@@ -432,9 +432,10 @@ void Search::Conclude() {
   } else if (model_->added.empty()) {
     diagnosis_.verdict = Judge(diagnosis_.base, nullptr);
     diagnosis_.proposed.clear();
-  } else if (!by_equations &&
-             !ExplainsMost(problem_, diagnosis_.base, *model_)) {
-    diagnosis_.verdict = Verdict::kUnexplained;
+  } else if (!by_equations) {
+    diagnosis_.verdict = ExplainsMost(problem_, diagnosis_.base, *model_)
+                             ? Verdict::kMissingEffect
+                             : Verdict::kUnexplained;
   }
 }
 

@@ -35,8 +35,11 @@ Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best) {
 bool ExplainsMost(const DiagnosisProblem& problem, const EvaluatedModel& given,
                   const EvaluatedModel& found) {
   constexpr double kMost = 0.75;  // of the excess: half of the error
-  const double before = given.cv.error();
-  const double after = EvaluateOver(problem, found, given).cv.error();
+  const bool longer = found.fit.segment_s > given.fit.segment_s;
+  const double before =
+      (longer ? EvaluateOver(problem, given, found) : given).cv.error();
+  const double after =
+      (longer ? found : EvaluateOver(problem, found, given)).cv.error();
   return after * after - 1.0 < (1.0 - kMost) * (before * before - 1.0);
 }
 

@@ -159,6 +159,19 @@ void FreeParametersOf(const std::vector<AskedEffect>& asked,
   }
 }
 
+// The values that the specification starts parameters of effects from.
+std::vector<NamedValue> InitialValuesOf(const std::vector<AskedEffect>& asked,
+                                        const FreeList& spec_free) {
+  std::vector<NamedValue> values;
+  for (const AskedEffect& one : asked) {
+    for (const EffectParameter& parameter : one.effect->parameters()) {
+      const auto free = Described(spec_free, parameter.name, one.place);
+      values.push_back({free.name, free.initial, free.place});
+    }
+  }
+  return values;
+}
+
 // The value of the model; where the effect says that it is off there and shows
 // nothing of itself, another.
 double StartOf(const Model& model, const Parameter& parameter) {
@@ -226,14 +239,14 @@ void CheckTransformed(const Model& model, std::vector<FreeParameter>* free,
     (*free)[i].lower = -std::numeric_limits<double>::infinity();
     (*free)[i].upper = std::numeric_limits<double>::infinity();
   }
-  std::string link;
   if (!map.ThetaOf(values, &theta)) {
     throw InputError(wanted.front().place,
                      "the initial inertia is no possible body",
                      "principal moments are positive, and none exceeds the "
                      "sum of the other two");
   }
-  if (!(link = map.FirstImpossibleLink(theta.data())).empty()) {
+  const std::string link = map.FirstImpossibleLink(theta.data());
+  if (!link.empty()) {
     throw InputError(
         wanted.front().place,
         "the initial values make link '" + link + "' no possible body",
@@ -289,7 +302,7 @@ class NamedChoice {
     }
   }
 
-  // What the specification says of parameters that are free.
+  bool FreesNone() const { return frees_none_; }
   const FreeList& spec_free() const { return spec_free_; }
 
   // What is free by --free, or else by the specification.
@@ -442,10 +455,14 @@ void ChooseFree(const FitRequest& request, const FitSpecification& spec,
   session->effects = model->effects().names();
   const NamedChoice named(request, spec, *model);
   FreeList free = named.Free();
-  FreeParametersOf(of_file, named.spec_free(), *model, &free,
-                   &session->notices);
+  const FreeList& spec_free = named.spec_free();
+  if (named.FreesNone()) {  // but what --add names
+    SetValues(InitialValuesOf(of_file, spec_free), model);
+  } else {
+    FreeParametersOf(of_file, spec_free, *model, &free, &session->notices);
+  }
   const size_t free_before = free.size();
-  FreeParametersOf(added, named.spec_free(), *model, &free, &session->notices);
+  FreeParametersOf(added, spec_free, *model, &free, &session->notices);
   for (size_t i = free_before; i < free.size(); ++i) {
     session->freed_by_added.insert(free[i].name);
   }

@@ -253,22 +253,21 @@ TEST(InverseDynamicsFit, KeepsABodyThatNoEffortMoves) {
   const Model truth = DrivenCart();
   const sysid::Run run = Shaken(truth, 1e-4, 1);
   const Model plain = Shipped("cartpole");
-  const Fit without = FitInverseDynamics(
-      ShootingProblem(plain,
-                      FreeFrom(plain, {{"pole.mass", 0.5}, {"pole.com_z", -0.2}}),
-                      {run}, {}));
+  const Fit without = FitInverseDynamics(ShootingProblem(
+      plain, FreeFrom(plain, {{"pole.mass", 0.5}, {"pole.com_z", -0.2}}), {run},
+      {}));
   EXPECT_NEAR(SwingLength(without.model) / SwingLength(truth), 1.0, 0.02);
   // Nor is the effort taken away, with all that it moves: 1 + g = 0.
   Model with = truth;
   Set({{"slider.effort_gain", 0.0}, {"slider.damping", 0.0}}, &with);
-  const Fit gain = FitInverseDynamics(ShootingProblem(
-      with,
-      FreeFrom(with, {{"pole.mass", 0.5},
-                      {"pole.com_z", -0.2},
-                      {"pole.inertia_scale", 1},
-                      {"slider.effort_gain", 0},
-                      {"slider.damping", 0}}),
-      {run}, {}));
+  const Fit gain = FitInverseDynamics(
+      ShootingProblem(with,
+                      FreeFrom(with, {{"pole.mass", 0.5},
+                                      {"pole.com_z", -0.2},
+                                      {"pole.inertia_scale", 1},
+                                      {"slider.effort_gain", 0},
+                                      {"slider.damping", 0}}),
+                      {run}, {}));
   EXPECT_NEAR(SwingLength(gain.model) / SwingLength(truth), 1.0, 0.02);
   EXPECT_NEAR(EstimateOf(gain, "slider.damping").value /
                   (1.0 + EstimateOf(gain, "slider.effort_gain").value),

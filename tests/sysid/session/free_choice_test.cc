@@ -271,6 +271,23 @@ TEST(ChooseFree, FreesNothingOfTheSpecificationByNone) {
   EXPECT_TRUE(asked.Choose().free.empty());
 }
 
+// Effects stay as it has them; what --add names is to be found.
+TEST(ChooseFree, HoldsEffectsOfTheSpecificationByNone) {
+  Asked asked;
+  FitSpecification::Free damping = Free("joint1.damping");
+  damping.initial = 0.3;
+  asked.spec.free = {damping};
+  asked.spec.effects = {{"viscous_damping@joint1", "fit.yaml:3:3"}};
+  asked.request.free = "none";
+  asked.request.add = "coulomb_friction@joint1";
+  const Session session = asked.Choose();
+  ASSERT_EQ(session.free.size(), 1u);
+  EXPECT_EQ(session.free[0].parameter.name, "joint1.friction");
+  EXPECT_EQ(
+      FindParameters(session.model, {"joint1.damping"}, "test")[0].nominal,
+      0.3);
+}
+
 TEST(CheckValue, RefusesWhatAParameterCannotBe) {
   Asked asked;
   asked.request.add = "cogging@joint1";
