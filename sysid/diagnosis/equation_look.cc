@@ -180,12 +180,14 @@ void EquationSearch::Normalise() {
                               RobustLoss::kNone, 1.0);
   };
   EquationRegression own = regression(rows_);
-  if (own.EffortSize().minCoeff() > 0.0) return;
+  const std::vector<int> undriven =
+      UndrivenJoints(columns_.model, own.EffortSize());
+  if (undriven.empty()) return;
   std::vector<EquationRows> weightless;
   for (const auto& data : problem_.train->runs()) {
     weightless.push_back(Rows(data->run, 0.0));
   }
-  own.NormaliseByInertia(regression(std::move(weightless)));
+  own.NormaliseByInertia(undriven, regression(std::move(weightless)));
   rows_ = own.runs();
 }
 

@@ -165,10 +165,12 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
     xi0_.resize(coordinates_.size());
     coordinates_.Read<double>(values, xi0_.data());
     only_ratios_ = regression_->IsHomogeneous(xi0_);
-    if ((regression_->EffortSize().array() == 0.0).any()) {
+    const std::vector<int> undriven =
+        UndrivenJoints(problem_.model(), regression_->EffortSize());
+    if (only_ratios_ || !undriven.empty()) {
       values.gravity = 0.0;
       inertial_ = RegressEquations(problem_, coordinates_, sampled_, values);
-      regression_->NormaliseByInertia(*inertial_);
+      regression_->NormaliseByInertia(undriven, *inertial_);
     }
     regression_->NormaliseByGain(coordinates_.Gains(), xi0_);
     // By theta to first order. Coordinates that move one by one may meet the

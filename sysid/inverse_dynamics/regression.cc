@@ -168,10 +168,8 @@ void EquationRegression::Divide(int v, const Eigen::RowVectorXd& a) {
 }
 
 void EquationRegression::NormaliseByInertia(
-    const EquationRegression& inertial) {
-  const Eigen::VectorXd effort = EffortSize();
-  for (int v = 0; v < joints_; ++v) {
-    if (effort[v] > 0.0) continue;
+    const std::vector<int>& undriven, const EquationRegression& inertial) {
+  for (const int v : undriven) {
     const RowMatrixXd triangle = inertial.OfJoint(v);
     const auto p = triangle.col(columns_);
     if (!(p.squaredNorm() > 0.0)) continue;
@@ -321,6 +319,21 @@ RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
   constexpr double kLeast = 0.05;
   return svd.matrixU().leftCols(rank) * eigen.eigenvectors() *
          eigen.eigenvalues().cwiseMax(kLeast).cwiseSqrt().asDiagonal();
+}
+
+std::vector<int> UndrivenJoints(const Model& model,
+                                const Eigen::VectorXd& effort) {
+  std::vector<bool> driven(model.nv(), false);
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    if (!(effect.hooks() & kDriveHook)) continue;
+    driven[model.mechanism().joints[effect.joint()].v_index] = true;
+  }
+  std::vector<int> undriven;
+  for (int v = 0; v < model.nv(); ++v) {
+    if (effort[v] == 0.0 && !driven[v]) undriven.push_back(v);
+  }
+  return undriven;
 }
 
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,

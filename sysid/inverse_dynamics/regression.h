@@ -41,10 +41,11 @@ class EquationRegression {
   // ratios only.
   bool IsHomogeneous(const Eigen::VectorXd& xi0) const;
   int times() const { return times_; }  // of all runs, a row for each joint
-  // (11.10): of the joints that no effort moves rows of r_v / |p_v| in place of
-  // r_v, p_v that of `inertial`; of those with a gain g of their effort, rows
-  // of r_v / (1 + g). What only changes the scale then lowers nothing.
-  void NormaliseByInertia(const EquationRegression& inertial);
+  // (11.10): of undriven joints rows of r_v / |p_v| in place of r_v, p_v that
+  // of `inertial`; of those with a gain g of their effort, rows of r_v / (1 +
+  // g). What only changes the scale then lowers nothing.
+  void NormaliseByInertia(const std::vector<int>& undriven,
+                          const EquationRegression& inertial);
   void NormaliseByGain(const std::vector<int>& gains,
                        const Eigen::VectorXd& xi0);
   // (11.11): holds the scale of `inertial` by a row that nothing outweighs.
@@ -87,6 +88,11 @@ class EquationRegression {
   std::vector<std::array<RowMatrixXd, 2>> triangles_;
   Eigen::RowVectorXd held_;  // a, of one sample's size, or empty
 };
+
+// Joints (of nv) that neither an effort of this size nor a commanded drive
+// moves.
+std::vector<int> UndrivenJoints(const Model& model,
+                                const Eigen::VectorXd& effort);
 
 // The runs of a problem on even times; and their regression, linearised at
 // these values.
