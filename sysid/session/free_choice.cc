@@ -165,8 +165,8 @@ std::vector<NamedValue> InitialValuesOf(const std::vector<AskedEffect>& asked,
   std::vector<NamedValue> values;
   for (const AskedEffect& one : asked) {
     for (const EffectParameter& parameter : one.effect->parameters()) {
-      const auto free = Described(spec_free, parameter.name, one.place);
-      values.push_back({free.name, free.initial, free.place});
+      const auto own = Described(spec_free, parameter.name, one.place);
+      values.push_back({own.name, own.initial, own.place});
     }
   }
   return values;
@@ -304,7 +304,6 @@ class NamedChoice {
 
   bool FreesNone() const { return frees_none_; }
   const FreeList& spec_free() const { return spec_free_; }
-
   // What is free by --free, or else by the specification.
   FreeList Free() const {
     FreeList free;
