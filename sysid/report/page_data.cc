@@ -88,6 +88,7 @@ Json PageHeader(const PageSource& source) {
   page["compared"] = nullptr;
   page["steps"] = Json::array();
   page["conclusion"] = nullptr;
+  page["leftOut"] = nullptr;
   return page;
 }
 
@@ -118,6 +119,7 @@ Json FitPage(const PageSource& source, const PageFit& fit) {
 Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
                    const Diagnosis& diagnosis, const FinalFit* final) {
   Json page = PageHeader(source);
+  page["leftOut"] = LeftOutJson(diagnosis.comparison);
   Json& models = page["models"];
   const NextStep next = ChooseNext(*source.session, diagnosis);
   const std::string command =

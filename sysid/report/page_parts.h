@@ -33,6 +33,8 @@ std::string ChangeTitle(const DiagnosisStep& step);
 Json CrossValidationJson(const CrossValidation& cv);
 // ModelData.rivals.
 Json RivalsJson(const Diagnosis& diagnosis);
+// The final model without each of its effects; null where it has none.
+Json LeftOutJson(const ModelComparison& comparison);
 
 // ModelData.candidates.
 Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis);

@@ -17,6 +17,18 @@ Json CrossValidationJson(const CrossValidation& cv) {
           {"stretches", List(cv.stretches, stretch)}};
 }
 
+Json LeftOutJson(const ModelComparison& comparison) {
+  if (comparison.path.empty() || comparison.left_out.empty()) return nullptr;
+  const ModelErrors& final = comparison.path.back();
+  const auto without = [](const ModelErrors& model) -> Json {
+    return {{"effect", model.change},
+            {"crossValidation", CrossValidationJson(model.cv)}};
+  };
+  return {{"effects", final.effects},
+          {"with", CrossValidationJson(final.cv)},
+          {"without", List(comparison.left_out, without)}};
+}
+
 Json RivalsJson(const Diagnosis& diagnosis) {
   Json list = Json::array();
   for (size_t i = 0; i < diagnosis.rivals.size(); ++i) {

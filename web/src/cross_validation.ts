@@ -102,6 +102,8 @@ export function pathOf(page: PageData, way: StepData[]): {points: PathPoint[]; e
   return {points, edges};
 }
 
+export const sameEffects = (a: string[], b: string[]): boolean => a.length === b.length && a.every(e => b.includes(e));
+
 // What tells of an effect that it is there.
 export interface Evidence {
   effects: string[]; // more than one where they were added together
@@ -111,12 +113,18 @@ export interface Evidence {
   with: CrossValidationData | null;
 }
 
-// Of the effects of a model: by the last step that added each. Of a model to
-// which nothing was added: of the candidate that was accepted.
+// Of the effects of a model: by the model without it, where the search ended in
+// that model; else by the last step that added it. Of a model to which nothing
+// was added: of the candidate that was accepted.
 export function evidenceOf(page: PageData, model: ModelData, way: StepData[]): Evidence[] {
   const found: Evidence[] = [];
   const estimates = (effects: string[]): ParameterData[] => model.parameters.filter(p => p.ofEffect !== null && effects.includes(p.ofEffect));
   const told = new Set<string>();
+  const ended = page.leftOut && sameEffects(page.leftOut.effects, model.effects) ? page.leftOut : null;
+  for (const {effect, crossValidation} of ended?.without ?? []) {
+    told.add(effect);
+    found.push({effects: [effect], instead: [], parameters: estimates([effect]), without: crossValidation, with: ended?.with ?? null});
+  }
   for (const step of [...way].reverse()) {
     const to = modelWithId(page, step.model), from = step.from === null ? undefined : modelWithId(page, step.from);
     const effects = (to?.effects ?? []).filter(e => !from?.effects.includes(e) && model.effects.includes(e) && !told.has(e));

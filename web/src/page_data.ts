@@ -37,6 +37,15 @@ export interface PageData {
   // Where a search ended, and what became of that model over whole runs (the
   // last of `models`); null: there was none.
   conclusion: { sentence: string; good: boolean } | null;
+  // The model in which a search ended, and what it was without each of its
+  // effects, fitted again, over the same segments; null: it added none.
+  leftOut: LeftOutData | null;
+}
+
+export interface LeftOutData {
+  effects: string[]; // of that model
+  with: CrossValidationData | null;
+  without: { effect: string; crossValidation: CrossValidationData | null }[];
 }
 
 export interface MechanismData {

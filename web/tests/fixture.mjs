@@ -282,7 +282,7 @@ export function planarPage({seconds = 8, live = false} = {}) {
     notices: [], noise: kNoise,
     mechanism: {urdf: kPlanarUrdf, joints: [0, 1].map(i => ({name: `joint${i + 1}`, type: 'continuous', unit: 'rad', effortUnit: 'N m', q: i, v: i}))},
     runs: runs.map(r => r.data), models, current: 0, compared: 1,
-    conclusion: null, steps: [{title: '+ coulomb_friction@joint2', model: 1, from: 0, predicted: 1.04, trainBefore: models[0].trainError,
+    conclusion: null, leftOut: null, steps: [{title: '+ coulomb_friction@joint2', model: 1, from: 0, predicted: 1.04, trainBefore: models[0].trainError,
       trainAfter: models[1].trainError, holdoutBefore: models[0].holdoutError, holdoutAfter: models[1].holdoutError,
       segment_s: kSegment_s, crossValidationBefore: models[0].crossValidation}],
   };

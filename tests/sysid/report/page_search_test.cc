@@ -48,6 +48,25 @@ TEST(RivalsJson, NamesWhatWouldTellThemApart) {
   EXPECT_EQ(json[1]["separatedBy"], "slow motion");
 }
 
+TEST(LeftOutJson, ComparesTheFinalModelWithItselfWithoutAnEffect) {
+  ModelComparison comparison;
+  EXPECT_TRUE(LeftOutJson(comparison).is_null());
+  ModelErrors final, without;
+  final.effects = {"a@j", "b@j"};
+  final.cv = Of({1.0, 1.0});
+  without.change = "b@j";
+  without.cv = Of({3.0, 3.0});
+  comparison.path = {ModelErrors(), final};
+  comparison.left_out = {without};
+  const Json json = LeftOutJson(comparison);
+  EXPECT_EQ(json["effects"], Json::array({"a@j", "b@j"}));
+  EXPECT_NEAR(json["with"]["error"].get<double>(), 1.0, 1e-12);
+  ASSERT_EQ(json["without"].size(), 1u);
+  EXPECT_EQ(json["without"][0]["effect"], "b@j");
+  EXPECT_NEAR(json["without"][0]["crossValidation"]["error"].get<double>(), 3.0,
+              1e-12);
+}
+
 TEST(PageStep, ComparesOverTheSegmentsBefore) {
   DiagnosisStep step;
   step.segment_s = 1.5;

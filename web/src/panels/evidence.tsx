@@ -1,11 +1,11 @@
 // Of panel 1: what speaks for each effect, and what else would explain the data.
-import {compareStretches, evidenceOf, factorOf, fmtCrossValidation, type Evidence} from '../cross_validation';
+import {compareStretches, evidenceOf, factorOf, fmtCrossValidation, sameEffects, type Evidence} from '../cross_validation';
 import {candidateName, modelWithId, wayTo} from '../data';
 import {fmt, list, sentence, unitText} from '../format';
 import type {CrossValidationData, ModelData, PageData} from '../page_data';
 
 const kHow = 'Errors are those of cross-validation: of data that the parameters were not fitted to, × noise, ± standard error. '
-  + 'The ratio is the error without the effect over that with it, when it was added, with its 95 % interval: where that holds 1, the data do not show that the effect is there.';
+  + 'The ratio is the error without the effect, all else fitted again, over that with it, with its 95 % interval: where that holds 1, the data do not show that the effect is there.';
 
 // The model in which the steps end, where they begin with the one that is shown.
 function endOf(page: PageData, model: ModelData): ModelData {
@@ -69,7 +69,7 @@ export function Rivals({page, model}: {page: PageData; model: ModelData}) {
 
 // Of the model with these effects: one of the search, or the refit of a candidate.
 function crossValidationOf(page: PageData, model: ModelData, effects: string[]): CrossValidationData | null {
-  const same = (names: string[]) => names.length === effects.length && names.every(n => effects.includes(n));
+  const same = (names: string[]) => sameEffects(names, effects);
   const refit = model.candidates.find(c => c.confirmed && same([candidateName(c), ...(c.confirmed.togetherWith ? [c.confirmed.togetherWith] : [])]));
   if (refit?.confirmed?.crossValidation) return refit.confirmed.crossValidation;
   return [...page.models].reverse().find(m => m.crossValidation && same(m.effects))?.crossValidation ?? null;

@@ -69,7 +69,7 @@ function columns(shown: Set<string>, toggle: (name: string) => void, to: ModelDa
       <li key={e.name}>{e.name} <span class="whole">{fmt(e.value)}</span>{' '}
         <span class="whole">{e.stdError !== null && `± ${fmt(1.96 * e.stdError, 2)} `}{unitText(e.unit)}</span>
         {e.detectable !== null && <span class="note">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
-    {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => <>{fmtP(c.pValue)}{c.accepted && c.pValue > 0.01 && <span class="note">the refit decides</span>}</>},
+    {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => <>{fmtP(c.pValue)}{c.accepted && c.pValue !== null && c.pValue > 0.01 && <span class="note">the refit decides</span>}</>},
     {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmtError(c.confirmed?.train)},
     {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
     {key: 'same', name: 'indistinguishable from', cell: c => c.indistinguishableFrom.length

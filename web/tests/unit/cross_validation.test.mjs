@@ -46,6 +46,20 @@ test('what speaks for an effect is its step, over the same segments', () => {
   assert.equal(cv.evidenceOf(page, page.models[2], page.steps)[1].with, null);
 });
 
+test('what speaks for an effect is the model in which the search ended, without it', () => {
+  const page = undecidedPage();
+  const [friction, damping] = page.models[2].effects;
+  page.leftOut = {effects: [damping, friction], with: of([1, 2]), without: [{effect: damping, crossValidation: of([3, 4])}]};
+  const found = cv.evidenceOf(page, page.models[2], page.steps);
+  assert.deepEqual(found.map(e => e.effects), [[friction], [damping]], 'what was not tried without is told by its step');
+  assert.equal(found[1].without, page.leftOut.without[0].crossValidation);
+  assert.equal(found[1].with, page.leftOut.with);
+  assert.deepEqual(found[1].parameters.map(p => p.name), ['joint1.damping']);
+  // Of another model it says nothing.
+  page.leftOut.effects = [damping];
+  assert.equal(cv.evidenceOf(page, page.models[2], page.steps)[1].without, page.steps[1].crossValidationBefore);
+});
+
 test('where nothing was added, what speaks for the first candidate is its refit', () => {
   const page = planarPage();
   const [one, ...more] = cv.evidenceOf(page, page.models[0], []);
