@@ -58,11 +58,11 @@ std::vector<std::string> LinearNames(const Effect& effect) {
   return names;
 }
 
-// Whether a law multiplies the measured effort (a gain, a friction by load).
-// Least squares of what the equations leave of it could then leave nothing by
-// taking it away, and their likelihood means nothing.
+// Whether a law takes away some of the measured effort (a friction by load).
+// Least squares of what the equations leave of it could then leave nothing, and
+// their likelihood means nothing.
 bool ChangesEffort(const Effect& effect) {
-  return (effect.hooks() & (kInputHook | kReadsEffort)) != 0;
+  return (effect.hooks() & kReadsEffort) != 0;
 }
 
 Columns MakeColumns(const DiagnosisProblem& problem, const Model& start,
@@ -110,16 +110,14 @@ struct Trial {
 class EquationSearch {
  public:
   EquationSearch(const DiagnosisProblem& problem, const Columns& columns,
-                 const EquationFilter& filter);
+                 const EquationFilter& filter, std::vector<int> undriven);
 
   void Run();
   EquationLook Look() const;
   MechanismParameters<double> Values() const;
 
  private:
-  // At so many times the model's gravity.
-  EquationRows Rows(const sysid::Run& run, double gravity = 1.0) const;
-  void Normalise();  // (11.10)
+  EquationRows Rows(const sysid::Run& run) const;
   Trial Solve(std::vector<int> at, Eigen::VectorXd variance) const;
   std::vector<int> With(const std::vector<int>& chosen) const;
   bool IsPossible(const Trial& trial, const std::vector<int>& chosen) const;
@@ -136,7 +134,9 @@ class EquationSearch {
   const Columns& columns_;
   const EquationFilter filter_;
   const ParameterMap map_;
+  const std::vector<int> undriven_;
   Eigen::VectorXd theta_;
+  ChangeBounds bounds_;             // of the free parameters; none of effects
   std::vector<EquationRows> rows_;  // by run
   std::vector<EquationProducts> folds_;
   EquationProducts all_;
@@ -147,21 +147,29 @@ class EquationSearch {
 
 EquationSearch::EquationSearch(const DiagnosisProblem& problem,
                                const Columns& columns,
-                               const EquationFilter& filter)
+                               const EquationFilter& filter,
+                               std::vector<int> undriven)
     : problem_(problem),
       columns_(columns),
       filter_(filter),
-      map_(columns.model, columns.parameters, false) {
+      map_(columns.model, columns.parameters, false),
+      undriven_(std::move(undriven)) {
   theta_.resize(map_.size());
   for (int i = 0; i < map_.size(); ++i) {
     theta_[i] = map_.parameters()[i].nominal;
+  }
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  bounds_.lower.setConstant(map_.size(), -kNone);
+  bounds_.upper.setConstant(map_.size(), kNone);
+  for (int i = 0; i < columns.free; ++i) {
+    bounds_.lower[i] = problem.free[i].lower - theta_[i];
+    bounds_.upper[i] = problem.free[i].upper - theta_[i];
   }
   int times = 0;
   for (const auto& data : problem.train->runs()) {
     rows_.push_back(Rows(data->run));
     times += rows_.back().times();
   }
-  Normalise();
   for (const EquationRows& rows : rows_) {
     const double share = rows.times() / std::max(1.0, 1.0 * times);
     const int folds = std::clamp(static_cast<int>(std::lround(kFolds * share)),
@@ -174,35 +182,21 @@ EquationSearch::EquationSearch(const DiagnosisProblem& problem,
   }
 }
 
-void EquationSearch::Normalise() {
-  const auto regression = [&](std::vector<EquationRows> rows) {
-    return EquationRegression(columns_.model.nv(), map_.size(), std::move(rows),
-                              RobustLoss::kNone, 1.0);
-  };
-  EquationRegression own = regression(rows_);
-  const std::vector<int> undriven =
-      UndrivenJoints(columns_.model, own.EffortSize());
-  if (undriven.empty()) return;
-  std::vector<EquationRows> weightless;
-  for (const auto& data : problem_.train->runs()) {
-    weightless.push_back(Rows(data->run, 0.0));
-  }
-  own.NormaliseByInertia(undriven, regression(std::move(weightless)));
-  rows_ = own.runs();
-}
-
-EquationRows EquationSearch::Rows(const sysid::Run& run, double gravity) const {
+EquationRows EquationSearch::Rows(const sysid::Run& run) const {
   ThrowIfCancelled(problem_.options.stop);
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     std::vector<Jet24> seeded(theta_.data(), theta_.data() + theta_.size());
     const int end = std::min<int>(begin + Jet24::DIMENSION, map_.size());
     for (int i = begin; i < end; ++i) seeded[i] = Jet24(theta_[i], i - begin);
     map_.Apply<Jet24>(seeded.data(), s);
-    s->gravity *= gravity;
   };
-  return MakeEquationRows<Jet24>(columns_.model,
-                                 SampleMotion(columns_.model, run, filter_),
-                                 map_.size(), seeding);
+  std::vector<std::string> names;
+  for (const Parameter& p : columns_.parameters) names.push_back(p.name);
+  EquationRows rows = MakeEquationRows<Jet24>(
+      columns_.model, SampleMotion(columns_.model, run, filter_), map_.size(),
+      seeding, {columns_.model.nominal(), {}, undriven_});
+  NormaliseByGain(EffortGains(columns_.model, undriven_, names), theta_, &rows);
+  return rows;
 }
 
 std::vector<int> EquationSearch::With(const std::vector<int>& chosen) const {
@@ -223,7 +217,7 @@ Trial EquationSearch::Solve(std::vector<int> at,
   Trial trial;
   trial.at = std::move(at);
   for (int round = 0; round < kReweighed; ++round) {
-    trial.d = SolveWeighted(all_, trial.at, variance);
+    trial.d = SolveWeighted(all_, trial.at, variance, bounds_);
     trial.likelihood = 0.0;
     for (int v = 0; v < variance.size(); ++v) {
       // A joint of which nothing is left says nothing.
@@ -242,7 +236,8 @@ void EquationSearch::Predict(Trial* trial) const {
   for (const EquationProducts& fold : folds_) {
     EquationProducts others = all_;
     AddProducts(fold, -1.0, &others);
-    const Eigen::VectorXd d = SolveWeighted(others, trial->at, trial->variance);
+    const Eigen::VectorXd d =
+        SolveWeighted(others, trial->at, trial->variance, bounds_);
     double sum = 0.0;
     for (int v = 0; v < trial->variance.size(); ++v) {
       sum -= 0.5 * (fold.Left(v, trial->at, d) / trial->variance[v] +
@@ -469,11 +464,12 @@ EquationLook LookByEquations(
   for (const auto& data : problem.train->runs()) runs.push_back(&data->run);
   const Columns columns = MakeColumns(problem, start, candidates);
   const EquationFilter first = FirstFilter(runs);
-  EquationSearch slow(problem, columns, first);
+  const std::vector<int> undriven = UndrivenJoints(started);
+  EquationSearch slow(problem, columns, first, undriven);
   slow.Run();
-  EquationSearch search(
-      problem, columns,
-      ChooseFilter(columns.model, slow.Values(), runs, first));
+  EquationSearch search(problem, columns,
+                        ChooseFilter(columns.model, slow.Values(), runs, first),
+                        undriven);
   search.Run();
   return search.Look();
 }

@@ -1,8 +1,10 @@
 #include "sysid/diagnosis/equation_products.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace sysid {
 
@@ -48,7 +50,8 @@ Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
 
 Eigen::VectorXd SolveWeighted(const EquationProducts& products,
                               const std::vector<int>& at,
-                              const Eigen::VectorXd& variance) {
+                              const Eigen::VectorXd& variance,
+                              const ChangeBounds& bounds) {
   const int n = static_cast<int>(at.size());
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
@@ -59,7 +62,21 @@ Eigen::VectorXd SolveWeighted(const EquationProducts& products,
       for (int k = 0; k < n; ++k) G(i, k) += own(at[i], at[k]) / variance[v];
     }
   }
-  return -SolveScaled(G, g);
+  Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
+  std::vector<int> loose(n);
+  std::iota(loose.begin(), loose.end(), 0);
+  for (size_t had = n + 1; loose.size() < had;) {
+    had = loose.size();
+    d(loose).setZero();
+    const Eigen::VectorXd rest = g + G * d;  // of what is held
+    d(loose) = -SolveScaled(G(loose, loose), rest(loose));
+    std::erase_if(loose, [&](int i) {
+      const double asked = d[i];
+      d[i] = std::clamp(asked, bounds.lower[at[i]], bounds.upper[at[i]]);
+      return d[i] != asked;
+    });
+  }
+  return d;
 }
 
 }  // namespace sysid

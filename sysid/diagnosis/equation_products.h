@@ -36,9 +36,16 @@ void AddProducts(const EquationProducts& more, double times,
 
 // The least x with G x = g, of columns of unit length.
 Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G, const Eigen::VectorXd& g);
-// The d that minimises sum_v |r_v + J_v d|^2 / s_v^2.
+// Of d, by column.
+struct ChangeBounds {
+  Eigen::VectorXd lower, upper;
+};
+
+// The d that minimises sum_v |r_v + J_v d|^2 / s_v^2 within bounds: what passes
+// one is held there, and the others are solved for again.
 Eigen::VectorXd SolveWeighted(const EquationProducts& products,
                               const std::vector<int>& at,
-                              const Eigen::VectorXd& variance);
+                              const Eigen::VectorXd& variance,
+                              const ChangeBounds& bounds);
 
 }  // namespace sysid

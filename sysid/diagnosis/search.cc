@@ -146,15 +146,8 @@ bool Search::BeginByEquations() {
     return false;
   }
   diagnosis_.base = EvaluateAtStart(problem_);
-  const EvaluatedModel& base = diagnosis_.base;
-  Report("what the equations of motion show", base.train_error());
-  std::shared_ptr<EvaluatedModel> model;
-  do {
-    std::vector<const ScreenedEffect*> shown;
-    for (const ScreenedEffect& effect : look.effects) shown.push_back(&effect);
-    model = std::make_shared<EvaluatedModel>(
-        EvaluateByEquations(problem_, base, shown));
-  } while (DropAtBound(*model, &look.effects));
+  Report("what the equations of motion show", diagnosis_.base.train_error());
+  const auto model = ByEquations(&look.effects);
   if (!std::isfinite(model->train_error()) ||
       !std::isfinite(model->holdout_error())) {
     return false;
@@ -169,6 +162,18 @@ bool Search::BeginByEquations() {
   }
   Take(std::move(look.effects), std::move(model));
   return true;
+}
+
+std::shared_ptr<EvaluatedModel> Search::ByEquations(
+    std::vector<ScreenedEffect>* effects) {
+  std::shared_ptr<EvaluatedModel> model;
+  do {
+    std::vector<const ScreenedEffect*> all;
+    for (const ScreenedEffect& effect : *effects) all.push_back(&effect);
+    model = std::make_shared<EvaluatedModel>(
+        EvaluateByEquations(problem_, diagnosis_.base, all));
+  } while (DropAtBound(*model, effects));
+  return model;
 }
 
 void Search::AddDrives() {
@@ -217,8 +222,8 @@ void Search::AddTogether() {
   if (!explains(*model)) {
     // What the base made of its parameters for want of them may be too far off:
     // from where the equations of motion have them all.
-    *model = EvaluateAgain(
-        problem_, EvaluateByEquations(problem_, diagnosis_.base, shown));
+    model = ByEquations(&shown_);
+    *model = EvaluateAgain(problem_, std::move(*model));
     if (!explains(*model)) return;
   }
   been_.insert(EffectsOf(diagnosis_.base));

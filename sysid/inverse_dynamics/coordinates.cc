@@ -132,23 +132,10 @@ int EquationCoordinates::PlaceOf(int link) const {
   return -1;
 }
 
-std::vector<int> EquationCoordinates::Gains() const {
-  std::vector<int> gains(model_->nv(), -1);
-  const EffectSet& effects = model_->effects();
-  for (int i = 0; i < size(); ++i) {
-    if (coordinates_[i].of != kEffectValue) continue;
-    for (int e = 0; e < effects.size(); ++e) {
-      const Effect& effect = effects.effect(e);
-      const std::vector<std::string> names = effect.ParameterNames();
-      if (!(effect.hooks() & kInputHook) ||
-          std::find(names.begin(), names.end(), Name(i)) == names.end()) {
-        continue;
-      }
-      const Joint& joint = model_->mechanism().joints[effect.joint()];
-      std::fill_n(gains.begin() + joint.v_index, VelocitySize(joint.type), i);
-    }
-  }
-  return gains;
+std::vector<std::string> EquationCoordinates::Names() const {
+  std::vector<std::string> names;
+  for (int i = 0; i < size(); ++i) names.push_back(Name(i));
+  return names;
 }
 
 Inertial<double> EquationCoordinates::BodyAt(const double* xi) {

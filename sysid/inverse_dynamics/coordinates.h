@@ -26,15 +26,12 @@ class EquationCoordinates {
   // "link1.m", "link1.mx", "link1.Jxx", "joint1.x", "joint1.friction".
   std::string Name(int i) const;
   std::string Unit(int i) const;
+  std::vector<std::string> Names() const;
 
   // Those whose ten come first, in this order.
   std::vector<int> Links() const;
   // The place of the first of a link's ten, or -1.
   int PlaceOf(int link) const;
-  // By joint (nv): the gain of its measured effort, true = (1 + g) measured, or
-  // -1.
-  std::vector<int> Gains() const;
-
   // The coordinates of these values; size() numbers.
   template <typename T>
   void Read(const MechanismParameters<T>& values, T* xi) const;

@@ -1,5 +1,6 @@
 #include "sysid/inverse_dynamics/equation_rows.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -47,17 +48,86 @@ void SetDryModes(const SampledMotion& grid, const MotionSample& motion,
   }
 }
 
+// (11.10) of each time, before the Gaussian.
+struct Unknown {
+  Eigen::VectorXd e;        // of the undriven joints
+  Eigen::VectorXd qdd;      // nv: qdd, with qdd_u + e_u
+  Eigen::MatrixXd inverse;  // of M_uu
+};
+
+std::vector<Unknown> SolveAccelerations(const Model& model,
+                                        const SampledMotion& grid,
+                                        const PlainPart& plain) {
+  const std::vector<int>& at = plain.undriven;
+  if (at.empty()) return {};
+  std::vector<Unknown> solved(grid.size());
+  std::vector<double> q(model.nq()), u(model.held_size());
+  Eigen::VectorXd qdd, needed(model.nv()), moved(model.nv());
+  Workspace<double> ws(model);
+  ws.SetParameters(plain.values);
+  for (size_t k = 0; k < solved.size(); ++k) {
+    const MotionSample& motion = grid.motion[k];
+    if (!motion.known) continue;
+    Unmeasure(ws, motion, &q);
+    SetDryModes(grid, motion, &ws);
+    ActingInputs<double>(grid.run, ws, static_cast<int>(k), grid.run.t[k],
+                         grid.step, u.data());
+    const auto need = [&](Eigen::VectorXd* out) {
+      InverseDynamics<double>(&ws, q.data(), motion.qd.data(), qdd.data(),
+                              u.data(), out->data());
+    };
+    qdd = motion.qdd;
+    need(&needed);
+    Eigen::MatrixXd M_uu(at.size(), at.size());
+    Eigen::VectorXd r_u(at.size());
+    for (size_t i = 0; i < at.size(); ++i) {
+      r_u[i] = u[at[i]] - needed[at[i]];
+      qdd[at[i]] += 1.0;
+      need(&moved);
+      qdd[at[i]] = motion.qdd[at[i]];
+      M_uu.col(i) = (moved - needed)(at);
+    }
+    solved[k].inverse = M_uu.inverse();
+    solved[k].e = solved[k].inverse * r_u;
+    solved[k].qdd = motion.qdd;
+    solved[k].qdd(at) += solved[k].e;
+  }
+  return solved;
+}
+
+// Joints, and the accelerations at which their equations are linearised.
+struct Pass {
+  std::vector<int> joints;
+  bool solved;
+};
+
+std::vector<Pass> Passes(int nv, const std::vector<int>& undriven) {
+  std::vector<int> driven;
+  for (int v = 0; v < nv; ++v) {
+    if (std::find(undriven.begin(), undriven.end(), v) == undriven.end()) {
+      driven.push_back(v);
+    }
+  }
+  std::vector<Pass> passes;
+  if (!driven.empty()) passes.push_back({driven, false});
+  if (!undriven.empty()) passes.push_back({undriven, true});
+  return passes;
+}
+
 // Columns of dr by the inertial parameters of links, (2.30), ten a link, of
 // each time and joint. Returns the inverse dynamics, times x nv.
 RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
-                               const InertialPart& part, RowMatrixXd* rows) {
+                               const PlainPart& plain,
+                               const std::vector<Unknown>& solved,
+                               RowMatrixXd* rows) {
   constexpr int kTen = 10;
   const int nv = model.nv();
   std::vector<double> q(model.nq());
   RowMatrixXd needed = RowMatrixXd::Zero(grid.size(), nv);
   std::vector<double> held(model.held_size());
   Workspace<double> ws(model);
-  ws.SetParameters(part.values);
+  ws.SetParameters(plain.values);
+  Eigen::VectorXd efforts(nv);
   RowMatrixXd columns(nv, kTen);
   for (int k = 0; k < grid.size(); ++k) {
     const MotionSample& motion = grid.motion[k];
@@ -66,11 +136,17 @@ RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
     SetDryModes(grid, motion, &ws);
     ActingInputs<double>(grid.run, ws, k, grid.run.t[k], grid.step,
                          held.data());
-    InverseDynamics<double>(&ws, q.data(), motion.qd.data(), motion.qdd.data(),
-                            held.data(), needed.row(k).data());
-    for (size_t i = 0; i < part.links.size(); ++i) {
-      InertialColumns(ws, part.links[i], columns);
-      rows->block(k * nv, kTen * i, nv, kTen) = -columns;
+    for (const Pass& pass : Passes(nv, plain.undriven)) {
+      const Eigen::VectorXd& qdd = pass.solved ? solved[k].qdd : motion.qdd;
+      InverseDynamics<double>(&ws, q.data(), motion.qd.data(), qdd.data(),
+                              held.data(), efforts.data());
+      for (const int v : pass.joints) needed(k, v) = efforts[v];
+      for (size_t i = 0; i < plain.links.size(); ++i) {
+        InertialColumns(ws, plain.links[i], columns);
+        for (const int v : pass.joints) {
+          rows->row(k * nv + v).segment<kTen>(kTen * i) = -columns.row(v);
+        }
+      }
     }
   }
   return needed;
@@ -82,7 +158,7 @@ RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
 template <typename T>
 RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
                        int columns, const Seeding<T>& seeding,
-                       const InertialPart& inertial, double* work) {
+                       const PlainPart& plain, double* work) {
   constexpr bool kJets = !std::is_same_v<T, double>;
   const int nv = model.nv();
   RowMatrixXd rows = RowMatrixXd::Zero(grid.size() * nv, columns + 2);
@@ -90,11 +166,13 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
       needed(nv);
   MechanismParameters<T> values;
   Workspace<T> ws(model);
+  const std::vector<Pass> passes = Passes(nv, plain.undriven);
+  const std::vector<Unknown> solved = SolveAccelerations(model, grid, plain);
   int first = 0;      // column by Jets
   RowMatrixXd known;  // the inverse dynamics, where `first` > 0
-  if (!inertial.links.empty() && HasInertialColumns(Workspace<double>(model))) {
-    first = 10 * static_cast<int>(inertial.links.size());
-    known = AddInertialColumns(model, grid, inertial, &rows);
+  if (!plain.links.empty() && HasInertialColumns(Workspace<double>(model))) {
+    first = 10 * static_cast<int>(plain.links.size());
+    known = AddInertialColumns(model, grid, plain, solved, &rows);
   }
   for (int begin = first; begin == first || begin < columns;) {
     *work += grid.size();
@@ -105,34 +183,47 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
       const MotionSample& motion = grid.motion[k];
       if (!motion.known) continue;
       Unmeasure(ws, motion, &q);
-      for (int v = 0; v < nv; ++v) {
-        qd[v] = T(motion.qd[v]);
-        qdd[v] = T(motion.qdd[v]);
-      }
+      for (int v = 0; v < nv; ++v) qd[v] = T(motion.qd[v]);
       SetDryModes(grid, motion, &ws);
       ActingInputs<T>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
-      if (joints_alone) {
-        JointPart<T>(&ws, q.data(), qd.data(), qdd.data(), u.data(),
-                     needed.data());
-      } else {
-        InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), u.data(),
-                           needed.data());
-      }
-      for (int v = 0; v < nv; ++v) {
-        const T rest = u[v] - needed[v];
-        auto row = rows.row(k * nv + v);
-        if constexpr (kJets) {
-          const int count = std::min<int>(T::DIMENSION, columns - begin);
-          for (int c = 0; c < count; ++c) row[begin + c] = rest.v[c];
+      for (const Pass& pass : passes) {
+        const Eigen::VectorXd& moved = pass.solved ? solved[k].qdd : motion.qdd;
+        for (int v = 0; v < nv; ++v) qdd[v] = T(moved[v]);
+        if (joints_alone) {
+          JointPart<T>(&ws, q.data(), qd.data(), qdd.data(), u.data(),
+                       needed.data());
+        } else {
+          InverseDynamics<T>(&ws, q.data(), qd.data(), qdd.data(), u.data(),
+                             needed.data());
         }
-        row[columns] = first > 0 ? ValueOf(u[v]) - known(k, v) : ValueOf(rest);
-        row[columns + 1] = ValueOf(u[v]);
+        for (const int v : pass.joints) {
+          const T rest = u[v] - needed[v];
+          auto row = rows.row(k * nv + v);
+          if constexpr (kJets) {
+            const int count = std::min<int>(T::DIMENSION, columns - begin);
+            for (int c = 0; c < count; ++c) row[begin + c] = rest.v[c];
+          }
+          row[columns] =
+              first > 0 ? ValueOf(u[v]) - known(k, v) : ValueOf(rest);
+          row[columns + 1] = ValueOf(u[v]);
+        }
       }
     }
     if constexpr (kJets) {
       begin += T::DIMENSION;
     } else {
       break;
+    }
+  }
+  for (size_t k = 0; k < solved.size(); ++k) {
+    if (!grid.motion[k].known) continue;
+    const std::vector<int>& at = plain.undriven;
+    auto of_time = rows.middleRows(static_cast<int>(k) * nv, nv);
+    const RowMatrixXd forces = of_time.leftCols(columns)(at, Eigen::all);
+    const RowMatrixXd accelerations = solved[k].inverse * forces;
+    for (size_t i = 0; i < at.size(); ++i) {
+      of_time.row(at[i]).head(columns) = accelerations.row(i);
+      of_time(at[i], columns) = solved[k].e[i];
     }
   }
   return rows;
@@ -223,11 +314,11 @@ SampledMotion SampleMotion(const Model& model, const Run& run,
 template <typename T>
 EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
                               int columns, const Seeding<T>& seeding,
-                              const InertialPart& inertial) {
+                              const PlainPart& plain) {
   EquationRows out;
   const int nv = out.nv = model.nv();
   const RowMatrixXd rest =
-      Unfiltered<T>(model, sampled, columns, seeding, inertial, &out.work);
+      Unfiltered<T>(model, sampled, columns, seeding, plain, &out.work);
   const int most = std::max(0, sampled.size() / kSteps + 1);
   out.rows.resize(most * nv, columns + 1);
   out.effort.resize(most, nv);
@@ -277,16 +368,18 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
 }
 
 EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
-                               const MechanismParameters<double>& values) {
+                               const MechanismParameters<double>& values,
+                               const std::vector<int>& undriven) {
   return MakeEquationRows<double>(
       model, sampled, 0,
-      [&](int, MechanismParameters<double>* out) { *out = values; });
+      [&](int, MechanismParameters<double>* out) { *out = values; },
+      {values, {}, undriven});
 }
 
 #define SYSID_INSTANTIATE(T)                                      \
   template EquationRows MakeEquationRows<T>(                      \
       const Model&, const SampledMotion&, int, const Seeding<T>&, \
-      const InertialPart&);
+      const PlainPart&);
 SYSID_INSTANTIATE(double)
 SYSID_INSTANTIATE(Jet8)
 SYSID_INSTANTIATE(Jet24)

@@ -58,12 +58,15 @@ using Seeding = std::function<void(int begin, MechanismParameters<T>*)>;
 
 // (11.2) and its derivatives at even times, one width of g apart: between them
 // it leaves nothing of its own. Times without measurements around are left out.
+// Of undriven joints (11.10) in its place.
 struct EquationRows {
   int nv = 0;
   std::vector<double> t;  // s
-  RowMatrixXd rows;       // (times x nv) x (columns + 1): [dr | r], N m or N
-  RowMatrixXd effort;     // times x nv: g * u
-  RowMatrixXd qd, qdd;    // times x nv
+  // (times x nv) x (columns + 1): [dr | r], N m or N; rad/s^2 or m/s^2 of
+  // undriven joints.
+  RowMatrixXd rows;
+  RowMatrixXd effort;   // times x nv: g * u
+  RowMatrixXd qd, qdd;  // times x nv
   // times x nv: true where a joint with dry friction may rest within reach of g
   // and of the fit of the motion. What holds it then no law says.
   MatrixXb rests;
@@ -72,21 +75,32 @@ struct EquationRows {
   int times() const { return static_cast<int>(t.size()); }
 };
 
-// Columns that come first where there are any: of each of these links the ten
-// of (2.29), by (2.30) instead of Jets where the model has them so.
-struct InertialPart {
+// What of the equations needs no Jets.
+struct PlainPart {
+  MechanismParameters<double> values;  // where the Jets are seeded
+  // Columns that come first where there are any: of each of these links the ten
+  // of (2.29), by (2.30) where the model has them so.
   std::vector<int> links;
-  MechanismParameters<double> values;
+  // Joints (of nv) of whose equations the acceleration is the unknown: no
+  // effort of theirs was measured. With u of them, M_uu their inertia and r_u
+  // of (11.2),
+  //
+  //   e_u = M_uu^-1 r_u,   de_u = M_uu^-1 dr_u at qdd_u + e_u,         (11.10)
+  //
+  // by how much the acceleration that the model gives them, with the others
+  // moving as they did, exceeds that which they had.
+  std::vector<int> undriven;
 };
 
 // For T = double (no columns), Jet8 (few) or Jet24.
 template <typename T>
 EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
                               int columns, const Seeding<T>& seeding,
-                              const InertialPart& inertial = {});
+                              const PlainPart& plain = {});
 
 // Without derivatives.
 EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
-                               const MechanismParameters<double>& values);
+                               const MechanismParameters<double>& values,
+                               const std::vector<int>& undriven = {});
 
 }  // namespace sysid

@@ -71,6 +71,9 @@ class Minimiser {
  private:
   // Newton's method until half the squared decrement is below `settled`.
   bool Descend(double settled, int* iterations);
+  // Newton's, of the unknowns that no bound holds (Bertsekas 1982).
+  Eigen::VectorXd FreeStep(const Eigen::VectorXd& g,
+                           const Eigen::MatrixXd& H) const;
   // How much of `step` the free bodies bear before one is no longer possible.
   double ToTheBound(const Eigen::VectorXd& step) const;
   struct Point {
@@ -297,33 +300,49 @@ double Minimiser::ToTheBound(const Eigen::VectorXd& step) const {
   return part;
 }
 
-bool Minimiser::Descend(double settled, int* iterations) {
-  constexpr int kMost = 100;
-  constexpr double kArmijo = 1e-4;
-  // Of the way to the bound of the possible bodies.
-  constexpr double kInside = 0.9;
-  const int n = static_cast<int>(mean_.size());
-  for (int i = 0; i < kMost; ++i) {
-    ++*iterations;
-    Differentiate(&now_);
-    Eigen::VectorXd g;
-    Eigen::MatrixXd H;
-    Curve(now_, &g, &H);
-    // What a bound holds stays (Bertsekas 1982).
+Eigen::VectorXd Minimiser::FreeStep(const Eigen::VectorXd& g,
+                                    const Eigen::MatrixXd& H) const {
+  // Of the step: what is cut that short bends all of it.
+  constexpr double kNear = 0.01;
+  const int n = static_cast<int>(g.size());
+  std::vector<bool> held(n, false);
+  Eigen::VectorXd step;
+  for (bool more = true; more;) {
     std::vector<int> loose;
     for (int i = 0; i < n; ++i) {
-      const bool held = (now_.unknowns[i] <= lower_[i] && g[i] > 0.0) ||
-                        (now_.unknowns[i] >= upper_[i] && g[i] < 0.0);
-      if (!held) loose.push_back(i);
+      if (!held[i]) loose.push_back(i);
     }
     // Scaled to a unit diagonal: the units of the unknowns differ by 1e6.
     const Eigen::VectorXd scale =
         H.diagonal()(loose).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled =
         scale.asDiagonal() * H(loose, loose) * scale.asDiagonal();
-    Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
+    step.setZero(n);
     step(loose) =
         -scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(g(loose))));
+    more = false;
+    for (const int i : loose) {
+      const double room = g[i] > 0.0 ? now_.unknowns[i] - lower_[i]
+                                     : upper_[i] - now_.unknowns[i];
+      if (room > kNear * std::abs(step[i]) || g[i] == 0.0) continue;
+      held[i] = more = true;
+    }
+  }
+  return step;
+}
+
+bool Minimiser::Descend(double settled, int* iterations) {
+  constexpr int kMost = 100;
+  constexpr double kArmijo = 1e-4;
+  // Of the way to the bound of the possible bodies.
+  constexpr double kInside = 0.9;
+  for (int i = 0; i < kMost; ++i) {
+    ++*iterations;
+    Differentiate(&now_);
+    Eigen::VectorXd g;
+    Eigen::MatrixXd H;
+    Curve(now_, &g, &H);
+    const Eigen::VectorXd step = FreeStep(g, H);
     const Eigen::VectorXd move = now_.T * step;
     const double slope = -g.dot(step);
     if (!(slope > 2.0 * settled)) return std::isfinite(slope);

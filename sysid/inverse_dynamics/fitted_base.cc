@@ -44,8 +44,9 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
   map.Apply<double>(theta, &values);
   const EquationFilter filter =
       ChooseFilter(model, values, runs, FirstFilter(runs, all), all);
-  const EquationRegression regression = RegressEquations(
-      problem, coordinates, SampleRuns(problem, filter), values);
+  const EquationRegression regression =
+      RegressEquations(problem, coordinates, SampleRuns(problem, filter),
+                       values, UndrivenJoints(problem));
   if (regression.times() == 0 || regression.IsHomogeneous(at.xi)) return;
   const RowMatrixXd R = regression.Triangle().leftCols(coordinates.size());
   // d xi = D d theta = D (d values / d theta)^-1 d values.

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "models/error.h"
-#include "models/state.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/estimation/initial_states.h"
@@ -95,7 +94,9 @@ class InverseDynamicsFit {
   explicit InverseDynamicsFit(const ShootingProblem& problem)
       : problem_(problem),
         map_(problem.map()),
-        coordinates_(problem.model(), map_.parameters()) {
+        coordinates_(problem.model(), map_.parameters()),
+        undriven_(UndrivenJoints(problem)),
+        gains_(EffortGains(problem.model(), undriven_, coordinates_.Names())) {
     for (const auto& data : problem.runs()) {
       runs_.push_back(&data->run);
       CheckMeasured(problem.model(), data->run);
@@ -113,8 +114,18 @@ class InverseDynamicsFit {
   // The same with nothing free: only the filter is to be chosen.
   bool Compare(const EquationFilter& first);
   void Filter(const EquationFilter& filter);
-  // What is left by joint, without linearising.
+  // Whether equations are those of an acceleration, (11.10), or of a measured
+  // effort: what the parameters enter as ratios.
+  bool IsRelative() const {
+    return !undriven_.empty() || std::any_of(gains_.begin(), gains_.end(),
+                                             [](int g) { return g >= 0; });
+  }
+  // What is left by joint, without linearising, and the sum of the logarithms,
+  // which (11.4) and its s_v minimise.
   Eigen::VectorXd LeftAt(const Eigen::VectorXd& theta) const;
+  double CostAt(const Eigen::VectorXd& theta) const;
+  // Cuts the step from `from` until it lowers the cost. Whether it was settled.
+  bool Descend(const Eigen::VectorXd& from, RegressionEstimate* to) const;
   std::string Words(const Fit& fit) const;
   // Once more from theta, until nothing moves that the equations are not linear
   // in. False where no time of the runs has samples enough around it.
@@ -125,12 +136,13 @@ class InverseDynamicsFit {
   const ShootingProblem& problem_;
   const ParameterMap& map_;
   const EquationCoordinates coordinates_;
+  const std::vector<int> undriven_;
+  const std::vector<int> gains_;  // EffortGains
   std::vector<const Run*> runs_;
   EquationFilter filter_;
   std::vector<SampledMotion> sampled_;  // of the runs, by this filter
   std::optional<EquationRegression> regression_;
-  std::optional<EquationRegression> inertial_;  // without gravity
-  Eigen::VectorXd xi0_;                         // where it was linearised
+  Eigen::VectorXd xi0_;  // where it was linearised
   RegressionEstimate found_;
   int iterations_ = 0;
   bool only_ratios_ = false;  // no efforts were measured
@@ -146,9 +158,52 @@ void InverseDynamicsFit::Filter(const EquationFilter& filter) {
 Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
   MechanismParameters<double> values;
   map_.Apply<double>(theta.data(), &values);
-  return CompareEfforts(problem_.model(), runs_, sampled_, values,
-                        problem_.processes())
-      .left;
+  const int nv = problem_.model().nv();
+  Totals totals(nv + 1);  // squares, times
+  for (const SampledMotion& motion : sampled_) {
+    const EquationRows rows =
+        EvaluateEquations(problem_.model(), motion, values, undriven_);
+    const Eigen::Map<const RowMatrixXd> r(rows.rows.data(), rows.times(), nv);
+    totals.Add(0, r.colwise().squaredNorm());
+    totals.Add(nv, rows.times());
+  }
+  const Eigen::VectorXd sums = totals.Over(problem_.processes());
+  Eigen::VectorXd left = (sums.head(nv) / sums[nv]).cwiseSqrt();
+  Eigen::VectorXd xi(coordinates_.size());
+  coordinates_.Read<double>(values, xi.data());
+  for (int v = 0; v < nv; ++v) {
+    if (gains_[v] >= 0) left[v] /= std::abs(1.0 + xi[gains_[v]]);
+  }
+  return left;
+}
+
+double InverseDynamicsFit::CostAt(const Eigen::VectorXd& theta) const {
+  if (!map_.FirstImpossibleLink(theta.data()).empty()) return INFINITY;
+  double cost = 0.0;
+  for (const double left : LeftAt(theta)) {
+    // A joint of which nothing is left says nothing.
+    if (left != 0.0) cost += std::log(left);
+  }
+  return std::isnan(cost) ? INFINITY : cost;
+}
+
+bool InverseDynamicsFit::Descend(const Eigen::VectorXd& from,
+                                 RegressionEstimate* to) const {
+  constexpr int kMost = 10;
+  // Of sums of logarithms, whose standard error is 1 / sqrt(2 N).
+  constexpr double kSettled = 1e-6;
+  const double before = CostAt(from);
+  Eigen::VectorXd step = to->theta - from;
+  double after = CostAt(from + step);
+  for (int i = 0; i < kMost && !(after < before); ++i) {
+    step *= 0.5;
+    after = CostAt(from + step);
+  }
+  to->theta = from + step;
+  MechanismParameters<double> values;
+  map_.Apply<double>(to->theta.data(), &values);
+  coordinates_.Read<double>(values, to->xi.data());
+  return !(after < before - kSettled);
 }
 
 bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
@@ -160,24 +215,20 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
   for (int i = 0; i < kMost; ++i) {
     MechanismParameters<double> values;
     map_.Apply<double>(theta.data(), &values);
-    regression_ = RegressEquations(problem_, coordinates_, sampled_, values);
+    regression_ =
+        RegressEquations(problem_, coordinates_, sampled_, values, undriven_);
     if (regression_->times() == 0) return false;
     xi0_.resize(coordinates_.size());
     coordinates_.Read<double>(values, xi0_.data());
     only_ratios_ = regression_->IsHomogeneous(xi0_);
-    const std::vector<int> undriven =
-        UndrivenJoints(problem_.model(), regression_->EffortSize());
-    if (only_ratios_ || !undriven.empty()) {
-      values.gravity = 0.0;
-      inertial_ = RegressEquations(problem_, coordinates_, sampled_, values);
-      regression_->NormaliseByInertia(undriven, *inertial_);
-    }
-    regression_->NormaliseByGain(coordinates_.Gains(), xi0_);
+    regression_->NormaliseByGain(gains_, xi0_);
     // By theta to first order. Coordinates that move one by one may meet the
     // equations of a free swing as no body does.
     const RowMatrixXd D =
         DifferentiateCoordinates(coordinates_, map_, theta.data()).D;
-    for (int k = 0; k < kReweighed; ++k) {
+    // By what is left here the step lowers the cost.
+    if (IsRelative()) regression_->Reweigh(Eigen::VectorXd::Zero(D.rows()));
+    for (int k = 0; k < kReweighed && !IsRelative(); ++k) {
       const RowMatrixXd triangle = regression_->Triangle();
       RowMatrixXd by_theta(triangle.rows(), D.cols() + 1);
       by_theta << triangle.leftCols(D.rows()) * D, triangle.rightCols(1);
@@ -186,9 +237,14 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
     found_ = EstimateByRegression(problem_, coordinates_,
                                   regression_->Triangle(), theta);
     iterations_ += found_.iterations;
+    if (IsRelative()) {
+      if (Descend(theta, &found_)) break;
+    } else {
+      const Eigen::VectorXd expected = regression_->Left(found_.xi - xi0_);
+      const Eigen::VectorXd missed = LeftAt(found_.theta) - expected;
+      if (missed.norm() < kLinear * expected.norm()) break;
+    }
     theta = found_.theta;
-    const Eigen::VectorXd expected = regression_->Left(found_.xi - xi0_);
-    if ((LeftAt(theta) - expected).norm() < kLinear * expected.norm()) break;
   }
   return true;
 }
@@ -204,7 +260,11 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
   const CoordinatesAt at =
       DifferentiateCoordinates(coordinates_, map_, found_.theta.data());
   holds_scale_ = only_ratios_ && MovesScale(at);
-  if (holds_scale_) regression_->HoldScale(*inertial_, xi0_);
+  if (holds_scale_) {
+    values.gravity = 0.0;
+    regression_->HoldScale(
+        RegressEquations(problem_, coordinates_, sampled_, values, {}), xi0_);
+  }
   const RowMatrixXd R = regression_->Triangle();
   const RowMatrixXd E = regression_->ErrorRoot(d);
   static_cast<Estimates&>(*fit) = EstimatesByRank(
@@ -214,27 +274,6 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
   if (moved.rank() == coordinates_.size()) {
     fit->base = BaseParameters(coordinates_, R, E, found_.xi);
   }
-}
-
-// The state at a time of a run: by SmoothMotion, or near the ends, where that
-// has nothing to go by, on from the next time that it has.
-Eigen::VectorXd StateAt(const Model& model, const Run& run, int sample,
-                        double width) {
-  const bool later = 2 * sample < run.size();
-  int known = sample;
-  MotionSample motion = SmoothMotion(model, run, run.t[known], width);
-  while (!motion.known && (later ? known + 1 < run.size() : known > 0)) {
-    known += later ? 1 : -1;
-    motion = SmoothMotion(model, run, run.t[known], width);
-  }
-  if (!motion.known) return NeutralState(model);
-  const double s = run.t[sample] - run.t[known];
-  const StateLayout& at = model.layout();
-  Eigen::VectorXd x(at.size()), dx(at.tangent_size());
-  x << motion.q, motion.qd;
-  dx << motion.qd * s + 0.5 * s * s * motion.qdd, motion.qdd * s;
-  BoxPlus<double>(model, x.data(), dx.data(), x.data());
-  return x;
 }
 
 // How well positions are predicted over short segments, from states as the
@@ -255,7 +294,7 @@ void InverseDynamicsFit::SayPositions(Fit* fit) const {
     nodes.states.resize(nodes.segments(), problem_.model().state_size());
     for (int k = 0; k < nodes.segments(); ++k) {
       nodes.states.row(k) =
-          StateAt(problem_.model(), *run, nodes.samples[k], filter_.motion);
+          SmoothState(problem_.model(), *run, nodes.samples[k], filter_.motion);
     }
     point.runs.push_back(std::move(nodes));
   }

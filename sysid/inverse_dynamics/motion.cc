@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "models/math/rotation.h"
+#include "models/state.h"
 
 namespace sysid {
 namespace {
@@ -239,6 +240,25 @@ MotionSample MotionSmoother::At(double time) {
 MotionSample SmoothMotion(const Model& model, const Run& run, double time,
                           double width) {
   return MotionSmoother(model, run, width).At(time);
+}
+
+Eigen::VectorXd SmoothState(const Model& model, const Run& run, int sample,
+                            double width) {
+  const bool later = 2 * sample < run.size();
+  int known = sample;
+  MotionSample motion = SmoothMotion(model, run, run.t[known], width);
+  while (!motion.known && (later ? known + 1 < run.size() : known > 0)) {
+    known += later ? 1 : -1;
+    motion = SmoothMotion(model, run, run.t[known], width);
+  }
+  if (!motion.known) return NeutralState(model);
+  const double s = run.t[sample] - run.t[known];
+  const StateLayout& at = model.layout();
+  Eigen::VectorXd x(at.size()), dx(at.tangent_size());
+  x << motion.q, motion.qd;
+  dx << motion.qd * s + 0.5 * s * s * motion.qdd, motion.qdd * s;
+  BoxPlus<double>(model, x.data(), dx.data(), x.data());
+  return x;
 }
 
 }  // namespace sysid

@@ -60,4 +60,9 @@ inline double GaussianWeight(double distance) {
   return std::exp(-0.5 * distance * distance);
 }
 
+// The state at a sample of a run: by SmoothMotion, or near the ends, where that
+// has nothing to go by, on from the next sample that it has.
+Eigen::VectorXd SmoothState(const Model& model, const Run& run, int sample,
+                            double width);
+
 }  // namespace sysid

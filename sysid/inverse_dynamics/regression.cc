@@ -77,6 +77,7 @@ int Blocks(int n) {
 
 EquationRegression::EquationRegression(int joints, int columns,
                                        std::vector<EquationRows> runs,
+                                       std::vector<int> undriven,
                                        RobustLoss loss, double loss_scale,
                                        const Processes& all)
     : runs_(std::move(runs)),
@@ -90,7 +91,17 @@ EquationRegression::EquationRegression(int joints, int columns,
     times_ += run.times();
   }
   times_ = static_cast<int>(SumOver(all, times_));
+  // What there is to explain: efforts, and accelerations.
   sigma_ = EffortSize();
+  if (!undriven.empty()) {
+    Totals squares(joints_);
+    for (const EquationRows& run : runs_) {
+      squares.Add(0, run.qdd.colwise().squaredNorm());
+    }
+    const Eigen::VectorXd qdd =
+        (squares.Over(all) / std::max(1, times_)).cwiseSqrt();
+    for (const int v : undriven) sigma_[v] = qdd[v];
+  }
   const double most = sigma_.maxCoeff();
   wider_.setOnes(joints_);
   for (double& s : sigma_) s = s > 1e-9 * most ? s : most > 0 ? most : 1.0;
@@ -120,13 +131,6 @@ void EquationRegression::Triangularise() {
   if (all_->size() > 1) triangles_ = MergeTriangles(*all_, triangles_);
 }
 
-RowMatrixXd EquationRegression::OfJoint(int v) const {
-  RowMatrixXd both(triangles_[v][0].rows() + triangles_[v][1].rows(),
-                   columns_ + 1);
-  both << triangles_[v][0], triangles_[v][1];
-  return both;
-}
-
 RowMatrixXd EquationRegression::Merge() const {
   RowMatrixXd all(0, columns_ + 1);
   const auto append = [&](const RowMatrixXd& rows) {
@@ -152,46 +156,15 @@ RowMatrixXd EquationRegression::Merge() const {
 
 bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
   constexpr double kRounding = 1e-9;
-  const RowMatrixXd all = Merge();
-  const Eigen::VectorXd z = all.col(columns_);
-  return z.norm() > 0.0 &&
-         (z - all.leftCols(columns_) * xi0).norm() < kRounding * z.norm();
-}
-
-void EquationRegression::Divide(int v, const Eigen::RowVectorXd& a) {
-  for (EquationRows& run : runs_) {
-    for (int k = 0; k < run.times(); ++k) {
-      auto row = run.rows.row(k * joints_ + v);
-      row.head(columns_) -= row[columns_] * a;
-    }
-  }
-}
-
-void EquationRegression::NormaliseByInertia(
-    const std::vector<int>& undriven, const EquationRegression& inertial) {
-  for (const int v : undriven) {
-    const RowMatrixXd triangle = inertial.OfJoint(v);
-    const auto p = triangle.col(columns_);
-    if (!(p.squaredNorm() > 0.0)) continue;
-    // What there is to explain, as the effort is of the other joints.
-    sigma_[v] = p.norm() / std::sqrt(std::max(1, times_));
-    Divide(v, p.transpose() * triangle.leftCols(columns_) / p.squaredNorm());
-  }
-  Triangularise();
+  const RowMatrixXd R = Triangle().leftCols(columns_);
+  const double most = (R * xi0.asDiagonal()).norm();
+  return most > 0.0 && (R * xi0).norm() < kRounding * most;
 }
 
 void EquationRegression::NormaliseByGain(const std::vector<int>& gains,
                                          const Eigen::VectorXd& xi0) {
-  const Eigen::VectorXd effort = EffortSize();
-  bool any = false;
-  for (int v = 0; v < joints_; ++v) {
-    if (gains[v] < 0 || effort[v] == 0.0) continue;
-    any = true;
-    Eigen::RowVectorXd a = Eigen::RowVectorXd::Zero(columns_);
-    a[gains[v]] = 1.0 / (1.0 + xi0[gains[v]]);  // finite: the effort is not 0
-    Divide(v, a);
-  }
-  if (any) Triangularise();
+  for (EquationRows& run : runs_) sysid::NormaliseByGain(gains, xi0, &run);
+  Triangularise();
 }
 
 void EquationRegression::HoldScale(const EquationRegression& inertial,
@@ -321,19 +294,50 @@ RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
          eigen.eigenvalues().cwiseMax(kLeast).cwiseSqrt().asDiagonal();
 }
 
-std::vector<int> UndrivenJoints(const Model& model,
-                                const Eigen::VectorXd& effort) {
-  std::vector<bool> driven(model.nv(), false);
-  for (int i = 0; i < model.effects().size(); ++i) {
-    const Effect& effect = model.effects().effect(i);
-    if (!(effect.hooks() & kDriveHook)) continue;
-    driven[model.mechanism().joints[effect.joint()].v_index] = true;
+std::vector<int> UndrivenJoints(const ShootingProblem& problem) {
+  const int nv = problem.model().nv();
+  Totals size(nv);
+  for (const auto& data : problem.runs()) {
+    if (data->run.effort.size() > 0) {
+      size.Add(0, data->run.effort.cwiseAbs().colwise().maxCoeff());
+    }
   }
+  const Eigen::VectorXd most = size.Over(problem.processes());
   std::vector<int> undriven;
-  for (int v = 0; v < model.nv(); ++v) {
-    if (effort[v] == 0.0 && !driven[v]) undriven.push_back(v);
+  for (int v = 0; v < nv; ++v) {
+    if (most[v] == 0.0) undriven.push_back(v);
   }
   return undriven;
+}
+
+std::vector<int> EffortGains(const Model& model,
+                             const std::vector<int>& undriven,
+                             const std::vector<std::string>& names) {
+  std::vector<int> gains(model.nv(), -1);
+  for (int i = 0; i < model.effects().size(); ++i) {
+    const Effect& effect = model.effects().effect(i);
+    if (!(effect.hooks() & kInputHook)) continue;
+    const auto at =
+        std::find(names.begin(), names.end(), effect.ParameterNames()[0]);
+    if (at == names.end()) continue;
+    const Joint& joint = model.mechanism().joints[effect.joint()];
+    std::fill_n(gains.begin() + joint.v_index, VelocitySize(joint.type),
+                static_cast<int>(at - names.begin()));
+  }
+  for (const int v : undriven) gains[v] = -1;
+  return gains;
+}
+
+void NormaliseByGain(const std::vector<int>& gains, const Eigen::VectorXd& xi0,
+                     EquationRows* rows) {
+  const Eigen::Index columns = rows->rows.cols() - 1;
+  for (int i = 0; i < rows->rows.rows(); ++i) {
+    const int gain = gains[i % rows->nv];
+    if (gain < 0) continue;
+    const double factor = 1.0 / (1.0 + xi0[gain]);
+    rows->rows.row(i) *= factor;
+    rows->rows(i, gain) -= factor * rows->rows(i, columns);
+  }
 }
 
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
@@ -352,22 +356,23 @@ std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
 EquationRegression RegressEquations(const ShootingProblem& problem,
                                     const EquationCoordinates& coordinates,
                                     const std::vector<SampledMotion>& sampled,
-                                    const MechanismParameters<double>& values) {
+                                    const MechanismParameters<double>& values,
+                                    const std::vector<int>& undriven) {
   const EstimationOptions& options = problem.options();
   const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     coordinates.Seed(values, begin, s);
   };
-  const InertialPart inertial{coordinates.Links(), values};
+  const PlainPart plain{values, coordinates.Links(), undriven};
   std::vector<EquationRows> rows(sampled.size());
   ParallelFor(
       static_cast<int>(rows.size()), options.threads, options.stop, [&](int r) {
-        rows[r] = MakeEquationRows<Jet24>(
-            problem.model(), sampled[r], coordinates.size(), seeding, inertial);
+        rows[r] = MakeEquationRows<Jet24>(problem.model(), sampled[r],
+                                          coordinates.size(), seeding, plain);
         return true;
       });
   return EquationRegression(problem.model().nv(), coordinates.size(),
-                            std::move(rows), options.loss, options.loss_scale,
-                            problem.processes());
+                            std::move(rows), undriven, options.loss,
+                            options.loss_scale, problem.processes());
 }
 
 Eigen::VectorXd SolveUnconstrained(const RowMatrixXd& triangle, int* rank) {

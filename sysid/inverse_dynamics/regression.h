@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "residuals/costs.h"
@@ -30,22 +31,17 @@ class EquationRegression {
   // The runs' rows with derivatives by the coordinates, so many of both; `all`
   // processes share out the runs, and must outlive this.
   EquationRegression(int joints, int columns, std::vector<EquationRows> runs,
-                     RobustLoss loss, double loss_scale,
-                     const Processes& all = Alone());
+                     std::vector<int> undriven, RobustLoss loss,
+                     double loss_scale, const Processes& all = Alone());
 
   int columns() const { return columns_; }
   int joints() const { return joints_; }
   const std::vector<EquationRows>& runs() const { return runs_; }
 
-  // Whether there are no efforts: R xi = 0 (z = R xi_0 here), which tells
-  // ratios only.
+  // Whether there are no efforts, R xi = 0, which tells ratios only.
   bool IsHomogeneous(const Eigen::VectorXd& xi0) const;
   int times() const { return times_; }  // of all runs, a row for each joint
-  // (11.10): of undriven joints rows of r_v / |p_v| in place of r_v, p_v that
-  // of `inertial`; of those with a gain g of their effort, rows of r_v / (1 +
-  // g). What only changes the scale then lowers nothing.
-  void NormaliseByInertia(const std::vector<int>& undriven,
-                          const EquationRegression& inertial);
+  // Of all runs, `gains` by joint, at xi0.
   void NormaliseByGain(const std::vector<int>& gains,
                        const Eigen::VectorXd& xi0);
   // (11.11): holds the scale of `inertial` by a row that nothing outweighs.
@@ -66,15 +62,12 @@ class EquationRegression {
   Eigen::VectorXd EffortSize() const;
 
  private:
-  RowMatrixXd OfJoint(int v) const;  // (11.3), of all its rows
   RowMatrixXd Merge() const;
   // Of a row, N m or N.
   double Sigma(const EquationRows& run, int time, int v) const {
     return run.rests(time, v) ? sigma_[v] * wider_[v] : sigma_[v];
   }
   void Triangularise();
-  // Rows of r_v / s_v: a = (ds_v / d xi) / s_v, columns() numbers.
-  void Divide(int v, const Eigen::RowVectorXd& a);
 
   std::vector<EquationRows> runs_;
   RobustLoss loss_;
@@ -89,10 +82,20 @@ class EquationRegression {
   Eigen::RowVectorXd held_;  // a, of one sample's size, or empty
 };
 
-// Joints (of nv) that neither an effort of this size nor a commanded drive
-// moves.
-std::vector<int> UndrivenJoints(const Model& model,
-                                const Eigen::VectorXd& effort);
+// Joints (of nv) without a measured effort.
+std::vector<int> UndrivenJoints(const ShootingProblem& problem);
+
+// By joint (of nv), where its effort is measured: the place in `names` of the
+// parameter g of a law, true = (1 + g) measured effort, or -1.
+std::vector<int> EffortGains(const Model& model,
+                             const std::vector<int>& undriven,
+                             const std::vector<std::string>& names);
+
+// Of driven joints with a gain, by how much the measured effort exceeds what
+// the model needs, r_v / (1 + g), in place of r_v: that is least for 1 + g = 0,
+// with all that the effort moves. At these values of the columns.
+void NormaliseByGain(const std::vector<int>& gains, const Eigen::VectorXd& xi0,
+                     EquationRows* rows);
 
 // The runs of a problem on even times; and their regression, linearised at
 // these values.
@@ -101,7 +104,8 @@ std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
 EquationRegression RegressEquations(const ShootingProblem& problem,
                                     const EquationCoordinates& coordinates,
                                     const std::vector<SampledMotion>& sampled,
-                                    const MechanismParameters<double>& values);
+                                    const MechanismParameters<double>& values,
+                                    const std::vector<int>& undriven);
 
 // The least change of the coordinates that solves (11.4): what the data does
 // not determine stays. `rank` is how many combinations it does.

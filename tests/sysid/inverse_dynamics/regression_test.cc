@@ -59,7 +59,7 @@ TEST(EquationRegression, ErrorsAreThoseOfEstimatesWithoutABlock) {
   for (size_t r = 0; r < times.size(); ++r) {
     runs.push_back(RandomRows(times[r], static_cast<int>(r)));
   }
-  EquationRegression regression(kJoints, kColumns, runs, RobustLoss::kNone,
+  EquationRegression regression(kJoints, kColumns, runs, {}, RobustLoss::kNone,
                                 3.0);
   const Eigen::VectorXd d = SolveUnconstrained(regression.Triangle());
 
