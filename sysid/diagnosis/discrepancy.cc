@@ -11,12 +11,14 @@
 #include "residuals/segment_tangent.h"
 #include "sysid/diagnosis/force_equations.h"
 #include "sysid/diagnosis/statistics.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/elimination.h"
 #include "sysid/estimation/linearization.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_segment.h"
 #include "sysid/estimation/state_weights.h"
+#include "sysid/estimation/stop_later.h"
 
 namespace sysid {
 namespace {
@@ -372,15 +374,8 @@ bool StaysWithinBounds(const Estimates& estimates, const std::vector<int>& at,
   return true;
 }
 
-}  // namespace
-
-void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
-  if (!(fit->train.total.normalized_rms > NoiseFloor(fit->train.dof))) return;
-  // What is left is short: a fit that may be stopped with a point to keep keeps
-  // it.
-  EstimationOptions options = given.options();
-  if (options.keep_best) options.stop = {};
-  const ShootingProblem problem = given.With(options).Weighing(fit->misfit);
+// What the residuals say of a random force, and the covariance with it.
+void AddDiscrepancyOf(const ShootingProblem& problem, Fit* fit) {
   // Over longer segments a force that hardly changes would pass for random.
   const double length = ChooseSegment(problem, fit->point, Drift::kLittle);
   RandomForce random = EstimateRandomForce(LinearizedFit(
@@ -395,6 +390,20 @@ void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
   fit->discrepancy = ByJoint(problem.model(), random);
   static_cast<Estimates&>(*fit) =
       MakeEstimates(problem, fit->point.theta, root, scores);
+}
+
+}  // namespace
+
+void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
+  if (!(fit->train.total.normalized_rms > NoiseFloor(fit->train.dof))) return;
+  // A fit that may be stopped with a point to keep keeps it.
+  const StopLater later(given.options().stop);
+  const EstimationOptions options = WithGrace(given, later);
+  try {
+    AddDiscrepancyOf(given.With(options).Weighing(fit->misfit), fit);
+  } catch (const Cancelled&) {
+    if (!options.keep_best) throw;
+  }
 }
 
 double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {

@@ -216,7 +216,27 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
     best = from;
     best.theta = after.problem->InitialTheta();
   }
-  FitFrom(std::move(best), &after);
+  // Steps as short as the error needs that is left: those of the model before
+  // would follow a motion that misses the data by far.
+  const auto with_steps_for = [&](double error) {
+    EstimationOptions own = after.problem->options();
+    own.step_error = options.step_error;
+    if (std::isfinite(error)) {
+      own.step_error =
+          std::max(own.step_error, Coarse(problem.options, error).step_error);
+    }
+    return own;
+  };
+  const auto fit_with = [&](const EstimationOptions& own, Solution start) {
+    after.problem =
+        std::make_shared<const ShootingProblem>(after.problem->With(own));
+    FitFrom(std::move(start), &after);
+  };
+  const EstimationOptions first = with_steps_for(
+      EvaluateErrors(*after.problem, best, 0.0).total.normalized_rms);
+  fit_with(first, std::move(best));
+  const EstimationOptions then = with_steps_for(after.train_error());
+  if (then.step_error < 0.5 * first.step_error) fit_with(then, after.fit.point);
   if (IsDoubtful(before.fit) &&
       (HasBound(after.fit) || after.train_error() > before.train_error())) {
     // By segments that grow, then.
@@ -321,6 +341,10 @@ EvaluatedModel EvaluateByEquations(
   std::vector<std::shared_ptr<const Effect>> added = before.added;
   std::set<std::string> without_influence = before.without_influence;
   std::map<std::string, double> values = ValuesOf(before);
+  // What was fitted without the effects may be far off: from where it is given.
+  for (const FreeParameter& free : problem.free) {
+    values.erase(free.parameter.name);
+  }
   for (const ScreenedEffect* effect : effects) {
     added.push_back(effect->effect);
     without_influence.insert(effect->without_influence.begin(),

@@ -222,9 +222,11 @@ void Search::AddTogether() {
   if (!explains(*model)) {
     // What the base made of its parameters for want of them may be too far off:
     // from where the equations of motion have them all.
-    model = ByEquations(&shown_);
-    *model = EvaluateAgain(problem_, std::move(*model));
-    if (!explains(*model)) return;
+    do {
+      model = ByEquations(&shown_);
+      *model = EvaluateAgain(problem_, std::move(*model));
+    } while (DropAtBound(*model, &shown_));
+    if (shown_.empty() || !explains(*model)) return;
   }
   been_.insert(EffectsOf(diagnosis_.base));
   *model = EvaluateAgain(problem_, std::move(*model));

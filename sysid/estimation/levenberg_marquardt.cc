@@ -13,6 +13,7 @@
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/stage_log.h"
 #include "sysid/estimation/stages.h"
+#include "sysid/estimation/stop_later.h"
 
 // The schedules of Levenberg-Marquardt: how segments grow, and how tightly they
 // hang together, from the data to one trajectory a run or to segments that are
@@ -233,12 +234,16 @@ Fit FitJoined(const ShootingProblem& problem,
     stages.iterations = stages.history.back().iteration;
   }
   Fit fit = Finish(stages, ended);
-  // What is left is short, and makes the point one that is worth keeping.
-  EstimationOptions options = problem.options();
-  if (options.keep_best) options.stop = {};
-  const ShootingProblem rest = problem.With(options);
-  fit.horizon = EvaluateHorizon(rest, stages.solution);
-  fit.open = EvaluateOpen(rest, stages.solution);
+  const StopLater later(problem.options().stop);
+  const EstimationOptions options = WithGrace(problem, later);
+  try {
+    const ShootingProblem rest = problem.With(options);
+    fit.horizon = EvaluateHorizon(rest, stages.solution);
+    fit.open = EvaluateOpen(rest, stages.solution);
+  } catch (const Cancelled&) {
+    if (!options.keep_best) throw;
+    fit.horizon.clear();
+  }
   stages.ReadClocks(&fit);
   return fit;
 }

@@ -193,8 +193,18 @@ std::string PowerText(const Diagnosis& diagnosis) {
   return text;
 }
 
+// " (with coulomb_friction@joint1)": of the model as given, or nothing.
+std::string GivenEffects(const Diagnosis& diagnosis) {
+  const EffectSet& effects = diagnosis.base.fit.model.effects();
+  std::vector<std::string> names;
+  for (int i = 0; i < effects.size(); ++i) {
+    names.push_back(effects.effect(i).name());
+  }
+  return names.empty() ? "" : " (with " + Join(names) + ")";
+}
+
 // The models of the search and the neighbours of the last one, over segments of
-// one length.
+// one length; of a search that was interrupted, each over its own.
 std::string ModelsText(const Diagnosis& diagnosis) {
   constexpr size_t kMostAdded = 3;
   const ModelComparison& models = diagnosis.comparison;
@@ -217,7 +227,7 @@ std::string ModelsText(const Diagnosis& diagnosis) {
   for (size_t i = 0; i < models.path.size(); ++i) {
     text += errors(models.path[i]);
     if (i == 0) {
-      text += "as given\n";
+      text += "as given" + GivenEffects(diagnosis) + "\n";
       continue;
     }
     const DiagnosisStep& step = diagnosis.steps[i - 1];
@@ -225,6 +235,9 @@ std::string ModelsText(const Diagnosis& diagnosis) {
     if (!step.removed.empty()) changes.push_back("- " + step.removed);
     for (const std::string& name : step.effects) changes.push_back("+ " + name);
     text += Join(changes, " ");
+    if (models.path[i].segment_s != models.path[i - 1].segment_s) {
+      text += Format(" (over segments of %.3g s)", models.path[i].segment_s);
+    }
     for (const ParameterEstimate& p : step.parameters) {
       text +=
           "  " + p.name + " " + Value(p.value, p.std_error) + Behind(p.unit);

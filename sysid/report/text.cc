@@ -131,8 +131,15 @@ std::string SegmentLengths(const Fit& fit) {
 }
 
 std::string OfTheMotion(double fit_percent) {
-  return std::isfinite(fit_percent) ? Format(" (fit %.3g %%)", fit_percent)
-                                    : "";
+  if (!std::isfinite(fit_percent)) return "";
+  // 99.97 is not 100.
+  const double missing = 100.0 - fit_percent;
+  const int decimals = missing > 0.0 && missing < 0.05
+                           ? static_cast<int>(-std::floor(std::log10(missing)))
+                           : 0;
+  return decimals > 0 && decimals < 6
+             ? Format(" (fit %.*f %%)", decimals, fit_percent)
+             : Format(" (fit %.3g %%)", fit_percent);
 }
 
 std::string OpenLines(const std::vector<OpenError>& open,

@@ -174,8 +174,8 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
   CheckDecidable(problem, notices);
   const int n = Thin(&problem);
   if (n > 1) {
-    notices->push_back("the search takes every " + std::to_string(n) +
-                       "th sample; the last fit takes all");
+    notices->push_back("the search takes one sample of " + std::to_string(n) +
+                       "; the last fit takes all");
   }
   return problem;
 }

@@ -66,6 +66,15 @@ OpenError Open(const std::string& run, double rms) {
   return {run, 10.0, {{"joint1", "rad", rms, 99.0}}};
 }
 
+TEST(OfTheMotion, SaysWhatIsMissingOfNearlyAll) {
+  EXPECT_EQ(OfTheMotion(99.61), " (fit 99.6 %)");
+  EXPECT_EQ(OfTheMotion(99.97), " (fit 99.97 %)");
+  EXPECT_EQ(OfTheMotion(99.996), " (fit 99.996 %)");
+  EXPECT_EQ(OfTheMotion(100.0), " (fit 100 %)");
+  EXPECT_EQ(OfTheMotion(-20.0), " (fit -20 %)");
+  EXPECT_EQ(OfTheMotion(NAN), "");
+}
+
 TEST(OpenLines, HaveOneEachOfAFewRuns) {
   EXPECT_EQ(OpenLines({Open("a.csv", 0.5), Open("b.csv", INFINITY)}, ""),
             "  open prediction of a.csv, 10 s from one initial state: joint1 "
