@@ -45,15 +45,15 @@ class StopLater {
   std::jthread thread_;  // ends with this
 };
 
-// The options for what makes a point of a problem worth keeping, where it may be
-// stopped with one; `later` is of its stop. Processes would not end at the same
-// time: theirs go on to the end.
+// The options for what makes a point of a problem worth keeping, where it may
+// be stopped with one; `later` is of its stop. Processes would not end at the
+// same time: theirs go on to the end.
 inline EstimationOptions WithGrace(const ShootingProblem& problem,
                                    const StopLater& later) {
   EstimationOptions options = problem.options();
   if (!options.keep_best) return options;
-  options.stop = problem.processes().size() > 1 ? std::stop_token()
-                                                : later.token();
+  options.stop =
+      problem.processes().size() > 1 ? std::stop_token() : later.token();
   return options;
 }
 

@@ -285,10 +285,10 @@ Answer AnswerOf(const Diagnosis& diagnosis) {
 std::string TheErrorIs(const Diagnosis& diagnosis, const Answer& answer) {
   const ErrorScale scale(diagnosis.steps.empty() ? diagnosis.base.fit.train
                                                  : diagnosis.last().fit.train);
-  const std::string unit = Behind(scale.unit.empty() ? "-" : scale.unit);
-  return " the error is " + scale(answer.train) + unit + ", " +
-         Times(answer.train) + " times the noise (held out " +
-         Times(answer.holdout) + ").";
+  const std::string in_unit =
+      scale.unit.empty() ? "" : scale(answer.train) + Behind(scale.unit) + ", ";
+  return " the error is " + in_unit + Times(answer.train) +
+         " times the noise (held out " + Times(answer.holdout) + ").";
 }
 
 // The error of the model as given, over the segments of the answer.
