@@ -433,40 +433,6 @@ bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final) {
          ReachesNoise(*final.problem, final.fit);
 }
 
-NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis) {
-  std::vector<std::string> add, fix = session.assumed;
-  // What does not explain the data is not recommended.
-  if (diagnosis.verdict == Verdict::kUnexplained)
-    return {"", Join(fix, ","), ""};
-  for (const auto& effect : diagnosis.last().added) {
-    add.push_back(effect->name());
-    for (const std::string& name : effect->ParameterNames()) {
-      if (diagnosis.last().without_influence.count(name) > 0)
-        fix.push_back(name);
-    }
-    // What was searched among whole numbers stays as it was found.
-    for (const EffectParameter& parameter : effect->parameters()) {
-      if (!parameter.whole) continue;
-      const Model& model = diagnosis.last().fit.model;
-      for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
-        if (model.effects().parameters()[i].name == parameter.name) {
-          fix.push_back(parameter.name +
-                        Format("=%g", model.nominal().effects[i]));
-        }
-      }
-    }
-  }
-  if (diagnosis.steps.empty()) {
-    add = diagnosis.proposed;
-    for (size_t i = 0; i < add.size(); ++i) {
-      const auto& idle = diagnosis.candidates[i].screened.without_influence;
-      fix.insert(fix.end(), idle.begin(), idle.end());
-    }
-  }
-  return {Join(add, ","), Join(fix, ","),
-          diagnosis.by_equations ? " --solver inverse_dynamics" : ""};
-}
-
 std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
                           const FinalFit* final, const std::string& next,
                           bool colour) {
