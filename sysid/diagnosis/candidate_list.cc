@@ -105,6 +105,23 @@ bool StandFor(const Screening& screening, int a, int b,
          (screening.confusability(a, b) > kAlike || IsAtNoiseFloor(with_a));
 }
 
+std::vector<std::string> AlikeTo(const Screening& screening,
+                                 const std::string& effect) {
+  constexpr size_t kMost = 3;
+  std::vector<std::string> alike;
+  const int own = screening.IndexOf(effect);
+  if (own < 0) return alike;
+  for (size_t i = 0; i < screening.effects.size(); ++i) {
+    const ScreenedEffect& other = screening.effects[i];
+    if (alike.size() < kMost && other.name() != effect &&
+        other.dof <= screening.effects[own].dof &&
+        screening.confusability(own, i) > kAlike) {
+      alike.push_back(other.name());
+    }
+  }
+  return alike;
+}
+
 std::vector<std::string> ThatExplainTheSame(
     const Screening& screening, const std::vector<CandidateRefit>& refits,
     int best) {

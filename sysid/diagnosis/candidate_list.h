@@ -45,6 +45,11 @@ std::vector<CandidateEffect> ListCandidates(
 bool StandFor(const Screening& screening, int a, int b,
               const EvaluatedModel& with_a, const EvaluatedModel& with_b);
 
+// Of a screening, those that would explain most of what an effect does, with no
+// more parameters: the best few.
+std::vector<std::string> AlikeTo(const Screening& screening,
+                                 const std::string& effect);
+
 // Single effects whose refits were accepted, and explain the same part of what
 // the model misses as that of `best` does, with no more parameters.
 std::vector<std::string> ThatExplainTheSame(

@@ -30,7 +30,7 @@ bool Search::LookBack(const std::vector<std::string>& newest, bool exchange) {
 
 bool Search::LookBackAt(const std::string& name, bool exchange) {
   const EvaluatedModel& with = now();
-  EvaluatedModel without = Without(name);
+  EvaluatedModel without = Without(name, with);
   if (!std::isfinite(without.train_error())) return false;
   DiagnosisStep step = StepFrom(with);
   step.removed = name;
@@ -110,23 +110,20 @@ void Search::AskAlternativesAgain() {
     if (settled_.contains(name)) continue;
     std::vector<std::string> others = AlternativesTo(name, diagnosis_.steps);
     AddNames(explain_the_same_[name], &others);
-    std::erase_if(others, [&](const std::string& other) {
-      return std::any_of(
-          model_->added.begin(), model_->added.end(),
-          [&](const auto& added) { return added->name() == other; });
-    });
-    if (others.empty()) continue;
+    // At the noise floor its step saw what is alike.
+    if (others.empty() && IsAtNoiseFloor(*model_)) continue;
     RemoveAlternatives(name, others, &diagnosis_.steps);
     AddAlternatives(name, AsGoodInstead(*model_, name, others),
                     &diagnosis_.steps);
   }
 }
 
-EvaluatedModel Search::Without(const std::string& name) {
-  Report("leaving out " + name, now().train_error());
+EvaluatedModel Search::Without(const std::string& name,
+                               const EvaluatedModel& model) {
+  Report("leaving out " + name, model.train_error());
   EvaluatedModel without =
-      EvaluateWithout(problem_, now(), name,
-                      TrialOptions(problem_.options, now().train_error()));
+      EvaluateWithout(problem_, model, name,
+                      TrialOptions(problem_.options, model.train_error()));
   tried_.push_back(ErrorsOf(without));
   return without;
 }
@@ -149,7 +146,7 @@ bool Search::TakeOutUnneeded() {
       const std::string& name = (*effect)->name();
       if (settled_.contains(name) || WasTriedWithout(name, now())) continue;
       DiagnosisStep step = StepFrom(now());
-      EvaluatedModel without = Without(name);
+      EvaluatedModel without = Without(name, now());
       if (!std::isfinite(without.cv.error()) ||
           !WhyImplausible(without).empty() || IsWorse(without.cv, now().cv)) {
         continue;

@@ -461,7 +461,7 @@ void Search::CompareModels() {
         WasTriedWithout(effect->name(), last)) {
       continue;
     }
-    Without(effect->name());
+    Without(effect->name(), last);
   }
   SetNeighbours(tried_, last, &comparison);
 }

@@ -86,9 +86,9 @@ class Search {
   // the newest was judged by the fit before it, which may have been stuck in a
   // local minimum. True where it took any.
   bool TakeOutUnneeded();
-  // The model so far without one of its effects, fitted again; and whether that
-  // was tried over a model's segments.
-  EvaluatedModel Without(const std::string& name);
+  // A model without one of its effects, fitted again; and whether that was
+  // tried over a model's segments.
+  EvaluatedModel Without(const std::string& name, const EvaluatedModel& model);
   bool WasTriedWithout(const std::string& name,
                        const EvaluatedModel& model) const;
   // Takes out what the newest effects made useless, or exchanges what another
@@ -124,11 +124,12 @@ class Search {
   // Whether the model with another effect is the better one. Where segments do
   // not decide between as many parameters, whole runs do.
   bool TakesThePlaceOf(const EvaluatedModel& other, const EvaluatedModel& with);
-  // Which of `others` predict as well in the place of `name`, fitted again:
-  // whole runs where those can be followed, else the model's segments.
-  std::vector<std::string> AsGoodInstead(
-      const EvaluatedModel& model, const std::string& name,
-      const std::vector<std::string>& others);
+  // Which of `others`, and of what is alike, predict as well in the place of
+  // `name`, fitted again: whole runs where those can be followed, else the
+  // model's segments.
+  std::vector<std::string> AsGoodInstead(const EvaluatedModel& model,
+                                         const std::string& name,
+                                         std::vector<std::string> others);
   // Adds what whole runs miss, and held-out ones too, to a model that segments
   // call complete. True where it did.
   bool AddOverWholeRuns();

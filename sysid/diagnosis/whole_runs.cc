@@ -75,16 +75,20 @@ bool Search::TakesThePlaceOf(const EvaluatedModel& other,
 
 std::vector<std::string> Search::AsGoodInstead(
     const EvaluatedModel& model, const std::string& name,
-    const std::vector<std::string>& others) {
+    std::vector<std::string> others) {
   std::vector<std::string> as_good;
   const double whole = WholeRunsError(model);
   const bool longer = std::isfinite(whole);
-  Report("alternatives to " + name, model.train_error());
   const EstimationOptions options =
       TrialOptions(problem_.options, model.train_error());
-  const EvaluatedModel without =
-      EvaluateWithout(problem_, model, name, options);
+  const EvaluatedModel without = Without(name, model);
   const Screening screening = Screen(without);
+  // At the noise floor the step that added it saw these trajectories, and what
+  // is alike from there.
+  if (!IsAtNoiseFloor(model)) AddNames(AlikeTo(screening, name), &others);
+  std::erase_if(others, [&](const std::string& other) {
+    return EffectsOf(model).contains(other);
+  });
   for (const std::string& other : others) {
     const int effect = screening.IndexOf(other);
     if (effect < 0) continue;
