@@ -104,6 +104,29 @@ bool Search::LookBackAt(const std::string& name, bool exchange) {
   return true;
 }
 
+void Search::FoldRemovals() {
+  std::vector<DiagnosisStep>& steps = diagnosis_.steps;
+  while (steps.size() > 1 && steps.back().effects.empty()) {
+    DiagnosisStep& step = steps[steps.size() - 2];
+    const auto at = std::find(step.effects.begin(), step.effects.end(),
+                              steps.back().removed);
+    if (at == step.effects.end() || step.effects.size() == 1) return;
+    step.indistinguishable_from.erase(step.indistinguishable_from.begin() +
+                                      (at - step.effects.begin()));
+    step.effects.erase(at);
+    std::vector<const Effect*> effects;
+    for (const auto& effect : model_->added) {
+      if (std::find(step.effects.begin(), step.effects.end(), effect->name()) !=
+          step.effects.end()) {
+        effects.push_back(effect.get());
+      }
+    }
+    step.parameters = EstimatesOf(*model_, effects);
+    EndAt(steps.back().after, &step);
+    steps.pop_back();
+  }
+}
+
 void Search::AskAlternativesAgain() {
   for (const auto& effect : model_->added) {
     const std::string& name = effect->name();

@@ -230,8 +230,10 @@ void Search::AddTogether() {
   }
   been_.insert(EffectsOf(diagnosis_.base));
   *model = EvaluateAgain(problem_, std::move(*model));
+  tried_.push_back(ErrorsOf(*model));
   Take(std::move(shown_), std::move(model));
   if (LookBack({}, true)) LookBack({}, true);
+  FoldRemovals();
   // What was taken out again is not what is missing.
   const std::set<std::string> kept = EffectsOf(now());
   if (kept.empty()) return;

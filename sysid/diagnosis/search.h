@@ -99,6 +99,9 @@ class Search {
   // True where the model without `name` took the place of the one with it, or
   // one with another effect instead.
   bool LookBackAt(const std::string& name, bool exchange);
+  // What the look back took out of the effects that came together, before
+  // anything else was done, was never a step: nor is its going.
+  void FoldRemovals();
   // Judges once more, by the final model, what was as good as its effects on
   // the way there: two laws that are alike over short segments, or while others
   // are missing, may differ now; and the other way round.

@@ -88,6 +88,7 @@ size_t CheckSessionData(Session* session, const FitOutcome& outcome) {
     if (!known) fresh.push_back(finding);
   }
   Note(fresh, session);
+  session->not_checked = result.not_asked.size();
   if (!result.not_asked.empty()) {
     session->notices.push_back(
         "not tested within a quarter of the fit's time: " +
@@ -112,11 +113,19 @@ std::string CheckedLine(const Session& session) {
   const std::string count =
       std::to_string(runs) + (runs == 1 ? " run" : " runs");
   const size_t found = session.findings.size();
-  return found == 0
-             ? "  checked: nothing wrong with " + count + "\n"
-             : "  checked: " + std::to_string(found) +
-                   (found == 1 ? " finding" : " findings") + " in " + count +
-                   ", first " + session.findings.front().fault + "\n";
+  std::string text = "  checked: ";
+  if (found == 0) {
+    text += "nothing wrong with " + count;
+  } else {
+    text += std::to_string(found) + (found == 1 ? " finding" : " findings") +
+            " in " + count + ", first " + session.findings.front().fault;
+  }
+  if (session.not_checked > 0) {
+    text += "; " + std::to_string(session.not_checked) +
+            (session.not_checked == 1 ? " kind" : " kinds") +
+            " of fault not tested";
+  }
+  return text + "\n";
 }
 
 }  // namespace sysid

@@ -84,6 +84,7 @@ struct Session {
   // What CheckSession found, worst first; `checked` where it was asked.
   std::vector<Finding> findings;
   bool checked = false;
+  size_t not_checked = 0;  // kinds of fault, for want of time
 
   explicit Session(const Model& m) : model(m) {}
 };

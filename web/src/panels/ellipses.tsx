@@ -8,11 +8,21 @@ import {Choice} from './panel';
 
 const kHow = 'Both parameters together are within the ellipse at 95 % confidence (the dot is the estimate). A long and narrow one says that only a combination of them is known.';
 const kRadius = Math.sqrt(5.991); // chi-square, two degrees of freedom, 95 %
-const kPoints = 96;
+const kPoints = 360;
+const kCut = 'It is cut at the bounds, which the estimates cannot leave.';
+
+interface Axis {
+  name: string;
+  unit: string;
+  value: number;
+  std: number;
+  lower: number;
+  upper: number;
+}
 
 interface Pair {
-  x: {name: string; unit: string; value: number; std: number};
-  y: {name: string; unit: string; value: number; std: number};
+  x: Axis;
+  y: Axis;
   correlation: number;
 }
 
@@ -23,7 +33,7 @@ function pairOf(model: ModelData, names: [string, string]): Pair | null {
   const [x, y] = names.map(name => {
     const p = model.parameters.find(q => q.name === name);
     return p && p.value !== null && p.stdError !== null && p.stdError > 0
-      ? {name, unit: p.unit, value: p.value, std: p.stdError} : null;
+      ? {name, unit: p.unit, value: p.value, std: p.stdError, lower: p.lower ?? -Infinity, upper: p.upper ?? Infinity} : null;
   });
   return x && y && correlation !== null ? {x, y, correlation} : null;
 }
@@ -38,13 +48,17 @@ export function pairsOf(model: ModelData): [string, string][] {
   return pairs.sort((a, b) => b.size - a.size).map(p => p.names);
 }
 
-export function ellipse({x, y, correlation}: Pair): {x: number[]; y: number[]} {
+// Its part within the bounds, closed.
+export function ellipse({x, y, correlation}: Pair): {x: number[]; y: number[]; cut: boolean} {
   const across = Math.sqrt(Math.max(0, 1 - correlation * correlation));
-  const turns = Array.from({length: kPoints + 1}, (_, i) => 2 * Math.PI * i / kPoints);
-  return {
-    x: turns.map(t => x.value + kRadius * x.std * Math.cos(t)),
-    y: turns.map(t => y.value + kRadius * y.std * (correlation * Math.cos(t) + across * Math.sin(t))),
-  };
+  const points = Array.from({length: kPoints}, (_, i) => {
+    const t = 2 * Math.PI * i / kPoints;
+    return [x.value + kRadius * x.std * Math.cos(t),
+      y.value + kRadius * y.std * (correlation * Math.cos(t) + across * Math.sin(t))];
+  });
+  const within = points.filter(([a, b]) => a >= x.lower && a <= x.upper && b >= y.lower && b <= y.upper);
+  const closed = [...within, ...within.slice(0, 1)];
+  return {x: closed.map(p => p[0]), y: closed.map(p => p[1]), cut: within.length < points.length};
 }
 
 // `models`: the one that is seen, and that which it is compared with.
@@ -58,18 +72,19 @@ export function Ellipses({page, models}: {page: PageData; models: number[]}) {
   const layers: Layer[] = models.flatMap((index, k) => {
     const pair = pairOf(page.models[index], names);
     const color = `var(${modelColor(index, models[0])})`;
-    return pair ? [
-      {label: page.models[index].title, color, kind: 'line' as const, dash: k ? '5 4' : undefined, ...ellipse(pair)},
+    const region = pair && ellipse(pair);
+    return pair && region ? [
+      {label: page.models[index].title, color, kind: 'line' as const, dash: k ? '5 4' : undefined, x: region.x, y: region.y},
       {label: '', color, kind: 'points' as const, x: [pair.x.value], y: [pair.y.value]},
     ] : [];
   });
   const pair = pairOf(model, names)!;
-  const axis = (p: Pair['x']) => unitText(p.unit) ? `${p.name}, ${unitText(p.unit)}` : p.name;
+  const axis = (p: Axis) => unitText(p.unit) ? `${p.name}, ${unitText(p.unit)}` : p.name;
   return (
     <div class="ellipses">
       <Choice label="Parameters" value={label(names)} onChange={setChosen} options={pairs.map(p => ({value: label(p), text: label(p)}))} />
       <XyChart title={`95 % confidence region of ${label(names)}`} xLabel={axis(pair.x)} yLabel={axis(pair.y)} layers={layers}>
-        <p class="note">Their correlation is {fmt(pair.correlation, 2)}. {kHow}</p>
+        <p class="note">Their correlation is {fmt(pair.correlation, 2)}. {kHow}{ellipse(pair).cut && ` ${kCut}`}</p>
       </XyChart>
     </div>
   );

@@ -6,13 +6,27 @@ import {load} from '../load.mjs';
 const {ellipse, pairsOf} = await load('panels/ellipses.tsx');
 const {modelColor} = await load('colors.ts');
 
+const free = {lower: -Infinity, upper: Infinity};
+const pair = {x: {value: 1, std: 0.1, ...free}, y: {value: -2, std: 3, ...free}, correlation: -0.8};
+const distance = (x, y) => {
+  const u = (x - 1) / 0.1, v = (y + 2) / 3, r = -0.8;
+  return (u * u - 2 * r * u * v + v * v) / (1 - r * r);
+};
+
 test('the ellipse is where the normalised distance is that of 95 %', () => {
-  const pair = {x: {value: 1, std: 0.1}, y: {value: -2, std: 3}, correlation: -0.8};
-  const {x, y} = ellipse(pair);
-  x.forEach((_, i) => {
-    const u = (x[i] - 1) / 0.1, v = (y[i] + 2) / 3, r = -0.8;
-    assert.ok(Math.abs((u * u - 2 * r * u * v + v * v) / (1 - r * r) - 5.991) < 1e-9);
-  });
+  const {x, y, cut} = ellipse(pair);
+  assert.equal(cut, false);
+  assert.ok(x.length > 90);
+  x.forEach((_, i) => assert.ok(Math.abs(distance(x[i], y[i]) - 5.991) < 1e-9));
+});
+
+test('the ellipse ends at a bound', () => {
+  const {x, y, cut} = ellipse({...pair, x: {...pair.x, lower: 0.9}});
+  assert.equal(cut, true);
+  assert.ok(Math.min(...x) >= 0.9 && Math.min(...x) < 0.91 && Math.max(...x) > 1.2);
+  x.forEach((_, i) => assert.ok(Math.abs(distance(x[i], y[i]) - 5.991) < 1e-9));
+  assert.equal(x[0], x.at(-1));
+  assert.equal(y[0], y.at(-1));
 });
 
 test('the pair with the strongest correlation comes first, and one without any not at all', () => {
