@@ -120,6 +120,9 @@ class EquationSearch {
   EquationRows Rows(const sysid::Run& run) const;
   Trial Solve(std::vector<int> at, Eigen::VectorXd variance) const;
   std::vector<int> With(const std::vector<int>& chosen) const;
+  // The changes of theta, in the order of trial.at.
+  Eigen::VectorXd Changes(const Trial& trial) const;
+  bool ActsOnAlone(int column, const std::vector<int>& joints) const;
   bool IsPossible(const Trial& trial, const std::vector<int>& chosen) const;
   void Predict(Trial* trial) const;  // `predicted`
   // Whether a predicts the folds better than b by more than a standard error.
@@ -135,6 +138,7 @@ class EquationSearch {
   const EquationFilter filter_;
   const ParameterMap map_;
   const std::vector<int> undriven_;
+  std::vector<int> gains_;  // EffortGains
   Eigen::VectorXd theta_;
   ChangeBounds bounds_;             // of the free parameters; none of effects
   std::vector<EquationRows> rows_;  // by run
@@ -165,6 +169,9 @@ EquationSearch::EquationSearch(const DiagnosisProblem& problem,
     bounds_.lower[i] = problem.free[i].lower - theta_[i];
     bounds_.upper[i] = problem.free[i].upper - theta_[i];
   }
+  std::vector<std::string> names;
+  for (const Parameter& p : columns.parameters) names.push_back(p.name);
+  gains_ = EffortGains(columns.model, undriven_, names);
   int times = 0;
   for (const auto& data : problem.train->runs()) {
     rows_.push_back(Rows(data->run));
@@ -190,12 +197,10 @@ EquationRows EquationSearch::Rows(const sysid::Run& run) const {
     for (int i = begin; i < end; ++i) seeded[i] = Jet24(theta_[i], i - begin);
     map_.Apply<Jet24>(seeded.data(), s);
   };
-  std::vector<std::string> names;
-  for (const Parameter& p : columns_.parameters) names.push_back(p.name);
   EquationRows rows = MakeEquationRows<Jet24>(
       columns_.model, SampleMotion(columns_.model, run, filter_), map_.size(),
       seeding, {columns_.model.nominal(), {}, undriven_});
-  NormaliseByGain(EffortGains(columns_.model, undriven_, names), theta_, &rows);
+  NormaliseByGain(gains_, theta_, &rows);
   return rows;
 }
 
@@ -247,14 +252,46 @@ void EquationSearch::Predict(Trial* trial) const {
   }
 }
 
+bool EquationSearch::ActsOnAlone(int column,
+                                 const std::vector<int>& joints) const {
+  for (int v = 0; v < static_cast<int>(all_.of.size()); ++v) {
+    if (all_.of[v](column, column) != 0.0 &&
+        std::find(joints.begin(), joints.end(), v) == joints.end()) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Eigen::VectorXd EquationSearch::Changes(const Trial& trial) const {
+  Eigen::VectorXd changes = trial.d;
+  for (size_t i = 0; i < trial.at.size(); ++i) {
+    std::vector<int> joints;
+    for (size_t v = 0; v < gains_.size(); ++v) {
+      if (gains_[v] == trial.at[i]) joints.push_back(static_cast<int>(v));
+    }
+    if (joints.empty()) continue;
+    const double before = 1.0 + theta_[trial.at[i]];
+    const double after = before * before / (before - trial.d[i]);
+    changes[i] = after - before;
+    for (size_t k = 0; k < trial.at.size(); ++k) {
+      if (k != i && ActsOnAlone(trial.at[k], joints)) {
+        changes[k] *= after / before;
+      }
+    }
+  }
+  return changes;
+}
+
 bool EquationSearch::IsPossible(const Trial& trial,
                                 const std::vector<int>& chosen) const {
+  const Eigen::VectorXd changes = Changes(trial);
   int i = columns_.free;
   for (const int k : chosen) {
     const Columns::Candidate& candidate = columns_.candidates[k];
     for (int c = 0; c < candidate.count; ++c, ++i) {
       const Parameter& parameter = columns_.parameters[candidate.first + c];
-      const double value = theta_[candidate.first + c] + trial.d[i];
+      const double value = theta_[candidate.first + c] + changes[i];
       if (!(value >= parameter.lower && value <= parameter.upper)) {
         return false;
       }
@@ -352,8 +389,9 @@ void EquationSearch::Run() {
 }
 
 MechanismParameters<double> EquationSearch::Values() const {
+  const Eigen::VectorXd changes = Changes(now_);
   Eigen::VectorXd theta = theta_;
-  for (size_t i = 0; i < now_.at.size(); ++i) theta[now_.at[i]] += now_.d[i];
+  for (size_t i = 0; i < now_.at.size(); ++i) theta[now_.at[i]] += changes[i];
   MechanismParameters<double> values;
   map_.Apply<double>(theta.data(), &values);
   return values;
@@ -412,6 +450,7 @@ std::vector<FollowedMotion> EquationSearch::Followed() const {
 
 EquationLook EquationSearch::Look() const {
   EquationLook look;
+  const Eigen::VectorXd changes = Changes(now_);
   int i = columns_.free;
   for (const int k : chosen_) {
     const Columns::Candidate& candidate = columns_.candidates[k];
@@ -425,7 +464,7 @@ EquationLook EquationSearch::Look() const {
       expected.name = parameter.name;
       expected.unit = parameter.unit;
       expected.null_value = theta_[candidate.first + c];
-      expected.value = expected.null_value + now_.d[i];
+      expected.value = expected.null_value + changes[i];
       effect.parameters.push_back(expected);
     }
     look.effects.push_back(std::move(effect));

@@ -21,10 +21,17 @@ namespace sysid {
 //   L = -1/2 sum_v n_v ln(|r_v + J_v d|^2 / n_v),                     (11.14)
 //
 // n_v the equations of joint v, each joint with the standard deviation that is
-// left of it. An effect is added where stretches that were not fitted are then
-// predicted better (cross-validation over 20 stretches) by more standard errors
-// of the difference than chance makes of the best of so many, and goes again
-// where it is not missed by one.
+// left of it. The equation of a joint without a measured effort is that of its
+// acceleration, (11.10). One with a gain g of its effort is divided by 1 + g,
+// and linear in
+//
+//   1 / (1 + g) = (1 - d_g / (1 + g_0)) / (1 + g_0):                  (11.17)
+//
+// what else acts on that joint alone is then d / (1 + g_0) of the measured
+// effort, and d (1 + g) / (1 + g_0) of the true one. An effect is added where
+// stretches that were not fitted are then predicted better (cross-validation
+// over 20 stretches) by more standard errors of the difference than chance
+// makes of the best of so many, and goes again where it is not missed by one.
 
 struct EquationLook {
   // In the order in which they were found, as they are expected.

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace sysid {
 
@@ -62,19 +61,55 @@ Eigen::VectorXd SolveWeighted(const EquationProducts& products,
       for (int k = 0; k < n; ++k) G(i, k) += own(at[i], at[k]) / variance[v];
     }
   }
-  Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
-  std::vector<int> loose(n);
-  std::iota(loose.begin(), loose.end(), 0);
-  for (size_t had = n + 1; loose.size() < had;) {
-    had = loose.size();
-    d(loose).setZero();
-    const Eigen::VectorXd rest = g + G * d;  // of what is held
-    d(loose) = -SolveScaled(G(loose, loose), rest(loose));
-    std::erase_if(loose, [&](int i) {
-      const double asked = d[i];
-      d[i] = std::clamp(asked, bounds.lower[at[i]], bounds.upper[at[i]]);
-      return d[i] != asked;
-    });
+  // A primal active-set method (Nocedal and Wright 2006, 16.5): every step
+  // lowers the sum of squares.
+  Eigen::VectorXd d(n);
+  for (int i = 0; i < n; ++i) {
+    d[i] = std::clamp(0.0, bounds.lower[at[i]], bounds.upper[at[i]]);
+  }
+  constexpr double kRounding = 1e-9;  // of the gradient, by column
+  const Eigen::VectorXd least =
+      kRounding * (g.cwiseAbs() + G.cwiseAbs() * d.cwiseAbs());
+  std::vector<bool> held(n, false);
+  for (int round = 0; round < 3 * n + 1; ++round) {
+    std::vector<int> loose;
+    for (int i = 0; i < n; ++i) {
+      if (!held[i]) loose.push_back(i);
+    }
+    const Eigen::VectorXd gradient = g + G * d;
+    Eigen::VectorXd step = Eigen::VectorXd::Zero(n);
+    step(loose) = -SolveScaled(G(loose, loose), gradient(loose));
+    // As far as the first bound.
+    double part = 1.0;
+    int first = -1;
+    for (const int i : loose) {
+      const double bound = (step[i] > 0.0 ? bounds.upper : bounds.lower)[at[i]];
+      if (std::abs(bound - d[i]) < part * std::abs(step[i])) {
+        part = (bound - d[i]) / step[i];
+        first = i;
+      }
+    }
+    d += part * step;
+    if (first >= 0) {
+      d[first] = (step[first] > 0.0 ? bounds.upper : bounds.lower)[at[first]];
+      held[first] = true;
+      continue;
+    }
+    // Of what is held, that which gains most within the bounds goes on.
+    const Eigen::VectorXd slope = g + G * d;
+    int best = -1;
+    double most = 0.0;
+    for (int i = 0; i < n; ++i) {
+      const double inwards = d[i] == bounds.lower[at[i]] ? -slope[i] : slope[i];
+      if (!held[i] || !(inwards > least[i]) || !(G(i, i) > 0.0)) continue;
+      const double gain = inwards * inwards / G(i, i);
+      if (gain > most) {
+        most = gain;
+        best = i;
+      }
+    }
+    if (best < 0) break;
+    held[best] = false;
   }
   return d;
 }

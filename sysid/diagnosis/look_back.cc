@@ -122,6 +122,7 @@ void Search::FoldRemovals() {
       }
     }
     step.parameters = EstimatesOf(*model_, effects);
+    step.predicted = steps.back().predicted;
     EndAt(steps.back().after, &step);
     steps.pop_back();
   }

@@ -242,7 +242,6 @@ Fit FitJoined(const ShootingProblem& problem,
     fit.open = EvaluateOpen(rest, stages.solution);
   } catch (const Cancelled&) {
     if (!options.keep_best) throw;
-    fit.horizon.clear();
   }
   stages.ReadClocks(&fit);
   return fit;

@@ -58,7 +58,6 @@ EffortComparison CompareEfforts(const Model& model,
   const Eigen::VectorXd sums = totals.Over(all);
   const auto left = sums.head(nv), efforts = sums.segment(nv, nv);
   const double times = sums[2 * nv];
-  comparison.left = (left / std::max(1.0, times)).cwiseSqrt();
   const std::vector<std::string> names = VelocityNames(model);
   for (const Body& body : model.movers()) {
     for (int k = 0; k < VelocitySize(body); ++k) {

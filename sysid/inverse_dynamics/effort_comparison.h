@@ -20,8 +20,7 @@ struct EffortSeries {
 
 struct EffortComparison {
   double cut_off_hz = 0.0;           // of the filter
-  Eigen::VectorXd left;              // rms over all runs, nv
-  std::vector<EffortError> errors;   // the same, where efforts were measured
+  std::vector<EffortError> errors;   // where efforts were measured
   std::vector<EffortSeries> series;  // by joint, then by run
 };
 

@@ -118,6 +118,7 @@ std::vector<Pass> Passes(int nv, const std::vector<int>& undriven) {
 // each time and joint. Returns the inverse dynamics, times x nv.
 RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
                                const PlainPart& plain,
+                               const std::vector<Pass>& passes,
                                const std::vector<Unknown>& solved,
                                RowMatrixXd* rows) {
   constexpr int kTen = 10;
@@ -136,7 +137,7 @@ RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
     SetDryModes(grid, motion, &ws);
     ActingInputs<double>(grid.run, ws, k, grid.run.t[k], grid.step,
                          held.data());
-    for (const Pass& pass : Passes(nv, plain.undriven)) {
+    for (const Pass& pass : passes) {
       const Eigen::VectorXd& qdd = pass.solved ? solved[k].qdd : motion.qdd;
       InverseDynamics<double>(&ws, q.data(), motion.qd.data(), qdd.data(),
                               held.data(), efforts.data());
@@ -172,7 +173,7 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
   RowMatrixXd known;  // the inverse dynamics, where `first` > 0
   if (!plain.links.empty() && HasInertialColumns(Workspace<double>(model))) {
     first = 10 * static_cast<int>(plain.links.size());
-    known = AddInertialColumns(model, grid, plain, solved, &rows);
+    known = AddInertialColumns(model, grid, plain, passes, solved, &rows);
   }
   for (int begin = first; begin == first || begin < columns;) {
     *work += grid.size();

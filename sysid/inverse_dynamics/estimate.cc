@@ -67,6 +67,8 @@ class Minimiser {
             const EquationCoordinates& coordinates, const RowMatrixXd& triangle,
             const Eigen::VectorXd& theta0);
   RegressionEstimate Run();
+  // Of (11.7) at the start.
+  double StartCost() const { return At(StartingPoint()).cost; }
 
  private:
   // Newton's method until half the squared decrement is below `settled`.
@@ -328,6 +330,10 @@ Eigen::VectorXd Minimiser::FreeStep(const Eigen::VectorXd& g,
       held[i] = more = true;
     }
   }
+  // What is held goes the rest of its way.
+  for (int i = 0; i < n; ++i) {
+    if (held[i]) step[i] = (g[i] > 0.0 ? lower_ : upper_)[i] - now_.unknowns[i];
+  }
   return step;
 }
 
@@ -345,12 +351,17 @@ bool Minimiser::Descend(double settled, int* iterations) {
     const Eigen::VectorXd step = FreeStep(g, H);
     const Eigen::VectorXd move = now_.T * step;
     const double slope = -g.dot(step);
-    if (!(slope > 2.0 * settled)) return std::isfinite(slope);
     const auto after = [&](double part) {
       return At(
           (now_.unknowns + part * move).cwiseMax(lower_).cwiseMin(upper_));
     };
     const double most_part = kInside * ToTheBound(step);
+    if (!(slope > 2.0 * settled)) {
+      // Onto a bound, however little that gains.
+      Point last = after(std::min(1.0, most_part));
+      if (last.cost <= now_.cost) now_ = std::move(last);
+      return std::isfinite(slope);
+    }
     double part = std::min(1.0, most_part);
     Point next = after(part);
     while (!(next.cost <= now_.cost - kArmijo * part * slope) && part > 1e-10) {
@@ -414,6 +425,13 @@ RegressionEstimate EstimateByRegression(const ShootingProblem& problem,
                                         const RowMatrixXd& triangle,
                                         const Eigen::VectorXd& theta0) {
   return Minimiser(problem, coordinates, triangle, theta0).Run();
+}
+
+double CostOfBeliefs(const ShootingProblem& problem,
+                     const EquationCoordinates& coordinates,
+                     const Eigen::VectorXd& theta) {
+  const RowMatrixXd nothing = RowMatrixXd::Zero(1, coordinates.size() + 1);
+  return Minimiser(problem, coordinates, nothing, theta).StartCost();
 }
 
 }  // namespace sysid

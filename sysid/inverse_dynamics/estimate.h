@@ -45,4 +45,10 @@ RegressionEstimate EstimateByRegression(const ShootingProblem& problem,
                                         const RowMatrixXd& triangle,
                                         const Eigen::VectorXd& theta0);
 
+// What (11.7) has beside the data: the entropies and the priors that were
+// given; infinite where theta is no possible body.
+double CostOfBeliefs(const ShootingProblem& problem,
+                     const EquationCoordinates& coordinates,
+                     const Eigen::VectorXd& theta);
+
 }  // namespace sysid

@@ -120,9 +120,12 @@ class InverseDynamicsFit {
     return !undriven_.empty() || std::any_of(gains_.begin(), gains_.end(),
                                              [](int g) { return g >= 0; });
   }
-  // What is left by joint, without linearising, and the sum of the logarithms,
-  // which (11.4) and its s_v minimise.
+  // What the equations leave, without linearising: a vector a run, times x
+  // joints; and its root mean square by joint.
+  std::vector<Eigen::VectorXd> Residuals(const Eigen::VectorXd& theta) const;
   Eigen::VectorXd LeftAt(const Eigen::VectorXd& theta) const;
+  // (11.7) of that, by the weights that the regression has. Lowered, it lowers
+  // the likelihood too, whose s_v follow (a tangent lies above a logarithm).
   double CostAt(const Eigen::VectorXd& theta) const;
   // Cuts the step from `from` until it lowers the cost. Whether it was settled.
   bool Descend(const Eigen::VectorXd& from, RegressionEstimate* to) const;
@@ -155,55 +158,77 @@ void InverseDynamicsFit::Filter(const EquationFilter& filter) {
   sampled_ = SampleRuns(problem_, filter);
 }
 
-Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
+std::vector<Eigen::VectorXd> InverseDynamicsFit::Residuals(
+    const Eigen::VectorXd& theta) const {
   MechanismParameters<double> values;
   map_.Apply<double>(theta.data(), &values);
-  const int nv = problem_.model().nv();
-  Totals totals(nv + 1);  // squares, times
-  for (const SampledMotion& motion : sampled_) {
-    const EquationRows rows =
-        EvaluateEquations(problem_.model(), motion, values, undriven_);
-    const Eigen::Map<const RowMatrixXd> r(rows.rows.data(), rows.times(), nv);
-    totals.Add(0, r.colwise().squaredNorm());
-    totals.Add(nv, rows.times());
-  }
-  const Eigen::VectorXd sums = totals.Over(problem_.processes());
-  Eigen::VectorXd left = (sums.head(nv) / sums[nv]).cwiseSqrt();
   Eigen::VectorXd xi(coordinates_.size());
   coordinates_.Read<double>(values, xi.data());
-  for (int v = 0; v < nv; ++v) {
-    if (gains_[v] >= 0) left[v] /= std::abs(1.0 + xi[gains_[v]]);
+  std::vector<Eigen::VectorXd> residuals;
+  for (const SampledMotion& motion : sampled_) {
+    residuals.push_back(
+        EvaluateEquations(problem_.model(), motion, values, undriven_)
+            .rows.col(0));
+    Eigen::VectorXd& r = residuals.back();
+    const int nv = problem_.model().nv();
+    for (int i = 0; i < r.size(); ++i) {
+      if (gains_[i % nv] >= 0) r[i] /= 1.0 + xi[gains_[i % nv]];
+    }
   }
-  return left;
+  return residuals;
+}
+
+Eigen::VectorXd InverseDynamicsFit::LeftAt(const Eigen::VectorXd& theta) const {
+  const int nv = problem_.model().nv();
+  Totals totals(nv + 1);  // squares, times
+  for (const Eigen::VectorXd& of_run : Residuals(theta)) {
+    const Eigen::Map<const RowMatrixXd> r(of_run.data(), of_run.size() / nv,
+                                          nv);
+    totals.Add(0, r.colwise().squaredNorm());
+    totals.Add(nv, static_cast<double>(r.rows()));
+  }
+  const Eigen::VectorXd sums = totals.Over(problem_.processes());
+  return (sums.head(nv) / sums[nv]).cwiseSqrt();
 }
 
 double InverseDynamicsFit::CostAt(const Eigen::VectorXd& theta) const {
   if (!map_.FirstImpossibleLink(theta.data()).empty()) return INFINITY;
-  double cost = 0.0;
-  for (const double left : LeftAt(theta)) {
-    // A joint of which nothing is left says nothing.
-    if (left != 0.0) cost += std::log(left);
-  }
+  const double cost = regression_->HalfSquares(Residuals(theta)) +
+                      CostOfBeliefs(problem_, coordinates_, theta);
   return std::isnan(cost) ? INFINITY : cost;
 }
 
 bool InverseDynamicsFit::Descend(const Eigen::VectorXd& from,
                                  RegressionEstimate* to) const {
   constexpr int kMost = 10;
-  // Of sums of logarithms, whose standard error is 1 / sqrt(2 N).
+  // Of the cost of one time, which is about 1/2 a joint.
   constexpr double kSettled = 1e-6;
+  const double little = kSettled * regression_->times();
   const double before = CostAt(from);
+  // By the equations as they were linearised.
+  const RowMatrixXd triangle = regression_->Triangle();
+  const auto z = triangle.col(coordinates_.size());
+  const double expected =
+      0.5 * z.squaredNorm() + CostOfBeliefs(problem_, coordinates_, from) -
+      0.5 * (triangle.leftCols(coordinates_.size()) * (to->xi - xi0_) + z)
+                .squaredNorm() -
+      CostOfBeliefs(problem_, coordinates_, to->theta);
   Eigen::VectorXd step = to->theta - from;
   double after = CostAt(from + step);
   for (int i = 0; i < kMost && !(after < before); ++i) {
     step *= 0.5;
     after = CostAt(from + step);
   }
-  to->theta = from + step;
+  if (after < before) {
+    to->theta = from + step;
+  } else {
+    to->theta = from;
+    to->converged = to->converged && expected < little;
+  }
   MechanismParameters<double> values;
   map_.Apply<double>(to->theta.data(), &values);
   coordinates_.Read<double>(values, to->xi.data());
-  return !(after < before - kSettled);
+  return !(after < before - little);
 }
 
 bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
@@ -212,7 +237,8 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
   constexpr int kMost = 20;
   // Of what is left: a rollout would not see more.
   constexpr double kLinear = 1e-3;
-  for (int i = 0; i < kMost; ++i) {
+  bool settled = false;
+  for (int i = 0; i < kMost && !settled; ++i) {
     MechanismParameters<double> values;
     map_.Apply<double>(theta.data(), &values);
     regression_ =
@@ -238,14 +264,15 @@ bool InverseDynamicsFit::Solve(Eigen::VectorXd theta) {
                                   regression_->Triangle(), theta);
     iterations_ += found_.iterations;
     if (IsRelative()) {
-      if (Descend(theta, &found_)) break;
+      settled = Descend(theta, &found_);
     } else {
       const Eigen::VectorXd expected = regression_->Left(found_.xi - xi0_);
       const Eigen::VectorXd missed = LeftAt(found_.theta) - expected;
-      if (missed.norm() < kLinear * expected.norm()) break;
+      settled = missed.norm() < kLinear * expected.norm();
     }
     theta = found_.theta;
   }
+  found_.converged = found_.converged && settled;
   return true;
 }
 

@@ -194,6 +194,19 @@ Eigen::VectorXd EquationRegression::Left(const Eigen::VectorXd& d) const {
   return (squares.Over(*all_) / std::max(1, times_)).cwiseSqrt();
 }
 
+double EquationRegression::HalfSquares(
+    const std::vector<Eigen::VectorXd>& rows) const {
+  double squares = 0.0;
+  for (size_t r = 0; r < runs_.size(); ++r) {
+    for (int i = 0; i < rows[r].size(); ++i) {
+      const double weighted = weights_[r][i] * rows[r][i] /
+                              Sigma(runs_[r], i / joints_, i % joints_);
+      squares += weighted * weighted;
+    }
+  }
+  return 0.5 * SumOver(*all_, squares);
+}
+
 Eigen::VectorXd EquationRegression::EffortSize() const {
   Totals squares(joints_);
   for (const EquationRows& run : runs_) {
@@ -333,7 +346,9 @@ void NormaliseByGain(const std::vector<int>& gains, const Eigen::VectorXd& xi0,
   const Eigen::Index columns = rows->rows.cols() - 1;
   for (int i = 0; i < rows->rows.rows(); ++i) {
     const int gain = gains[i % rows->nv];
-    if (gain < 0) continue;
+    // Where nothing of the measured effort is left, it does not say how much
+    // more the model needs.
+    if (gain < 0 || xi0[gain] == -1.0) continue;
     const double factor = 1.0 / (1.0 + xi0[gain]);
     rows->rows.row(i) *= factor;
     rows->rows(i, gain) -= factor * rows->rows(i, columns);

@@ -55,15 +55,18 @@ class EquationRegression {
   // (11.6), the estimates without each of some blocks of time: errors are
   // correlated over time and between joints.
   RowMatrixXd ErrorRoot(const Eigen::VectorXd& d) const;
-  // s_v, N m and N.
+  // s_v, N m and N; of undriven joints rad/s^2 and m/s^2.
   const Eigen::VectorXd& sigma() const { return sigma_; }
-  // Root mean square of what is left, and of g * u, by joint.
+  // Root mean square of what is left, by joint.
   Eigen::VectorXd Left(const Eigen::VectorXd& d) const;
-  Eigen::VectorXd EffortSize() const;
+  // Half of (11.4) of rows like those of the runs: a vector each, times x
+  // joints.
+  double HalfSquares(const std::vector<Eigen::VectorXd>& rows) const;
 
  private:
+  Eigen::VectorXd EffortSize() const;  // root mean square of g * u, by joint
   RowMatrixXd Merge() const;
-  // Of a row, N m or N.
+  // Of a row, in the unit of its s_v.
   double Sigma(const EquationRows& run, int time, int v) const {
     return run.rests(time, v) ? sigma_[v] * wider_[v] : sigma_[v];
   }

@@ -10,6 +10,7 @@
 #include "sysid/estimation/preflight.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/step_size.h"
+#include "sysid/estimation/stop_later.h"
 
 namespace sysid {
 
@@ -107,9 +108,8 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
 
 Fit Descent::Finish(const Eigen::VectorXd& v) {
   point_.theta = transformation_.Theta(v);
-  // What is left is short, and makes the point one that is worth keeping.
-  EstimationOptions options = problem_.options();
-  if (options.keep_best) options.stop = {};
+  const StopLater later(problem_.options().stop);
+  const EstimationOptions options = WithGrace(problem_, later);
   const ShootingProblem rest = problem_.With(options);
   fit_.defect = std::numeric_limits<double>::infinity();
   // The states were given.
@@ -118,8 +118,12 @@ Fit Descent::Finish(const Eigen::VectorXd& v) {
   for (int i = 0; i < transformation_.size(); ++i) {
     fit_.parameters[i].initial = transformation_.start()[i];
   }
-  fit_.horizon = EvaluateHorizon(rest, point_);
-  fit_.open = EvaluateOpen(rest, point_);
+  try {
+    fit_.horizon = EvaluateHorizon(rest, point_);
+    fit_.open = EvaluateOpen(rest, point_);
+  } catch (const Cancelled&) {
+    if (!options.keep_best) throw;
+  }
   fit_.wall_time_s = Seconds();
   fit_.cpu_time_s = CpuSeconds() - start_cpu_s_;
   return fit_;

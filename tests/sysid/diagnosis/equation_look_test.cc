@@ -95,6 +95,23 @@ TEST(LookByEquations, SaysWhichMotionAForceFollows) {
   EXPECT_GT(look.followed[0].share, 0.6);
 }
 
+// By its law, not by the inverse in which the equations are linear.
+TEST(LookByEquations, SaysHowLargeAGainIs) {
+  for (const double gain : {-0.6, -0.2, 1.0, 3.0}) {
+    HiddenDrives hidden(1e-5);
+    hidden.arm->run.effort.col(1) /= 1.0 + gain;
+    DiagnosisProblem problem(hidden.arm->truth);
+    problem.SetRuns({hidden.arm->run}, {});
+    const EquationLook look = LookByEquations(problem, hidden.candidates);
+    ASSERT_THAT(NamesOf(look), Contains("effort_gain@joint2")) << gain;
+    for (const ScreenedEffect& effect : look.effects) {
+      if (effect.name() != "effort_gain@joint2") continue;
+      EXPECT_NEAR(1.0 + effect.parameters[0].value, 1.0 + gain,
+                  0.05 * (1.0 + gain));
+    }
+  }
+}
+
 TEST(LookByEquations, NamesNothingOfACompleteModel) {
   HiddenDrives hidden(1e-5);
   DiagnosisProblem problem(hidden.arm->truth);

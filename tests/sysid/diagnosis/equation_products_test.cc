@@ -42,5 +42,19 @@ TEST(SolveWeighted, SolvesForTheRestWhereABoundHolds) {
   EXPECT_LT((two - Eigen::Vector2d(-0.5, -2)).norm(), 1e-12);
 }
 
+// Two columns that nearly depend on each other ask for (100, -99): with the
+// first at its bound the second needs its own no longer.
+TEST(SolveWeighted, HoldsNoMoreThanItMust) {
+  EquationProducts products;
+  products.times = Eigen::VectorXd::Ones(1);
+  products.of = {
+      Eigen::Matrix3d{{1, 0.99, -1.99}, {0.99, 1, 0}, {-1.99, 0, 9}}};
+  const ChangeBounds bounds = {Eigen::Vector2d(-kNone, -50),
+                               Eigen::Vector2d(1, kNone)};
+  const Eigen::VectorXd d =
+      SolveWeighted(products, {0, 1}, Eigen::VectorXd::Ones(1), bounds);
+  EXPECT_LT((d - Eigen::Vector2d(1, -0.99)).norm(), 1e-9);
+}
+
 }  // namespace
 }  // namespace sysid

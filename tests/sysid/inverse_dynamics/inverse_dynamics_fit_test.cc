@@ -294,6 +294,48 @@ TEST(InverseDynamicsFit, KeepsABodyThatNoEffortMoves) {
               3.0 / 1.7, 0.02 * 3.0 / 1.7);
 }
 
+// A cart without drives says nothing of the mass on it but what is believed.
+TEST(InverseDynamicsFit, ABeliefDecidesWhatAFreeSwingLeavesOpen) {
+  const Model truth = Shipped("cartpole");
+  sysid::Run run = Simulate(truth, RandomState(truth, 0.5, 1),
+                            {.duration = 10.0, .rate = 200.0, .noise = 1e-4});
+  std::vector<FreeParameter> free = FreeFrom(
+      truth,
+      {{"cart.mass", 0.5}, {"pole.mass", 0.1}, {"pole.inertia_scale", 1.0}});
+  free[1].prior = FreeParameter::Prior{0.3, 1e-3};
+  const Fit fit = FitInverseDynamics(ShootingProblem(truth, free, {run}, {}));
+  EXPECT_TRUE(fit.converged) << fit.termination;
+  EXPECT_NEAR(EstimateOf(fit, "pole.mass").value, 0.3, 1e-3);
+  // The motion tells of their ratio.
+  const auto mass = [&](const char* name) {
+    return FindParameters(truth, {name}, "test")[0].nominal;
+  };
+  EXPECT_NEAR(EstimateOf(fit, "cart.mass").value / 0.3,
+              mass("cart.mass") / mass("pole.mass"),
+              0.05 * mass("cart.mass") / mass("pole.mass"));
+}
+
+// From however near.
+TEST(InverseDynamicsFit, GoesOntoABound) {
+  const Model truth = FrictionArm(0.0);
+  sysid::Run run = Shaken(truth, 1e-5, 1);
+  const Eigen::MatrixXd q = run.channels[0].values;
+  // As if friction drove joint1.
+  for (int k = 1; k + 1 < run.size(); ++k) {
+    run.effort(k, 0) -=
+        0.2 * (q(k + 1, 0) - q(k - 1, 0)) / (run.t[k + 1] - run.t[k - 1]);
+  }
+  for (const double start : {0.1, 1e-3, 1e-7}) {
+    const Fit fit = FitInverseDynamics(ShootingProblem(
+        truth,
+        FreeFrom(truth, {{"joint1.damping", start}, {"joint2.damping", 0.01}}),
+        {run}, {}));
+    EXPECT_EQ(EstimateOf(fit, "joint1.damping").value, 0.0) << start;
+    EXPECT_TRUE(EstimateOf(fit, "joint1.damping").at_bound) << start;
+    EXPECT_FALSE(EstimateOf(fit, "joint2.damping").at_bound) << start;
+  }
+}
+
 // A gain of efforts of which none was measured changes nothing.
 TEST(InverseDynamicsFit, SaysWhereNoParameterHasAnyInfluence) {
   const Model truth = FrictionArm(0.0);

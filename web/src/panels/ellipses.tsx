@@ -48,17 +48,29 @@ export function pairsOf(model: ModelData): [string, string][] {
   return pairs.sort((a, b) => b.size - a.size).map(p => p.names);
 }
 
-// Its part within the bounds, closed.
+// Its part within the bounds, closed (Sutherland and Hodgman 1974: one bound after the other).
 export function ellipse({x, y, correlation}: Pair): {x: number[]; y: number[]; cut: boolean} {
   const across = Math.sqrt(Math.max(0, 1 - correlation * correlation));
-  const points = Array.from({length: kPoints}, (_, i) => {
+  let points = Array.from({length: kPoints}, (_, i) => {
     const t = 2 * Math.PI * i / kPoints;
     return [x.value + kRadius * x.std * Math.cos(t),
       y.value + kRadius * y.std * (correlation * Math.cos(t) + across * Math.sin(t))];
   });
-  const within = points.filter(([a, b]) => a >= x.lower && a <= x.upper && b >= y.lower && b <= y.upper);
-  const closed = [...within, ...within.slice(0, 1)];
-  return {x: closed.map(p => p[0]), y: closed.map(p => p[1]), cut: within.length < points.length};
+  let cut = false;
+  const sides = [[0, 1, x.lower], [0, -1, -x.upper], [1, 1, y.lower], [1, -1, -y.upper]];
+  for (const [axis, sign, bound] of sides) {
+    const room = (p: number[]) => sign * p[axis] - bound;
+    if (points.every(p => room(p) >= 0)) continue;
+    cut = true;
+    points = points.flatMap((p, i) => {
+      const before = points.at(i - 1)!, [a, b] = [room(before), room(p)];
+      const crossing = a >= 0 === b >= 0 ? [] : [p.map((_, k) =>
+        k === axis ? sign * bound : before[k] + (p[k] - before[k]) * a / (a - b))];
+      return b >= 0 ? [...crossing, p] : crossing;
+    });
+  }
+  const closed = [...points, ...points.slice(0, 1)];
+  return {x: closed.map(p => p[0]), y: closed.map(p => p[1]), cut};
 }
 
 // `models`: the one that is seen, and that which it is compared with.

@@ -23,10 +23,18 @@ test('the ellipse is where the normalised distance is that of 95 %', () => {
 test('the ellipse ends at a bound', () => {
   const {x, y, cut} = ellipse({...pair, x: {...pair.x, lower: 0.9}});
   assert.equal(cut, true);
-  assert.ok(Math.min(...x) >= 0.9 && Math.min(...x) < 0.91 && Math.max(...x) > 1.2);
-  x.forEach((_, i) => assert.ok(Math.abs(distance(x[i], y[i]) - 5.991) < 1e-9));
+  assert.ok(Math.abs(Math.min(...x) - 0.9) < 1e-12 && Math.max(...x) > 1.2);
+  x.forEach((_, i) => assert.ok(x[i] < 0.9 + 1e-12 ? distance(x[i], y[i]) < 5.992 : Math.abs(distance(x[i], y[i]) - 5.991) < 1e-9));
   assert.equal(x[0], x.at(-1));
   assert.equal(y[0], y.at(-1));
+});
+
+test('an ellipse that encloses its bounds leaves their rectangle', () => {
+  const within = {lower: 0, upper: 1, value: 0.5, std: 1};
+  const {x, y, cut} = ellipse({x: within, y: within, correlation: 0});
+  assert.equal(cut, true);
+  const corners = new Set(x.map((_, i) => `${x[i].toFixed(6)} ${y[i].toFixed(6)}`));
+  for (const corner of ['0.000000 0.000000', '0.000000 1.000000', '1.000000 0.000000', '1.000000 1.000000']) assert.ok(corners.has(corner), corner);
 });
 
 test('the pair with the strongest correlation comes first, and one without any not at all', () => {
