@@ -44,7 +44,8 @@ export interface XyChartProps {
   children?: ComponentChildren; // below the chart
 }
 
-const kLeft = 66, kRight = 12, kTop = 10, kBottom = 42;
+const kLeastLeft = 66, kRight = 12, kTop = 10, kBottom = 42;
+const kYLabel = 30, kDigit = 6.8; // px: of the label of y, and of a digit of its ticks
 
 // The width of an element as it changes.
 export function useWidth(initial: number) {
@@ -66,12 +67,15 @@ export function XyChart(props: XyChartProps) {
   const height = props.height ?? 260;
   const sx = scaleOf(all(props.layers, 'x'), !!props.logX, props.whole ? beside(props.layers) : []);
   const sy = scaleOf(all(props.layers, 'y'), !!props.logY, props.rules?.map(r => r.y));
-  const w = width - kLeft - kRight, h = height - kTop - kBottom;
-  const px = (x: number) => kLeft + sx.at(x) * w;
+  const h = height - kTop - kBottom;
+  const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
+  const yNames = names(yTicks, sy.log);
+  const margin = Math.max(kLeastLeft, kYLabel + kDigit * Math.max(...yNames.map(n => n.length)));
+  const w = width - margin - kRight;
+  const px = (x: number) => margin + sx.at(x) * w;
   const py = (y: number) => kTop + (1 - sy.at(y)) * h;
   const xTicks = thin(props.whole ? sx.ticks.filter(Number.isInteger) : sx.ticks, Math.max(2, Math.floor(w / 58)));
-  const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
-  const xNames = names(xTicks, sx.log), yNames = names(yTicks, sy.log);
+  const xNames = names(xTicks, sx.log);
   return (
     <figure class="chart">
       <figcaption>{props.title}</figcaption>
@@ -79,27 +83,27 @@ export function XyChart(props: XyChartProps) {
       <div ref={ref}>
         <svg width={width} height={height} viewBox={`0 0 ${width} ${height}`} role="img"
           aria-label={`${props.title}: ${props.yLabel} against ${props.xLabel}`}>
-          {props.ground && <rect class="ground" x={kLeft} y={kTop} width={w} height={h} />}
+          {props.ground && <rect class="ground" x={margin} y={kTop} width={w} height={h} />}
           {xTicks.map((t, i) => <g key={t}>
             <line class="grid" x1={px(t)} x2={px(t)} y1={kTop} y2={kTop + h} />
             <text x={px(t)} y={kTop + h + 16} text-anchor="middle">{xNames[i]}</text>
           </g>)}
           {yTicks.map((t, i) => <g key={t}>
-            <line class="grid" x1={kLeft} x2={kLeft + w} y1={py(t)} y2={py(t)} />
-            <text x={kLeft - 6} y={py(t) + 4} text-anchor="end">{yNames[i]}</text>
+            <line class="grid" x1={margin} x2={margin + w} y1={py(t)} y2={py(t)} />
+            <text x={margin - 6} y={py(t) + 4} text-anchor="end">{yNames[i]}</text>
           </g>)}
-          <text x={kLeft + w / 2} y={height - 6} text-anchor="middle">{props.xLabel}</text>
+          <text x={margin + w / 2} y={height - 6} text-anchor="middle">{props.xLabel}</text>
           <text transform={`translate(14 ${kTop + h / 2}) rotate(-90)`} text-anchor="middle">{props.yLabel}</text>
-          <svg x={kLeft} y={kTop} width={w} height={h} viewBox={`${kLeft} ${kTop} ${w} ${h}`}>
+          <svg x={margin} y={kTop} width={w} height={h} viewBox={`${margin} ${kTop} ${w} ${h}`}>
             {props.layers.map((l, i) => <LayerMarks key={i} layer={l} px={px} py={py} />)}
           </svg>
           {props.marks?.map((m, i) => {
-            const left = px(m.x) > kLeft + 0.6 * w;
+            const left = px(m.x) > margin + 0.6 * w;
             return <text class="mark" key={i} x={px(m.x) + (left ? -9 : 9)} y={py(m.y) + (left ? -9 : 4)} text-anchor={left ? 'end' : 'start'}>{m.text}</text>;
           })}
           {props.rules?.map(r => <g key={r.label}>
-            <line class="rule" x1={kLeft} x2={kLeft + w} y1={py(r.y)} y2={py(r.y)} />
-            <text class="rule-label" x={kLeft + w - 4} y={py(r.y) - 4} text-anchor="end">{r.label}</text>
+            <line class="rule" x1={margin} x2={margin + w} y1={py(r.y)} y2={py(r.y)} />
+            <text class="rule-label" x={margin + w - 4} y={py(r.y) - 4} text-anchor="end">{r.label}</text>
           </g>)}
         </svg>
       </div>
