@@ -111,10 +111,11 @@ std::vector<std::string> AlikeTo(const Screening& screening,
   std::vector<std::string> alike;
   const int own = screening.IndexOf(effect);
   if (own < 0) return alike;
+  const ScreenedEffect& it = screening.effects[own];
   for (size_t i = 0; i < screening.effects.size(); ++i) {
     const ScreenedEffect& other = screening.effects[i];
-    if (alike.size() < kMost && other.name() != effect &&
-        other.dof <= screening.effects[own].dof &&
+    if (alike.size() < kMost && other.name() != effect && other.dof <= it.dof &&
+        other.predicted_error < kNear * it.predicted_error &&
         screening.confusability(own, i) > kAlike) {
       alike.push_back(other.name());
     }

@@ -45,8 +45,8 @@ std::vector<CandidateEffect> ListCandidates(
 bool StandFor(const Screening& screening, int a, int b,
               const EvaluatedModel& with_a, const EvaluatedModel& with_b);
 
-// Of a screening, those that would explain most of what an effect does, with no
-// more parameters: the best few.
+// Of a screening, those that would explain most of what an effect does and
+// leave nearly as little, with no more parameters: the best few.
 std::vector<std::string> AlikeTo(const Screening& screening,
                                  const std::string& effect);
 

@@ -134,10 +134,17 @@ void Search::AskAlternativesAgain() {
     if (settled_.contains(name)) continue;
     std::vector<std::string> others = AlternativesTo(name, diagnosis_.steps);
     AddNames(explain_the_same_[name], &others);
-    // At the noise floor its step saw what is alike.
-    if (others.empty() && IsAtNoiseFloor(*model_)) continue;
+    // What took the place of another was compared with few; what was added,
+    // with all that is alike (AddRivals).
+    const bool exchanged = std::any_of(
+        diagnosis_.steps.begin(), diagnosis_.steps.end(),
+        [&](const DiagnosisStep& step) {
+          return !step.removed.empty() && step.effects.size() == 1 &&
+                 step.effects[0] == name;
+        });
+    if (others.empty() && !exchanged) continue;
     RemoveAlternatives(name, others, &diagnosis_.steps);
-    AddAlternatives(name, AsGoodInstead(*model_, name, others),
+    AddAlternatives(name, AsGoodInstead(*model_, name, others, exchanged),
                     &diagnosis_.steps);
   }
 }

@@ -284,7 +284,7 @@ void Search::AddOneByOne() {
       std::vector<std::string>& same = explain_the_same_[name];
       same = ThatExplainTheSame(found.screening, found.refits, found.best);
       if (!options_.add && !same.empty()) {
-        AddNames(AsGoodInstead(*found.get()->after, name, same),
+        AddNames(AsGoodInstead(*found.get()->after, name, same, false),
                  &listed[0].indistinguishable_from);
       }
     }

@@ -127,12 +127,13 @@ class Search {
   // Whether the model with another effect is the better one. Where segments do
   // not decide between as many parameters, whole runs do.
   bool TakesThePlaceOf(const EvaluatedModel& other, const EvaluatedModel& with);
-  // Which of `others`, and of what is alike, predict as well in the place of
-  // `name`, fitted again: whole runs where those can be followed, else the
-  // model's segments.
+  // Which of `others`, and of what is alike where that is asked, predict as
+  // well in the place of `name`, fitted again: whole runs where those can be
+  // followed, else the model's segments.
   std::vector<std::string> AsGoodInstead(const EvaluatedModel& model,
                                          const std::string& name,
-                                         std::vector<std::string> others);
+                                         std::vector<std::string> others,
+                                         bool alike);
   // Adds what whole runs miss, and held-out ones too, to a model that segments
   // call complete. True where it did.
   bool AddOverWholeRuns();

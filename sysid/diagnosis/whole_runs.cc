@@ -73,9 +73,10 @@ bool Search::TakesThePlaceOf(const EvaluatedModel& other,
   return refits_.IsBetter(other, with);
 }
 
-std::vector<std::string> Search::AsGoodInstead(
-    const EvaluatedModel& model, const std::string& name,
-    std::vector<std::string> others) {
+std::vector<std::string> Search::AsGoodInstead(const EvaluatedModel& model,
+                                               const std::string& name,
+                                               std::vector<std::string> others,
+                                               bool alike) {
   std::vector<std::string> as_good;
   const double whole = WholeRunsError(model);
   const bool longer = std::isfinite(whole);
@@ -83,9 +84,7 @@ std::vector<std::string> Search::AsGoodInstead(
       TrialOptions(problem_.options, model.train_error());
   const EvaluatedModel without = Without(name, model);
   const Screening screening = Screen(without);
-  // At the noise floor the step that added it saw these trajectories, and what
-  // is alike from there.
-  if (!IsAtNoiseFloor(model)) AddNames(AlikeTo(screening, name), &others);
+  if (alike) AddNames(AlikeTo(screening, name), &others);
   std::erase_if(others, [&](const std::string& other) {
     return EffectsOf(model).contains(other);
   });
