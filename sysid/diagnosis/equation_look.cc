@@ -4,11 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 #include <utility>
 
-#include "models/error.h"
 #include "models/parameters.h"
+#include "sysid/diagnosis/equation_columns.h"
 #include "sysid/diagnosis/equation_products.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
@@ -25,78 +24,6 @@ namespace {
 // to 30).
 constexpr int kFolds = 20;
 
-// Columns of (11.2): the free parameters first, then those of each candidate.
-struct Columns {
-  explicit Columns(const Model& m) : model(m) {}
-
-  Model model;  // with all candidates in it, off
-  std::vector<Parameter> parameters;
-  int free = 0;
-  struct Candidate {
-    std::shared_ptr<const Effect> effect;
-    int first, count;
-  };
-  std::vector<Candidate> candidates;
-};
-
-// The parameters of an effect in which its law is linear from where it is off;
-// none where others must be searched before anything shows. A drive shows
-// without its delay, a pair of joints with the first of two signs.
-std::vector<std::string> LinearNames(const Effect& effect) {
-  if (!effect.states().empty()) return {};
-  const bool shows = (effect.hooks() & (kDriveHook | kPairHook)) != 0;
-  std::vector<std::string> names;
-  for (const EffectParameter& p : effect.parameters()) {
-    if (p.grid.empty() && !p.whole) {
-      names.push_back(p.name);
-    } else if (!shows) {
-      return {};
-    }
-  }
-  names.insert(names.end(), effect.adjusts_nominal().begin(),
-               effect.adjusts_nominal().end());
-  return names;
-}
-
-// Whether a law takes away some of the measured effort (a friction by load).
-// Least squares of what the equations leave of it could then leave nothing, and
-// their likelihood means nothing.
-bool ChangesEffort(const Effect& effect) {
-  return (effect.hooks() & kReadsEffort) != 0;
-}
-
-Columns MakeColumns(const DiagnosisProblem& problem, const Model& start,
-                    const std::vector<std::shared_ptr<const Effect>>& effects) {
-  Columns columns(start);
-  std::vector<std::string> names;
-  for (const FreeParameter& free : problem.free) {
-    names.push_back(free.parameter.name);
-  }
-  columns.free = static_cast<int>(names.size());
-  std::set<std::string> taken(names.begin(), names.end());
-  taken.insert(problem.known.begin(), problem.known.end());
-  for (const auto& effect : effects) {
-    const std::vector<std::string> own = LinearNames(*effect);
-    if (own.empty() ||
-        std::any_of(own.begin(), own.end(), [&](const std::string& name) {
-          return taken.contains(name);
-        })) {
-      continue;
-    }
-    try {
-      columns.model.AddEffect(effect);
-    } catch (const InputError&) {
-      continue;  // another law of the same parameters is there
-    }
-    taken.insert(own.begin(), own.end());
-    columns.candidates.push_back(
-        {effect, static_cast<int>(names.size()), static_cast<int>(own.size())});
-    names.insert(names.end(), own.begin(), own.end());
-  }
-  columns.parameters = FindParameters(columns.model, names, "effects");
-  return columns;
-}
-
 // The least squares of some columns.
 struct Trial {
   std::vector<int> at;  // columns
@@ -109,8 +36,9 @@ struct Trial {
 
 class EquationSearch {
  public:
-  EquationSearch(const DiagnosisProblem& problem, const Columns& columns,
-                 const EquationFilter& filter, std::vector<int> undriven);
+  EquationSearch(const DiagnosisProblem& problem,
+                 const EquationColumns& columns, const EquationFilter& filter,
+                 std::vector<int> undriven);
 
   void Run();
   EquationLook Look() const;
@@ -134,7 +62,7 @@ class EquationSearch {
   std::vector<FollowedMotion> Followed() const;
 
   const DiagnosisProblem& problem_;
-  const Columns& columns_;
+  const EquationColumns& columns_;
   const EquationFilter filter_;
   const ParameterMap map_;
   const std::vector<int> undriven_;
@@ -150,7 +78,7 @@ class EquationSearch {
 };
 
 EquationSearch::EquationSearch(const DiagnosisProblem& problem,
-                               const Columns& columns,
+                               const EquationColumns& columns,
                                const EquationFilter& filter,
                                std::vector<int> undriven)
     : problem_(problem),
@@ -208,7 +136,7 @@ std::vector<int> EquationSearch::With(const std::vector<int>& chosen) const {
   std::vector<int> at;
   for (int i = 0; i < columns_.free; ++i) at.push_back(i);
   for (const int k : chosen) {
-    const Columns::Candidate& candidate = columns_.candidates[k];
+    const EquationColumns::Candidate& candidate = columns_.candidates[k];
     for (int i = 0; i < candidate.count; ++i) {
       at.push_back(candidate.first + i);
     }
@@ -288,7 +216,7 @@ bool EquationSearch::IsPossible(const Trial& trial,
   const Eigen::VectorXd changes = Changes(trial);
   int i = columns_.free;
   for (const int k : chosen) {
-    const Columns::Candidate& candidate = columns_.candidates[k];
+    const EquationColumns::Candidate& candidate = columns_.candidates[k];
     for (int c = 0; c < candidate.count; ++c, ++i) {
       const Parameter& parameter = columns_.parameters[candidate.first + c];
       const double value = theta_[candidate.first + c] + changes[i];
@@ -320,7 +248,7 @@ bool EquationSearch::AddOne() {
   for (size_t k = 0; k < columns_.candidates.size(); ++k) {
     const int candidate = static_cast<int>(k);
     if (std::find(chosen_.begin(), chosen_.end(), candidate) != chosen_.end() ||
-        ChangesEffort(*columns_.candidates[k].effect)) {
+        columns_.candidates[k].changes_effort) {
       continue;
     }
     std::vector<int> chosen = chosen_;
@@ -453,7 +381,7 @@ EquationLook EquationSearch::Look() const {
   const Eigen::VectorXd changes = Changes(now_);
   int i = columns_.free;
   for (const int k : chosen_) {
-    const Columns::Candidate& candidate = columns_.candidates[k];
+    const EquationColumns::Candidate& candidate = columns_.candidates[k];
     ScreenedEffect effect;
     effect.effect = candidate.effect;
     effect.dof = candidate.count;
@@ -501,7 +429,8 @@ EquationLook LookByEquations(
   start.SetNominal(values);
   std::vector<const Run*> runs;
   for (const auto& data : problem.train->runs()) runs.push_back(&data->run);
-  const Columns columns = MakeColumns(problem, start, candidates);
+  const EquationColumns columns =
+      MakeEquationColumns(problem, start, candidates);
   const EquationFilter first = FirstFilter(runs);
   const std::vector<int> undriven = UndrivenJoints(started);
   EquationSearch slow(problem, columns, first, undriven);

@@ -23,6 +23,7 @@
 #include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/motion.h"
 #include "sysid/inverse_dynamics/regression.h"
+#include "sysid/inverse_dynamics/regression_equations.h"
 
 namespace sysid {
 namespace {
@@ -53,41 +54,6 @@ void CheckMeasured(const Model& model, const Run& run) {
                        Join(missing) + ", which the equations of motion need",
                    "--solver lm estimates joints that are not measured");
 }
-
-// (11.4) at its minimum, as equations of theta.
-class RegressionEquations final : public ThetaEquations {
- public:
-  // `triangle` is [R z] about the coordinates xi0.
-  RegressionEquations(const ShootingProblem& problem,
-                      const RowMatrixXd& triangle, Eigen::VectorXd xi0)
-      : problem_(problem),
-        coordinates_(problem_.model(), problem_.map().parameters()),
-        R_(triangle.leftCols(triangle.cols() - 1)),
-        z_(triangle.rightCols<1>()),
-        xi0_(std::move(xi0)) {}
-  int rows() const override { return static_cast<int>(z_.size()); }
-  void Evaluate(const double* theta, double* r, RowMatrixXd* J) const override {
-    Eigen::VectorXd xi;
-    if (J != nullptr) {
-      CoordinatesAt at =
-          DifferentiateCoordinates(coordinates_, problem_.map(), theta);
-      *J = R_ * at.D;
-      xi = std::move(at.xi);
-    } else {
-      MechanismParameters<double> values;
-      problem_.map().Apply<double>(theta, &values);
-      xi.resize(coordinates_.size());
-      coordinates_.Read<double>(values, xi.data());
-    }
-    Eigen::Map<Eigen::VectorXd>(r, rows()) = R_ * (xi - xi0_) + z_;
-  }
-
- private:
-  const ShootingProblem problem_;  // shares the question
-  const EquationCoordinates coordinates_;
-  const RowMatrixXd R_;
-  const Eigen::VectorXd z_, xi0_;
-};
 
 class InverseDynamicsFit {
  public:
