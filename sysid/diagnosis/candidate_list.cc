@@ -107,7 +107,7 @@ bool StandFor(const Screening& screening, int a, int b,
 
 std::vector<std::string> AlikeTo(const Screening& screening,
                                  const std::string& effect) {
-  constexpr size_t kMost = 3;
+  constexpr size_t kMost = 3;  // as AddRivals: each is a refit
   std::vector<std::string> alike;
   const int own = screening.IndexOf(effect);
   if (own < 0) return alike;

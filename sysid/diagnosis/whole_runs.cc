@@ -78,6 +78,10 @@ std::vector<std::string> Search::AsGoodInstead(const EvaluatedModel& model,
                                                std::vector<std::string> others,
                                                bool alike) {
   std::vector<std::string> as_good;
+  std::erase_if(others, [&](const std::string& other) {
+    return EffectsOf(model).contains(other);
+  });
+  if (others.empty() && !alike) return as_good;
   const double whole = WholeRunsError(model);
   const bool longer = std::isfinite(whole);
   const EstimationOptions options =
@@ -85,9 +89,6 @@ std::vector<std::string> Search::AsGoodInstead(const EvaluatedModel& model,
   const EvaluatedModel without = Without(name, model);
   const Screening screening = Screen(without);
   if (alike) AddNames(AlikeTo(screening, name), &others);
-  std::erase_if(others, [&](const std::string& other) {
-    return EffectsOf(model).contains(other);
-  });
   for (const std::string& other : others) {
     const int effect = screening.IndexOf(other);
     if (effect < 0) continue;
