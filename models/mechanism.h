@@ -53,9 +53,10 @@ struct Joint {
   int child_link = -1;
   Eigen::Matrix3d R_PJ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit, in J = in C
+  double axis_length = 1.0;                         // in the URDF
   int q_index = 0;                                  // first number in q
   int v_index = 0;                                  // first number in qd
-  // <dynamics> of the URDF: MakeModel turns them into effects.
+  // <dynamics> of the URDF: MakeModel turns what is positive into effects.
   double damping = 0.0;   // N m s/rad or N s/m
   double friction = 0.0;  // N m or N
   // Read from the URDF and written back; the dynamics have no stops.

@@ -6,6 +6,7 @@
 
 #include "glog/logging.h"
 #include "models/error.h"
+#include "models/parameters.h"
 
 namespace sysid {
 
@@ -67,6 +68,28 @@ void Model::SetFollower(Body* body) const {
   body->v_index = mechanism_.nv + place;
 }
 
+namespace {
+
+// That a law's parameters, joint1.x, are not the mechanism's.
+void RefuseNamesOfMechanism(const Model& model,
+                            const std::set<std::string>& names,
+                            const Effect& effect, const std::string& place) {
+  for (const Parameter& parameter : AllParameters(model)) {
+    if (parameter.kind == ParameterKind::kEffect ||
+        !names.contains(parameter.name)) {
+      continue;
+    }
+    throw InputError(
+        place,
+        effect.name() + ": " + parameter.name +
+            " is a parameter of the mechanism already",
+        "call it otherwise, such as " +
+            parameter.name.substr(parameter.name.rfind('.') + 1) + "1");
+  }
+}
+
+}  // namespace
+
 void Model::AddEffect(std::shared_ptr<const Effect> effect,
                       const std::string& place) {
   if (effects_.Contains(effect->name())) {
@@ -75,6 +98,7 @@ void Model::AddEffect(std::shared_ptr<const Effect> effect,
   }
   std::set<std::string> own;
   for (const EffectParameter& p : effect->parameters()) own.insert(p.name);
+  if (effect->IsTyped()) RefuseNamesOfMechanism(*this, own, *effect, place);
   EffectSet kept;
   std::vector<double> values;
   std::map<std::string, double> taken;  // values of the effects it replaces
@@ -90,7 +114,8 @@ void Model::AddEffect(std::shared_ptr<const Effect> effect,
       values.insert(values.end(), others_values, others_values + others.size());
       continue;
     }
-    if (shared < others.size() || own.size() == others.size()) {
+    if (shared < others.size() || own.size() == others.size() ||
+        effect->IsTyped() || effects_.effect(i).IsTyped()) {
       throw InputError(place,
                        effect->name() + " shares parameters with " +
                            effects_.effect(i).name() +
@@ -136,7 +161,7 @@ Model MakeModel(const Mechanism& mechanism, const Catalogue& catalogue) {
     if (joint.held) continue;
     const auto add = [&](const std::string& effect,
                          const std::string& parameter, double value) {
-      if (value == 0.0) return;
+      if (value <= 0.0) return;
       model.AddEffect(
           catalogue.Make(effect + "@" + joint.name, mechanism, "<dynamics>"));
       model.SetEffectParameter(joint.name + "." + parameter, value);

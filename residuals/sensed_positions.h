@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "models/dry_friction.h"
 #include "models/dynamics.h"
+#include "models/integrator.h"
 #include "models/internal_state-impl.h"
 #include "residuals/acting_inputs.h"
 
@@ -14,8 +16,9 @@ namespace sysid {
 template <typename T>
 class SensedPositions {
  public:
-  explicit SensedPositions(Workspace<T>* ws)
-      : ws_(ws),
+  SensedPositions(Integrator integrator, Workspace<T>* ws)
+      : smoothed_(integrator == Integrator::kSemiImplicitEuler),
+        ws_(ws),
         q_(ws->model().nq()),
         motor_q_(ws->model().nq()),
         qdd_(ws->model().nv(), T(0.0)),
@@ -25,18 +28,21 @@ class SensedPositions {
         held_(ws->model().held_size()) {}
 
   // Of the joints in the state x at a sample of the run, nq numbers. Overwrites
-  // the workspace's evaluation where a sensor sees rates.
+  // the workspace's evaluation where a sensor sees rates. Sensors look back, so
+  // what acts is what acted until the sample, and a joint that rests stays.
   const T* operator()(const Run& run, int sample, const T* x) {
     const StateLayout& at = ws_->model().layout();
     std::copy_n(x + at.q(), at.nq(), q_.begin());
     if (ws_->sensors_read_rates) {
-      const int row = std::min(sample, run.size() - 2);
+      const int row = std::max(sample - 1, 0);
       ActingInputs<T>(run, *ws_, row, run.t[row], run.t[row + 1] - run.t[row],
                       held_.data());
       ws_->z = at.nz() > 0 ? x + at.z() : nullptr;
-      // Where there is none the rollout fails there, too.
-      if (!ForwardDynamics<T>(ws_, x + at.q(), x + at.qd(), held_.data(),
-                              qdd_.data())) {
+      // As the steps do, dry friction included.
+      const auto accelerations = smoothed_ ? ForwardDynamics<T> : RestOrSlip<T>;
+      // Where there are none the rollout fails there, too.
+      if (!accelerations(ws_, x + at.q(), x + at.qd(), held_.data(),
+                         qdd_.data())) {
         std::fill(qdd_.begin(), qdd_.end(), T(0.0));
       }
     }
@@ -58,6 +64,7 @@ class SensedPositions {
   }
 
  private:
+  bool smoothed_;
   Workspace<T>* ws_;
   std::vector<T> q_, motor_q_, qdd_, motor_qd_, motor_qdd_, z_rate_, held_;
 };

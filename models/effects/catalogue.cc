@@ -37,6 +37,26 @@ int MoverBelow(const Mechanism& mechanism, int link) {
                        (joints.empty() ? "base" : joints.front()));
 }
 
+// What a force and an inertia do at a joint that follows another, they do to
+// that one; an effect on columns has none there. Candidates they are not: the
+// joint that is followed has its own.
+void CheckOnFollower(const Effect& effect, const Mechanism& mechanism,
+                     int follower, const std::string& place) {
+  if (!(effect.hooks() & (kActingHooks | kMeasurementHook)) &&
+      !effect.ReadsMore()) {
+    return;
+  }
+  const std::string& leader =
+      mechanism.joints[FollowedBy(mechanism, follower).joint].name;
+  throw InputError(place,
+                   "effect '" + effect.kind() +
+                       "' has no meaning on the joint '" +
+                       mechanism.joints[follower].name +
+                       "': it follows joint '" + leader +
+                       "' (<mimic>) and has no columns of its own",
+                   "name " + effect.kind() + "@" + leader);
+}
+
 }  // namespace
 
 Catalogue::Catalogue() {
@@ -146,11 +166,26 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
     target.erase(colon);
     while (!target.empty() && target.back() == ' ') target.pop_back();
   }
+  const auto make = [&]() -> std::shared_ptr<const Effect> {
+    try {
+      return entry->make(mechanism, target + law);
+    } catch (const LawFault& fault) {
+      throw InputError(place, "effect '" + name + "': " + fault.what(),
+                       fault.hint());
+    }
+  };
   const int follower = mechanism.FindJoint(target);
   if (entry->target == TargetKind::kJoint && follower >= 0 &&
       mechanism.joints[follower].mimic &&
       entry->applies(mechanism.joints[follower].type)) {
-    return MakeOnFollower(*entry, mechanism, target, place);
+    const std::shared_ptr<const Effect> effect = make();
+    CheckOnFollower(*effect, mechanism, follower, place);
+    return effect;
+  }
+  // A payload: a link without mass may be given one.
+  const int link = mechanism.FindLink(target);
+  if (entry->target == TargetKind::kLink && Moves(mechanism, link)) {
+    return make();
   }
   std::vector<std::string> targets = Targets(*entry, mechanism);
   if (entry->on_motor_too && mechanism.FindJoint(target) < 0 &&
@@ -175,7 +210,7 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
               (on_joint ? ToString(mechanism.joints[joint].type) + " joint '" +
                               target + "'"
                         : "link '" + target +
-                              "': it has no mass or is fixed to the world"),
+                              "', which is fixed to the world"),
           targets.empty() ? std::string("this model has no ") +
                                 (on_joint ? "joint" : "link") + " for it"
                           : "it acts on: " + Join(targets));
@@ -184,33 +219,7 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                      "effect '" + kind + "': unknown target '" + target + "'",
                      NameHint(target, targets));
   }
-  try {
-    return entry->make(mechanism, target + law);
-  } catch (const LawFault& fault) {
-    throw InputError(place, "effect '" + name + "': " + fault.what(),
-                     fault.hint());
-  }
-}
-
-// What a force and an inertia do at a joint that follows another, they do to
-// that one. Candidates they are not: the one that is followed has its own.
-std::shared_ptr<const Effect> Catalogue::MakeOnFollower(
-    const Entry& entry, const Mechanism& mechanism, const std::string& target,
-    const std::string& place) const {
-  std::shared_ptr<const Effect> effect = entry.make(mechanism, target);
-  if ((effect->hooks() & (kActingHooks | kMeasurementHook)) ||
-      effect->ReadsMore()) {
-    const Followed followed =
-        FollowedBy(mechanism, mechanism.FindJoint(target));
-    const std::string& leader = mechanism.joints[followed.joint].name;
-    throw InputError(place,
-                     "effect '" + entry.kind +
-                         "' has no meaning on the joint '" + target +
-                         "': it follows joint '" + leader +
-                         "' (<mimic>) and has no columns of its own",
-                     "name " + entry.kind + "@" + leader);
-  }
-  return effect;
+  return make();
 }
 
 std::vector<std::string> Catalogue::Names(const Mechanism& mechanism) const {

@@ -76,7 +76,8 @@ class Catalogue {
   }
 
   // "coulomb_friction@joint1" -> the effect. `place` says in errors where the
-  // name was read ("--add"). Throws InputError for a name without '@', an
+  // name was read ("--add"). Effects on links take those without mass, too (a
+  // payload). Throws InputError for a name without '@', an
   // unknown effect or target (with the nearest known), a target of the wrong
   // kind or a joint on which the effect has no meaning.
   std::shared_ptr<const Effect> Make(const std::string& name,
@@ -106,10 +107,6 @@ class Catalogue {
   };
   std::vector<std::string> Targets(const Entry& entry,
                                    const Mechanism& mechanism) const;
-  std::shared_ptr<const Effect> MakeOnFollower(const Entry& entry,
-                                               const Mechanism& mechanism,
-                                               const std::string& target,
-                                               const std::string& place) const;
 
   std::vector<Entry> entries_;
 };

@@ -144,6 +144,9 @@ class Effect {
   // Whether it is only tried where an effect whose parameters it shares is in
   // the model. (A kExtends of the derived class.)
   virtual bool Extends() const = 0;
+  // Whether a user typed its law, and so the names of its parameters, which say
+  // nothing about those of other effects. (A kTyped of the derived class.)
+  virtual bool IsTyped() const = 0;
 
   // The hooks for a scalar of the closed list.
   virtual const EffectHooks<double>& HooksFor(ScalarTag<double>) const = 0;
@@ -295,6 +298,9 @@ class EffectOf : public Effect {
   }
   bool Extends() const override {
     return requires { Derived::kExtends; };
+  }
+  bool IsTyped() const override {
+    return requires { Derived::kTyped; };
   }
 
   const EffectHooks<double>& HooksFor(ScalarTag<double>) const final {

@@ -30,6 +30,7 @@ Joint ToJoint(const urdf::Joint& from, const UrdfJoint& outline,
   joint.R_PJ = RotationOf(outline.rpy);
   if (IsRotation1(joint.type) || joint.type == JointType::kPrismatic) {
     joint.axis = ToEigen(from.axis);
+    joint.axis_length = outline.axis_length;
   }
   if (from.dynamics) {
     joint.damping = from.dynamics->damping;

@@ -21,17 +21,17 @@ namespace sysid {
 //
 // A file that is a tree with a joint that moves loads: masses and inertias that
 // no body has, or none at all, are taken as they stand (physical.h and
-// SingularJoints in dynamics.h judge them).
+// SingularJoints in dynamics.h judge them), axes are normalised, and negative
+// damping and friction are kept but make no effect.
 //
 // Throws InputError that lists every fault, each with line and column: not XML,
 // no <robot>, names missing, used twice or with control characters, unknown or
 // missing links of a joint, more than one root, loops, joint types that are
 // missing, unknown or not supported (planar, floating), mimics of joints that
 // there are not or of each other, numbers that are unreadable as a whole or not
-// finite, axes that are zero or off unit length by more than 1e-3 (less is
-// taken for rounding and normalised), negative damping and friction, misspelt
-// elements and attributes, no moving joint, more than 1000 joints, a file of
-// more than 64 MiB.
+// finite (a limit may be infinite), axes that are zero, misspelt elements and
+// attributes, no moving joint, more than 1000 joints, a file of more than 64
+// MiB.
 Mechanism LoadUrdf(const std::string& path);
 
 // The same from text; messages call the file `path`.

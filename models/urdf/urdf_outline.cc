@@ -14,7 +14,6 @@
 namespace sysid {
 namespace {
 
-constexpr double kUnitTolerance = 1e-3;  // an axis written with few digits
 
 std::string Line(int row) { return "line " + std::to_string(row); }
 
@@ -122,29 +121,23 @@ int ReadEnd(const UrdfElement& joint, const char* which,
   return -1;
 }
 
-void ReadAxis(const UrdfElement& joint, double* values) {
-  const UrdfElement axis = joint.Child("axis");
+void ReadAxis(const UrdfElement& element, UrdfJoint* joint) {
+  const UrdfElement axis = element.Child("axis");
   if (!axis.exists()) return;
   axis.CheckAttributes({"xyz"});
   if (!axis.Has("xyz")) {
     axis.Fault("<axis> has no xyz", "<axis xyz=\"0 0 1\"/>");
     return;
   }
-  if (!axis.Vector3("xyz", values)) return;
-  Eigen::Map<Eigen::Vector3d> vector(values);
+  if (!axis.Vector3("xyz", joint->axis)) return;
+  Eigen::Map<Eigen::Vector3d> vector(joint->axis);
   const double norm = vector.norm();
   if (norm == 0) {
     axis.FaultAt("xyz", "the axis is zero",
                  "it is the direction about or along which the joint moves");
-  } else if (std::abs(norm - 1) > kUnitTolerance) {
-    char text[128];
-    std::snprintf(text, sizeof(text), "%.9g %.9g %.9g", vector[0] / norm,
-                  vector[1] / norm, vector[2] / norm);
-    axis.FaultAt("xyz",
-                 "the axis '" + axis.Text("xyz") + "' is not a unit vector",
-                 "normalised: " + std::string(text));
   } else if (std::abs(norm - 1) > 1e-14) {
-    vector /= norm;  // digits lost in writing
+    vector /= norm;
+    joint->axis_length = norm;
   }
 }
 
@@ -152,15 +145,8 @@ void ReadDynamics(const UrdfElement& element, UrdfJoint* joint) {
   const UrdfElement dynamics = element.Child("dynamics");
   if (!dynamics.exists()) return;
   dynamics.CheckAttributes({"damping", "friction"});
-  const std::pair<const char*, double*> numbers[] = {
-      {"damping", &joint->damping}, {"friction", &joint->friction}};
-  for (const auto& [name, value] : numbers) {
-    if (dynamics.Number(name, value) && *value < 0) {
-      dynamics.FaultAt(
-          name, std::string(name) + " " + dynamics.Text(name) + " is negative",
-          "it would drive the joint");
-    }
-  }
+  dynamics.Number("damping", &joint->damping);
+  dynamics.Number("friction", &joint->friction);
 }
 
 void ReadLimits(const UrdfElement& element, UrdfJoint* joint) {
@@ -273,7 +259,7 @@ UrdfJoint ReadJoint(const TiXmlElement* xml, const std::vector<UrdfLink>& links,
   named.Origin(joint.xyz, joint.rpy);
   const bool axis_counts = !joint.type_known || IsRotation1(joint.type) ||
                            joint.type == JointType::kPrismatic;
-  if (axis_counts) ReadAxis(named, joint.axis);
+  if (axis_counts) ReadAxis(named, &joint);
   ReadLimits(named, &joint);
   if (joint.type != JointType::kFixed) ReadDynamics(named, &joint);
   ReadMimic(named, &joint);

@@ -32,7 +32,8 @@ struct UrdfJoint {
   int child = -1;
   double xyz[3] = {0, 0, 0};   // p_PJ, m
   double rpy[3] = {0, 0, 0};   // R_PJ, rad
-  double axis[3] = {1, 0, 0};  // URDF's default; unit to 1e-3
+  double axis[3] = {1, 0, 0};  // URDF's default; of unit length
+  double axis_length = 1;      // in the file
   double damping = 0, friction = 0;
   bool has_limits = false;
   double lower = 0, upper = 0;

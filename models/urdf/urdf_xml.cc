@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <sstream>
 
@@ -22,6 +23,18 @@ const TiXmlAttribute* FindAttribute(const TiXmlElement* element,
 
 std::string Place(const std::string& path, int row, int column) {
   return path + ":" + std::to_string(row) + ":" + std::to_string(column);
+}
+
+// "inf", "-inf" and the like.
+bool ReadInfinity(const std::string& text, double* value) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (!std::isinf(number) || *end != '\0' ||
+      text.find_first_of("iI") == std::string::npos) {
+    return false;
+  }
+  *value = number;
+  return true;
 }
 
 }  // namespace
@@ -122,7 +135,9 @@ bool UrdfElement::Numbers(const char* attribute, int count,
   std::vector<double> numbers;
   for (std::string word; words >> word;) {
     double number = 0;
-    if (!ReadNumber(word, &number)) {
+    // Limits are written so where there are none.
+    const bool is_limit = element_->ValueStr() == "limit";
+    if (!ReadNumber(word, &number) && !(is_limit && ReadInfinity(word, &number))) {
       FaultAt(attribute,
               "'" + word + "' in " + name + " is not a finite number",
               word.rfind("${", 0) == 0
@@ -130,8 +145,7 @@ bool UrdfElement::Numbers(const char* attribute, int count,
                   : "write it with digits and a point, such as -1.5e-3");
       return false;
     }
-    // Limits are written so where there are none.
-    if (std::abs(number) > kLargest && element_->ValueStr() != "limit") {
+    if (std::abs(number) > kLargest && !is_limit) {
       FaultAt(attribute, "'" + word + "' in " + name + ": 1e12 is the most",
               "the units are m, rad, kg and s");
       return false;

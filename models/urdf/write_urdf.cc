@@ -169,10 +169,10 @@ void WriteJoint(const Model& model, int index, const UrdfJoint& was,
   if (VelocitySize(joint.type) == 1 && joint.axis != Vector(was.axis)) {
     Child(element, "axis")->SetAttribute("xyz", Exact3(joint.axis));
   }
-  if (damping != was.damping) {
+  if (damping != std::max(was.damping, 0.0)) {
     Child(element, "dynamics")->SetAttribute("damping", Exact(damping));
   }
-  if (friction != was.friction) {
+  if (friction != std::max(was.friction, 0.0)) {
     Child(element, "dynamics")->SetAttribute("friction", Exact(friction));
   }
 }

@@ -39,6 +39,7 @@ class Scanner {
     while (pos_ < text_.size()) {
       if (text_[pos_] == '<') {
         Markup();
+        CheckText();
       } else {
         if (open_.empty() && !IsSpace(text_[pos_])) {
           Fail(pos_, "text outside of an element", kNoRobot);
@@ -58,6 +59,14 @@ class Scanner {
     std::string name;
     size_t begin;
   };
+
+  // TinyXML would take the tag that follows for a part of a letter.
+  void CheckText() const {
+    const size_t end = std::min(text_.find('<', pos_), text_.size());
+    if (!IsUtf8(std::string_view(text_).substr(pos_, end - pos_))) {
+      Fail(pos_, "text that is not UTF-8", "save it as text in UTF-8");
+    }
+  }
 
   bool At(const std::string& what) const {
     return text_.compare(pos_, what.size(), what) == 0;
@@ -135,6 +144,9 @@ class Scanner {
   void StartTag() {
     const size_t begin = pos_++;
     const std::string name = Name();
+    if (!IsUtf8(name)) {
+      Fail(begin, "a name that is not UTF-8", "save it as text in UTF-8");
+    }
     if (name.empty() || !(std::isalpha(static_cast<unsigned char>(name[0])) ||
                           name[0] == '_' || (name[0] & 0x80))) {
       Fail(begin, "a < that begins no element", "write it as &lt;");

@@ -86,6 +86,43 @@ void FindEmpty(const Mechanism& mechanism, const std::string& file,
   findings->push_back(finding);
 }
 
+void FindAxes(const Mechanism& mechanism, const std::string& file,
+              std::vector<Finding>* findings) {
+  // More than the digits that are lost in writing.
+  constexpr double kRounding = 1e-3;
+  std::vector<std::string> names;
+  double first = 0.0;
+  for (const Joint& joint : mechanism.joints) {
+    if (std::abs(joint.axis_length - 1.0) <= kRounding) continue;
+    if (names.empty()) first = joint.axis_length;
+    names.push_back(joint.name);
+  }
+  if (names.empty()) return;
+  Finding finding = Note("axis_not_unit", file, names);
+  finding.evidence = "the axis has the length " + ShortNumber(first);
+  finding.consequence = "only its direction is used";
+  findings->push_back(finding);
+}
+
+void FindNegativeDynamics(const Mechanism& mechanism, const std::string& file,
+                          std::vector<Finding>* findings) {
+  std::vector<std::string> names;
+  std::string first;
+  for (const Joint& joint : mechanism.joints) {
+    if (joint.damping >= 0.0 && joint.friction >= 0.0) continue;
+    if (names.empty()) {
+      first = joint.damping < 0.0 ? "damping " + ShortNumber(joint.damping)
+                                  : "friction " + ShortNumber(joint.friction);
+    }
+    names.push_back(joint.name);
+  }
+  if (names.empty()) return;
+  Finding finding = Note("dynamics_negative", file, names);
+  finding.evidence = first + " would drive the joint";
+  finding.consequence = "it is not used";
+  findings->push_back(finding);
+}
+
 void FindReversedLimits(const Mechanism& mechanism, const std::string& file,
                         std::vector<Finding>* findings) {
   std::vector<std::string> names;
@@ -113,6 +150,8 @@ std::vector<Finding> ModelFindings(const Model& model,
   std::vector<Finding> findings;
   FindImpossible(model.mechanism(), file, &findings);
   FindEmpty(model.mechanism(), file, &findings);
+  FindAxes(model.mechanism(), file, &findings);
+  FindNegativeDynamics(model.mechanism(), file, &findings);
   FindReversedLimits(model.mechanism(), file, &findings);
   return findings;
 }

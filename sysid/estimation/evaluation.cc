@@ -327,16 +327,16 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
 }
 
 std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
-                                         const Eigen::VectorXd& theta, int run,
+                                         const Solution& point, int run,
                                          const RowMatrixXd& states) {
   const Model& model = problem.model();
   const StateLayout& at = model.layout();
   const Run& recording = problem.runs()[run]->run;
   MechanismParameters<double> values;
-  problem.map().Apply<double>(theta.data(), &values);
+  problem.map().Apply<double>(point.theta.data(), &values);
   Workspace<double> ws(model);
   ws.SetParameters(values);
-  SensedPositions<double> sensed(&ws);
+  SensedPositions<double> sensed(point.rollout.integrator, &ws);
   std::vector<RowMatrixXd> predicted;
   for (const Channel& channel : recording.channels) {
     predicted.emplace_back(recording.size(), channel.values.cols());

@@ -117,10 +117,11 @@ std::vector<OpenError> EvaluateOpen(const ShootingProblem& problem,
 void GatherErrors(const Processes& all, RunErrors* errors);
 void GatherOpen(const Processes& all, std::vector<OpenError>* open);
 
-// What each channel would have measured at each sample, given the states there
-// (SampleStates): matrices like Channel::values.
+// What each channel would have measured at each sample, given the point's
+// parameters and the states there (SampleStates): matrices like
+// Channel::values.
 std::vector<RowMatrixXd> PredictChannels(const ShootingProblem& problem,
-                                         const Eigen::VectorXd& theta, int run,
+                                         const Solution& point, int run,
                                          const RowMatrixXd& states);
 
 }  // namespace sysid

@@ -122,7 +122,7 @@ std::optional<Prediction> Predict(const ShootingProblem& problem,
     return std::nullopt;
   }
   prediction.channels =
-      PredictChannels(problem, point.theta, run, prediction.states);
+      PredictChannels(problem, point, run, prediction.states);
   return prediction;
 }
 

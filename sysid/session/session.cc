@@ -236,12 +236,12 @@ Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
   Model model = MakeModel(mechanism, catalogue);
   for (const Joint& joint : mechanism.joints) {
     if (joint.held) continue;
-    if (joint.damping != 0.0) {
+    if (joint.damping > 0.0) {
       notices->push_back("joint '" + joint.name + "': <dynamics> damping " +
                          ShortestText(joint.damping) +
                          " is in the model as viscous_damping");
     }
-    if (joint.friction != 0.0) {
+    if (joint.friction > 0.0) {
       notices->push_back("joint '" + joint.name + "': <dynamics> friction " +
                          ShortestText(joint.friction) +
                          " is in the model as coulomb_friction");

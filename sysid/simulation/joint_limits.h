@@ -8,9 +8,10 @@ namespace sysid {
 
 // What a URDF's <limit> says of a joint that is taken to mean something.
 
-// A continuous joint's mean nothing, nor do reversed or empty ones.
+// A continuous joint's mean nothing, nor do reversed, empty or infinite ones.
 inline bool HasPositionLimits(const Joint& joint) {
   return joint.has_limits && joint.lower < joint.upper &&
+         std::isfinite(joint.upper - joint.lower) &&
          (joint.type == JointType::kRevolute ||
           joint.type == JointType::kPrismatic);
 }

@@ -52,11 +52,12 @@ MultisineOptions HowToExcite(const SimulationOptions& options) {
 }
 
 // Adds what sensors at motors say of the states.
-void MeasureMotors(const Model& model, const RowMatrixXd& states, double noise,
-                   std::mt19937_64* random, Run* run) {
+void MeasureMotors(const Model& model, const RowMatrixXd& states,
+                   const SimulationOptions& options, std::mt19937_64* random,
+                   Run* run) {
   std::normal_distribution<double> normal(0.0, 1.0);
   Workspace<double> ws(model);
-  SensedPositions<double> sensed(&ws);
+  SensedPositions<double> sensed(options.integrator, &ws);
   for (const Body& body : model.movers()) {
     if (body.type == JointType::kSpherical) continue;
     Channel channel;
@@ -68,7 +69,8 @@ void MeasureMotors(const Model& model, const RowMatrixXd& states, double noise,
       const double* x = states.row(k).data();
       sensed(*run, k, x);
       channel.values(k, 0) =
-          sensed.OfMotors(x)[body.q_index] + noise * normal(*random);
+          sensed.OfMotors(x)[body.q_index] +
+                             options.noise * normal(*random);
     }
     run->channels.push_back(std::move(channel));
   }
@@ -86,7 +88,7 @@ void Measure(const Model& model, const RowMatrixXd& states,
   const double noise = options.noise;
   std::normal_distribution<double> normal(0.0, 1.0);
   Workspace<double> ws(model);
-  SensedPositions<double> sensed(&ws);
+  SensedPositions<double> sensed(options.integrator, &ws);
   for (const Body& body : model.movers()) {
     Channel channel;
     channel.target = body.joint;
@@ -111,7 +113,7 @@ void Measure(const Model& model, const RowMatrixXd& states,
     }
     run->channels.push_back(std::move(channel));
   }
-  if (options.motor_sensors) MeasureMotors(model, states, noise, random, run);
+  if (options.motor_sensors) MeasureMotors(model, states, options, random, run);
 }
 
 }  // namespace

@@ -136,13 +136,16 @@ TEST(CatalogueErrors, SayWhereAnEffectHasNoMeaning) {
   EXPECT_EQ(ErrorOf("effort_bias@ball", OnlyABall()),
             "--add: effect 'effort_bias' has no meaning on the spherical "
             "joint 'ball'\n  hint: this model has no joint for it");
-  for (const std::string link : {"tip", "stand"}) {
-    EXPECT_EQ(ErrorOf("test_link_force@" + link),
-              "--add: effect 'test_link_force' has no meaning on the link '" +
-                  link +
-                  "': it has no mass or is fixed to the world\n"
-                  "  hint: it acts on: car, upper, lower, rim, payload");
-  }
+  EXPECT_EQ(ErrorOf("test_link_force@stand"),
+            "--add: effect 'test_link_force' has no meaning on the link "
+            "'stand', which is fixed to the world\n"
+            "  hint: it acts on: car, upper, lower, rim, payload");
+}
+
+TEST(Catalogue, MakesEffectsOfLinksWithoutMassThatAreNamed) {
+  ASSERT_EQ(AllJoints().nominal.links[AllJoints().FindLink("tip")].mass, 0.0);
+  EXPECT_EQ(Catalogue().Make("mass@tip", AllJoints(), "test")->name(),
+            "mass@tip");
 }
 
 TEST(CatalogueErrors, CarryTheirPlace) {

@@ -38,7 +38,11 @@ TEST(CustomLaw, IsOffByTheParametersInWhichItIsLinear) {
            {"-(c + (s - c)*exp(-(qd/v)^2))*tanh(qd/0.01)",
             {"hinge.c", "hinge.s"},
             {"hinge.v"}},
-           {"a*sin(n*q + phi)", {"hinge.a"}, {"hinge.n", "hinge.phi"}}}) {
+           {"a*sin(n*q + phi)", {"hinge.a"}, {"hinge.n", "hinge.phi"}},
+           {"k*asin(q)", {"hinge.k"}, {}},
+           {"k*sqrt(r^2 - q^2)", {"hinge.k"}, {"hinge.r"}},
+           {"-k*max(0, q - g)", {"hinge.k"}, {"hinge.g"}},
+           {"k*max(0, -q - g)", {"hinge.k"}, {"hinge.g"}}}) {
     SCOPED_TRACE(c.law);
     const auto effect = Typed(std::string("custom@hinge: ") + c.law);
     std::vector<std::string> linear, searched;
@@ -94,6 +98,26 @@ TEST(CustomLaw, IsTheValueOfItsFormula) {
   EXPECT_NEAR(tau, 1.0 - 0.1 * 10 + 0.01 * 9 * 11 - 0.001 * 7, 1e-15);
 }
 
+TEST(CustomLaw, HasParametersOfItsOwn) {
+  Model model(AllJoints());
+  const auto add = [&](const std::string& name) {
+    return ErrorText([&] {
+      model.AddEffect(Catalogue().Make(name, model.mechanism(), ""), "--add");
+    });
+  };
+  EXPECT_EQ(add("custom@hinge: -x*q"),
+            "--add: custom@hinge: -x*q: hinge.x is a parameter of the "
+            "mechanism already\n  hint: call it otherwise, such as x1");
+  model.AddEffect(
+      Catalogue().Make("coulomb_friction@hinge", model.mechanism(), ""));
+  // Another law, though one of its names is friction's.
+  const std::string law = "custom@hinge: -friction*q - k*q^3";
+  EXPECT_EQ(add(law), "--add: " + law +
+                          " shares parameters with coulomb_friction@hinge, "
+                          "which is in the model already\n"
+                          "  hint: leave one of them out");
+}
+
 TEST(CustomLaw, IsRefusedWithTheCharacterAndAHint) {
   EXPECT_EQ(Fault("custom@hinge"),
             "--add: effect 'custom@hinge' has no law\n"
@@ -140,6 +164,8 @@ TEST(CustomLaw, IsRefusedWithTheCharacterAndAHint) {
       "--add: effect 'custom@hinge: exp(k*q)': no value of its parameters "
       "makes the law zero\n"
       "  hint: give it a factor, as a in a*(exp(k*q))");
+  EXPECT_THAT(Fault("custom@hinge: max(0, -50*q - g)"),
+              ::testing::HasSubstr("no value of its parameters makes"));
   EXPECT_EQ(
       Fault("custom@hinge: a*b*c*d*e*f*g*h*i*j*l*m*n"),
       "--add: effect 'custom@hinge: a*b*c*d*e*f*g*h*i*j*l*m*n': more than "

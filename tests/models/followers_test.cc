@@ -391,6 +391,21 @@ TEST(Followers, AreHeldWithTheirLeader) {
               Inverse(&b, first, rate, accelerated.head(1))[0], 1e-12);
 }
 
+TEST(Followers, TakeLawsThatAUserTypes) {
+  Random random(7);
+  Model there(Arm()), here(Arm());
+  const RandomState x(there.mechanism(), &random);
+  Add("custom@thumb: -d*qd", 0.3, &there);
+  Add("viscous_damping@thumb", 0.3, &here);
+  Workspace<double> a(there), b(here);
+  const VectorXd qdd = Forward(&a, x.q, x.qd, x.tau);
+  EXPECT_LT((qdd - Forward(&b, x.q, x.qd, x.tau)).norm(), 1e-12 * qdd.norm());
+  EXPECT_THAT(ErrorText([&] {
+                Catalogue().Make("custom@thumb: exp(k*q)", Arm(), "--add");
+              }),
+              HasSubstr("--add: effect 'custom@thumb: exp(k*q)': no value of"));
+}
+
 TEST(Followers, HaveNoColumnsForEffects) {
   const Mechanism arm = Arm();
   EXPECT_EQ(

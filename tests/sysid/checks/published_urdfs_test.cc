@@ -194,6 +194,14 @@ const std::vector<Fault>& Faults() {
          r->back().more = "<limit lower='1' upper='-1' effort='9'/>";
        },
        {"limits_reversed"}},
+      {"AnAxisOfLengthTwo",
+       [](Robot* r) { r->back().axis *= 2.0; },
+       {"axis_not_unit"}},
+      {"FrictionThatDrives",
+       [](Robot* r) {
+         r->back().more = "<dynamics damping='-0.1' friction='0'/>";
+       },
+       {"dynamics_negative"}},
       {"EveryFault",
        [](Robot* r) {
          Inertia({0.001, 0, 0, 0.003, 0, 0.001}, &(*r)[1]);

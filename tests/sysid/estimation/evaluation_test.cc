@@ -212,7 +212,7 @@ TEST(PredictChannels, MeasureTheStates) {
     RowMatrixXd states;
     ASSERT_TRUE(SampleStates(*at.problem, at.point, 0, &states));
     const std::vector<RowMatrixXd> predicted =
-        PredictChannels(*at.problem, VectorXd(0), 0, states);
+        PredictChannels(*at.problem, at.point, 0, states);
     const auto& channels = at.problem->runs()[0]->run.channels;
     ASSERT_EQ(predicted.size(), channels.size());
     for (size_t c = 0; c < channels.size(); ++c) {

@@ -255,5 +255,38 @@ TEST(Simulate, ReadsMotorsByTheirOwnSensors) {
   }
 }
 
+// What a late sensor says of before is what was: a joint that dry friction
+// holds stands still, and an effort has not acted before its row.
+TEST(Simulate, SensorsLookBack) {
+  Model model = Shipped("pendulum2_planar");
+  for (const char* name :
+       {"coulomb_friction@joint1", "coulomb_friction@joint2",
+        "sensor_delay@joint1", "sensor_delay@joint2"}) {
+    model.AddEffect(Catalogue().Make(name, model.mechanism(), "test"));
+  }
+  for (const char* joint : {"joint1", "joint2"}) {
+    model.SetEffectParameter(joint + std::string(".friction"), 100.0);
+    model.SetEffectParameter(joint + std::string(".sensor_delay"), 0.1);
+  }
+  SimulationOptions options;
+  options.rate = 100.0;
+  VectorXd x = VectorXd::Zero(4);
+  x[0] = 0.3;
+  const sysid::Run held = Simulate(model, x, options);
+  EXPECT_EQ(held.channels[0].values.minCoeff(), 0.3);
+  EXPECT_EQ(held.channels[0].values.maxCoeff(), 0.3);
+
+  Model cart = Shipped("cartpole");
+  cart.AddEffect(Catalogue().Make("sensor_delay@slider", cart.mechanism(), ""));
+  cart.SetEffectParameter("slider.sensor_delay", 0.01);
+  const sysid::Run pushed = SimulateDriven(
+      cart, VectorXd::Zero(4), options,
+      [](int sample, double, const VectorXd&, Eigen::Ref<VectorXd> effort) {
+        effort[0] = sample < 50 ? 0.0 : 10.0;
+      });
+  EXPECT_EQ(pushed.channels[0].values(50, 0), 0.0);
+  EXPECT_GT(pushed.channels[0].values(52, 0), 0.0);
+}
+
 }  // namespace
 }  // namespace sysid
