@@ -14,6 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+constexpr size_t kMostStates = 3;  // of an effect: as wide as a law is here
 constexpr unsigned kCoveredHooks =
     kEffortHook | kJointInertiaHook | kGravityHook | kLinkForceHook |
     kInputHook | kMeasurementHook | kInputDelayHook | kDryFrictionHook |
@@ -71,7 +72,9 @@ ParameterColumns::ParameterColumns(const Workspace<Jet8>& ws)
 bool DynamicsTangent::Covers(const Model& model) {
   if (!model.followers().empty()) return false;
   for (int i = 0; i < model.effects().size(); ++i) {
-    if (model.effects().effect(i).hooks() & ~kCoveredHooks) return false;
+    const Effect& effect = model.effects().effect(i);
+    if (effect.hooks() & ~kCoveredHooks) return false;
+    if (effect.states().size() > kMostStates) return false;
   }
   return true;
 }

@@ -79,12 +79,12 @@ void RefuseNamesOfMechanism(const Model& model,
         !names.contains(parameter.name)) {
       continue;
     }
-    throw InputError(
-        place,
-        effect.name() + ": " + parameter.name +
-            " is a parameter of the mechanism already",
-        "call it otherwise, such as " +
-            parameter.name.substr(parameter.name.rfind('.') + 1) + "1");
+    throw InputError(place,
+                     effect.name() + ": " + parameter.name +
+                         " is a parameter of the mechanism already",
+                     "call it otherwise, such as " +
+                         parameter.name.substr(parameter.name.rfind('.') + 1) +
+                         "1");
   }
 }
 

@@ -37,9 +37,7 @@ template <typename T>
 class Sensors {
  public:
   Sensors(const SegmentRollout& rollout, Workspace<T>* ws)
-      : rollout_(rollout),
-        ws_(ws),
-        seen_(rollout.options().integrator, ws) {}
+      : rollout_(rollout), ws_(ws), seen_(rollout.options().integrator, ws) {}
 
   // The errors at sample k, the next, with the state x.
   void Measure(int k, const T* x, T* errors) {

@@ -48,13 +48,12 @@ void CheckOnFollower(const Effect& effect, const Mechanism& mechanism,
   }
   const std::string& leader =
       mechanism.joints[FollowedBy(mechanism, follower).joint].name;
-  throw InputError(place,
-                   "effect '" + effect.kind() +
-                       "' has no meaning on the joint '" +
-                       mechanism.joints[follower].name +
-                       "': it follows joint '" + leader +
-                       "' (<mimic>) and has no columns of its own",
-                   "name " + effect.kind() + "@" + leader);
+  throw InputError(
+      place,
+      "effect '" + effect.kind() + "' has no meaning on the joint '" +
+          mechanism.joints[follower].name + "': it follows joint '" + leader +
+          "' (<mimic>) and has no columns of its own",
+      "name " + effect.kind() + "@" + leader);
 }
 
 }  // namespace
@@ -209,8 +208,7 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
           "effect '" + kind + "' has no meaning on the " +
               (on_joint ? ToString(mechanism.joints[joint].type) + " joint '" +
                               target + "'"
-                        : "link '" + target +
-                              "', which is fixed to the world"),
+                        : "link '" + target + "', which is fixed to the world"),
           targets.empty() ? std::string("this model has no ") +
                                 (on_joint ? "joint" : "link") + " for it"
                           : "it acts on: " + Join(targets));

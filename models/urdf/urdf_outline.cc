@@ -14,7 +14,6 @@
 namespace sysid {
 namespace {
 
-
 std::string Line(int row) { return "line " + std::to_string(row); }
 
 // "link 'arm'", or "link without a name".

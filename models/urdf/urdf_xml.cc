@@ -137,7 +137,8 @@ bool UrdfElement::Numbers(const char* attribute, int count,
     double number = 0;
     // Limits are written so where there are none.
     const bool is_limit = element_->ValueStr() == "limit";
-    if (!ReadNumber(word, &number) && !(is_limit && ReadInfinity(word, &number))) {
+    if (!ReadNumber(word, &number) &&
+        !(is_limit && ReadInfinity(word, &number))) {
       FaultAt(attribute,
               "'" + word + "' in " + name + " is not a finite number",
               word.rfind("${", 0) == 0

@@ -29,7 +29,7 @@ double MotionIn(const Run& run, int first, int last,
   return motion;
 }
 
-// Median of the changes from sample to sample, times the samples of a tenth.
+// The range of each channel.
 std::vector<double> ScaleOf(const Run& run) {
   std::vector<double> scale;
   for (const Channel& channel : run.channels) {

@@ -113,12 +113,22 @@ double ChannelMotion(const Mechanism& mechanism, const Channel& channel,
   return std::sqrt(variance / ResidualDof(residual));
 }
 
-// The channels of all runs, with what is needed to pool them.
+// The channels of all runs, with what is needed to pool them: a run counts by
+// the samples that tell of its noise.
 struct PooledChannel {
-  SensedChannel channel;
-  LongSum squares;  // of the sigmas of the runs that have it
+  SensedChannel channel;  // with the largest sigma of the runs
+  LongSum squares;  // of the sigmas, each times its count
   double count = 0.0;
 };
+
+// How many samples of a channel tell of its noise: what is left of them by the
+// fewest windows of EstimateNoise, which needs five.
+double NoiseCount(const Channel& channel) {
+  const auto first = channel.values.col(0);
+  const double valid =
+      static_cast<double>((first.array() == first.array()).count());
+  return std::max(0.0, valid - 4.0);
+}
 
 // Of one process, as text for the others.
 std::string Packed(const std::vector<PooledChannel>& channels) {
@@ -128,6 +138,7 @@ std::string Packed(const std::vector<PooledChannel>& channels) {
     packer.Put(one.channel.unit);
     packer.Put(static_cast<double>(one.channel.kind));
     packer.Put(one.channel.target);
+    packer.Put(one.channel.sigma);
     packer.Put(one.squares.high);
     packer.Put(one.squares.low);
     packer.Put(one.count);
@@ -144,6 +155,7 @@ void AddPacked(const std::string& bytes, std::vector<PooledChannel>* all,
     one.channel.unit = unpacker.Text();
     one.channel.kind = static_cast<ChannelKind>(unpacker.Count());
     one.channel.target = unpacker.Count();
+    one.channel.sigma = unpacker.Number();
     one.squares.high = unpacker.Number();
     one.squares.low = unpacker.Number();
     one.count = unpacker.Number();
@@ -152,8 +164,11 @@ void AddPacked(const std::string& bytes, std::vector<PooledChannel>* all,
     if (is_new) {
       all->push_back(std::move(one));
     } else {
-      (*all)[at->second].squares += one.squares;
-      (*all)[at->second].count += one.count;
+      PooledChannel& of_others = (*all)[at->second];
+      of_others.channel.sigma =
+          std::max(of_others.channel.sigma, one.channel.sigma);
+      of_others.squares += one.squares;
+      of_others.count += one.count;
     }
   }
 }
@@ -175,8 +190,10 @@ std::vector<PooledChannel> ChannelsOf(
                             0.0});
       }
       PooledChannel& one = channels[at->second];
-      one.squares += data->sigma[c] * data->sigma[c];
-      one.count += 1.0;
+      const double count = NoiseCount(channel);
+      one.channel.sigma = std::max(one.channel.sigma, data->sigma[c]);
+      one.squares += count * data->sigma[c] * data->sigma[c];
+      one.count += count;
     }
   }
   return channels;
@@ -212,24 +229,32 @@ DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
   const Processes& all = ProcessesOf(options);
   std::vector<std::unique_ptr<RunData>> own =
       MakeRuns(mechanism, std::move(runs), options);
-  // One sensor, one noise: the same channel of several runs is pooled.
+  // One sensor, one noise: the same channel of several runs is pooled. One with
+  // too few samples to tell has that of the other joints.
   std::vector<PooledChannel> pooled;
   for (const std::string& bytes :
        GatherToAll(all, Packed(ChannelsOf(mechanism, own)))) {
     AddPacked(bytes, &pooled, &places_);
   }
   double squares = 0.0, count = 0.0;
+  std::vector<int> untold;
   for (PooledChannel& one : pooled) {
     double& sigma = one.channel.sigma;
-    sigma = std::sqrt(one.squares.Value() / one.count);
-    if (like != nullptr) {
-      const auto at = like->places_.find(one.channel.name);
-      if (at != like->places_.end()) sigma = like->channels_[at->second].sigma;
+    const bool given = options.noise > 0 && IsPositionLike(one.channel.kind);
+    if (like != nullptr && like->places_.contains(one.channel.name)) {
+      sigma = like->channels_[like->PlaceOf(one.channel.name)].sigma;
+    } else if (one.count > 0.0) {
+      sigma = std::sqrt(one.squares.Value() / one.count);
+    } else if (!given) {
+      untold.push_back(static_cast<int>(channels_.size()));
     }
     channels_.push_back(one.channel);
     if (!IsPositionLike(one.channel.kind)) continue;
     squares += one.count * sigma * sigma;
     count += one.count;
+  }
+  for (const int c : untold) {
+    if (count > 0.0) channels_[c].sigma = std::sqrt(squares / count);
   }
   pooled_ = count > 0.0         ? std::sqrt(squares / count)
             : channels_.empty() ? 0.0

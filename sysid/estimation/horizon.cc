@@ -22,6 +22,7 @@ namespace sysid {
 namespace {
 
 constexpr int kCount = static_cast<int>(std::size(kHorizons));
+constexpr double kRounding = 1e-9;  // of times, s
 constexpr int kDraws = 2;      // a state
 constexpr double kFree = 1.0;  // of StateBelief: no twist is held
 
@@ -51,7 +52,8 @@ void ForEachAhead(const RunData& data, const SegmentRollout& rollout,
     if (!IsPositionLike(data.run.channels[row.channel].kind)) continue;
     const double ahead = data.run.t[row.sample] - data.run.t[rollout.first()];
     for (int h = 0; h < kCount; ++h) {
-      if (ahead > kHorizons[h] * (1 + 1e-9) || ahead < 0.9 * kHorizons[h]) {
+      if (ahead > kHorizons[h] + kRounding ||
+          ahead < 0.9 * kHorizons[h] - kRounding) {
         continue;
       }
       Sum& sum = (*sums)[h][data.run.channels[row.channel].name];
@@ -220,16 +222,18 @@ std::vector<double> HorizonReach(const std::vector<double>& t,
   for (const double horizon : kHorizons) {
     if (horizon > longest) break;
     // Of its last tenth there must be samples.
-    const double room = t.back() - t.front() - 0.9 * horizon;
-    if (!(room >= 0.0)) continue;
+    const double more = t.back() - t.front() - 0.9 * horizon;
+    if (!(more >= -kRounding)) continue;
+    const double room = std::max(more, 0.0);
     if (std::isfinite(longest)) reach.assign(starts.size(), 0.0);
     const double apart =
         std::max(std::min(kApart * horizon, room / fewest), room / most);
     double next = t.front() + shift * apart;
     for (size_t k = 0; k < starts.size(); ++k) {
       const double begin = t[starts[k]];
-      constexpr double kRounding = 1e-9;  // s
-      if (begin < next - kRounding || begin > t.front() + room) continue;
+      if (begin < next - kRounding || begin > t.front() + room + kRounding) {
+        continue;
+      }
       reach[k] = horizon;
       next = begin + apart;
     }

@@ -202,7 +202,7 @@ bool KeepBest(const Stages& stages, Ended* ended) {
   const int iterations =
       stages.history.empty() ? 0 : stages.history.back().iteration;
   if (!stages.problem().options().keep_best || iterations == 0) return false;
-  ended->defect = kJoinedDefect;
+  ended->defect = stages.defect();
   ended->last.message =
       InterruptedWords("after " + std::to_string(iterations) +
                        " iterations, in the stage of " + stages.doing());

@@ -10,6 +10,9 @@ constexpr int kMaxDegree = 8;
 // What is left of the variance of Gaussian noise without its largest 2 % of
 // squares: (1 - 2 (z phi(z) + Q(z))) / 0.98 at z = 2.326.
 constexpr double kTrimmedVariance = 0.8732;
+constexpr size_t kTrimmed = 50;              // one of so many
+constexpr double kMedianOfSquares = 0.4549;  // of Gaussian noise of variance 1
+constexpr double kSpike = 10.0;              // standard deviations
 
 double RmsAtDegree(const std::vector<double>& t, const std::vector<double>& y,
                    int degree) {
@@ -33,12 +36,22 @@ double RmsAtDegree(const std::vector<double>& t, const std::vector<double>& y,
     squares.push_back(e * e / norm2);
   }
   if (squares.empty()) return -1.0;
-  const size_t keep = squares.size() - squares.size() / 50;
+  const size_t count = squares.size(), trimmed = count / kTrimmed;
+  std::nth_element(squares.begin(), squares.begin() + count / 2, squares.end());
+  const double spike =
+      kSpike * kSpike * squares[count / 2] / kMedianOfSquares;
+  // More than every fiftieth are not the tail of a Gaussian.
+  const size_t spoilt = std::min<size_t>(
+      std::count_if(squares.begin(), squares.end(),
+                    [&](double e2) { return e2 > spike; }),
+      window * trimmed);
+  const bool tail = spike == 0.0 || spoilt <= trimmed;
+  const size_t keep = count - (tail ? trimmed : spoilt);
   std::nth_element(squares.begin(), squares.begin() + (keep - 1),
                    squares.end());
   double sum = 0.0;
   for (size_t i = 0; i < keep; ++i) sum += squares[i];
-  const double bias = keep < squares.size() ? kTrimmedVariance : 1.0;
+  const double bias = tail && trimmed > 0 ? kTrimmedVariance : 1.0;
   return std::sqrt(sum / (keep * bias));
 }
 

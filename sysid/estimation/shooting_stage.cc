@@ -80,7 +80,10 @@ class Watcher final : public ceres::IterationCallback {
   static double Gain(const ceres::IterationSummary& step, bool was_taken) {
     if (step.step_is_successful) return step.cost_change;
     const double promised = step.cost_change / step.relative_decrease;
-    return step.step_is_valid && was_taken && promised >= 0.0
+    // Of one that cannot be evaluated both are the lowest number.
+    const bool evaluated =
+        step.relative_decrease > std::numeric_limits<double>::lowest();
+    return step.step_is_valid && evaluated && was_taken && promised >= 0.0
                ? promised
                : std::numeric_limits<double>::infinity();
   }

@@ -41,7 +41,8 @@ const std::shared_ptr<ShootingSegments>& Stages::Segments() {
 // is at s_c = e_c (Bard 1974, section 4-5: an error covariance that is unknown
 // and diagonal; in flight tests, the relaxation of the output-error method).
 // Only the ratio of the channels counts: what all of them leave inflates the
-// errors.
+// errors. Of errors that a loss bends, e_c is that of their influence (Huber's
+// proposal 2: what spikes left would undo the loss).
 bool Stages::Weigh() {
   // Even weights for channels that differ by this much make a standard error a
   // sixth wider at most, which is not worth a round.
@@ -52,9 +53,8 @@ bool Stages::Weigh() {
   std::map<std::string, double> misfit;
   double least = kInfinity;
   for (const ChannelError& channel : errors.channels) {
-    if (!std::isfinite(channel.normalized_rms)) return false;
-    const double s =
-        channel.normalized_rms < kMissing ? 1.0 : channel.normalized_rms;
+    if (!std::isfinite(channel.bent_rms)) return false;
+    const double s = channel.bent_rms < kMissing ? 1.0 : channel.bent_rms;
     misfit[channel.name] = s;
     least = std::min(least, s);
   }
@@ -145,7 +145,11 @@ StageSummary Stages::Logged(const std::string& doing,
 }
 
 StageSummary Stages::Run(const StageGoal& goal) {
-  const StageSummary done = Logged(goal.doing, [&] { return Minimise(goal); });
+  const StageSummary done = Logged(goal.doing, [&] {
+    defect_ = goal.defect;
+    return Minimise(goal);
+  });
+  defect_ = goal.defect;
   Measure();
   return done;
 }
@@ -184,6 +188,7 @@ void Stages::Measure() {
 StageSummary Stages::RunSegments(const StageGoal& goal) {
   return Logged(goal.doing, [&] {
     ThrowIfCancelled(problem_.options().stop);
+    defect_ = kInfinity;
     solution = SolveSegments(problem_, solution,
                              {.twist_hold = std::max(1.0, goal.misfit),
                               .tolerance = goal.tolerance});

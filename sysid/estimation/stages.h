@@ -79,6 +79,7 @@ class Stages {
   const std::shared_ptr<ShootingSegments>& Segments();
 
   const std::string& doing() const { return doing_; }  // the last stage
+  double defect() const { return defect_; }            // its
   const ShootingProblem& problem() const { return problem_; }
   // Says how long it took so far.
   void ReadClocks(Fit* fit) const {
@@ -106,6 +107,7 @@ class Stages {
   const double start_cpu_s_ = CpuSeconds();
   std::shared_ptr<ShootingSegments> segments_;
   std::string doing_;
+  double defect_ = kJoinedDefect;
   double misfit_ = 1.0;  // what the last stage left, times the noise
 };
 

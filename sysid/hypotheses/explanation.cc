@@ -54,8 +54,16 @@ bool Competition::Spend(double work) {
   return true;
 }
 
+void AddKind(const DataHypothesis& hypothesis,
+             std::vector<std::string>* kinds) {
+  const std::string kind = ToString(hypothesis.fault);
+  if (std::find(kinds->begin(), kinds->end(), kind) == kinds->end()) {
+    kinds->push_back(kind);
+  }
+}
+
 void Competition::LeaveOut(const DataHypothesis& hypothesis) {
-  not_asked_.push_back(ToString(hypothesis.fault));
+  AddKind(hypothesis, &not_asked_);
 }
 
 Explanation Competition::AsRead(const std::string& name, bool of_bodies,

@@ -119,7 +119,11 @@ void FirstLook::ByEquations() {
     std::vector<double> starts = {0.0};
     if (hypothesis.is_continuous()) starts = hypothesis.starts;
     for (const double p : starts) {
-      if (!all_.Affords(as_read.work())) return;
+      if (!all_.Affords(as_read.work())) {
+        // Secants look at the continuous ones, too.
+        if (!hypothesis.is_continuous()) all_.LeaveOut(hypothesis);
+        break;
+      }
       const Supposition supposed = Suppose(hypothesis, {}, p);
       const EquationWindows changed(Without(given_bodies, supposed), excerpt,
                                     fitter.ChangeOf(supposed));
@@ -187,7 +191,10 @@ void FirstLook::BySecants(const Secants& secants) {
     std::vector<double> values = hypothesis.starts;
     values.insert(values.begin(), hypothesis.probe);
     for (const double p : values) {
-      if (!all_.Spend(secants.work())) return;
+      if (!all_.Spend(secants.work())) {
+        all_.LeaveOut(hypothesis);
+        break;
+      }
       const Secants::Columns change =
           secants.Change(Suppose(hypothesis, {}, p));
       if (change.empty()) continue;

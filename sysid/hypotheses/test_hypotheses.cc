@@ -97,9 +97,8 @@ const Explanation& Best(const std::vector<Explanation>& winners,
 
 // A fault that one run has another may have too.
 Explanation InMoreRuns(Explanation best, Competition* all) {
-  if (best.hypothesis().runs.empty()) return best;
   const int count = static_cast<int>(all->input().runs.size());
-  for (int r = 0; r < count; ++r) {
+  for (int r = 0; r < count && !best.hypothesis().runs.empty(); ++r) {
     std::vector<int> runs = best.hypothesis().runs;
     if (std::find(runs.begin(), runs.end(), r) != runs.end()) continue;
     runs.push_back(r);
@@ -222,7 +221,7 @@ HypothesisReport TestHypotheses(const CheckInput& input, double budget) {
     samples = static_cast<int>(std::min<double>(kSamples, affords));
     if (samples < kLeastSamples) {
       for (const DataHypothesis& hypothesis : AllHypotheses(input)) {
-        report.not_asked.push_back(ToString(hypothesis.fault));
+        AddKind(hypothesis, &report.not_asked);
       }
       return report;
     }

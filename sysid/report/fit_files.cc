@@ -121,8 +121,7 @@ std::optional<Prediction> Predict(const ShootingProblem& problem,
   if (!SampleStates(problem, point, run, &prediction.states)) {
     return std::nullopt;
   }
-  prediction.channels =
-      PredictChannels(problem, point, run, prediction.states);
+  prediction.channels = PredictChannels(problem, point, run, prediction.states);
   return prediction;
 }
 

@@ -69,8 +69,7 @@ void MeasureMotors(const Model& model, const RowMatrixXd& states,
       const double* x = states.row(k).data();
       sensed(*run, k, x);
       channel.values(k, 0) =
-          sensed.OfMotors(x)[body.q_index] +
-                             options.noise * normal(*random);
+          sensed.OfMotors(x)[body.q_index] + options.noise * normal(*random);
     }
     run->channels.push_back(std::move(channel));
   }

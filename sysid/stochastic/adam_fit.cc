@@ -18,7 +18,7 @@ constexpr double kRecovery = 1.2;  // of the learning rate, an epoch
 // the loss, half a unit of log-likelihood, or a thousandth of every parameter.
 bool IsDone(const GaussNewtonStep& step) {
   return step.gain < 0.01 || step.squares < 1.0 ||
-         step.dv.cwiseAbs().maxCoeff() < 1e-3;
+         (std::isfinite(step.gain) && step.dv.cwiseAbs().maxCoeff() < 1e-3);
 }
 
 }  // namespace

@@ -92,6 +92,10 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
   for (int i = 0; i < n; ++i) {
     if (std::abs(slope[i]) > kHeld * std::abs(first[i])) loose.push_back(i);
   }
+  if (loose.empty()) {
+    step.gain = step.squares = 0.0;
+    return step;
+  }
   const Eigen::MatrixXd H_loose = H(loose, loose);
   const Eigen::VectorXd g_loose = g(loose);
   // H is squared: so is the rank's threshold.

@@ -285,6 +285,43 @@ class TestSecret : public EffectOf<TestSecret> {
       : EffectOf(kName, kSecretHook, mechanism, base) {}
 };
 
+// A material that relaxes with as many time constants as it is told.
+template <int kStates>
+class TestRelaxes : public EffectOf<TestRelaxes<kStates>> {
+ public:
+  static constexpr char kName[] = "test_relaxes";
+  static constexpr TargetKind kTarget = TargetKind::kJoint;
+  TestRelaxes(const Mechanism& mechanism, const std::string& joint)
+      : EffectOf<TestRelaxes>(kName, kEffortHook | kStateRateHook, mechanism,
+                              joint) {
+    this->AddParameter(joint + ".stiffness", "{effort}/{position}", 0.1);
+    for (int i = 0; i < kStates; ++i) {
+      this->AddState(joint + ".relaxed" + std::to_string(i), "{position}", 0.5);
+    }
+  }
+  static bool Applies(JointType type) { return type != JointType::kSpherical; }
+  template <typename T>
+  void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
+    for (int i = 0; i < kStates; ++i) tau[0] -= p[0] * (joint.q[0] - joint.z[i]);
+  }
+  template <typename T>
+  void StateRate(const JointState<T>& joint, const T*, T* rate) const {
+    for (int i = 0; i < kStates; ++i) {
+      rate[i] = (joint.q[0] - joint.z[i]) / (0.1 * (i + 1));
+    }
+  }
+};
+
+TEST(SegmentStructured, LeavesLawsOfManyStatesToJets) {
+  Model three{AllJoints()}, four{AllJoints()};
+  three.AddEffect(
+      std::make_shared<TestRelaxes<3>>(three.mechanism(), "hinge"));
+  four.AddEffect(std::make_shared<TestRelaxes<4>>(four.mechanism(), "hinge"));
+  EXPECT_TRUE(DynamicsTangent::Covers(three));
+  EXPECT_FALSE(DynamicsTangent::Covers(four));
+  DynamicsTangent covered(three);
+}
+
 TEST(SegmentStructured, LeavesToJetsWhatItDoesNotCover) {
   Model model{AllJoints()};
   EXPECT_TRUE(DynamicsTangent::Covers(model));

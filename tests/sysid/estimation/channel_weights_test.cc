@@ -45,5 +45,37 @@ TEST(ChannelWeights, KeepWhatAChannelSaysFromTheMisfitOfAnother) {
   EXPECT_GT(fit.train.channels[1].normalized_rms, 100.0);
 }
 
+// Spikes of one channel are bent by the loss, and do not weaken the channel: it
+// says as much as it does without them.
+TEST(ChannelWeights, LeaveOutliersToARobustLoss) {
+  const std::vector<Value> truth = {{"link1.length", 0.4},
+                                    {"link2.length", 0.3}};
+  const Model start = Shipped("pendulum2_planar");
+  const sysid::Run clean =
+      Simulated(Shipped("pendulum2_planar", {}, truth), 0.6, 7);
+  sysid::Run spiked = clean;
+  for (int k = 50; k < spiked.size(); k += 100) {
+    spiked.channels[0].values(k, 0) += k % 200 == 50 ? 0.3 : -0.3;
+  }
+  const auto free =
+      FreeFrom(start, {{"link1.length", 0.5}, {"link2.length", 0.4}});
+  EstimationOptions options;
+  options.noise = kNoise;
+  options.loss = RobustLoss::kHuber;
+  const Fit without = FitRuns(start, free, {clean}, options);
+  const Fit with = FitRuns(start, free, {spiked}, options);
+  EXPECT_GT(with.train.total.normalized_rms, 10.0);
+  EXPECT_LT(with.train.total.bent_rms, 1.1);
+  for (const Value& value : truth) {
+    const ParameterEstimate& p = EstimateOf(with, value.name);
+    EXPECT_LT(std::abs(p.value - value.value), 4.0 * p.std_error) << p.name;
+    EXPECT_LT(p.std_error, 1.2 * EstimateOf(without, value.name).std_error);
+  }
+  options.loss = RobustLoss::kNone;
+  const Fit least_squares = FitRuns(start, free, {spiked}, options);
+  EXPECT_EQ(least_squares.train.total.bent_rms,
+            least_squares.train.total.normalized_rms);
+}
+
 }  // namespace
 }  // namespace sysid

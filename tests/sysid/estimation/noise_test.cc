@@ -104,6 +104,15 @@ TEST(EstimateNoise, LeavesSpikesOut) {
   EXPECT_NEAR(EstimateNoise(t, y), kSigma, 0.15 * kSigma);
 }
 
+// Each spoils as many differences as it is in.
+TEST(EstimateNoise, LeavesOneSpikeInAHundredOut) {
+  Random random(4);
+  const std::vector<double> t = Times(10.0, 100.0);
+  std::vector<double> y = NoisySwing(t, &random);
+  for (size_t i = 50; i < y.size(); i += 100) y[i] += i % 200 == 50 ? 1 : -1;
+  EXPECT_NEAR(EstimateNoise(t, y), kSigma, 0.15 * kSigma);
+}
+
 TEST(EstimateNoise, FindsNextToNothingWithoutNoise) {
   const std::vector<double> t = Times(10.0, 100.0);
   std::vector<double> y;

@@ -259,9 +259,8 @@ TEST(Simulate, ReadsMotorsByTheirOwnSensors) {
 // holds stands still, and an effort has not acted before its row.
 TEST(Simulate, SensorsLookBack) {
   Model model = Shipped("pendulum2_planar");
-  for (const char* name :
-       {"coulomb_friction@joint1", "coulomb_friction@joint2",
-        "sensor_delay@joint1", "sensor_delay@joint2"}) {
+  for (const char* name : {"coulomb_friction@joint1", "coulomb_friction@joint2",
+                           "sensor_delay@joint1", "sensor_delay@joint2"}) {
     model.AddEffect(Catalogue().Make(name, model.mechanism(), "test"));
   }
   for (const char* joint : {"joint1", "joint2"}) {
