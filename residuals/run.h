@@ -51,6 +51,8 @@ struct Run {
                        // zero where nothing was measured
   std::vector<Input> inputs;
   std::vector<std::string> unread;  // columns of the file that nobody reads
+  // What a factor for the time would multiply; empty where it has one.
+  std::string time_source = "t";
   int size() const { return static_cast<int>(t.size()); }
 };
 

@@ -60,20 +60,6 @@ const char kDiagnosisFlagsHelp[] =
   --threads N (default: all cores)    --seed N    --skip_bad_runs
 )";
 
-namespace {
-
-// A word as a shell reads it back.
-std::string Quoted(const std::string& text) {
-  bool plain = !text.empty();
-  for (const unsigned char c : text) {
-    plain = plain && (std::isalnum(c) != 0 ||
-                      std::string("_-./,=:@+").find(c) != std::string::npos);
-  }
-  return plain ? text : ShellQuoted(text);
-}
-
-}  // namespace
-
 FitRequest RequestFromFlags() {
   FitRequest request;
   request.model = FLAGS_model;
@@ -107,7 +93,7 @@ std::string CommandFromFlags(const std::string& program) {
                            "columns", "shift", "ignore", "integrator", "step",
                            "segment", "noise", "residual", "loss"}) {
     if (!FlagGiven(name)) continue;
-    command += std::string(" --") + name + " " + Quoted(FlagText(name));
+    command += std::string(" --") + name + " " + ShellWord(FlagText(name));
   }
   if (FLAGS_skip_bad_runs) command += " --skip_bad_runs";
   return command;
@@ -117,7 +103,7 @@ std::string FlagWith(const std::string& flag, const std::string& more) {
   std::string value = FlagText(flag);
   if (!value.empty() && !more.empty()) value += ",";
   value += more;
-  return value.empty() ? "" : " --" + flag + " " + Quoted(value);
+  return value.empty() ? "" : " --" + flag + " " + ShellWord(value);
 }
 
 PageSource PageFromFlags(const std::string& program, const Session& session) {
@@ -127,7 +113,7 @@ PageSource PageFromFlags(const std::string& program, const Session& session) {
   };
   PageSource source;
   source.program = program;
-  source.command = command(program, "", "");
+  source.command = program + ArgumentsText();
   source.session = &session;
   source.fit_command = [command](const std::string& add,
                                  const std::string& fix) {

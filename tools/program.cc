@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -20,6 +21,7 @@
 #include "models/printable.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/shooting_stage.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/session/gather_notices.h"
 
@@ -30,6 +32,11 @@ namespace {
 std::map<std::string, std::string>& GivenFlags() {
   static std::map<std::string, std::string> given;
   return given;
+}
+
+std::vector<std::string>& Arguments() {
+  static std::vector<std::string> arguments;
+  return arguments;
 }
 
 // The flags of our programs; gflags and glog define many of their own.
@@ -112,6 +119,21 @@ bool FlagGiven(const std::string& name) { return GivenFlags().count(name) > 0; }
 std::string FlagText(const std::string& name) {
   const auto at = GivenFlags().find(name);
   return at == GivenFlags().end() ? "" : at->second;
+}
+
+std::string ShellWord(const std::string& text) {
+  bool plain = !text.empty();
+  for (const unsigned char c : text) {
+    plain = plain && (std::isalnum(c) != 0 ||
+                      std::string("_-./,=:@+").find(c) != std::string::npos);
+  }
+  return plain ? text : ShellQuoted(text);
+}
+
+std::string ArgumentsText() {
+  std::string text;
+  for (const std::string& word : Arguments()) text += " " + ShellWord(word);
+  return text;
 }
 
 bool IsStdout(const std::string& file) {
@@ -205,6 +227,7 @@ int RunProgram(int argc, char** argv, const std::string& help,
                const std::vector<std::string>& unused) {
   // A file that outgrows `ulimit -f` is an error of its write, not the end.
   std::signal(SIGXFSZ, SIG_IGN);
+  Arguments() = {argv + 1, argv + argc};
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports each bad step

@@ -30,6 +30,10 @@ bool ParseFlags(int argc, char** argv,
 // Whether a flag was given, and how it was written ("" where it was not).
 bool FlagGiven(const std::string& name);
 std::string FlagText(const std::string& name);
+// A word as a shell reads it back.
+std::string ShellWord(const std::string& text);
+// The arguments of the program, each behind a blank, as a shell reads them.
+std::string ArgumentsText();
 
 // Whether a file's name means standard output: "-", "/dev/stdout".
 bool IsStdout(const std::string& file);

@@ -37,6 +37,7 @@ inline constexpr char kHelp[] =
   --track REFERENCE.csv --gains kp,kd    or follow the positions J.q of a file,
                              tau = kp (q_ref - q) + kd (qd_ref - qd), within
                              the effort limits (--gains joint1=200:20,...)
+  --inputs FILE.csv          what effects read: J.cmd, J.temperature, base.ax
   --duration 10  --rate 100  s, Hz
   --noise 1e-3               of a measurement, rad or m
   --motor_sensors            also record motors, J.motor_q (joint_elasticity)

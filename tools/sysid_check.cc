@@ -69,7 +69,7 @@ void ReadAll(const std::vector<std::string>& files, bool skip, Session* session,
     }
     try {
       Run run = ReadSessionRun(*session, file, &session->notices);
-      CheckTimes({run}, session->columns, session->model.mechanism());
+      CheckTimes({run});
       CheckMotion({run});
       runs->push_back(std::move(run));
     } catch (const MisreadColumn& error) {
@@ -113,6 +113,13 @@ int Main() {
           &refused);
   ReadAll(request.holdout, request.skip_bad_runs, &session, &session.holdout,
           &refused);
+  for (const Run* run : AllRunsOf(session)) {
+    session.run_names.push_back(run->name);
+  }
+  for (int i = 0; i < session.model.effects().size(); ++i) {
+    CheckCanRead(session.model.effects().effect(i), AllRunsOf(session),
+                 "--add");
+  }
   CheckOutputs(request, session);
   PrintNotices(session.notices, session.run_names);
   std::vector<std::string> runs = request.traj;

@@ -161,7 +161,6 @@ int Main(ProcessGroup* group) {
                            FlagWith("fix", step.fix) + step.solver;
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
   PageSource source = PageFromFlags("sysid_diagnose", session);
-  if (FLAGS_auto) source.command += " --auto";
   source.train = problem.train.get();
   source.holdout = problem.holdout.get();
   GiveResult(

@@ -289,6 +289,10 @@ int Main(ProcessGroup* group) {
   std::optional<Checkpoint> checkpoint = OpenCheckpoint(session, problem);
   if (checkpoint) how.log = &*checkpoint;
   Solved solved = solver.solve(problem, how);
+  if (checkpoint && !checkpoint->trouble().empty()) {
+    session.notices.push_back("the last stages are in no checkpoint: " +
+                              checkpoint->trouble());
+  }
   const Fit& fit = solved.fit;
   const std::optional<MixtureFit>& mixture = solved.mixture;
   std::shared_ptr<const DataSet> held_out;

@@ -441,13 +441,14 @@ int Main() {
   std::string command = "sysid_simulate";
   for (const char* name :
        {"model", "lock", "set", "add", "initial", "tilt", "duration", "rate",
-        "noise", "seed", "excite", "amplitude", "band", "efforts", "track",
-        "gains", "integrator", "step"}) {
+        "noise", "seed", "excite", "amplitude", "band", "efforts", "inputs",
+        "track", "gains", "integrator", "step"}) {
     // As it was written: gflags prints 0.0005 as 0.00050000000000000001.
     if (FlagGiven(name)) {
-      command += std::string(" --") + name + " " + FlagText(name);
+      command += std::string(" --") + name + " " + ShellWord(FlagText(name));
     }
   }
+  if (FLAGS_motor_sensors) command += " --motor_sensors";
   const std::string text = FormatRun(model.mechanism(), run, {command});
   if (to_stdout) {
     WriteStdout(text);

@@ -29,8 +29,8 @@ struct adl_serializer<Eigen::MatrixXd> {
 namespace sysid {
 
 // The fields that a model of a search has.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ErrorSummary, rms, normalized_rms,
-                                   bent_rms, fit_percent)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ErrorSummary, rms, normalized_rms, bent_rms,
+                                   fit_percent)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelError, name, unit, position_like, rms,
                                    normalized_rms, bent_rms, noise, fit_percent,
                                    dof)

@@ -117,7 +117,7 @@ double ChannelMotion(const Mechanism& mechanism, const Channel& channel,
 // the samples that tell of its noise.
 struct PooledChannel {
   SensedChannel channel;  // with the largest sigma of the runs
-  LongSum squares;  // of the sigmas, each times its count
+  LongSum squares;        // of the sigmas, each times its count
   double count = 0.0;
 };
 

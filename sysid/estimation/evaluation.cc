@@ -163,7 +163,8 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   const bool failed = !RollSegments(
       problem, point, all,
       [&](int i, const SegmentRollout& rollout, const std::vector<double>& r) {
-        sums[i] = SumByChannel(problem, *problem.runs()[all[i].run], rollout, r);
+        sums[i] =
+            SumByChannel(problem, *problem.runs()[all[i].run], rollout, r);
       });
   for (size_t i = 0; i < all.size(); ++i) {
     const RunData& data = *problem.runs()[all[i].run];

@@ -23,8 +23,8 @@ namespace {
 
 constexpr int kCount = static_cast<int>(std::size(kHorizons));
 constexpr double kRounding = 1e-9;  // of times, s
-constexpr int kDraws = 2;      // a state
-constexpr double kFree = 1.0;  // of StateBelief: no twist is held
+constexpr int kDraws = 2;           // a state
+constexpr double kFree = 1.0;       // of StateBelief: no twist is held
 
 struct Sum {
   double squares = 0.0, dof = 0.0;

@@ -38,13 +38,12 @@ double RmsAtDegree(const std::vector<double>& t, const std::vector<double>& y,
   if (squares.empty()) return -1.0;
   const size_t count = squares.size(), trimmed = count / kTrimmed;
   std::nth_element(squares.begin(), squares.begin() + count / 2, squares.end());
-  const double spike =
-      kSpike * kSpike * squares[count / 2] / kMedianOfSquares;
+  const double spike = kSpike * kSpike * squares[count / 2] / kMedianOfSquares;
   // More than every fiftieth are not the tail of a Gaussian.
-  const size_t spoilt = std::min<size_t>(
-      std::count_if(squares.begin(), squares.end(),
-                    [&](double e2) { return e2 > spike; }),
-      window * trimmed);
+  const size_t spoilt =
+      std::min<size_t>(std::count_if(squares.begin(), squares.end(),
+                                     [&](double e2) { return e2 > spike; }),
+                       window * trimmed);
   const bool tail = spike == 0.0 || spoilt <= trimmed;
   const size_t keep = count - (tail ? trimmed : spoilt);
   std::nth_element(squares.begin(), squares.begin() + (keep - 1),

@@ -1,8 +1,10 @@
 #include "sysid/io/channel_edits.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "models/error.h"
@@ -80,6 +82,52 @@ ScopedName Split(const std::string& text,
   return SplitScope(text, [&](const std::string& name) {
     return !GroupsOf(groups, name).empty();
   });
+}
+
+// A shift, named without its run, and the groups that it moves.
+struct GroupShift {
+  ChannelShift shift;
+  std::vector<const ColumnGroup*> groups;
+};
+
+// Those of a run. Each group moves once: of several that name it, by a flag
+// rather than a file, for this run rather than all, by the column rather than
+// the joint.
+std::vector<GroupShift> ShiftsOf(const std::vector<ChannelShift>& shifts,
+                                 const std::vector<ColumnGroup>& groups,
+                                 const std::string& run) {
+  struct Candidate {
+    size_t index;
+    std::array<bool, 3> rank;
+  };
+  std::vector<GroupShift> all;
+  std::map<const ColumnGroup*, Candidate> winners;
+  for (const ChannelShift& shift : shifts) {
+    const ScopedName scoped = Split(shift.name, groups);
+    if (!scoped.IsFor(run)) continue;
+    all.push_back({shift, {}});
+    all.back().shift.name = scoped.name;
+    const Candidate own = {all.size() - 1,
+                           {shift.place.starts_with("--"), !scoped.run.empty(),
+                            FindGroup(groups, scoped.name) != nullptr}};
+    for (const ColumnGroup* group : GroupsOf(groups, scoped.name)) {
+      const auto [at, is_new] = winners.emplace(group, own);
+      Candidate& other = at->second;
+      const ChannelShift& before = all[other.index].shift;
+      if (!is_new && own.rank == other.rank && shift.delay != before.delay) {
+        throw InputError(shift.place,
+                         "'" + before.name + "' and '" + scoped.name +
+                             "' are shifted together, and by different times",
+                         "name one of them");
+      }
+      if (own.rank > other.rank) other = own;
+    }
+  }
+  for (const ColumnGroup& group : groups) {
+    const auto at = winners.find(&group);
+    if (at != winners.end()) all[at->second.index].groups.push_back(&group);
+  }
+  return all;
 }
 
 // A delay that is a whole number of even samples, within a hundredth of one.
@@ -296,10 +344,8 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
   const auto note = [&](const std::string& text) {
     if (notices != nullptr) notices->push_back(run->name + ": " + text);
   };
-  const auto split = [&](const std::string& name) {
-    return Split(name, groups);
-  };
-  for (const ChannelShift& shift : EntriesOf(edits.shifts, run->name, split)) {
+  for (const GroupShift& shifted : ShiftsOf(edits.shifts, groups, run->name)) {
+    const ChannelShift& shift = shifted.shift;
     if (std::abs(shift.delay) >= 0.5 * (run->t.back() - run->t.front())) {
       throw InputError(shift.place,
                        "a shift of '" + shift.name + "' by " +
@@ -307,8 +353,8 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
                            run->name,
                        "it is in seconds: 10 ms are 0.010");
     }
-    bool any = false;
-    for (const ColumnGroup* group : GroupsOf(groups, shift.name)) {
+    bool any = shifted.groups.empty();  // others win
+    for (const ColumnGroup* group : shifted.groups) {
       if (group->is_effort) {
         const Joint& joint = mechanism.joints[group->target];
         ShiftEffort(run->t, shift.delay, joint.v_index, VelocitySize(joint),

@@ -60,7 +60,9 @@ void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism);
 ScopedName EditedName(const std::string& text, const Mechanism& mechanism);
 
 // Shifts, then ignores; what is ignored is so at the times of the shifted run.
-// A shift for this run alone wins over one of the same name for all.
+// Each group of columns is shifted once: of several entries for it a flag wins
+// over a file, then one for this run alone over one for all, then a column over
+// its joint.
 // `notices` (may be null) says what was not there to be edited. Throws
 // InputError for a shift as long as the run.
 //

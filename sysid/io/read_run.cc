@@ -40,6 +40,7 @@ class RunReader {
     Run run;
     run.name = file_.path();
     run.unread = in_.unread;
+    run.time_source = TimeSource();
     ReadRows(&run);
     for (size_t c = 0; c < in_.channels.size(); ++c) {
       CheckChannel(in_.channels[c], &run.channels[c]);
@@ -56,6 +57,14 @@ class RunReader {
 
  private:
   using Found = RunSources::Group;
+
+  std::string TimeSource() const {
+    const ColumnSource& time = in_.sources[in_.Find("t")];
+    if (time.expression.has_factor()) return "";
+    if (!time.expression.is_column()) return "(" + time.text + ")";
+    const bool plain = time.text.find_first_of("+-*/^(),\" ") == time.text.npos;
+    return plain || time.text[0] == '"' ? time.text : '"' + time.text + '"';
+  }
 
   // As a person reads a position.
   static std::string Short(double q) {

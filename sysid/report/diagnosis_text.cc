@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "models/error.h"
+#include "models/printable.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/text.h"
@@ -80,7 +81,7 @@ std::string WhereText(const Where& where) {
                          return a.normalized_rms < b.normalized_rms;
                        });
   if (worst != where.segments.end()) {
-    text += "  worst in " + worst->trajectory +
+    text += "  worst in " + Printable(worst->trajectory) +
             Format(" from %.4g s to %.4g s: %.3g times\n", worst->t_start,
                    worst->t_end, worst->normalized_rms);
   }

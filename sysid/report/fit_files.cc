@@ -59,8 +59,14 @@ std::vector<std::string> IgnoredIn(const Session& session) {
     const ScopedName scoped = EditedName(span.name, mechanism);
     for (const std::string& run : session.run_names) {
       if (!scoped.IsFor(run)) continue;
-      span.name =
-          std::filesystem::path(run).filename().string() + "/" + scoped.name;
+      const std::string name = std::filesystem::path(run).filename().string();
+      const bool is_one =
+          std::count_if(session.run_names.begin(), session.run_names.end(),
+                        [&](const std::string& other) {
+                          return std::filesystem::path(other).filename() ==
+                                 name;
+                        }) == 1;
+      span.name = (is_one ? name : run) + "/" + scoped.name;
       entries.push_back(ToString(span));
     }
   }
@@ -153,17 +159,13 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
     }
   }
   const Mechanism& mechanism = problem.model().mechanism();
-  // The union of the runs' channels, in the order of their first appearance.
-  std::vector<std::string> names, columns;
-  std::vector<int> widths;
+  // The union of the runs' columns, in the order of their first appearance.
+  std::vector<std::string> columns;
   for (const Part& part : parts) {
     for (const Channel& channel :
          part.problem->runs()[part.run]->run.channels) {
-      if (Contains(names, channel.name)) continue;
-      names.push_back(channel.name);
-      widths.push_back(static_cast<int>(channel.values.cols()));
       for (const std::string& column : ColumnNames(channel, mechanism)) {
-        columns.push_back(column);
+        if (!Contains(columns, column)) columns.push_back(column);
       }
     }
   }
@@ -182,26 +184,29 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
         Predict(*part.problem, *part.point, part.run);
     if (!prediction) continue;
     const double shift = p == 0 ? 0.0 : offset - run.t.front();
+    std::vector<int> places;  // of the run's own columns
+    for (const Channel& channel : run.channels) {
+      for (const std::string& column : ColumnNames(channel, mechanism)) {
+        places.push_back(static_cast<int>(
+            std::find(columns.begin(), columns.end(), column) -
+            columns.begin()));
+      }
+    }
     for (int k = 0; k < run.size(); ++k) {
       text += ShortestText(run.t[k] + shift) + "," + std::to_string(p) + "," +
               ShortestText(run.t[k]);
-      for (size_t c = 0; c < names.size(); ++c) {
-        const auto at =
-            std::find_if(run.channels.begin(), run.channels.end(),
-                         [&](const Channel& x) { return x.name == names[c]; });
-        if (at == run.channels.end()) {
-          for (int i = 0; i < widths[c]; ++i) text += ",,,";
-          continue;
-        }
-        const Eigen::RowVectorXd expected =
-            prediction->channels[at - run.channels.begin()].row(k);
+      std::vector<std::string> cells(columns.size(), ",,,");
+      auto place = places.begin();
+      for (size_t c = 0; c < run.channels.size(); ++c) {
+        const Eigen::RowVectorXd expected = prediction->channels[c].row(k);
         const Eigen::RowVectorXd measured =
-            Nearest(*at, mechanism, k, expected);
-        for (int i = 0; i < widths[c]; ++i) {
-          text += "," + Cell(measured[i]) + "," + Cell(expected[i]) + "," +
-                  Cell(measured[i] - expected[i]);
+            Nearest(run.channels[c], mechanism, k, expected);
+        for (int i = 0; i < expected.size(); ++i) {
+          cells[*place++] = "," + Cell(measured[i]) + "," + Cell(expected[i]) +
+                            "," + Cell(measured[i] - expected[i]);
         }
       }
+      for (const std::string& cell : cells) text += cell;
       text += "\n";
     }
     offset = run.t.back() + shift + 1.0;

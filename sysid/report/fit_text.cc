@@ -4,6 +4,7 @@
 #include "models/error.h"
 #include "models/integrator.h"
 #include "models/parameters.h"
+#include "models/printable.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/text.h"
 #include "sysid/session/check_session.h"
@@ -164,7 +165,7 @@ std::string WorstLine(const RunErrors& errors) {
   }
   return "  worst: channel " + channel->name +
          Format(" at %.3g times its noise; ", channel->normalized_rms) +
-         segment->trajectory +
+         Printable(segment->trajectory) +
          Format(" from %.10g s to %.10g s at %.3g times\n", segment->t_start,
                 segment->t_end, segment->normalized_rms);
 }

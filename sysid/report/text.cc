@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "models/error.h"
+#include "models/printable.h"
 
 namespace sysid {
 namespace {
@@ -47,7 +48,7 @@ std::string OpenSummary(const std::vector<OpenError>& open,
       if (at == channels.end()) {
         at = channels.insert(at, {channel.name, channel.unit, {}});
       }
-      at->rms.emplace_back(channel.rms, run.trajectory);
+      at->rms.emplace_back(channel.rms, Printable(run.trajectory));
     }
   }
   std::string text =
@@ -148,7 +149,7 @@ std::string OpenLines(const std::vector<OpenError>& open,
   if (open.size() > kMostRuns) return OpenSummary(open, kind);
   std::string text;
   for (const OpenError& run : open) {
-    text += "  open prediction of " + kind + run.trajectory +
+    text += "  open prediction of " + kind + Printable(run.trajectory) +
             Format(", %.4g s from one initial state:", run.duration_s);
     for (const OpenError::Channel& channel : run.channels) {
       text += " " + channel.name +

@@ -17,19 +17,10 @@ namespace {
 
 std::string Seconds(double value) { return RoundedText(value) + " s"; }
 
-void CheckUnit(const Run& run, double period, const ColumnMap& columns) {
+void CheckUnit(const Run& run, double period) {
   constexpr double kLongest = 1.0;  // s: of mechanisms that move
-  if (period <= kLongest * (1 + 1e-9)) return;
-  std::string column = "t";
-  for (const ColumnMapping& mapping : columns) {
-    if (mapping.name != "t") continue;
-    if (mapping.expression.find_first_of("*/") != std::string::npos) return;
-    column = mapping.expression;
-    // "clock-5": the factor is for all of it.
-    if (column.find_first_of("+-") != std::string::npos) {
-      column = "(" + column + ")";
-    }
-  }
+  const std::string& column = run.time_source;
+  if (column.empty() || period <= kLongest * (1 + 1e-9)) return;
   throw MisreadColumn("milliseconds", run.name,
                       "its samples are " + Seconds(period) +
                           " apart: is the time in milliseconds?",
@@ -125,8 +116,7 @@ void CheckRunNames(const ColumnMap& columns, const ChannelEdits& edits,
   }
 }
 
-void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
-                const Mechanism& mechanism) {
+void CheckTimes(const std::vector<Run>& runs) {
   constexpr int kFewest = 5;  // samples: fewer say nothing beyond the state
   for (const Run& run : runs) {
     if (run.size() < kFewest) {
@@ -137,7 +127,7 @@ void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
           "at least " + std::to_string(kFewest) + " are needed");
     }
     const double period = MedianPeriod(run.t);
-    CheckUnit(run, period, ColumnsOf(columns, run.name, mechanism));
+    CheckUnit(run, period);
     CheckPauses(run, period);
   }
 }

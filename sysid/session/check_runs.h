@@ -21,10 +21,9 @@ void CheckRunNames(const ColumnMap& columns, const ChannelEdits& edits,
                    const std::vector<std::string>& files);
 
 // Throws InputError for runs whose times allow no fit: too few samples; samples
-// more than a second apart (milliseconds? a factor for t in the map switches
-// this off); pauses that no prediction crosses.
-void CheckTimes(const std::vector<Run>& runs, const ColumnMap& columns,
-                const Mechanism& mechanism);
+// more than a second apart (milliseconds? a factor for the time switches this
+// off); pauses that no prediction crosses.
+void CheckTimes(const std::vector<Run>& runs);
 
 // The largest range of a component of a channel, SI; 0 where nothing of it was
 // measured.

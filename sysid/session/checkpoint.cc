@@ -46,11 +46,15 @@ std::string RunChecksum(const RunData& data) {
   sum.Add(data.run.t);
   for (const Channel& channel : data.run.channels) {
     sum.Add(channel.name);
+    sum.Add(static_cast<double>(channel.kind));
+    sum.Add(static_cast<double>(channel.target));
+    for (const int axis : channel.axes) sum.Add(static_cast<double>(axis));
     sum.Add(channel.values);
   }
   sum.Add(data.run.effort);
   for (const Input& input : data.run.inputs) {
     sum.Add(input.name);
+    sum.Add(static_cast<double>(input.held));
     sum.Add(input.values);
   }
   sum.Add(data.sigma);
@@ -74,6 +78,10 @@ void AddModel(const Model& model, Checksum* sum) {
     sum->Add(static_cast<double>(joint.parent_link));
     sum->Add(joint.axis.data(), sizeof(double) * 3);
     sum->Add(joint.R_PJ.data(), sizeof(double) * 9);
+    for (const double limit : {joint.lower, joint.upper, joint.effort_limit,
+                               joint.velocity_limit}) {
+      sum->Add(limit);
+    }
     if (!joint.mimic) continue;
     sum->Add(joint.mimic->joint);
     sum->Add(joint.mimic->multiplier);
@@ -236,8 +244,14 @@ void Checkpoint::Keep(const StageOutcome& outcome) {
       for (Json& run : Json::from_cbor(part)) runs.push_back(std::move(run));
     }
     content_["stages"].push_back(std::move(stage));
+    if (!trouble_.empty()) return;
     const std::vector<std::uint8_t> bytes = Json::to_cbor(content_);
-    WriteFileAtomically(file_, std::string(bytes.begin(), bytes.end()));
+    // A full disk is no reason to lose the fit.
+    try {
+      WriteFileAtomically(file_, std::string(bytes.begin(), bytes.end()));
+    } catch (const InputError& error) {
+      trouble_ = error.what();
+    }
   });
 }
 

@@ -29,6 +29,8 @@ class Checkpoint : public StageLog {
   const std::string& file() const { return file_; }
   // Those of the file that the fit began with.
   size_t resumed() const { return resumed_; }
+  // Why the last stages are not in the file; empty where they are.
+  const std::string& trouble() const { return trouble_; }
   // Of a fit whose result is written.
   void Remove() const;
 
@@ -41,6 +43,7 @@ class Checkpoint : public StageLog {
   const int all_runs_, first_run_, own_runs_;  // of this process from the first
   nlohmann::json content_;
   size_t resumed_ = 0, next_ = 0;
+  std::string trouble_;
 };
 
 // Of all that decides what a fit comes to: data with their noise, model, free

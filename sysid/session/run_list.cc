@@ -66,6 +66,8 @@ void AddListed(const std::string& list, const std::string& flag,
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     const std::string place = list + ":" + std::to_string(++number);
+    if (number == 1 && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
+    if (line.ends_with('\r')) line.pop_back();
     if (line.find('\0') != std::string::npos) {
       throw InputError(place, "is not text",
                        "is it a recording? Name recordings without the @");

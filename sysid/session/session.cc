@@ -71,7 +71,7 @@ void CheckShipped(const Located<std::string>& model) {
 Run ReadGoodRun(const Session& session, const std::string& file,
                 std::vector<std::string>* notices) {
   Run run = ReadSessionRun(session, file, notices);
-  CheckTimes({run}, session.columns, session.model.mechanism());
+  CheckTimes({run});
   const EffectSet& effects = session.model.effects();
   for (int i = 0; i < effects.size(); ++i) {
     const EffectInput* missing = MissingInput(effects.effect(i), run);
@@ -343,12 +343,10 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
       ReadRuns(request.holdout, "--holdout", skip, &session, &read);
   const Mechanism& mechanism = session.model.mechanism();
   const Processes& processes = ProcessesOf(session.options);
-  DoAlike(processes,
-          [&] { CheckTimes(session.runs, session.columns, mechanism); });
+  DoAlike(processes, [&] { CheckTimes(session.runs); });
   std::vector<Run> outlines = OutlinesOfAll(processes, session.runs);
   CheckMotion(outlines);
-  DoAlike(processes,
-          [&] { CheckTimes(session.holdout, session.columns, mechanism); });
+  DoAlike(processes, [&] { CheckTimes(session.holdout); });
   for (Run& run : OutlinesOfAll(processes, session.holdout)) {
     outlines.push_back(std::move(run));
   }

@@ -302,7 +302,8 @@ class TestRelaxes : public EffectOf<TestRelaxes<kStates>> {
   static bool Applies(JointType type) { return type != JointType::kSpherical; }
   template <typename T>
   void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    for (int i = 0; i < kStates; ++i) tau[0] -= p[0] * (joint.q[0] - joint.z[i]);
+    for (int i = 0; i < kStates; ++i)
+      tau[0] -= p[0] * (joint.q[0] - joint.z[i]);
   }
   template <typename T>
   void StateRate(const JointState<T>& joint, const T*, T* rate) const {
@@ -314,8 +315,7 @@ class TestRelaxes : public EffectOf<TestRelaxes<kStates>> {
 
 TEST(SegmentStructured, LeavesLawsOfManyStatesToJets) {
   Model three{AllJoints()}, four{AllJoints()};
-  three.AddEffect(
-      std::make_shared<TestRelaxes<3>>(three.mechanism(), "hinge"));
+  three.AddEffect(std::make_shared<TestRelaxes<3>>(three.mechanism(), "hinge"));
   four.AddEffect(std::make_shared<TestRelaxes<4>>(four.mechanism(), "hinge"));
   EXPECT_TRUE(DynamicsTangent::Covers(three));
   EXPECT_FALSE(DynamicsTangent::Covers(four));

@@ -49,6 +49,16 @@ TEST(CheckTest, HelpShowsAnExampleThatRuns) {
   ExpectHelp(ProgramFolder(), SYSID_CHECK, "sysid_check");
 }
 
+TEST(CheckTest, AnEffectMayReadNothingThatIsNotThere) {
+  const ProgramFolder folder;
+  const ProgramResult result =
+      folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj",
+                               kRuns + "cartpole.csv", "--add",
+                               "position_drive@slider"});
+  EXPECT_EQ(result.exit_code, 2) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("reads slider.cmd of "));
+}
+
 TEST(CheckTest, NothingIsFoundInAShippedRun) {
   const ProgramFolder folder;
   const ProgramResult result =

@@ -186,6 +186,45 @@ TEST_F(FitFilesTest, PredictionsFollowEachOtherInTime) {
   }
 }
 
+constexpr char kTipped[] =
+    "<robot name='tipped'><link name='base'/><link name='rod'><inertial><origin "
+    "xyz='0 0 -0.5'/><mass value='1'/><inertia ixx='0.1' ixy='0' ixz='0' "
+    "iyy='0.1' iyz='0' izz='0.01'/></inertial></link><joint name='joint1' "
+    "type='continuous'><parent link='base'/><child link='rod'/><axis xyz='0 1 "
+    "0'/></joint><link name='tip'/><joint name='end' type='fixed'><origin "
+    "xyz='0 0 -0.9'/><parent link='rod'/><child link='tip'/></joint></robot>";
+
+TEST_F(FitFilesTest, PredictionsOfRunsWithOtherAxes) {
+  folder_.Write("3.csv",
+                "t,tip.px,tip.py,tip.pz,joint1.q\n"
+                "0,0.1,5,-0.9,0.11\n0.1,0.11,5.1,-0.91,0.1\n"
+                "0.2,0.1,5,-0.9,0.09\n0.3,0.1,5,-0.9,0.05\n"
+                "0.4,0.1,5,-0.9,0.02\n0.5,0.1,5,-0.9,0\n");
+  folder_.Write("2.csv",
+                "t,tip.px,tip.pz,joint1.q\n"
+                "0,0.1,-0.9,0.11\n0.1,0.11,-0.91,0.1\n0.2,0.1,-0.92,0.09\n"
+                "0.3,0.1,-0.93,0.05\n0.4,0.1,-0.94,0.02\n0.5,0.1,-0.95,0\n");
+  folder_.Write("pendulum.urdf", kTipped);
+  folder_.Run(SYSID_FIT, {"--model", "pendulum.urdf", "--traj", "2.csv,3.csv",
+                          "--free", "none", "--check", "none", "--noise",
+                          "0.01", "--out", "result"});
+  CsvFile file(folder_.Path("result/prediction.csv"));
+  const std::vector<std::string>& header = file.header();
+  std::vector<int> all;
+  for (size_t i = 0; i < header.size(); ++i) all.push_back(i);
+  const Table table = ReadColumns(file, all);
+  ASSERT_EQ(table.rows(), 12);
+  const auto column = [&](const std::string& name) {
+    return table.columns[std::find(header.begin(), header.end(), name) -
+                         header.begin()];
+  };
+  EXPECT_TRUE(std::isnan(column("tip.py.measured")[2]));
+  EXPECT_EQ(column("tip.pz.measured")[2], -0.92);
+  EXPECT_EQ(column("tip.py.measured")[7], 5.1);
+  EXPECT_EQ(column("tip.pz.measured")[7], -0.91);
+  EXPECT_NEAR(column("tip.py.predicted")[7], 0.0, 1e-12);
+}
+
 // identified.urdf with the specification beside it is the fit's end, and a fit
 // that starts there stays there.
 TEST_F(FitFilesTest, AFitFromTheIdentifiedModelReproducesIt) {

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "models/error.h"
+#include "tests/support/error_text.h"
+#include "tests/sysid/io/chain.h"
 
 namespace sysid {
 namespace {
@@ -122,6 +124,39 @@ TEST(ChannelEditsTest, AShiftOfThisRunAloneWins) {
     EXPECT_EQ(run.channels[0].values(k, 0),
               before.channels[0].values(k + 3, 0));
   }
+}
+
+// However many of its columns, or its joint, are named.
+TEST(ChannelEditsTest, AGroupMovesOnce) {
+  const sysid::Run before = Recorded(0.01, 0.0, 0.0);
+  const auto by = [&](const std::vector<ChannelShift>& shifts) {
+    sysid::Run run = before;
+    ApplyEdits({shifts, {}}, Hinge(), &run, nullptr);
+    int samples = 0;
+    while (run.channels[0].values(0, 0) !=
+           before.channels[0].values(samples, 0)) {
+      ++samples;
+    }
+    return samples;
+  };
+  EXPECT_EQ(by(ParseShifts("joint1=0.03,joint1.q=0.03", "--shift")), 3);
+  EXPECT_EQ(by(ParseShifts("joint1=0.05,joint1.q=0.03", "--shift")), 3);
+  std::vector<ChannelShift> both = ParseShifts("joint1.q=0.05", "m.yaml:3:8");
+  both.push_back(ParseShifts("joint1=0", "--shift")[0]);
+  EXPECT_EQ(by(both), 0);
+}
+
+TEST(ChannelEditsTest, ComponentsThatDifferAreAnError) {
+  const Mechanism mechanism = Chain({{"ball", JointType::kSpherical}});
+  sysid::Run run = Recorded(0.01, 0.0, 0.0);
+  run.channels.clear();
+  EXPECT_EQ(ErrorText([&] {
+              ApplyEdits({ParseShifts("ball.wx=0.01,ball.wy=0.02", "--shift"),
+                          {}},
+                         mechanism, &run, nullptr);
+            }),
+            "--shift: 'ball.wx' and 'ball.wy' are shifted together, and by "
+            "different times\n  hint: name one of them");
 }
 
 TEST(ChannelEditsTest, SaysWhatThereWasNotToIgnore) {

@@ -61,6 +61,20 @@ TEST(ReadRunTest, AJointWithoutColumnsIsUnmeasured) {
   EXPECT_EQ(run.effort.cols(), 2);
 }
 
+TEST(ReadRunTest, SaysWhatAFactorForTheTimeWouldMultiply) {
+  const auto source = [](const std::string& t) {
+    return Parse("clock,/js/time,joint1.q,t\n0,0,1,0\n1,1,2,1\n",
+                 t.empty() ? "" : "t=" + t)
+        .time_source;
+  };
+  EXPECT_EQ(source(""), "t");
+  EXPECT_EQ(source("clock"), "clock");
+  EXPECT_EQ(source("clock-5"), "(clock-5)");
+  EXPECT_EQ(source("/js/time"), "\"/js/time\"");
+  EXPECT_EQ(source("clock*1"), "");
+  EXPECT_EQ(source("\"/js/time\"/5"), "");
+}
+
 TEST(ReadRunTest, MapsColumnsWithFactorsAndOffsets) {
   const sysid::Run run = Parse("time_ms,pos 1,t\n0,180,x\n10,90,x\n",
                                "t=time_ms*0.001,joint1.q=pos 1*0.0174532925-1");

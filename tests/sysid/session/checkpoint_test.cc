@@ -141,6 +141,12 @@ TEST(ProblemChecksum, IsOfAllThatDecidesAFit) {
   EstimationOptions options = Problem().options();
   options.segment = 0.5;
   EXPECT_NE(ProblemChecksum(Problem().With(options)), sum);
+  // The same numbers of another sensor.
+  std::vector<sysid::Run> runs = RunsOf(*Problem().shared_data());
+  runs[0].channels[0].target = 1;
+  EXPECT_NE(ProblemChecksum(ShootingProblem(Problem().model(), Problem().free(),
+                                            runs, Problem().options())),
+            sum);
   // The same parameters of another mechanism.
   Mechanism turned = Problem().model().mechanism();
   turned.joints[0].axis *= -1.0;
@@ -150,6 +156,13 @@ TEST(ProblemChecksum, IsOfAllThatDecidesAFit) {
       ProblemChecksum(ShootingProblem(
           other, problem.free(), problem.shared_data(), problem.options())),
       sum);
+  Mechanism weaker = Problem().model().mechanism();
+  weaker.joints[0].effort_limit = 0.5;
+  EXPECT_NE(ProblemChecksum(ShootingProblem(MakeModel(weaker, Catalogue()),
+                                            problem.free(),
+                                            problem.shared_data(),
+                                            problem.options())),
+            sum);
 }
 
 }  // namespace

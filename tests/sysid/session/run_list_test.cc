@@ -66,6 +66,12 @@ TEST_F(RunListTest, AListNamesRunsRelativeToItself) {
       ElementsAre(At("b/2.csv"), At("a/1.csv"), "/abs/run#3.csv", "last.csv"));
 }
 
+TEST_F(RunListTest, AListMayBeFromAnotherSystem) {
+  folder_.Write("runs.txt", "\xEF\xBB\xBF/1.csv\r\n\r\n/2.csv\r\n");
+  EXPECT_THAT(ExpandRuns({"@" + At("runs.txt")}, "--traj"),
+              ElementsAre("/1.csv", "/2.csv"));
+}
+
 TEST_F(RunListTest, AListThatCannotBeUsedIsAnError) {
   const std::string hint =
       "\n  hint: @FILE is a text file that names a recording in each line";
