@@ -107,6 +107,7 @@ int Main(ProcessGroup* group) {
   const double start_s = Now();
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
+  request.candidates = FLAGS_candidates;
   request.may_free_nothing = true;
   request.assumes_inertia = true;
   if (group != nullptr && request.threads == 0) {
@@ -114,7 +115,7 @@ int Main(ProcessGroup* group) {
   }
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
-      catalogue, session, SplitEffects(FLAGS_candidates, "--candidates"),
+      catalogue, session, SplitEffects(request.candidates, "--candidates"),
       "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   const Processes& all = group != nullptr ? *group : Alone();

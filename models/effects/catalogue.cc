@@ -29,12 +29,13 @@ int MoverBelow(const Mechanism& mechanism, int link) {
 }
 
 [[noreturn]] void ThrowWithoutTarget(const std::string& name,
-                                     const Mechanism& mechanism,
+                                     const std::vector<std::string>& targets,
                                      const std::string& place) {
-  const std::vector<std::string> joints = mechanism.JointNames();
-  throw InputError(place, "effect '" + name + "' has no target",
-                   "write effect@target, for instance " + name + "@" +
-                       (joints.empty() ? "base" : joints.front()));
+  std::string target = targets.empty() ? "base" : targets.front();
+  std::replace(target.begin(), target.end(), ',', '+');
+  throw InputError(
+      place, "effect '" + name + "' has no target",
+      "write effect@target, for instance " + name + "@" + target);
 }
 
 // What a force and an inertia do at a joint that follows another, they do to
@@ -137,12 +138,17 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                                               const Mechanism& mechanism,
                                               const std::string& place) const {
   const size_t at = name.find('@');
-  if (at == std::string::npos) ThrowWithoutTarget(name, mechanism, place);
   const std::string kind = name.substr(0, at);
-  std::string target = name.substr(at + 1);
   const auto entry =
       std::find_if(entries_.begin(), entries_.end(),
                    [&](const Entry& e) { return e.kind == kind; });
+  if (at == std::string::npos) {
+    const std::vector<std::string> targets =
+        entry != entries_.end() ? Targets(*entry, mechanism)
+                                : mechanism.JointNames();
+    ThrowWithoutTarget(name, targets, place);
+  }
+  std::string target = name.substr(at + 1);
   if (entry == entries_.end()) {
     throw InputError(place, "unknown effect '" + kind + "'",
                      NameHint(kind, kinds()));
@@ -153,11 +159,12 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
     std::replace(target.begin(), target.end(), '+', ',');
   } else if (!entry->typed && comma != std::string::npos) {
     // A list's next entry.
-    ThrowWithoutTarget(target.substr(comma + 1), mechanism, place);
+    ThrowWithoutTarget(target.substr(comma + 1), mechanism.JointNames(), place);
   }
   if (entry->typed) {
     const size_t colon = target.find(':');
-    if (colon == std::string::npos) {
+    if (colon == std::string::npos ||
+        target.find_first_not_of(" \t\n", colon + 1) == std::string::npos) {
       throw InputError(place, "effect '" + name + "' has no law",
                        "write it behind a colon: '" + name + ": -k*q^3'");
     }
@@ -213,9 +220,17 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
                                 (on_joint ? "joint" : "link") + " for it"
                           : "it acts on: " + Join(targets));
     }
-    throw InputError(place,
-                     "effect '" + kind + "': unknown target '" + target + "'",
-                     NameHint(target, targets));
+    const size_t between = target.find(',');
+    const std::string turned =
+        between == std::string::npos
+            ? ""
+            : target.substr(between + 1) + "," + target.substr(0, between);
+    const bool is_turned =
+        std::find(targets.begin(), targets.end(), turned) != targets.end();
+    throw InputError(
+        place, "effect '" + kind + "': unknown target '" + target + "'",
+        is_turned ? "the joint that carries the other is named first: " + turned
+                  : NameHint(target, targets));
   }
   return make();
 }

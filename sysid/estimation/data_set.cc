@@ -105,10 +105,15 @@ double ChannelMotion(const Mechanism& mechanism, const Channel& channel,
       sum += value;
       ++count;
     }
+    const double mean = sum / count;
     for (const double value : y) {
-      if (!std::isnan(value)) squares += std::pow(value - sum / count, 2);
+      if (!std::isnan(value)) squares += std::pow(value - mean, 2);
     }
-    variance += squares / count;
+    // Of equal numbers the rounding of their mean is left.
+    constexpr double kRounding = 1e-14;
+    if (squares > count * std::pow(kRounding * count * mean, 2)) {
+      variance += squares / count;
+    }
   }
   return std::sqrt(variance / ResidualDof(residual));
 }

@@ -237,6 +237,28 @@ void NameRobots(std::vector<Robot>* robots) {
   }
 }
 
+// That no robot comes twice: by the same file, or by the fit.json that a
+// diagnosis wrote beside its own result.
+void CheckOnce(const std::vector<Robot>& robots) {
+  std::map<std::string, std::string> seen;
+  for (const Robot& robot : robots) {
+    std::error_code error;
+    fs::path path = fs::weakly_canonical(robot.file, error);
+    if (path.filename() == "fit.json" || path.filename() == "diagnosis.json") {
+      path = path.parent_path();
+    }
+    const auto [at, is_new] = seen.emplace(path.string(), robot.file);
+    if (is_new) continue;
+    throw InputError("--fits",
+                     robot.file == at->second
+                         ? "'" + robot.file + "' is named twice"
+                         : "'" + at->second + "' and '" + robot.file +
+                               "' are of one robot",
+                     "give each robot once: what is counted twice makes the "
+                     "intervals too narrow");
+  }
+}
+
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
 }  // namespace
@@ -244,6 +266,7 @@ bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 std::vector<Robot> ReadFleet(const std::vector<std::string>& fits) {
   std::vector<Robot> robots;
   for (const std::string& one : fits) AddRobots(one, &robots);
+  CheckOnce(robots);
   NameRobots(&robots);
   const bool any =
       std::any_of(robots.begin(), robots.end(),

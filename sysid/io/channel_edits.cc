@@ -314,9 +314,11 @@ void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism) {
                          bool may_be_effort) {
     const std::string name = Split(text, groups).name;
     const std::vector<const ColumnGroup*> found = GroupsOf(groups, name);
+    if (name == "t") {
+      throw InputError(place, "'t' is the time, and no measurement",
+                       "name what was measured: joint1.q");
+    }
     if (found.empty()) {
-      std::vector<std::string> names = RunColumnNames(mechanism);
-      names.erase(names.begin());  // t
       const ColumnNameFault fault = ExplainUnknownColumn(name, mechanism);
       throw InputError(place, fault.what, fault.hint);
     }
@@ -386,6 +388,19 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
            ShortestText(span.t_start) + " s and " + ShortestText(span.t_end) +
            " s");
     }
+  }
+  for (const Channel& channel : run->channels) {
+    if (channel.values.array().isNaN().all()) {
+      note("nothing of " + channel.name + " is left: it was not measured");
+    }
+  }
+  const size_t before = run->channels.size();
+  std::erase_if(run->channels, [](const Channel& channel) {
+    return channel.values.array().isNaN().all();
+  });
+  if (run->channels.empty() && before > 0) {
+    throw InputError("--ignore", "nothing of " + run->name + " is left",
+                     "leave the run out");
   }
 }
 

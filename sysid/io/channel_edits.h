@@ -63,8 +63,10 @@ ScopedName EditedName(const std::string& text, const Mechanism& mechanism);
 // Each group of columns is shifted once: of several entries for it a flag wins
 // over a file, then one for this run alone over one for all, then a column over
 // its joint.
+// A channel of which nothing is left is no more: its joint was not measured.
 // `notices` (may be null) says what was not there to be edited. Throws
-// InputError for a shift as long as the run.
+// InputError for a shift as long as the run, for two shifts of one group that
+// nothing chooses from, and where nothing that was measured is left.
 //
 // Shifted values are a channel's at t + delay: where the samples are even and
 // the delay is a whole number of them, those samples; else on the cubic through

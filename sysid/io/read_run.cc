@@ -52,6 +52,7 @@ class RunReader {
     AddBaseAcceleration(&run);
     NoteHeld();
     CheckDegrees(run);
+    CheckDegreesOfCommands(run);
     return run;
   }
 
@@ -407,6 +408,35 @@ class RunReader {
                           Describe(source) + " looks like degrees" +
                               (velocity ? " per second" : "") +
                               ", not radians: " + report.reason,
+                          DegreesHint(name, from, map_), name, InRadians(from));
+    }
+  }
+
+  // Commands, as positions.
+  void CheckDegreesOfCommands(const Run& run) {
+    for (const RunSources::InputSource& input : in_.inputs) {
+      const std::string& name = input.column.name;
+      const Input* read = FindInput(run, name);
+      const int joint = name.ends_with(".cmd")
+                            ? mechanism_.FindJoint(name.substr(0, name.size() - 4))
+                            : -1;
+      if (read == nullptr || joint < 0 ||
+          !IsRotation1(mechanism_.joints[joint].type)) {
+        continue;
+      }
+      const DegreesReport report =
+          LookForDegrees(mechanism_.joints[joint], run.t, read->values, {});
+      const ColumnSource& source = in_.sources[input.source];
+      if (report.verdict != DegreesVerdict::kPosition ||
+          source.expression.has_factor()) {
+        continue;
+      }
+      const std::string from =
+          source.expression.is_column() ? source.text : "(" + source.text + ")";
+      throw MisreadColumn("degrees", file_.HeaderPlace(source.column()),
+                          source.Describe() +
+                              " looks like degrees, not radians: " +
+                              report.reason,
                           DegreesHint(name, from, map_), name, InRadians(from));
     }
   }

@@ -146,6 +146,11 @@ std::string UnreadJoints(const Mechanism& mechanism, const RunSources& in,
   return Join(parts, " or ");
 }
 
+bool IsOfHeldJoint(const std::string& column, const Mechanism& mechanism) {
+  const int joint = mechanism.FindJoint(column.substr(0, column.rfind('.')));
+  return joint >= 0 && mechanism.joints[joint].held.has_value();
+}
+
 std::string IgnoredColumns(const std::vector<std::string>& header,
                            const Mechanism& mechanism, RunContent content,
                            RunSources* sources) {
@@ -160,6 +165,8 @@ std::string IgnoredColumns(const std::vector<std::string>& header,
     std::string text = header[i];
     if (in.Find(header[i]) >= 0) {
       text += " (mapped from another column)";
+    } else if (IsOfHeldJoint(header[i], mechanism)) {
+      text += " (its joint is held still)";
     } else if (HasRunColumnSuffix(header[i])) {
       const ColumnNameFault fault = ExplainUnknownColumn(header[i], mechanism);
       text += " (" + fault.what + "; " + fault.hint + ")";

@@ -187,9 +187,9 @@ std::string PredictionCsv(const ShootingProblem& problem, const Fit& fit,
     std::vector<int> places;  // of the run's own columns
     for (const Channel& channel : run.channels) {
       for (const std::string& column : ColumnNames(channel, mechanism)) {
-        places.push_back(static_cast<int>(
-            std::find(columns.begin(), columns.end(), column) -
-            columns.begin()));
+        places.push_back(
+            static_cast<int>(std::find(columns.begin(), columns.end(), column) -
+                             columns.begin()));
       }
     }
     for (int k = 0; k < run.size(); ++k) {

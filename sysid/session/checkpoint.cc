@@ -78,8 +78,8 @@ void AddModel(const Model& model, Checksum* sum) {
     sum->Add(static_cast<double>(joint.parent_link));
     sum->Add(joint.axis.data(), sizeof(double) * 3);
     sum->Add(joint.R_PJ.data(), sizeof(double) * 9);
-    for (const double limit : {joint.lower, joint.upper, joint.effort_limit,
-                               joint.velocity_limit}) {
+    for (const double limit :
+         {joint.lower, joint.upper, joint.effort_limit, joint.velocity_limit}) {
       sum->Add(limit);
     }
     if (!joint.mimic) continue;

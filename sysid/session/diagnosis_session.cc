@@ -232,8 +232,9 @@ namespace {
 // The errors of a model without the effects of a session, and with them, each
 // at the values of the equations of motion and over segments of kFirstLength
 // from states of the data: a fit without that many would be far off, and long.
-std::optional<AddedEffects> TryByEquations(const DiagnosisProblem& without,
-                                           const Session& session) {
+std::optional<AddedEffects> TryByEquations(
+    const DiagnosisProblem& without, const Session& session,
+    const std::vector<std::string>& tried) {
   const auto error = [](const ShootingProblem& problem) {
     return EvaluateErrors(problem, ShortSegments(problem), 0.0)
         .total.normalized_rms;
@@ -246,7 +247,7 @@ std::optional<AddedEffects> TryByEquations(const DiagnosisProblem& without,
   const ShootingProblem before = start(without.model, without.free);
   const ShootingProblem after = start(session.model, session.free);
   AddedEffects result;
-  result.effects = session.added;
+  result.effects = tried;
   result.train_before = error(before);
   result.train_after = error(after);
   if (!std::isfinite(result.train_before) ||
@@ -271,17 +272,27 @@ std::optional<AddedEffects> TryByEquations(const DiagnosisProblem& without,
 std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
                                             const Session& session) {
   std::vector<std::shared_ptr<const Effect>> added;
+  std::vector<std::string> tried;
   for (const std::string& name : session.added) {
-    added.push_back(catalogue.Make(name, session.model.mechanism(), "--add"));
-    for (const EffectParameter& p : added.back()->parameters()) {
-      if (p.whole && std::find(session.fixed.begin(), session.fixed.end(),
-                               p.name) != session.fixed.end()) {
-        return std::nullopt;
-      }
+    const auto effect =
+        catalogue.Make(name, session.model.mechanism(), "--add");
+    const std::vector<EffectParameter>& own = effect->parameters();
+    const auto is_fixed = [&](const EffectParameter& p) {
+      return std::find(session.fixed.begin(), session.fixed.end(), p.name) !=
+             session.fixed.end();
+    };
+    // One that is held as it is has nothing to try.
+    if (!own.empty() && std::all_of(own.begin(), own.end(), is_fixed)) continue;
+    if (std::any_of(own.begin(), own.end(), [&](const EffectParameter& p) {
+          return p.whole && is_fixed(p);
+        })) {
+      return std::nullopt;
     }
+    added.push_back(effect);
+    tried.push_back(name);
   }
   if (added.empty()) return std::nullopt;
-  DiagnosisProblem problem(Without(session.model, session.added));
+  DiagnosisProblem problem(Without(session.model, tried));
   std::map<std::string, Parameter> plain;
   for (const Parameter& p : AllParameters(problem.model)) plain[p.name] = p;
   for (const FreeParameter& free : session.free) {
@@ -298,7 +309,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   problem.SetRuns(session.runs, session.holdout);
   Thin(&problem);
   if (added.size() > size_t{kMostEffectsBySegments}) {
-    return TryByEquations(problem, session);
+    return TryByEquations(problem, session, tried);
   }
   const EvaluatedModel before = EvaluateGiven(problem);
   const LinearizedFit linearized(*before.problem, before.fit.point);
@@ -314,7 +325,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
       EvaluateWith(problem, before, screened, problem.options);
   if (!std::isfinite(after.train_error())) return std::nullopt;
   AddedEffects result;
-  result.effects = session.added;
+  result.effects = tried;
   for (const ParameterEstimate& p : after.fit.parameters) {
     if (session.freed_by_added.count(p.name) > 0)
       result.found[p.name] = p.value;

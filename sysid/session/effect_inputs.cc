@@ -1,9 +1,12 @@
 #include "sysid/session/effect_inputs.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstring>
 
 #include "models/error.h"
+#include "sysid/io/cell.h"
+#include "sysid/io/read_run.h"
 #include "sysid/io/run_columns.h"
 
 namespace sysid {
@@ -13,6 +16,35 @@ const EffectInput* MissingInput(const Effect& effect, const Run& run) {
     if (!HasInput(run, input.name)) return &input;
   }
   return nullptr;
+}
+
+ColumnMap InputsOfLaws(const std::vector<std::string>& effects,
+                       const std::vector<std::string>& files,
+                       const Mechanism& mechanism) {
+  const auto is_part = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '.';
+  };
+  std::vector<std::string> words;
+  for (const std::string& effect : effects) {
+    const size_t size = effect.size();
+    for (size_t i = std::min(effect.find(':'), size), end; i < size; i = end) {
+      end = i;
+      while (end < size && is_part(effect[end])) ++end;
+      words.push_back(effect.substr(i, end - i));
+      end = std::max(end, i + 1);
+    }
+  }
+  ColumnMap inputs;
+  for (const std::string& file : files) {
+    try {
+      for (const ColumnMapping& column : OwnInputColumns(file, mechanism)) {
+        if (Contains(words, column.name)) inputs.push_back(column);
+      }
+    } catch (const InputError&) {
+      // Said where it is read.
+    }
+  }
+  return inputs;
 }
 
 bool MeasureMotor(const std::vector<const Run*>& runs, int joint) {

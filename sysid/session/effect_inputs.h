@@ -22,6 +22,13 @@ void CheckCanRead(const Effect& effect, const std::vector<const Run*>& runs,
                   const std::string& place);
 bool CanRead(const Effect& effect, const std::vector<const Run*>& runs);
 
+// The columns of these runs that a law reads which a user typed, by their own
+// names, as wind in "custom@joint1: k*wind". A file that cannot be read has
+// none.
+ColumnMap InputsOfLaws(const std::vector<std::string>& effects,
+                       const std::vector<std::string>& files,
+                       const Mechanism& mechanism);
+
 // The fitted runs of a session, then those that are held out.
 std::vector<const Run*> AllRunsOf(const Session& session);
 

@@ -51,6 +51,7 @@ bool MayGoOn(const std::string& effect) {
 void AddLaws(const std::string& part, size_t colon,
              std::vector<std::string>* effects) {
   const std::string head = part.substr(0, colon + 1);
+  const size_t before = effects->size();
   for (size_t from = colon + 1; from <= part.size();) {
     const size_t end = std::min(part.find(';', from), part.size());
     const std::string law(
@@ -58,6 +59,8 @@ void AddLaws(const std::string& part, size_t colon,
     if (!law.empty()) effects->push_back(head + " " + law);
     from = end + 1;
   }
+  // Catalogue::Make says that there is none.
+  if (effects->size() == before) effects->push_back(head);
 }
 
 std::vector<NamedValue> ReadAssignments(const std::vector<std::string>& parts,

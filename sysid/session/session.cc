@@ -295,6 +295,24 @@ void FillReading(const FitRequest& request, const FitSpecification& spec,
   CheckRunNames(session->flag_columns, session->flag_edits, mechanism, files);
 }
 
+// What the laws read that flags and specification type.
+ColumnMap LawInputs(const FitRequest& request, const FitSpecification& spec,
+                    const std::string& model) {
+  std::vector<std::string> laws = SplitEffects(request.add, "--add");
+  for (const std::string& effect :
+       SplitEffects(request.candidates, "--candidates")) {
+    laws.push_back(effect);
+  }
+  for (const auto& effect : spec.effects) laws.push_back(effect.value);
+  std::erase_if(laws, [](const std::string& effect) {
+    return effect.find(':') == std::string::npos;
+  });
+  if (laws.empty()) return {};
+  std::vector<std::string> files = request.traj;
+  files.insert(files.end(), request.holdout.begin(), request.holdout.end());
+  return InputsOfLaws(laws, files, LoadUrdf(model));
+}
+
 // All but the runs and what depends on them.
 Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
                         const Catalogue& catalogue) {
@@ -307,8 +325,11 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
       SplitAssignments(request.lock, "--lock");
   std::vector<NamedValue> locks = spec.lock;
   locks.insert(locks.end(), flag_locks.begin(), flag_locks.end());
-  const ColumnMap columns =
+  ColumnMap columns =
       MergeByName(spec.columns, ParseColumnMap(request.columns));
+  for (ColumnMapping& input : LawInputs(request, spec, FindModel(wanted))) {
+    columns.push_back(std::move(input));
+  }
   Session session(
       OpenModel(wanted, catalogue, &locks, &file, &notices, columns));
   session.locked = locks;

@@ -23,6 +23,7 @@ struct FitRequest {
   std::vector<std::string> traj, holdout;
   std::string spec;
   std::string free, fix, add, columns;  // comma separated, as on the flag
+  std::string candidates;               // so too, of a diagnosis
   std::string shift, ignore, lock;      // so too
   std::string solver, integrator, residual, loss;
   std::optional<double> step, segment, noise;

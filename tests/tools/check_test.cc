@@ -51,10 +51,9 @@ TEST(CheckTest, HelpShowsAnExampleThatRuns) {
 
 TEST(CheckTest, AnEffectMayReadNothingThatIsNotThere) {
   const ProgramFolder folder;
-  const ProgramResult result =
-      folder.Run(SYSID_CHECK, {"--model", "cartpole", "--traj",
-                               kRuns + "cartpole.csv", "--add",
-                               "position_drive@slider"});
+  const ProgramResult result = folder.Run(
+      SYSID_CHECK, {"--model", "cartpole", "--traj", kRuns + "cartpole.csv",
+                    "--add", "position_drive@slider"});
   EXPECT_EQ(result.exit_code, 2) << result.out;
   EXPECT_THAT(result.err, HasSubstr("reads slider.cmd of "));
 }

@@ -187,7 +187,8 @@ TEST_F(FitFilesTest, PredictionsFollowEachOtherInTime) {
 }
 
 constexpr char kTipped[] =
-    "<robot name='tipped'><link name='base'/><link name='rod'><inertial><origin "
+    "<robot name='tipped'><link name='base'/><link "
+    "name='rod'><inertial><origin "
     "xyz='0 0 -0.5'/><mass value='1'/><inertia ixx='0.1' ixy='0' ixz='0' "
     "iyy='0.1' iyz='0' izz='0.01'/></inertial></link><joint name='joint1' "
     "type='continuous'><parent link='base'/><child link='rod'/><axis xyz='0 1 "

@@ -193,9 +193,45 @@ void CheckSaturation(const CheckInput& input, std::vector<Finding>* findings) {
   }
 }
 
+namespace {
+
+// A position that never changes, to the last digit, where others do.
+void FindDead(const CheckInput& input, const std::vector<Series>& all,
+              std::vector<Finding>* findings) {
+  constexpr size_t kLeast = 20;  // samples
+  for (const Series& series : all) {
+    const bool others_move =
+        std::any_of(all.begin(), all.end(), [&](const Series& other) {
+          return other.run == series.run && other.range > 0.0;
+        });
+    if (series.range > 0.0 || series.y.size() < kLeast || !others_move ||
+        !IsScalarPosition(series.channel->kind)) {
+      continue;
+    }
+    Finding finding = At(series, "frozen", Severity::kHarmful);
+    finding.weight = 1e3;
+    finding.evidence = "it is " + ShortNumber(series.y.front()) +
+                       " in all samples, to the last digit, while others move";
+    finding.consequence =
+        "a sensor that does not work, or a joint that was held still: the "
+        "model lets it move";
+    finding.remedies = {
+        IgnoreFlag(input, series.run->name, {series.column},
+                   Times(series.t, {{0, static_cast<int>(series.t.size()) - 1}})),
+        "--lock " +
+            input.model->mechanism().joints[series.channel->target].name + "=" +
+            ShortestText(series.y.front()) + "  (if it was held still)"};
+    findings->push_back(finding);
+  }
+}
+
+}  // namespace
+
 void CheckFrozen(const CheckInput& input, std::vector<Finding>* findings) {
   constexpr int kLeast = 4;  // samples
-  for (const Series& series : AllSeries(input)) {
+  const std::vector<Series> all = AllSeries(input);
+  FindDead(input, all, findings);
+  for (const Series& series : all) {
     const std::vector<Plateau> plateaus = FindPlateaus(series, kLeast);
     const bool rare = RepeatsAreRare(series, plateaus);
     std::vector<std::pair<int, int>> spans;

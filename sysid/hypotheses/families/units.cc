@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "models/error.h"
 #include "sysid/hypotheses/families/families.h"
 
 namespace sysid {
@@ -21,17 +22,22 @@ constexpr Unit kMillimetre = {DataFault::kMillimetres, "millimetres", "metres",
 constexpr Unit kCentimetre = {DataFault::kCentimetres, "centimetres", "metres",
                               0.01};
 
-void AddUnit(const CheckInput& input, int j, const Unit& unit,
-             std::vector<DataHypothesis>* all) {
-  const std::string& name = input.model->mechanism().joints[j].name;
-  const std::string column = name + ".q";
+void AddUnit(const CheckInput& input, const std::vector<int>& joints,
+             const Unit& unit, std::vector<DataHypothesis>* all) {
   DataHypothesis hypothesis;
+  std::vector<std::string> columns;
+  for (const int j : joints) {
+    const std::string& name = input.model->mechanism().joints[j].name;
+    hypothesis.subjects.push_back(name + ".q");
+    for (const std::string& column : MotionColumns(name)) {
+      columns.push_back(column);
+    }
+  }
   hypothesis.fault = unit.fault;
-  hypothesis.subjects = {column};
-  hypothesis.says = Words("with " + column + " in " + unit.name);
+  hypothesis.says = Words("with " + Join(hypothesis.subjects) + " in " +
+                          std::string(unit.name));
   hypothesis.consequence = std::string("read as ") + unit.ours +
                            ", the motion is entirely different";
-  const std::vector<std::string> columns = MotionColumns(name);
   hypothesis.corrected = [=](double) { return Scaled(columns, unit.factor); };
   all->push_back(hypothesis);
 }
@@ -39,12 +45,20 @@ void AddUnit(const CheckInput& input, int j, const Unit& unit,
 }  // namespace
 
 void UnitHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
+  // Who logs one joint in degrees logs them all so.
+  std::vector<int> hinges;
   for (const int j : MeasuredJoints(input)) {
     if (IsRotation1(input.model->mechanism().joints[j].type)) {
-      AddUnit(input, j, kDegree, all);
+      hinges.push_back(j);
+    }
+  }
+  if (hinges.size() > 1) AddUnit(input, hinges, kDegree, all);
+  for (const int j : MeasuredJoints(input)) {
+    if (IsRotation1(input.model->mechanism().joints[j].type)) {
+      AddUnit(input, {j}, kDegree, all);
     } else {
-      AddUnit(input, j, kMillimetre, all);
-      AddUnit(input, j, kCentimetre, all);
+      AddUnit(input, {j}, kMillimetre, all);
+      AddUnit(input, {j}, kCentimetre, all);
     }
   }
   // At 1 kHz milliseconds are a second apart, and pass; what is sampled faster

@@ -151,9 +151,9 @@ TEST(ChannelEditsTest, ComponentsThatDifferAreAnError) {
   sysid::Run run = Recorded(0.01, 0.0, 0.0);
   run.channels.clear();
   EXPECT_EQ(ErrorText([&] {
-              ApplyEdits({ParseShifts("ball.wx=0.01,ball.wy=0.02", "--shift"),
-                          {}},
-                         mechanism, &run, nullptr);
+              ApplyEdits(
+                  {ParseShifts("ball.wx=0.01,ball.wy=0.02", "--shift"), {}},
+                  mechanism, &run, nullptr);
             }),
             "--shift: 'ball.wx' and 'ball.wy' are shifted together, and by "
             "different times\n  hint: name one of them");

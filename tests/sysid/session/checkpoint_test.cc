@@ -158,10 +158,9 @@ TEST(ProblemChecksum, IsOfAllThatDecidesAFit) {
       sum);
   Mechanism weaker = Problem().model().mechanism();
   weaker.joints[0].effort_limit = 0.5;
-  EXPECT_NE(ProblemChecksum(ShootingProblem(MakeModel(weaker, Catalogue()),
-                                            problem.free(),
-                                            problem.shared_data(),
-                                            problem.options())),
+  EXPECT_NE(ProblemChecksum(
+                ShootingProblem(MakeModel(weaker, Catalogue()), problem.free(),
+                                problem.shared_data(), problem.options())),
             sum);
 }
 
