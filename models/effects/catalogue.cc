@@ -33,9 +33,8 @@ int MoverBelow(const Mechanism& mechanism, int link) {
                                      const std::string& place) {
   std::string target = targets.empty() ? "base" : targets.front();
   std::replace(target.begin(), target.end(), ',', '+');
-  throw InputError(
-      place, "effect '" + name + "' has no target",
-      "write effect@target, for instance " + name + "@" + target);
+  throw InputError(place, "effect '" + name + "' has no target",
+                   "write effect@target, for instance " + name + "@" + target);
 }
 
 // What a force and an inertia do at a joint that follows another, they do to
@@ -143,9 +142,9 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
       std::find_if(entries_.begin(), entries_.end(),
                    [&](const Entry& e) { return e.kind == kind; });
   if (at == std::string::npos) {
-    const std::vector<std::string> targets =
-        entry != entries_.end() ? Targets(*entry, mechanism)
-                                : mechanism.JointNames();
+    const std::vector<std::string> targets = entry != entries_.end()
+                                                 ? Targets(*entry, mechanism)
+                                                 : mechanism.JointNames();
     ThrowWithoutTarget(name, targets, place);
   }
   std::string target = name.substr(at + 1);

@@ -249,13 +249,13 @@ void CheckOnce(const std::vector<Robot>& robots) {
     }
     const auto [at, is_new] = seen.emplace(path.string(), robot.file);
     if (is_new) continue;
-    throw InputError("--fits",
-                     robot.file == at->second
-                         ? "'" + robot.file + "' is named twice"
-                         : "'" + at->second + "' and '" + robot.file +
-                               "' are of one robot",
-                     "give each robot once: what is counted twice makes the "
-                     "intervals too narrow");
+    throw InputError(
+        "--fits",
+        robot.file == at->second
+            ? "'" + robot.file + "' is named twice"
+            : "'" + at->second + "' and '" + robot.file + "' are of one robot",
+        "give each robot once: what is counted twice makes the "
+        "intervals too narrow");
   }
 }
 

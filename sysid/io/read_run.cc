@@ -417,9 +417,10 @@ class RunReader {
     for (const RunSources::InputSource& input : in_.inputs) {
       const std::string& name = input.column.name;
       const Input* read = FindInput(run, name);
-      const int joint = name.ends_with(".cmd")
-                            ? mechanism_.FindJoint(name.substr(0, name.size() - 4))
-                            : -1;
+      const int joint =
+          name.ends_with(".cmd")
+              ? mechanism_.FindJoint(name.substr(0, name.size() - 4))
+              : -1;
       if (read == nullptr || joint < 0 ||
           !IsRotation1(mechanism_.joints[joint].type)) {
         continue;
@@ -433,11 +434,11 @@ class RunReader {
       }
       const std::string from =
           source.expression.is_column() ? source.text : "(" + source.text + ")";
-      throw MisreadColumn("degrees", file_.HeaderPlace(source.column()),
-                          source.Describe() +
-                              " looks like degrees, not radians: " +
-                              report.reason,
-                          DegreesHint(name, from, map_), name, InRadians(from));
+      throw MisreadColumn(
+          "degrees", file_.HeaderPlace(source.column()),
+          source.Describe() +
+              " looks like degrees, not radians: " + report.reason,
+          DegreesHint(name, from, map_), name, InRadians(from));
     }
   }
 

@@ -83,6 +83,16 @@ TEST(PlantedFaults, DegreesOfAHinge) {
               "--columns 'joint2.q=joint2.q*0.017453292519943295'");
 }
 
+TEST(PlantedFaults, DegreesOfAllHinges) {
+  Session session = Simulated("pendulum2_planar", 3, true);
+  for (int i = 0; i < 2; ++i) {
+    Position(&session, 0, i) *= 180.0 / 3.14159265358979323846;
+  }
+  ExpectFirst(session, "degrees", "joint1.q, joint2.q",
+              "--columns 'joint1.q=joint1.q*0.017453292519943295,"
+              "joint2.q=joint2.q*0.017453292519943295'");
+}
+
 TEST(PlantedFaults, AFlippedAxisBesideAMissingSpring) {
   Session session = Simulated("pendulum2_planar", 4, true, "spring@joint1");
   Position(&session, 0, 1) *= -1.0;

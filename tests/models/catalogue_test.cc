@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 
 #include "models/error.h"
+#include "models/find_model.h"
 #include "models/model.h"
+#include "models/urdf/load_urdf.h"
 #include "tests/support/all_joints.h"
+#include "tests/support/error_text.h"
 #include "tests/support/test_effects.h"
 
 namespace sysid {
@@ -92,6 +95,19 @@ TEST(CatalogueErrors, SayHowToNameATarget) {
   EXPECT_EQ(ErrorOf("coulomb_friction", NoJoints()),
             "--add: effect 'coulomb_friction' has no target\n"
             "  hint: write effect@target, for instance coulomb_friction@base");
+}
+
+TEST(CatalogueErrors, SayHowPairsAreNamed) {
+  const Mechanism arm = LoadUrdf(FindModel("pendulum2_planar"));
+  EXPECT_EQ(ErrorText([&] { Catalogue().Make("gear_coupling", arm, "--add"); }),
+            "--add: effect 'gear_coupling' has no target\n  hint: write "
+            "effect@target, for instance gear_coupling@joint1+joint2");
+  EXPECT_EQ(ErrorText([&] {
+              Catalogue().Make("gear_coupling@joint2+joint1", arm, "--add");
+            }),
+            "--add: effect 'gear_coupling': unknown target 'joint2,joint1'\n"
+            "  hint: the joint that carries the other is named first: "
+            "joint1,joint2");
 }
 
 TEST(CatalogueErrors, NameTheNearestEffect) {

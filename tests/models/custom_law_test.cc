@@ -122,6 +122,7 @@ TEST(CustomLaw, IsRefusedWithTheCharacterAndAHint) {
   EXPECT_EQ(Fault("custom@hinge"),
             "--add: effect 'custom@hinge' has no law\n"
             "  hint: write it behind a colon: 'custom@hinge: -k*q^3'");
+  EXPECT_THAT(Fault("custom@hinge: "), ::testing::HasSubstr("has no law"));
   EXPECT_EQ(
       Fault("custom@hinge: -k*q +"),
       "--add: effect 'custom@hinge: -k*q +': character 7: a name, a "

@@ -140,5 +140,32 @@ INSTANTIATE_TEST_SUITE_P(
       return TestName(info.param.model + info.param.effect);
     });
 
+// Columns are inputs by their own names where a law reads them.
+TEST(TypedLaws, ReadColumnsByTheirNames) {
+  const ProgramFolder folder;
+  std::string wind = "t,wind\n";
+  for (int k = 0; k <= 40; ++k) {
+    wind += std::to_string(0.1 * k) + "," +
+            std::to_string(std::sin(0.5 * k)) + "\n";
+  }
+  folder.Write("wind.csv", wind);
+  SimulateInto(folder, "run.csv",
+               {"--model", "cartpole", "--duration", "4", "--inputs",
+                "wind.csv", "--add", "custom@hinge: k*wind=0.3"});
+  const ProgramResult fit =
+      folder.Run(SYSID_FIT, {"--model", "cartpole", "--traj", "run.csv",
+                             "--add", "custom@hinge: k*wind", "--json", "-"});
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  for (const Json& p : Json::parse(fit.out)["parameters"]) {
+    EXPECT_NE(p["name"], "hinge.wind");
+    if (p["name"] == "hinge.k") EXPECT_NEAR(p["value"], 0.3, 0.03);
+  }
+  const ProgramResult empty =
+      folder.Run(SYSID_FIT, {"--model", "cartpole", "--traj", "run.csv",
+                             "--add", "custom@hinge: "});
+  EXPECT_EQ(empty.exit_code, 2);
+  EXPECT_THAT(empty.err, testing::HasSubstr("has no law"));
+}
+
 }  // namespace
 }  // namespace sysid

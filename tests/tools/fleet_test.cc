@@ -59,6 +59,14 @@ TEST(FleetTest, RefusesBadInput) {
   folder.Write("fit.json", R"({"schema": "sysid.fit/1", "model": 3})");
   ExpectRefused(folder, SYSID_FLEET, {"--fits", "fit.json"}, "fit.json",
                 "key model is no text", "sysid_fit --out FOLDER");
+  SimulateInto(folder, "run.csv", {"--model", "pendulum1", "--duration", "1"});
+  const ProgramResult fit =
+      folder.Run(SYSID_FIT, {"--model", "pendulum1", "--traj", "run.csv",
+                             "--check", "none", "--out", "r1"});
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  ExpectRefused(folder, SYSID_FLEET, {"--fits", "r1/fit.json,r1/fit.json"},
+                "--fits", "'r1/fit.json' is named twice",
+                "give each robot once");
 }
 
 TEST(FleetTest, HasHelp) {

@@ -216,8 +216,9 @@ void FindDead(const CheckInput& input, const std::vector<Series>& all,
         "a sensor that does not work, or a joint that was held still: the "
         "model lets it move";
     finding.remedies = {
-        IgnoreFlag(input, series.run->name, {series.column},
-                   Times(series.t, {{0, static_cast<int>(series.t.size()) - 1}})),
+        IgnoreFlag(
+            input, series.run->name, {series.column},
+            Times(series.t, {{0, static_cast<int>(series.t.size()) - 1}})),
         "--lock " +
             input.model->mechanism().joints[series.channel->target].name + "=" +
             ShortestText(series.y.front()) + "  (if it was held still)"};

@@ -236,6 +236,14 @@ TEST(FrozenTest, IsSeenWhereTheMotionIsSlowerThanElsewhere) {
   EXPECT_THAT(recording.Faults(CheckFrozen), ElementsAre("frozen"));
 }
 
+TEST(FrozenTest, IsSeenOfAPositionThatNeverChanges) {
+  Recording recording("cartpole", EvenTimes(400, 0.01));
+  recording.Add(kQ, 0, 0.0, [](double) { return 0.1; });
+  EXPECT_THAT(recording.Faults(CheckFrozen), IsEmpty());  // nor does another
+  recording.Add(kQ, 1, 1e-3, Swing);
+  EXPECT_THAT(recording.Faults(CheckFrozen), ElementsAre("frozen"));
+}
+
 TEST(FrozenTest, DryFrictionIsNot) {
   Recording recording("cartpole", EvenTimes(400, 0.01));
   // Slows down evenly, sticks at 1 s, and sets off at 2 s.

@@ -65,6 +65,17 @@ TEST_F(DataHypothesisTest, FixesOfSomeRunsAreOneFlag) {
             "--shift 'a.csv/joint1.q=0.02,b.csv/joint1.q=0.02'");
 }
 
+TEST_F(DataHypothesisTest, TakesDegreesOfAllHingesForOneFault) {
+  const Supposition degrees =
+      Suppose(Of(DataFault::kDegrees, "joint1.q"), {}, 0.0);
+  const Mechanism& mechanism = model_.mechanism();
+  sysid::Run a = a_;
+  Undo(degrees, mechanism, 0, &a);
+  for (const Channel& channel : a.channels) {
+    EXPECT_LT(std::abs(channel.values(0, 0)), 0.1) << channel.name;
+  }
+}
+
 TEST_F(DataHypothesisTest, ChangesTheRunsThatItIsOfAlone) {
   const Supposition degrees =
       Suppose(Of(DataFault::kDegrees, "joint2.q"), {1}, 0.0);

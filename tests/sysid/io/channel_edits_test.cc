@@ -108,6 +108,18 @@ TEST(ChannelEditsTest, IgnoredSpansAreMissingInTheirRun) {
   }
 }
 
+TEST(ChannelEditsTest, AChannelOfWhichNothingIsLeftWasNotMeasured) {
+  sysid::Run run = Recorded(0.01, 0.0, 0.0);
+  run.channels.push_back(run.channels[0]);
+  run.channels[1].kind = ChannelKind::kVelocity;
+  run.channels[1].name = "joint1.qd";
+  Apply("", "joint1.q@0:100", &run);
+  ASSERT_EQ(run.channels.size(), 1u);
+  EXPECT_EQ(run.channels[0].name, "joint1.qd");
+  EXPECT_THAT(ErrorText([&] { Apply("", "joint1.qd@0:100", &run); }),
+              HasSubstr("--ignore: nothing of runs/a.csv is left"));
+}
+
 TEST(ChannelEditsTest, AFilesNameMayHaveAnEqualsSign) {
   const std::vector<ChannelShift> shifts =
       ParseShifts("x=y.csv/joint1.q=0.01", "--shift");
