@@ -71,6 +71,27 @@ bool IsLinear(const Formula& formula, const std::vector<bool>& in) {
   return said > 0;
 }
 
+// Whether a parameter divides, as v of c*tanh(qd/v) or of c*qd/(abs(qd)+v): at
+// rest something is divided by zero where it is zero. Of the other sign the law
+// would be another, or have a pole.
+bool Divides(const Formula& formula, size_t parameter) {
+  const size_t known = formula.known.size();
+  std::vector<double> names(known + formula.parameters.size(), 0.0);
+  std::vector<double> at_zero(formula.tree.size()), at_one(at_zero);
+  std::fill(names.begin() + known, names.end(), 1.0);
+  formula.tree.Evaluate<double>(names.data(), at_one.data());
+  names[known + parameter] = 0.0;
+  formula.tree.Evaluate<double>(names.data(), at_zero.data());
+  for (const SyntaxTree::Node& node : formula.tree.nodes()) {
+    const bool inverts =
+        node.op == SyntaxTree::Op::kWholePower && node.right < 0;
+    if (!inverts && node.op != SyntaxTree::Op::kDivide) continue;
+    const int divisor = inverts ? node.left : node.right;
+    if (at_zero[divisor] == 0.0 && at_one[divisor] != 0.0) return true;
+  }
+  return false;
+}
+
 // The largest set of parameters in which the law is linear, of equals that with
 // the first names; empty where there is none.
 std::vector<bool> LinearOnes(const Formula& formula) {
@@ -219,6 +240,9 @@ CustomLaw::CustomLaw(const Mechanism& mechanism, Parsed parsed)
     const std::string& unit = formula_.units[i];
     if (linear[i]) {
       AddParameter(name, unit, 0.01);
+    } else if (Divides(formula_, i)) {
+      // Three orders of size to either side of one.
+      AddSearchedParameter(name, unit, 1.0, grid, 1e-3, 1e3);
     } else {
       AddSearchedParameter(name, unit, 1.0, grid, -kUnbounded, kUnbounded);
     }

@@ -28,7 +28,8 @@ class LawFault : public std::runtime_error {
 //
 // Those parameters in which the law is linear, as many as can be together, are
 // zero at null, so that it is off; the others (v of c*tanh(qd/v)) are searched
-// around one. A law that no parameter switches off is refused.
+// around one, and positive where they divide, as that v.
+// A law that no parameter switches off is refused.
 class CustomLaw : public EffectOf<CustomLaw> {
  public:
   static constexpr char kName[] = "custom";

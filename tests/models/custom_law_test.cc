@@ -49,6 +49,7 @@ TEST(CustomLaw, IsOffByTheParametersInWhichItIsLinear) {
     for (const EffectParameter& p : effect->parameters()) {
       (p.grid.empty() ? linear : searched).push_back(p.name);
       EXPECT_EQ(p.null_value, p.grid.empty() ? 0.0 : 1.0);
+      EXPECT_EQ(p.lower, p.name == "hinge.v" ? 1e-3 : -INFINITY) << p.name;
     }
     EXPECT_EQ(linear, c.linear);
     EXPECT_EQ(searched, c.searched);

@@ -145,8 +145,8 @@ TEST(TypedLaws, ReadColumnsByTheirNames) {
   const ProgramFolder folder;
   std::string wind = "t,wind\n";
   for (int k = 0; k <= 40; ++k) {
-    wind += std::to_string(0.1 * k) + "," +
-            std::to_string(std::sin(0.5 * k)) + "\n";
+    wind += std::to_string(0.1 * k) + "," + std::to_string(std::sin(0.5 * k)) +
+            "\n";
   }
   folder.Write("wind.csv", wind);
   SimulateInto(folder, "run.csv",
@@ -160,9 +160,9 @@ TEST(TypedLaws, ReadColumnsByTheirNames) {
     EXPECT_NE(p["name"], "hinge.wind");
     if (p["name"] == "hinge.k") EXPECT_NEAR(p["value"], 0.3, 0.03);
   }
-  const ProgramResult empty =
-      folder.Run(SYSID_FIT, {"--model", "cartpole", "--traj", "run.csv",
-                             "--add", "custom@hinge: "});
+  const ProgramResult empty = folder.Run(
+      SYSID_FIT,
+      {"--model", "cartpole", "--traj", "run.csv", "--add", "custom@hinge: "});
   EXPECT_EQ(empty.exit_code, 2);
   EXPECT_THAT(empty.err, testing::HasSubstr("has no law"));
 }

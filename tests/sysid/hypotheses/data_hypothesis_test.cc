@@ -67,7 +67,7 @@ TEST_F(DataHypothesisTest, FixesOfSomeRunsAreOneFlag) {
 
 TEST_F(DataHypothesisTest, TakesDegreesOfAllHingesForOneFault) {
   const Supposition degrees =
-      Suppose(Of(DataFault::kDegrees, "joint1.q"), {}, 0.0);
+      Suppose(Of(DataFault::kDegrees, "joint1.q, joint2.q"), {}, 0.0);
   const Mechanism& mechanism = model_.mechanism();
   sysid::Run a = a_;
   Undo(degrees, mechanism, 0, &a);
