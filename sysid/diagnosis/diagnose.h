@@ -67,8 +67,9 @@ struct Diagnosis {
   // alone, each over its own.
   ModelComparison comparison;
   Verdict final_verdict = Verdict::kAdequate;
-  // The final model's values are those of inverse dynamics, because forces that
-  // no candidate describes would bend a fit of the motion (where.followed).
+  // The final model's values are those of inverse dynamics: forces that no
+  // candidate describes would bend a fit of the motion (where.followed), or it
+  // would take minutes.
   bool by_equations = false;
 
   explicit Diagnosis(const Model& m) : base(m) {}

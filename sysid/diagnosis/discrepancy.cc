@@ -45,6 +45,7 @@ RandomForce EstimateRandomForce(const LinearizedFit& fit) {
   if (!response.Valid()) return random;
   const ForceEquations equations = MakeForceEquations(response);
   const SmoothForce force(equations);
+  if (!force.Valid()) return random;
   random.width.setZero(equations.nv);
   for (int v = 0; v < equations.nv; ++v) {
     if (force.Seen(v)) random.width[v] = force.width(v);
@@ -414,18 +415,21 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
   std::vector<int> at;
   std::vector<double> to_none;
   bool none_at_bound = false;
-  for (const EffectParameter& own : effect.parameters()) {
-    if (!own.grid.empty() || own.whole) continue;
-    const auto known = nominal.find(own.name);
-    const double none = known != nominal.end() ? known->second : own.null_value;
+  const auto look_at = [&](const std::string& name, double null_value) {
+    const auto known = nominal.find(name);
+    const double none = known != nominal.end() ? known->second : null_value;
     for (size_t i = 0; i < fit.parameters.size(); ++i) {
       const ParameterEstimate& estimate = fit.parameters[i];
-      if (estimate.name != own.name || estimate.at_bound) continue;
+      if (estimate.name != name || estimate.at_bound) continue;
       at.push_back(static_cast<int>(i));
       to_none.push_back(none - estimate.value);
       none_at_bound = none <= estimate.lower || none >= estimate.upper;
     }
+  };
+  for (const EffectParameter& own : effect.parameters()) {
+    if (own.grid.empty() && !own.whole) look_at(own.name, own.null_value);
   }
+  for (const std::string& name : effect.adjusts_nominal()) look_at(name, 0.0);
   if (at.empty()) return 0.0;
   const int n = static_cast<int>(at.size());
   const VectorXd d = Eigen::Map<const VectorXd>(to_none.data(), n);

@@ -67,10 +67,20 @@ std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
   return joined;
 }
 
-ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
-                            const EvaluatedModel& evaluated) {
+EstimationOptions QuietOptions(const DiagnosisProblem& problem,
+                               const EvaluatedModel& evaluated) {
   EstimationOptions quiet = evaluated.problem->options();
   quiet.progress = nullptr;
+  // Those of a trial end early, and on a part of the threads.
+  quiet.max_iterations = problem.options.max_iterations;
+  quiet.least_gain = problem.options.least_gain;
+  quiet.threads = problem.options.threads;
+  return quiet;
+}
+
+ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
+                            const EvaluatedModel& evaluated) {
+  const EstimationOptions quiet = QuietOptions(problem, evaluated);
   std::vector<Run> runs = RunsOf(*problem.train);
   if (problem.holdout != nullptr) {
     std::vector<Run> held_out = RunsOf(*problem.holdout);

@@ -26,6 +26,10 @@ std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
                                             const EvaluatedModel& now,
                                             const ReportDoing& report);
 
+// The options of a model, to be fitted to the end, and silently.
+EstimationOptions QuietOptions(const DiagnosisProblem& problem,
+                               const EvaluatedModel& evaluated);
+
 // A model with all runs, those that are held out too; whole again where their
 // ends were.
 ShootingProblem WithAllRuns(const DiagnosisProblem& problem,

@@ -35,6 +35,7 @@ bool Search::LookBackAt(const std::string& name, bool exchange) {
   DiagnosisStep step = StepFrom(with);
   step.removed = name;
   std::shared_ptr<EvaluatedModel> next;
+  std::shared_ptr<const Effect> came;
   // What is adequate without it misses nothing.
   const bool worse = !IsAtNoiseFloor(without) && IsWorse(without.cv, with.cv);
   const bool needed =
@@ -94,11 +95,12 @@ bool Search::LookBackAt(const std::string& name, bool exchange) {
     }
     explain_the_same_[effect.name()] = {name};
     step.predicted = refits[best].predicted;
-    step.parameters = EstimatesOf(*refits[best].after, {effect.effect.get()});
+    came = effect.effect;
     next = std::make_shared<EvaluatedModel>(std::move(*refits[best].after));
   }
   model_ = std::move(next);
   *model_ = EvaluateAgain(problem_, std::move(*model_));
+  if (came) step.parameters = EstimatesOf(*model_, {came.get()});
   EndAt(model_, &step);
   diagnosis_.steps.push_back(step);
   return true;

@@ -436,11 +436,13 @@ void Search::Conclude() {
   AskAlternativesAgain();
   diagnosis_.final = model_;
   // What the first step could not see the later ones did; or took back.
-  if (diagnosis_.final_verdict == Verdict::kAdequate) {
-    diagnosis_.verdict = Verdict::kMissingEffect;
-  } else if (model_->added.empty()) {
-    diagnosis_.verdict = Judge(diagnosis_.base, nullptr);
+  const bool adequate = diagnosis_.final_verdict == Verdict::kAdequate;
+  if (model_->added.empty()) {
+    diagnosis_.verdict =
+        adequate ? Verdict::kAdequate : Judge(diagnosis_.base, nullptr);
     diagnosis_.proposed.clear();
+  } else if (adequate) {
+    diagnosis_.verdict = Verdict::kMissingEffect;
   } else if (!by_equations) {
     diagnosis_.verdict = ExplainsMost(problem_, diagnosis_.base, *model_)
                              ? Verdict::kMissingEffect

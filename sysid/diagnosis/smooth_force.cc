@@ -83,7 +83,8 @@ SmoothForce::SmoothForce(const ForceEquations& equations)
       next.ell = kTimeScales[i];
       next.reach = Reach(next.ell);
       Converge(&next);
-      if (!(next.likelihood > best.likelihood)) break;
+      const bool none = std::isinf(best.likelihood);  // could be solved
+      if (!none && !(next.likelihood > best.likelihood)) break;
       best = next;
     }
     if (best.ell != kTimeScales[1]) break;
@@ -258,13 +259,16 @@ SmoothForce::Point SmoothForce::Step(const Point& point,
 
 void SmoothForce::Converge(Point* point) const {
   constexpr double kEnough = 0.2;  // of a logarithm
+  Point solved = *point;
+  solved.likelihood = -std::numeric_limits<double>::infinity();
   for (int step = 0; step < kMostSteps; ++step) {
     const Solution solution = Solve(*point);
     if (!std::isfinite(solution.determinants)) {
-      point->likelihood = -std::numeric_limits<double>::infinity();
+      *point = solved;
       return;
     }
     point->likelihood = solution.LogLikelihood(equations_.dof, point->variance);
+    solved = *point;
     Point next = Step(*point, solution);
     const double change =
         std::max((next.s2.array() / point->s2.array()).log().abs().maxCoeff(),

@@ -39,6 +39,9 @@ class SmoothForce {
  public:
   explicit SmoothForce(const ForceEquations& equations);
 
+  // Whether the forces could be solved for: not where the weights are so unlike
+  // that rounding is all there is. Else nothing below means anything.
+  bool Valid() const { return std::isfinite(solution_.determinants); }
   // Whether the data shows forces on a degree of freedom at all.
   bool Seen(int dof) const { return point_.reach[dof] > 0; }
   // Of each run, knots * nv rows; of a run, knots x nv.

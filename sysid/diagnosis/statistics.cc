@@ -65,7 +65,11 @@ WaldTest TestWeights(const Eigen::MatrixXd& C, const Eigen::VectorXd& alpha,
 }
 
 double StudentQuantile(double probability, double nu) {
-  return boost::math::quantile(boost::math::students_t(nu), probability);
+  namespace policies = boost::math::policies;
+  using Policy =
+      policies::policy<policies::overflow_error<policies::ignore_error>>;
+  return boost::math::quantile(
+      boost::math::students_t_distribution<double, Policy>(nu), probability);
 }
 
 double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }

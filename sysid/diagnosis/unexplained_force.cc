@@ -74,6 +74,7 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
   if (!response.Valid()) return out;
   const ForceEquations equations = MakeForceEquations(response);
   const SmoothForce force(equations);
+  if (!force.Valid()) return out;
   out.variance = force.variance();
   out.before = std::max(1.0, equations.squares / equations.dof);
   std::vector<const Body*> moved;  // by forces that are significant

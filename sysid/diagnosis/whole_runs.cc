@@ -36,17 +36,13 @@ std::optional<Fit> Search::FitToWholeRuns(const EvaluatedModel& evaluated) {
 }
 
 double Search::WholeRunsError(const EvaluatedModel& evaluated) {
-  if (!AsksWholeRuns(evaluated)) {
-    return std::numeric_limits<double>::infinity();
-  }
   const std::optional<Fit> whole = FitToWholeRuns(evaluated);
   return whole ? whole->train.total.normalized_rms
                : std::numeric_limits<double>::infinity();
 }
 
 double Search::HeldOutWholeRunsError(const EvaluatedModel& evaluated) {
-  EstimationOptions quiet = evaluated.problem->options();
-  quiet.progress = nullptr;
+  const EstimationOptions quiet = QuietOptions(problem_, evaluated);
   const std::optional<Fit> whole = FitWholeRuns(
       evaluated.problem->With(quiet).StartingAt(evaluated.fit.point.theta),
       evaluated);
@@ -63,7 +59,7 @@ double Search::HeldOutWholeRunsError(const EvaluatedModel& evaluated) {
 bool Search::TakesThePlaceOf(const EvaluatedModel& other,
                              const EvaluatedModel& with) {
   if (other.fit.parameters.size() == with.fit.parameters.size() &&
-      AreAsGood(other, with)) {
+      AreAsGood(other, with) && AsksWholeRuns(with)) {
     Report("comparing over whole runs", with.train_error());
     // NaN where neither is followed.
     const double ratio = WholeRunsError(other) / WholeRunsError(with);
@@ -82,7 +78,9 @@ std::vector<std::string> Search::AsGoodInstead(const EvaluatedModel& model,
     return EffectsOf(model).contains(other);
   });
   if (others.empty() && !alike) return as_good;
-  const double whole = WholeRunsError(model);
+  const double whole = AsksWholeRuns(model)
+                           ? WholeRunsError(model)
+                           : std::numeric_limits<double>::infinity();
   const bool longer = std::isfinite(whole);
   const EstimationOptions options =
       TrialOptions(problem_.options, model.train_error());
@@ -95,6 +93,7 @@ std::vector<std::string> Search::AsGoodInstead(const EvaluatedModel& model,
     Report("alternatives to " + name, model.train_error());
     const EvaluatedModel instead =
         EvaluateWith(problem_, without, {&screening.effects[effect]}, options);
+    if (!WhyImplausible(instead).empty()) continue;
     if (longer ? WholeRunsError(instead) < (1.0 + kMatters) * whole
                : instead.cv.error() < model.cv.error() ||
                      AreAsGood(instead, model)) {

@@ -105,6 +105,8 @@ std::array<double, 2> RandomEffects::Ci95() const {
 std::array<double, 2> RandomEffects::Predicted95() const {
   if (count < 3) return Around(mean, kNone);
   const double v = tau2 + std_error * std_error;
+  // Of less than one degree of freedom nothing is to be expected.
+  if (!(DegreesOfFreedom(v) >= 1.0)) return Around(mean, kNone);
   return Around(mean, StudentQuantile(kUpper, DegreesOfFreedom(v)) *
                           std::sqrt(v));  // (F.13)
 }

@@ -405,12 +405,16 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
       followed.push_back("that of " + one.joint + " follows " + one.of);
     }
     text +=
-        "The inverse-dynamics residual follows the motion of other joints, "
-        "which no effect describes: " +
-        Join(followed, " and ") +
+        followed.empty()
+            ? "A fit of the motion would take too long with so many effects of "
+              "such a model"
+            : "The inverse-dynamics residual follows the motion of other "
+              "joints, which no effect describes: " +
+                  Join(followed, " and ") +
+                  ", and a fit of the motion would compensate for these forces";
+    text +=
         ". The values are therefore those of the inverse dynamics over whole "
-        "runs: a fit of the motion would compensate for these forces. With "
-        "these values";
+        "runs. With these values";
   } else {
     text += "Fitted once more, as one trajectory over each whole run";
   }

@@ -37,6 +37,22 @@ double MotionOverNoise(const RunData& data) {
   return most;
 }
 
+// That the ends of the runs, which are held out, say something.
+void CheckEndsMeasured(const DataSet& ends) {
+  for (const auto& data : ends.runs()) {
+    for (const Channel& channel : data->run.channels) {
+      if (!channel.values.array().isNaN().all()) return;
+    }
+  }
+  if (ends.runs().empty()) return;
+  throw InputError("--traj",
+                   "nothing was measured in the last quarter of " +
+                       ends.runs().front()->run.name +
+                       ", which is held out to decide between effects",
+                   "cut the file where the measurements end, or hold out "
+                   "another run (--holdout)");
+}
+
 void CheckDecidable(const DiagnosisProblem& problem,
                     std::vector<std::string>* notices) {
   const int fewest =
@@ -69,7 +85,10 @@ void CheckDecidable(const DiagnosisProblem& problem,
                          " times is the least",
                      "record motion that is wide beside the noise");
   }
-  if (!problem.judged_by_others) return;
+  if (!problem.judged_by_others) {
+    CheckEndsMeasured(*problem.holdout);
+    return;
+  }
   for (const auto& data : problem.holdout->runs()) {
     const Run& run = data->run;
     if (run.size() < fewest) {

@@ -120,6 +120,14 @@ TEST_F(PValueOfTest, OfWhatIsDetermined) {
   EXPECT_NEAR(PValue(), 0.3173, 1e-4);
 }
 
+// Of a nominal value that is wrong, none is that value: link1 has 1 kg.
+TEST_F(PValueOfTest, OfANominalValue) {
+  const auto mass = Catalogue().Make("mass@link1", none_.mechanism(), "test");
+  EXPECT_LT(PValueOf(*mass, none_, fit_), 1e-20);
+  fit_.parameters[0].value = Nominal(none_, "link1.mass") + 0.01;
+  EXPECT_NEAR(PValueOf(*mass, none_, fit_), 0.3173, 1e-4);
+}
+
 TEST_F(PValueOfTest, WhatTheDataSaysNothingOfMayBeNone) {
   fit_.undetermined = Eigen::Vector2d(0, 1e5);
   EXPECT_GT(PValue(), 0.49);

@@ -331,6 +331,18 @@ TEST(UnexplainedForce, IsNoneOfAnExactModel) {
   EXPECT_LT(largest, 5.0);
 }
 
+// A sensor that is dead has next to no noise, and its weight is all there is:
+// no force can be solved for, and none is shown.
+TEST(UnexplainedForce, IsNoneWhereWeightsAreTooUnlike) {
+  const Model model = Shipped("pendulum2_planar");
+  std::vector<sysid::Run> runs = RunsOf(model, 1, {});
+  for (sysid::Run& run : runs) run.channels[1].values.setConstant(0.1);
+  const Sought sought(model, {}, runs, 0.0);
+  for (const ForceCurve& curve : sought.force.force) {
+    for (const double value : curve.value) EXPECT_TRUE(std::isfinite(value));
+  }
+}
+
 // The values' errors beside their standard deviations.
 TEST(UnexplainedForce, KnowsHowUncertainItIs) {
   const double damping = 0.02;

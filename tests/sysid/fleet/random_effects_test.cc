@@ -90,6 +90,11 @@ TEST(PoolEstimates, SaysWhatFewRobotsAllow) {
   const RandomEffects two = PoolEstimates({{2.0, 0.1}, {2.1, 0.1}});
   EXPECT_TRUE(std::isfinite(two.Ci95()[0]));
   EXPECT_TRUE(std::isnan(two.Predicted95()[0]));
+  // One that is measured far better than the others says nothing of a spread.
+  const RandomEffects best =
+      PoolEstimates({{2.0, 0.001}, {2.001, 0.01}, {2.002, 0.01}});
+  EXPECT_TRUE(std::isfinite(best.Ci95()[0]));
+  EXPECT_TRUE(std::isnan(best.Predicted95()[0]));
 }
 
 TEST(PoolEstimates, IsTheSameInAnyUnitAndFromAnyOrigin) {
