@@ -31,6 +31,9 @@ struct Suspect {
   double promise = 1.0;  // predicted error over that as read
 };
 
+// Adds the kind of a fault, as ToString names it, where it is not there.
+void AddKind(const DataHypothesis& hypothesis, std::vector<std::string>* kinds);
+
 // All that competes: fits explanations within a budget of work and keeps those
 // that are no faults of the data, the rivals.
 class Competition {

@@ -65,8 +65,8 @@ Unfiltered Evaluate(const Model& model,
     if (ws.delay_effects.empty() && ws.lag_effects.empty()) {
       MeanEffort(run, from, from + step, u.data());
       for (const auto& effect : ws.input_effects) {
-        effect.hooks->ModifyInput(effect.p,
-                                  u.data() + model.bodies()[effect.body].v_index);
+        effect.hooks->ModifyInput(
+            effect.p, u.data() + model.bodies()[effect.body].v_index);
       }
     }
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(),
