@@ -13,6 +13,7 @@
 #include "sysid/report/findings.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/check_session.h"
+#include "sysid/session/effect_inputs.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
 

@@ -6,6 +6,7 @@
 
 #include "models/effects/catalogue.h"
 #include "models/error.h"
+#include "models/model.h"
 #include "tests/support/all_joints.h"
 #include "tests/support/error_text.h"
 
