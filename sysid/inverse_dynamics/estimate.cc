@@ -406,13 +406,18 @@ RegressionEstimate Minimiser::Run() {
     barrier_ = std::max(kEntropy, misfit / (kTen * bodies_.size()));
   }
   now_ = At(StartingPoint());
-  while (std::isfinite(now_.cost) && barrier_ > kEntropy) {
+  if (!std::isfinite(now_.cost)) {
+    // A start that no body can have.
+    out.theta = theta0_;
+    out.xi = xi0_;
+    return out;
+  }
+  while (barrier_ > kEntropy) {
     Descend(kCentred * barrier_, &out.iterations);
     barrier_ = std::max(kEntropy, kFall * barrier_);
     now_ = At(now_.unknowns);
   }
-  out.converged =
-      std::isfinite(now_.cost) && Descend(kSettled, &out.iterations);
+  out.converged = Descend(kSettled, &out.iterations);
   out.theta = now_.theta;
   out.xi = now_.xi;
   return out;
