@@ -53,7 +53,7 @@ int JointOf(const Model& model, const Parameter& parameter) {
 void StartPossible(const std::vector<std::string>& names,
                    const std::vector<std::string>& held, Model* model,
                    std::vector<std::string>* notices) {
-  std::set<int> links;
+  std::set<int> links, without_mass;
   MechanismParameters<double> values = model->nominal();
   std::vector<std::string> negative;
   for (const Parameter& parameter : FindParameters(*model, names, "")) {
@@ -63,6 +63,9 @@ void StartPossible(const std::vector<std::string>& names,
     if (parameter.kind == ParameterKind::kMass && parameter.nominal < 0.0) {
       values.links[parameter.index].mass = -parameter.nominal;
       negative.push_back(model->mechanism().links[parameter.index].name);
+    }
+    if (parameter.kind == ParameterKind::kMass && parameter.nominal == 0.0) {
+      without_mass.insert(parameter.index);
     }
   }
   model->SetNominal(values);
@@ -74,6 +77,14 @@ void StartPossible(const std::vector<std::string>& names,
   std::vector<std::string> nearest, balls;
   double farthest = 0.0;
   for (const int link : links) {
+    // A body with an inertia of its own has a mass.
+    if (without_mass.contains(link)) {
+      values.links[link].mass =
+          StartingMass(model->mechanism(), model->nominal());
+      notices->push_back("the mass of " + model->mechanism().links[link].name +
+                         " is free and zero: the fit starts from " +
+                         Format("%.3g", values.links[link].mass) + " kg");
+    }
     const Eigen::Matrix3d given = values.links[link].inertia;
     if (CanStart(given)) continue;
     const Eigen::Matrix3d start =

@@ -124,7 +124,7 @@ TEST_F(PValueOfTest, OfWhatIsDetermined) {
 TEST_F(PValueOfTest, OfANominalValue) {
   const auto mass = Catalogue().Make("mass@link1", none_.mechanism(), "test");
   EXPECT_LT(PValueOf(*mass, none_, fit_), 1e-20);
-  fit_.parameters[0].value = Nominal(none_, "link1.mass") + 0.01;
+  fit_.parameters[0].value = none_.nominal().links[1].mass + 0.01;
   EXPECT_NEAR(PValueOf(*mass, none_, fit_), 0.3173, 1e-4);
 }
 
