@@ -13,8 +13,9 @@ namespace sysid {
 
 // Gives every link of which a rotational inertia among `names` is free, and
 // CanStart refuses the nominal one, its StartingInertia; a notice for all of
-// one kind; and every negative mass among them its size. Links of which an
-// entry is among `held` stay as they are.
+// one kind; every negative mass among them its size; and a mass of zero, where
+// the inertia is free too, StartingMass. Links of which an entry is among
+// `held` stay as they are.
 void StartPossible(const std::vector<std::string>& names,
                    const std::vector<std::string>& held, Model* model,
                    std::vector<std::string>* notices);
