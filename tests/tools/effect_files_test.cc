@@ -158,7 +158,9 @@ TEST(TypedLaws, ReadColumnsByTheirNames) {
   ASSERT_EQ(fit.exit_code, 0) << fit.err;
   for (const Json& p : Json::parse(fit.out)["parameters"]) {
     EXPECT_NE(p["name"], "hinge.wind");
-    if (p["name"] == "hinge.k") EXPECT_NEAR(p["value"], 0.3, 0.03);
+    if (p["name"] == "hinge.k") {
+      EXPECT_NEAR(p["value"].get<double>(), 0.3, 0.03);
+    }
   }
   const ProgramResult empty = folder.Run(
       SYSID_FIT,

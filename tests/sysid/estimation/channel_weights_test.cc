@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/support/fit_setup.h"
+#include "tests/sysid/estimation/simulated.h"
 
 namespace sysid {
 namespace {
