@@ -105,10 +105,10 @@ std::array<double, 2> RandomEffects::Ci95() const {
 std::array<double, 2> RandomEffects::Predicted95() const {
   if (count < 3) return Around(mean, kNone);
   const double v = tau2 + std_error * std_error;
-  // Of less than one degree of freedom nothing is to be expected.
-  if (!(DegreesOfFreedom(v) >= 1.0)) return Around(mean, kNone);
-  return Around(mean, StudentQuantile(kUpper, DegreesOfFreedom(v)) *
-                          std::sqrt(v));  // (F.13)
+  const double t = StudentQuantile(kUpper, DegreesOfFreedom(v));
+  // Of a few hundredths of a degree of freedom it overflows.
+  constexpr double kNothing = 1e3;  // a range so wide says nothing
+  return Around(mean, t < kNothing ? t * std::sqrt(v) : kNone);  // (F.13)
 }
 
 double RandomEffects::QPValue() const {

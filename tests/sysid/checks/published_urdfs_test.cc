@@ -242,6 +242,10 @@ void FromLinks(const Mechanism& mechanism, const VectorXd& q, MatrixXd* M,
 bool MujocoTakes(const Mechanism& mechanism) {
   if (!PhysicalFaults(mechanism, mechanism.nominal).empty()) return false;
   if (!Model(mechanism).followers().empty()) return false;
+  // It takes negative damping as it stands.
+  for (const Joint& joint : mechanism.joints) {
+    if (joint.damping < 0) return false;
+  }
   return std::all_of(mechanism.nominal.links.begin() + 1,
                      mechanism.nominal.links.end(),
                      [](const Inertial<double>& body) {

@@ -154,6 +154,7 @@ TEST_F(DiagnosedPage, SaysWhereTheSearchEnded) {
 TEST_F(DiagnosedPage, DoesNotCallAFinalFitThatFailsAnEnd) {
   const double error = final_->fit.train.total.normalized_rms;
   final_->fit.train.total.normalized_rms = 8.754;
+  final_->fit.train.total.bent_rms = 8.754;
   EXPECT_FALSE(EndsWell(*diagnosis_, *final_));
   EXPECT_THAT(
       EndSentence(*diagnosis_, *final_),
