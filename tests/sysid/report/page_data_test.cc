@@ -162,6 +162,7 @@ TEST_F(DiagnosedPage, DoesNotCallAFinalFitThatFailsAnEnd) {
             HasSubstr("the model does not explain the data. What is small over "
                       "a segment adds up over a whole run.")));
   final_->fit.train.total.normalized_rms = error;
+  final_->fit.train.total.bent_rms = error;
   EXPECT_TRUE(EndsWell(*diagnosis_, *final_));
 }
 
