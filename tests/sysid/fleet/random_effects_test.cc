@@ -137,7 +137,7 @@ TEST(PoolEstimates, CoversTheMeanAndOneMoreRobot) {
     next += range[0] < one_more && one_more < range[1];
   }
   EXPECT_GT(mean / double{kDraws}, 0.935);
-  EXPECT_GT(next / double{kDraws - silent}, 0.935);
+  EXPECT_GT(next / (kDraws - silent + 0.0), 0.935);
   EXPECT_LT(silent / double{kDraws}, 0.15);
   EXPECT_LT(mean / double{kDraws}, 0.965);
 }
