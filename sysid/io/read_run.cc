@@ -13,8 +13,8 @@
 #include "sysid/io/base_acceleration.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
-#include "sysid/io/degrees.h"
 #include "sysid/io/memory.h"
+#include "sysid/io/refuse_degrees.h"
 #include "sysid/io/run_sources.h"
 #include "sysid/io/suggest_columns.h"
 #include "sysid/io/table_file.h"
@@ -51,8 +51,10 @@ class RunReader {
     }
     AddBaseAcceleration(&run);
     NoteHeld();
-    CheckDegrees(run);
-    CheckDegreesOfCommands(run);
+    for (const std::string& notice :
+         RefuseDegrees(in_, file_, map_, mechanism_, run)) {
+      Notice(notice);
+    }
     return run;
   }
 
@@ -365,81 +367,6 @@ class RunReader {
            (leading == 0 ? ""
                          : "; the first " + std::to_string(leading) +
                                " are taken as zero"));
-  }
-
-  void CheckDegrees(const Run& run) {
-    // Enough to see it, and no copy of a run of any length.
-    constexpr Eigen::Index kMost = Eigen::Index{1} << 20;
-    const auto column = [kMost](const Channel& channel) {
-      const Eigen::Index n = std::min(channel.values.size(), kMost);
-      return std::vector<double>(channel.values.data(),
-                                 channel.values.data() + n);
-    };
-    const std::vector<double> t(
-        run.t.begin(),
-        run.t.begin() + std::min<Eigen::Index>(run.size(), kMost));
-    for (size_t i = 0; i < run.channels.size(); ++i) {
-      const Channel& position = run.channels[i];
-      if (!IsScalarPosition(position.kind)) continue;
-      // The velocity stands behind its position.
-      const bool has_velocity =
-          i + 1 < run.channels.size() &&
-          run.channels[i + 1].kind == ChannelKind::kVelocity &&
-          run.channels[i + 1].target == position.target;
-      const Joint& joint = mechanism_.joints[position.target];
-      const DegreesReport report = LookForDegrees(
-          joint, t, column(position),
-          has_velocity ? column(run.channels[i + 1]) : std::vector<double>());
-      if (report.verdict == DegreesVerdict::kNo) continue;
-      const bool velocity = report.verdict == DegreesVerdict::kVelocity;
-      const int source = in_.channels[velocity ? i + 1 : i].sources[0];
-      const Expression& expression = in_.sources[source].expression;
-      if (expression.has_factor()) continue;
-      const std::string& name = in_.sources[source].name;
-      const std::string& text = in_.sources[source].text;
-      const std::string from = expression.is_column() ? text : "(" + text + ")";
-      if (report.verdict == DegreesVerdict::kPerhaps) {
-        Notice(Describe(source) + " may be in degrees: " + report.reason +
-               "; if so: " + DegreesFlag(name, from, map_));
-        continue;
-      }
-      throw MisreadColumn("degrees",
-                          file_.HeaderPlace(in_.sources[source].column()),
-                          Describe(source) + " looks like degrees" +
-                              (velocity ? " per second" : "") +
-                              ", not radians: " + report.reason,
-                          DegreesHint(name, from, map_), name, InRadians(from));
-    }
-  }
-
-  // Commands, as positions.
-  void CheckDegreesOfCommands(const Run& run) {
-    for (const RunSources::InputSource& input : in_.inputs) {
-      const std::string& name = input.column.name;
-      const Input* read = FindInput(run, name);
-      const int joint =
-          name.ends_with(".cmd")
-              ? mechanism_.FindJoint(name.substr(0, name.size() - 4))
-              : -1;
-      if (read == nullptr || joint < 0 ||
-          !IsRotation1(mechanism_.joints[joint].type)) {
-        continue;
-      }
-      const DegreesReport report =
-          LookForDegrees(mechanism_.joints[joint], run.t, read->values, {});
-      const ColumnSource& source = in_.sources[input.source];
-      if (report.verdict != DegreesVerdict::kPosition ||
-          source.expression.has_factor()) {
-        continue;
-      }
-      const std::string from =
-          source.expression.is_column() ? source.text : "(" + source.text + ")";
-      throw MisreadColumn(
-          "degrees", file_.HeaderPlace(source.column()),
-          source.Describe() +
-              " looks like degrees, not radians: " + report.reason,
-          DegreesHint(name, from, map_), name, InRadians(from));
-    }
   }
 
   [[noreturn]] void FailUnmeasured(const Found& found,

@@ -238,6 +238,18 @@ TEST(ReadRunMessages, AFactorSettlesTheUnit) {
   EXPECT_EQ(Parse(text, "joint1.q=joint1.q*1").channels[0].values(0, 0), 60.0);
 }
 
+TEST(ReadRunMessages, ReportsCommandsThatLookLikeDegrees) {
+  std::string text = "t,joint1.q,joint1.cmd\n";
+  for (int k = 0; k <= 400; ++k) {
+    const double t = 0.01 * k, q = std::sin(2 * M_PI * t);
+    text += std::to_string(t) + "," + std::to_string(q) + "," +
+            std::to_string(60.0 * q) + "\n";
+  }
+  EXPECT_THAT(ParseError(text), HasSubstr("run.csv:1:3: column 'joint1.cmd' "
+                                          "looks like degrees, not radians"));
+  EXPECT_EQ(ParseError(text, "joint1.cmd=joint1.cmd*0.01745"), "no error");
+}
+
 TEST(ReadRunMessages, NoticesSlowAnglesThatMayBeDegrees) {
   std::vector<std::string> notices;
   Parse(SwingInDegrees("joint1.q", 30.0, 0.2), "", &notices);
