@@ -69,8 +69,7 @@ void ReadAll(const std::vector<std::string>& files, bool skip, Session* session,
       ReadSessionRun(*session, file, nullptr);  // says so
     }
     try {
-      Run run = ReadSessionRun(*session, file, &session->notices);
-      CheckTimes({run});
+      Run run = ReadGoodRun(*session, file, &session->notices);
       CheckMotion({run});
       runs->push_back(std::move(run));
     } catch (const MisreadColumn& error) {
@@ -118,6 +117,7 @@ int Main() {
     session.run_names.push_back(run->name);
   }
   for (int i = 0; i < session.model.effects().size(); ++i) {
+    if (session.run_names.empty()) break;
     CheckCanRead(session.model.effects().effect(i), AllRunsOf(session),
                  "--add");
   }

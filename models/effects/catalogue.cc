@@ -165,7 +165,8 @@ std::shared_ptr<const Effect> Catalogue::Make(const std::string& name,
     if (colon == std::string::npos ||
         target.find_first_not_of(" \t\n", colon + 1) == std::string::npos) {
       throw InputError(place, "effect '" + name + "' has no law",
-                       "write it behind a colon: '" + name + ": -k*q^3'");
+                       "write it behind a colon: '" +
+                           name.substr(0, name.find(':')) + ": -k*q^3'");
     }
     law = target.substr(colon);
     target.erase(colon);

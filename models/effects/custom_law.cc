@@ -71,23 +71,36 @@ bool IsLinear(const Formula& formula, const std::vector<bool>& in) {
   return said > 0;
 }
 
-// Whether a parameter divides, as v of c*tanh(qd/v) or of c*qd/(abs(qd)+v): at
-// rest something is divided by zero where it is zero. Of the other sign the law
-// would be another, or have a pole.
+// Whether a parameter is a size that divides, as v of c*tanh(qd/v) or of
+// c*qd/(abs(qd)+v): whatever is read, a divisor grows with it from zero or
+// more. Of the other sign the law would be another, or have a pole. (One that
+// is a place, as q0 of a/(q-q0)^2, may have either sign.)
 bool Divides(const Formula& formula, size_t parameter) {
+  constexpr int kDraws = 16;
   const size_t known = formula.known.size();
-  std::vector<double> names(known + formula.parameters.size(), 0.0);
+  std::mt19937_64 random(1);
+  std::vector<double> names(known + formula.parameters.size(), 1.0);
   std::vector<double> at_zero(formula.tree.size()), at_one(at_zero);
-  std::fill(names.begin() + known, names.end(), 1.0);
-  formula.tree.Evaluate<double>(names.data(), at_one.data());
-  names[known + parameter] = 0.0;
-  formula.tree.Evaluate<double>(names.data(), at_zero.data());
+  std::vector<bool> grows(formula.tree.size(), true);
+  for (int draw = 0; draw < kDraws; ++draw) {
+    for (size_t i = 0; i < known; ++i) {
+      names[i] = random() % 2 == 0 ? DrawSize(&random) : -DrawSize(&random);
+    }
+    names[known + parameter] = 1.0;
+    formula.tree.Evaluate<double>(names.data(), at_one.data());
+    names[known + parameter] = 0.0;
+    formula.tree.Evaluate<double>(names.data(), at_zero.data());
+    for (size_t i = 0; i < grows.size(); ++i) {
+      grows[i] = grows[i] && at_zero[i] >= 0.0 && at_one[i] > at_zero[i];
+    }
+  }
   for (const SyntaxTree::Node& node : formula.tree.nodes()) {
     const bool inverts =
         node.op == SyntaxTree::Op::kWholePower && node.right < 0;
-    if (!inverts && node.op != SyntaxTree::Op::kDivide) continue;
-    const int divisor = inverts ? node.left : node.right;
-    if (at_zero[divisor] == 0.0 && at_one[divisor] != 0.0) return true;
+    if (inverts ? grows[node.left]
+                : node.op == SyntaxTree::Op::kDivide && grows[node.right]) {
+      return true;
+    }
   }
   return false;
 }

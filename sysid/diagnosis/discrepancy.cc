@@ -396,7 +396,7 @@ void AddDiscrepancyOf(const ShootingProblem& problem, Fit* fit) {
 }  // namespace
 
 void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
-  if (!(fit->train.total.bent_rms > NoiseFloor(fit->train.dof))) return;
+  if (!(fit->train.total.normalized_rms > NoiseFloor(fit->train.dof))) return;
   // A fit that may be stopped with a point to keep keeps it.
   const StopLater later(given.options().stop);
   const EstimationOptions options = WithGrace(given, later);

@@ -29,11 +29,10 @@ struct adl_serializer<Eigen::MatrixXd> {
 namespace sysid {
 
 // The fields that a model of a search has.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ErrorSummary, rms, normalized_rms, bent_rms,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ErrorSummary, rms, normalized_rms,
                                    fit_percent)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelError, name, unit, position_like, rms,
-                                   normalized_rms, bent_rms, noise, fit_percent,
-                                   dof)
+                                   normalized_rms, noise, fit_percent, dof)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SegmentError, trajectory, t_start, t_end,
                                    normalized_rms, squares, dof)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RunErrors, total, squares, dof, channels,

@@ -83,9 +83,11 @@ SmoothForce::SmoothForce(const ForceEquations& equations)
       next.ell = kTimeScales[i];
       next.reach = Reach(next.ell);
       Converge(&next);
-      const bool none = std::isinf(best.likelihood);  // could be solved
-      if (!none && !(next.likelihood > best.likelihood)) break;
-      best = next;
+      if (next.likelihood > best.likelihood) {
+        best = next;
+      } else if (std::isfinite(best.likelihood)) {
+        break;  // else none could be solved for so far
+      }
     }
     if (best.ell != kTimeScales[1]) break;
   }

@@ -235,7 +235,7 @@ DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
   std::vector<std::unique_ptr<RunData>> own =
       MakeRuns(mechanism, std::move(runs), options);
   // One sensor, one noise: the same channel of several runs is pooled. One with
-  // too few samples to tell has that of the other joints.
+  // too few samples to tell has that of the other joints, of its kind and unit.
   std::vector<PooledChannel> pooled;
   for (const std::string& bytes :
        GatherToAll(all, Packed(ChannelsOf(mechanism, own)))) {
@@ -259,7 +259,18 @@ DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
     count += one.count;
   }
   for (const int c : untold) {
-    if (count > 0.0) channels_[c].sigma = std::sqrt(squares / count);
+    double like_squares = 0.0, like_count = 0.0;
+    for (const PooledChannel& one : pooled) {
+      if (one.channel.kind != channels_[c].kind ||
+          one.channel.unit != channels_[c].unit) {
+        continue;
+      }
+      like_squares += one.squares.Value();
+      like_count += one.count;
+    }
+    if (like_count > 0.0) {
+      channels_[c].sigma = std::sqrt(like_squares / like_count);
+    }
   }
   pooled_ = count > 0.0         ? std::sqrt(squares / count)
             : channels_.empty() ? 0.0

@@ -20,14 +20,12 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 struct Sums {
   double squares = 0.0;  // SI
   double whitened = 0.0;
-  double bent = 0.0;    // whitened, as the loss bends it
   double motion = 0.0;  // SI, (8.1)
   double dof = 0.0;
 
   void operator+=(const Sums& other) {
     squares += other.squares;
     whitened += other.whitened;
-    bent += other.bent;
     motion += other.motion;
     dof += other.dof;
   }
@@ -37,7 +35,7 @@ struct Sums {
 std::vector<Sums> SumOverSegments(
     const ShootingProblem& problem, const std::vector<SegmentPlace>& all,
     const std::vector<std::vector<Sums>>& of_segments) {
-  constexpr int kNumbers = 5;
+  constexpr int kNumbers = 4;
   const DataSet& data = problem.data();
   Totals totals(kNumbers * static_cast<int>(data.channels().size()));
   for (size_t i = 0; i < all.size(); ++i) {
@@ -47,16 +45,15 @@ std::vector<Sums> SumOverSegments(
       const int at = kNumbers * data.PlaceOf(run.channels[c].name);
       totals.Add(at, sums.squares);
       totals.Add(at + 1, sums.whitened);
-      totals.Add(at + 2, sums.bent);
-      totals.Add(at + 3, sums.motion);
-      totals.Add(at + 4, sums.dof);
+      totals.Add(at + 2, sums.motion);
+      totals.Add(at + 3, sums.dof);
     }
   }
   const Eigen::VectorXd numbers = totals.Over(problem.processes());
   std::vector<Sums> by_channel;
   for (int at = 0; at < numbers.size(); at += kNumbers) {
-    by_channel.push_back({numbers[at], numbers[at + 1], numbers[at + 2],
-                          numbers[at + 3], numbers[at + 4]});
+    by_channel.push_back(
+        {numbers[at], numbers[at + 1], numbers[at + 2], numbers[at + 3]});
   }
   return by_channel;
 }
@@ -76,27 +73,17 @@ double SquaredNorm(const SegmentRow& row, const std::vector<double>& errors) {
 }
 
 // Of a segment's errors r, per channel of its run.
-std::vector<Sums> SumByChannel(const ShootingProblem& problem,
-                               const RunData& data,
+std::vector<Sums> SumByChannel(const RunData& data,
                                const SegmentRollout& rollout,
                                const std::vector<double>& r) {
-  const EstimationOptions& options = problem.options();
   std::vector<Sums> sums(data.run.channels.size());
-  std::vector<double> misfit;
-  for (const Channel& channel : data.run.channels) {
-    misfit.push_back(problem.Misfit(channel.name));
-  }
   for (const SegmentRow& row : rollout.rows()) {
     const double squares = SquaredNorm(row, r);
     const double sigma = data.sigma[row.channel];
     const double motion = data.motion[row.channel];
     const double dof = ResidualDof(data.measurements.residuals[row.channel]);
-    const double whitened = squares / (sigma * sigma);
-    const double s = whitened / std::pow(misfit[row.channel], 2);
-    double rho, influence;
-    EvaluateLoss(options.loss, options.loss_scale, s, &rho, &influence);
-    sums[row.channel] += {squares, whitened, influence * influence * whitened,
-                          dof * motion * motion, dof};
+    sums[row.channel] +=
+        {squares, squares / (sigma * sigma), dof * motion * motion, dof};
   }
   return sums;
 }
@@ -163,8 +150,7 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   const bool failed = !RollSegments(
       problem, point, all,
       [&](int i, const SegmentRollout& rollout, const std::vector<double>& r) {
-        sums[i] =
-            SumByChannel(problem, *problem.runs()[all[i].run], rollout, r);
+        sums[i] = SumByChannel(*problem.runs()[all[i].run], rollout, r);
       });
   for (size_t i = 0; i < all.size(); ++i) {
     const RunData& data = *problem.runs()[all[i].run];
@@ -196,14 +182,12 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   const Sums& shown = position.dof > 0 ? position : total;
   errors.total.rms = rms(shown.squares, shown.dof);
   errors.total.normalized_rms = rms(total.whitened, total.dof);
-  errors.total.bent_rms = rms(total.bent, total.dof);
   double ratios = 0.0, moving = 0.0;
   for (size_t c = 0; c < by_channel.size(); ++c) {
     ChannelError& channel = errors.channels[c];
     const Sums& sums = by_channel[c];
     channel.rms = rms(sums.squares, sums.dof);
     channel.normalized_rms = rms(sums.whitened, sums.dof);
-    channel.bent_rms = rms(sums.bent, sums.dof);
     const double ratio = inflate * inflate * sums.squares / sums.motion;
     if (!failed) channel.fit_percent = FitPercent(ratio);
     channel.dof = sums.dof;
@@ -224,7 +208,7 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
 double WeighedSquare(const ShootingProblem& problem, const RunErrors& errors) {
   double squares = 0.0, dof = 0.0;
   for (const ChannelError& channel : errors.channels) {
-    const double error = channel.bent_rms / problem.Misfit(channel.name);
+    const double error = channel.normalized_rms / problem.Misfit(channel.name);
     squares += channel.dof * error * error;
     dof += channel.dof;
   }

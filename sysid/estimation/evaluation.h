@@ -13,13 +13,11 @@ namespace sysid {
 // channels (rad and m; over all where there is none), `normalized_rms` over
 // all, each divided by its noise: 1 is the noise floor. Both are corrected for
 // the numbers that were fitted: they estimate the standard deviation of what
-// the model does not explain. `bent_rms` is that of rho'(s) times the errors:
-// what a robust loss leaves of them; without one it is normalized_rms.
-// `fit_percent` is (8.2), NaN where nothing moves or the dynamics fail.
+// the model does not explain. `fit_percent` is (8.2), NaN where nothing moves
+// or the dynamics fail.
 struct ErrorSummary {
   double rms = 0.0;
   double normalized_rms = 0.0;
-  double bent_rms = 0.0;
   double fit_percent = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -28,7 +26,6 @@ struct ChannelError {
   bool position_like = true;
   double rms = 0.0;
   double normalized_rms = 0.0;
-  double bent_rms = 0.0;
   double noise = 0.0;
   double fit_percent = std::numeric_limits<double>::quiet_NaN();  // (8.1)
   double dof = 0.0;  // numbers measured
@@ -55,8 +52,8 @@ struct RunErrors {
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
                          double fitted);
 
-// The mean square of errors as the problem weighs them, chi2 of (6.2): beside
-// its noise where it knows no misfit.
+// The mean square of errors as the problem weighs them: beside its noise where
+// it knows no misfit.
 double WeighedSquare(const ShootingProblem& problem, const RunErrors& errors);
 
 // The errors of a segment, SI, from the state x0. False where the dynamics

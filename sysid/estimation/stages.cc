@@ -41,20 +41,22 @@ const std::shared_ptr<ShootingSegments>& Stages::Segments() {
 // is at s_c = e_c (Bard 1974, section 4-5: an error covariance that is unknown
 // and diagonal; in flight tests, the relaxation of the output-error method).
 // Only the ratio of the channels counts: what all of them leave inflates the
-// errors. Of errors that a loss bends, e_c is that of their influence (Huber's
-// proposal 2: what spikes left would undo the loss).
+// errors. A robust loss bends what is missed instead: the size of spikes would
+// undo it.
 bool Stages::Weigh() {
   // Even weights for channels that differ by this much make a standard error a
   // sixth wider at most, which is not worth a round.
   constexpr double kWorth = 2.0;
   constexpr double kSettled = 1.25;
-  if (!weighs_) return false;
+  const bool bends = problem_.options().loss != RobustLoss::kNone;
+  if (!weighs_ || bends) return false;
   const RunErrors errors = EvaluateErrors(problem_, solution, 0.0);
   std::map<std::string, double> misfit;
   double least = kInfinity;
   for (const ChannelError& channel : errors.channels) {
-    if (!std::isfinite(channel.bent_rms)) return false;
-    const double s = channel.bent_rms < kMissing ? 1.0 : channel.bent_rms;
+    if (!std::isfinite(channel.normalized_rms)) return false;
+    const double s =
+        channel.normalized_rms < kMissing ? 1.0 : channel.normalized_rms;
     misfit[channel.name] = s;
     least = std::min(least, s);
   }

@@ -90,42 +90,43 @@ struct GroupShift {
   std::vector<const ColumnGroup*> groups;
 };
 
-// Those of a run. Each group moves once: of several that name it, by a flag
-// rather than a file, for this run rather than all, by the column rather than
-// the joint.
+// Those of a run. Each group moves once: of several that name it, for this run
+// rather than all, by the column rather than the joint.
 std::vector<GroupShift> ShiftsOf(const std::vector<ChannelShift>& shifts,
                                  const std::vector<ColumnGroup>& groups,
                                  const std::string& run) {
-  struct Candidate {
-    size_t index;
-    std::array<bool, 3> rank;
-  };
+  using Rank = std::array<bool, 2>;
   std::vector<GroupShift> all;
-  std::map<const ColumnGroup*, Candidate> winners;
+  std::vector<Rank> ranks;
+  std::map<const ColumnGroup*, size_t> winners;
   for (const ChannelShift& shift : shifts) {
     const ScopedName scoped = Split(shift.name, groups);
     if (!scoped.IsFor(run)) continue;
     all.push_back({shift, {}});
     all.back().shift.name = scoped.name;
-    const Candidate own = {all.size() - 1,
-                           {shift.place.starts_with("--"), !scoped.run.empty(),
-                            FindGroup(groups, scoped.name) != nullptr}};
+    ranks.push_back(
+        {!scoped.run.empty(), FindGroup(groups, scoped.name) != nullptr});
     for (const ColumnGroup* group : GroupsOf(groups, scoped.name)) {
-      const auto [at, is_new] = winners.emplace(group, own);
-      Candidate& other = at->second;
-      const ChannelShift& before = all[other.index].shift;
-      if (!is_new && own.rank == other.rank && shift.delay != before.delay) {
-        throw InputError(shift.place,
-                         "'" + before.name + "' and '" + scoped.name +
-                             "' are shifted together, and by different times",
-                         "name one of them");
+      const auto [at, is_new] = winners.emplace(group, all.size() - 1);
+      if (ranks.back() > ranks[at->second]) at->second = all.size() - 1;
+    }
+  }
+  for (size_t i = 0; i < all.size(); ++i) {
+    for (const ColumnGroup* group : GroupsOf(groups, all[i].shift.name)) {
+      const size_t winner = winners.at(group);
+      const ChannelShift& other = all[winner].shift;
+      if (ranks[i] != ranks[winner] || all[i].shift.delay == other.delay) {
+        continue;
       }
-      if (own.rank > other.rank) other = own;
+      throw InputError(all[i].shift.place,
+                       "'" + other.name + "' and '" + all[i].shift.name +
+                           "' are shifted together, and by different times",
+                       "name one of them");
     }
   }
   for (const ColumnGroup& group : groups) {
     const auto at = winners.find(&group);
-    if (at != winners.end()) all[at->second.index].groups.push_back(&group);
+    if (at != winners.end()) all[at->second].groups.push_back(&group);
   }
   return all;
 }
@@ -301,8 +302,26 @@ std::string ToString(const IgnoredSpan& span) {
          ShortestText(span.t_end);
 }
 
-ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner) {
-  ChannelEdits merged{MergeByName(base.shifts, winner.shifts), winner.ignored};
+ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner,
+                        const Mechanism& mechanism) {
+  const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
+  ChannelEdits merged = winner;
+  for (const ChannelShift& shift : base.shifts) {
+    const ScopedName own = Split(shift.name, groups);
+    const std::vector<const ColumnGroup*> moved = GroupsOf(groups, own.name);
+    const auto overrules = [&](const ChannelShift& other) {
+      const ScopedName name = Split(other.name, groups);
+      if (name.run != own.run) return false;
+      const std::vector<const ColumnGroup*> all = GroupsOf(groups, name.name);
+      return !moved.empty() &&
+             std::all_of(moved.begin(), moved.end(), [&](const ColumnGroup* g) {
+               return Contains(all, g);
+             });
+    };
+    if (std::none_of(winner.shifts.begin(), winner.shifts.end(), overrules)) {
+      merged.shifts.push_back(shift);
+    }
+  }
   merged.ignored.insert(merged.ignored.end(), base.ignored.begin(),
                         base.ignored.end());
   return merged;
@@ -389,9 +408,15 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
            " s");
     }
   }
+}
+
+void DropUnmeasured(const std::string& place, Run* run,
+                    std::vector<std::string>* notices) {
   for (const Channel& channel : run->channels) {
     if (channel.values.array().isNaN().all()) {
-      note("nothing of " + channel.name + " is left: it was not measured");
+      if (notices == nullptr) continue;
+      notices->push_back(run->name + ": nothing of " + channel.name +
+                         " is left: it was not measured");
     }
   }
   const size_t before = run->channels.size();
@@ -399,7 +424,7 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
     return channel.values.array().isNaN().all();
   });
   if (run->channels.empty() && before > 0) {
-    throw InputError("--ignore", "nothing of " + run->name + " is left",
+    throw InputError(place, "nothing of " + run->name + " is left",
                      "leave the run out");
   }
 }

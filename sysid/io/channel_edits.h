@@ -47,9 +47,10 @@ std::vector<IgnoredSpan> ParseIgnored(const std::string& text,
 std::string ToString(const ChannelShift& shift);
 std::string ToString(const IgnoredSpan& span);
 
-// Those of `winner`, then those of `base` whose columns it does not shift;
-// ignored spans add up.
-ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner);
+// Those of `winner`, then those of `base` of which no one of these shifts all
+// columns, of the same runs; ignored spans add up.
+ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner,
+                        const Mechanism& mechanism);
 
 // Throws InputError at the entry's place for a name that is no column of this
 // mechanism's (nearest name).
@@ -60,13 +61,10 @@ void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism);
 ScopedName EditedName(const std::string& text, const Mechanism& mechanism);
 
 // Shifts, then ignores; what is ignored is so at the times of the shifted run.
-// Each group of columns is shifted once: of several entries for it a flag wins
-// over a file, then one for this run alone over one for all, then a column over
-// its joint.
-// A channel of which nothing is left is no more: its joint was not measured.
-// `notices` (may be null) says what was not there to be edited. Throws
-// InputError for a shift as long as the run, for two shifts of one group that
-// nothing chooses from, and where nothing that was measured is left.
+// Each group of columns is shifted once: of several entries for it one for this
+// run alone wins over one for all, then a column over its joint. `notices` (may
+// be null) says what was not there to be edited. Throws InputError for a shift
+// as long as the run, and for two of one group between which nothing chooses.
 //
 // Shifted values are a channel's at t + delay: where the samples are even and
 // the delay is a whole number of them, those samples; else on the cubic through
@@ -77,5 +75,10 @@ ScopedName EditedName(const std::string& text, const Mechanism& mechanism);
 // nearest.
 void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
                 std::vector<std::string>* notices);
+
+// Takes out the channels of which the edits left nothing: they were not
+// measured. A notice for each; InputError at `place` where none is left.
+void DropUnmeasured(const std::string& place, Run* run,
+                    std::vector<std::string>* notices);
 
 }  // namespace sysid

@@ -20,8 +20,8 @@ std::vector<double> First(const double* values, Eigen::Index size) {
 int CommandedHinge(const std::string& column, const Mechanism& mechanism) {
   constexpr std::string_view kCommand = ".cmd";
   if (!column.ends_with(kCommand)) return -1;
-  const int joint = mechanism.FindJoint(
-      column.substr(0, column.size() - kCommand.size()));
+  const int joint =
+      mechanism.FindJoint(column.substr(0, column.size() - kCommand.size()));
   return joint >= 0 && IsRotation1(mechanism.joints[joint].type) ? joint : -1;
 }
 
@@ -47,17 +47,16 @@ std::vector<std::string> RefuseDegrees(const RunSources& sources,
     const std::string from =
         source.expression.is_column() ? source.text : "(" + source.text + ")";
     if (report.verdict == DegreesVerdict::kPerhaps) {
-      notices.push_back(source.Describe() + " may be in degrees: " +
-                        report.reason +
+      notices.push_back(source.Describe() +
+                        " may be in degrees: " + report.reason +
                         "; if so: " + DegreesFlag(source.name, from, map));
       return;
     }
-    throw MisreadColumn("degrees", file.HeaderPlace(source.column()),
-                        source.Describe() + " looks like degrees" +
-                            (velocity ? " per second" : "") +
-                            ", not radians: " + report.reason,
-                        DegreesHint(source.name, from, map), source.name,
-                        InRadians(from));
+    throw MisreadColumn(
+        "degrees", file.HeaderPlace(source.column()),
+        source.Describe() + " looks like degrees" +
+            (velocity ? " per second" : "") + ", not radians: " + report.reason,
+        DegreesHint(source.name, from, map), source.name, InRadians(from));
   };
   for (size_t i = 0; i < run.channels.size(); ++i) {
     const Channel& position = run.channels[i];

@@ -74,16 +74,14 @@ void StartPossible(const std::vector<std::string>& names,
       links.erase(parameter.index);
     }
   }
-  std::vector<std::string> nearest, balls;
+  std::vector<std::string> nearest, balls, weightless;
   double farthest = 0.0;
   for (const int link : links) {
     // A body with an inertia of its own has a mass.
     if (without_mass.contains(link)) {
       values.links[link].mass =
           StartingMass(model->mechanism(), model->nominal());
-      notices->push_back("the mass of " + model->mechanism().links[link].name +
-                         " is free and zero: the fit starts from " +
-                         Format("%.3g", values.links[link].mass) + " kg");
+      weightless.push_back(model->mechanism().links[link].name);
     }
     const Eigen::Matrix3d given = values.links[link].inertia;
     if (CanStart(given)) continue;
@@ -102,6 +100,11 @@ void StartPossible(const std::vector<std::string>& names,
   if (!negative.empty()) {
     notices->push_back("the mass of " + Join(negative) +
                        " is free and negative: the fit starts from its size");
+  }
+  if (!weightless.empty()) {
+    notices->push_back("the mass of " + Join(weightless) +
+                       " is free and zero: the fit starts from a mean mass, "
+                       "unless it is given a start");
   }
   if (!nearest.empty()) {
     notices->push_back("the inertia of " + Join(nearest) +

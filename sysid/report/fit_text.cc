@@ -108,7 +108,7 @@ Floor FloorOf(const ShootingProblem& problem, const Fit& fit) {
   const double dof = std::max(1.0, problem.data().DofPerSample() * fit.samples);
   const double chance = 0.5 / dof;
   const double estimate = problem.options().noise > 0 ? 0.0 : 9.0 * chance;
-  const double error = fit.train.total.bent_rms;
+  const double error = fit.train.total.normalized_rms;
   return error < 1.1 + 3.0 * std::sqrt(chance)              ? Floor::kReached
          : error < 1.1 + 3.0 * std::sqrt(chance + estimate) ? Floor::kPerhaps
                                                             : Floor::kMissed;
@@ -119,9 +119,7 @@ std::string ErrorVerdict(const Fit& fit, Floor floor) {
   if (!fit.converged) return "but the fit did not converge";
   switch (floor) {
     case Floor::kReached:
-      return fit.train.total.normalized_rms > 1.1 * fit.train.total.bent_rms
-                 ? "at the noise floor, outliers aside"
-                 : "at the noise floor";
+      return "at the noise floor";
     case Floor::kPerhaps:
       return "at the noise floor, as far as the noise can be estimated from " +
              CountOf(fit.samples, "sample");

@@ -66,22 +66,6 @@ void CheckShipped(const Located<std::string>& model) {
   }
 }
 
-// A run that can be fitted by itself: its times and what the model's effects
-// read are there. Throws InputError for all that makes it a bad run.
-Run ReadGoodRun(const Session& session, const std::string& file,
-                std::vector<std::string>* notices) {
-  Run run = ReadSessionRun(session, file, notices);
-  CheckTimes({run});
-  const EffectSet& effects = session.model.effects();
-  for (int i = 0; i < effects.size(); ++i) {
-    const EffectInput* missing = MissingInput(effects.effect(i), run);
-    if (missing == nullptr) continue;
-    throw InputError(file, effects.effect(i).name() + " reads " +
-                               missing->name + ", which is not there");
-  }
-  return run;
-}
-
 // What reading some files came to.
 struct ReadFiles {
   std::vector<Run> runs;
@@ -255,6 +239,23 @@ Run ReadSessionRun(const Session& session, const std::string& file,
   const Mechanism& mechanism = session.model.mechanism();
   Run run = ReadRun(file, session.columns, mechanism, notices);
   ApplyEdits(session.edits, mechanism, &run, notices);
+  if (!session.edits.ignored.empty()) {
+    DropUnmeasured(session.edits.ignored.front().place, &run, notices);
+  }
+  return run;
+}
+
+Run ReadGoodRun(const Session& session, const std::string& file,
+                std::vector<std::string>* notices) {
+  Run run = ReadSessionRun(session, file, notices);
+  CheckTimes({run});
+  const EffectSet& effects = session.model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    const EffectInput* missing = MissingInput(effects.effect(i), run);
+    if (missing == nullptr) continue;
+    throw InputError(file, effects.effect(i).name() + " reads " +
+                               missing->name + ", which is not there");
+  }
   return run;
 }
 
@@ -288,7 +289,7 @@ void FillReading(const FitRequest& request, const FitSpecification& spec,
   session->columns = MergeByName(spec.columns, session->flag_columns);
   session->flag_edits = {ParseShifts(request.shift, "--shift"),
                          ParseIgnored(request.ignore, "--ignore")};
-  session->edits = MergeEdits(spec.edits, session->flag_edits);
+  session->edits = MergeEdits(spec.edits, session->flag_edits, mechanism);
   CheckEdits(session->edits, mechanism);
   std::vector<std::string> files = request.traj;
   files.insert(files.end(), request.holdout.begin(), request.holdout.end());

@@ -110,5 +110,9 @@ Session OpenModelSession(const FitRequest& request, const Catalogue& catalogue);
 // InputError as ReadRun and ApplyEdits do.
 Run ReadSessionRun(const Session& session, const std::string& file,
                    std::vector<std::string>* notices);
+// One that can be fitted by itself: its times and what the model's effects read
+// are there. Throws InputError for all that makes it a bad run.
+Run ReadGoodRun(const Session& session, const std::string& file,
+                std::vector<std::string>* notices);
 
 }  // namespace sysid

@@ -41,6 +41,8 @@ TEST(CustomLaw, IsOffByTheParametersInWhichItIsLinear) {
             {"hinge.v"}},
            {"a*sin(n*q + phi)", {"hinge.a"}, {"hinge.n", "hinge.phi"}},
            {"k*asin(q)", {"hinge.k"}, {}},
+           {"-c*qd/(abs(qd) + v)", {"hinge.c"}, {"hinge.v"}},
+           {"a/(q - q0)^2", {"hinge.a"}, {"hinge.q0"}},
            {"k*sqrt(r^2 - q^2)", {"hinge.k"}, {"hinge.r"}},
            {"-k*max(0, q - g)", {"hinge.k"}, {"hinge.g"}},
            {"k*max(0, -q - g)", {"hinge.k"}, {"hinge.g"}}}) {

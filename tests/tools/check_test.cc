@@ -54,8 +54,8 @@ TEST(CheckTest, AnEffectMayReadNothingThatIsNotThere) {
   const ProgramResult result = folder.Run(
       SYSID_CHECK, {"--model", "cartpole", "--traj", kRuns + "cartpole.csv",
                     "--add", "position_drive@slider"});
-  EXPECT_EQ(result.exit_code, 2) << result.out;
-  EXPECT_THAT(result.err, HasSubstr("reads slider.cmd of "));
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("position_drive@slider reads slider.cmd"));
 }
 
 TEST(CheckTest, NothingIsFoundInAShippedRun) {

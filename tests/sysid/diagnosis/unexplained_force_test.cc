@@ -338,9 +338,10 @@ TEST(UnexplainedForce, IsNoneWhereWeightsAreTooUnlike) {
   std::vector<sysid::Run> runs = RunsOf(model, 1, {});
   for (sysid::Run& run : runs) run.channels[1].values.setConstant(0.1);
   const Sought sought(model, {}, runs, 0.0);
-  for (const ForceCurve& curve : sought.force.force) {
-    for (const double value : curve.value) EXPECT_TRUE(std::isfinite(value));
+  for (const JointForce& joint : sought.force.joints) {
+    EXPECT_TRUE(std::isfinite(joint.rms)) << joint.joint;
   }
+  EXPECT_TRUE(sought.force.force.empty());
 }
 
 // The values' errors beside their standard deviations.

@@ -114,9 +114,14 @@ TEST(ChannelEditsTest, AChannelOfWhichNothingIsLeftWasNotMeasured) {
   run.channels[1].kind = ChannelKind::kVelocity;
   run.channels[1].name = "joint1.qd";
   Apply("", "joint1.q@0:100", &run);
+  std::vector<std::string> notices;
+  DropUnmeasured("--ignore", &run, &notices);
   ASSERT_EQ(run.channels.size(), 1u);
   EXPECT_EQ(run.channels[0].name, "joint1.qd");
-  EXPECT_THAT(ErrorText([&] { Apply("", "joint1.qd@0:100", &run); }),
+  EXPECT_THAT(notices, ElementsAre("runs/a.csv: nothing of joint1 is left: it "
+                                   "was not measured"));
+  Apply("", "joint1.qd@0:100", &run);
+  EXPECT_THAT(ErrorText([&] { DropUnmeasured("--ignore", &run, nullptr); }),
               HasSubstr("--ignore: nothing of runs/a.csv is left"));
 }
 
@@ -153,9 +158,25 @@ TEST(ChannelEditsTest, AGroupMovesOnce) {
   };
   EXPECT_EQ(by(ParseShifts("joint1=0.03,joint1.q=0.03", "--shift")), 3);
   EXPECT_EQ(by(ParseShifts("joint1=0.05,joint1.q=0.03", "--shift")), 3);
-  std::vector<ChannelShift> both = ParseShifts("joint1.q=0.05", "m.yaml:3:8");
-  both.push_back(ParseShifts("joint1=0", "--shift")[0]);
-  EXPECT_EQ(by(both), 0);
+  EXPECT_EQ(by(ParseShifts("joint1.q=0.05,a.csv/joint1=0.02", "--shift")), 2);
+}
+
+// A flag wins over a file where it moves all that the file's entry does.
+TEST(ChannelEditsTest, OfFlagsAndFilesAreMergedByTheColumnsThatTheyMove) {
+  const auto merged = [](const std::string& file, const std::string& flag) {
+    std::string text;
+    for (const ChannelShift& shift :
+         MergeEdits({ParseShifts(file, "m.yaml:3:8"), {}},
+                    {ParseShifts(flag, "--shift"), {}}, Hinge())
+             .shifts) {
+      text += ToString(shift) + ";";
+    }
+    return text;
+  };
+  EXPECT_EQ(merged("joint1.q=0.05", "joint1=0"), "joint1=0;");
+  EXPECT_EQ(merged("joint1=0.05", "joint1.q=0"), "joint1.q=0;joint1=0.05;");
+  EXPECT_EQ(merged("a.csv/joint1.q=0.05", "joint1.q=0"),
+            "joint1.q=0;a.csv/joint1.q=0.05;");
 }
 
 TEST(ChannelEditsTest, ComponentsThatDifferAreAnError) {

@@ -154,7 +154,6 @@ TEST_F(DiagnosedPage, SaysWhereTheSearchEnded) {
 TEST_F(DiagnosedPage, DoesNotCallAFinalFitThatFailsAnEnd) {
   const double error = final_->fit.train.total.normalized_rms;
   final_->fit.train.total.normalized_rms = 8.754;
-  final_->fit.train.total.bent_rms = 8.754;
   EXPECT_FALSE(EndsWell(*diagnosis_, *final_));
   EXPECT_THAT(
       EndSentence(*diagnosis_, *final_),
@@ -162,7 +161,6 @@ TEST_F(DiagnosedPage, DoesNotCallAFinalFitThatFailsAnEnd) {
             HasSubstr("the model does not explain the data. What is small over "
                       "a segment adds up over a whole run.")));
   final_->fit.train.total.normalized_rms = error;
-  final_->fit.train.total.bent_rms = error;
   EXPECT_TRUE(EndsWell(*diagnosis_, *final_));
 }
 
