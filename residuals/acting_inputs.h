@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -72,9 +71,9 @@ T MeanLagged(const Run& run, int column, const T& lag, const T& from, double h,
 
 }  // namespace internal
 
-// What acts on the joints from t to t + h, s, within the time of `sample` or
-// around it: Model::held_size() numbers. First the efforts: as measured (their
-// mean, where that is more than one), or later by the model's delay d,
+// What acts on the joints from t to t + h, s, within the time of `sample`:
+// Model::held_size() numbers. First the efforts: as measured, or later by the
+// model's delay d,
 //   (1/h) integral of u over [t - d, t + h - d],                        (5.4)
 // piecewise linear in d, whose derivative is exact: (u(t - d) - u(t + h - d)) /
 // h, u just before either time; low-passed (5.6) where an effect says so; then
@@ -85,18 +84,9 @@ void ActingInputs(const Run& run, const Workspace<T>& ws, int sample, double t,
                   double h, T* held) {
   const Model& model = ws.model();
   const int nv = model.nv();
+  for (int i = 0; i < nv; ++i) held[i] = T(run.effort(sample, i));
   T delay(0.0);
   const double instant = internal::kInstant * h;
-  const bool within =
-      t >= run.t[sample] - instant &&
-      (sample + 1 >= run.size() || t + h <= run.t[sample + 1] + instant);
-  if (within) {
-    for (int i = 0; i < nv; ++i) held[i] = T(run.effort(sample, i));
-  } else {
-    std::vector<double> mean(nv);
-    MeanEffort(run, t, t + h, mean.data());
-    std::copy(mean.begin(), mean.end(), held);
-  }
   if (!ws.delay_effects.empty()) {
     for (const auto& effect : ws.delay_effects) {
       effect.hooks->AddInputDelay(effect.p, &delay);

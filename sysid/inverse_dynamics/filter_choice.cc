@@ -61,6 +61,14 @@ Unfiltered Evaluate(const Model& model,
     out.known[k] = true;
     const double from = time - 0.5 * step;
     ActingInputs<double>(run, ws, RowBefore(run, time), from, step, u.data());
+    // A step may be longer than a sample: without a delay efforts are means.
+    if (ws.delay_effects.empty()) {
+      MeanEffort(run, from, from + step, u.data());
+      for (const auto& effect : ws.input_effects) {
+        effect.hooks->ModifyInput(
+            effect.p, u.data() + model.bodies()[effect.body].v_index);
+      }
+    }
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(),
                             motion.qdd.data(), u.data(), needed.data());
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(), rest.data(),
