@@ -130,8 +130,9 @@ void Search::FoldRemovals() {
   }
 }
 
-void Search::AskAlternativesAgain() {
-  for (const auto& effect : model_->added) {
+bool Search::AskAlternativesAgain() {
+  const std::vector<std::shared_ptr<const Effect>> effects = model_->added;
+  for (const auto& effect : effects) {
     const std::string& name = effect->name();
     if (settled_.contains(name)) continue;
     std::vector<std::string> others = AlternativesTo(name, diagnosis_.steps);
@@ -145,10 +146,42 @@ void Search::AskAlternativesAgain() {
                  step.effects[0] == name;
         });
     if (others.empty() && !exchanged) continue;
+    std::vector<Instead> instead =
+        AsGoodInstead(*model_, name, others, exchanged);
     RemoveAlternatives(name, others, &diagnosis_.steps);
-    AddAlternatives(name, AsGoodInstead(*model_, name, others, exchanged),
-                    &diagnosis_.steps);
+    AddAlternatives(name, NamesOf(instead), &diagnosis_.steps);
+    if (Exchange(name, std::move(instead))) return true;
   }
+  return false;
+}
+
+bool Search::Exchange(const std::string& name, std::vector<Instead> instead) {
+  const size_t parameters = model_->fit.parameters.size();
+  std::erase_if(instead, [&](const Instead& one) {
+    return !one.better || one.model.fit.parameters.size() > parameters ||
+           IsWorse(one.model.cv, model_->cv);
+  });
+  const auto best = std::min_element(
+      instead.begin(), instead.end(),
+      [](const Instead& a, const Instead& b) { return a.error < b.error; });
+  if (best == instead.end() || !Chance(best->model).empty()) return false;
+  DiagnosisStep step = StepFrom(*model_);
+  step.removed = name;
+  step.effects = {best->effect.name()};
+  step.indistinguishable_from = {{}};
+  if (!std::isnan(best->whole_before)) {
+    step.whole_before = best->whole_before;
+    step.whole_after = best->error;
+  }
+  step.predicted = best->model.train_error();
+  model_ = std::make_shared<EvaluatedModel>(
+      EvaluateAgain(problem_, std::move(best->model)));
+  step.parameters = EstimatesOf(*model_, {best->effect.effect.get()});
+  explain_the_same_[best->effect.name()] = {name};
+  EndAt(model_, &step);
+  diagnosis_.steps.push_back(std::move(step));
+  diagnosis_.final_verdict = Judge(*model_, nullptr);
+  return true;
 }
 
 EvaluatedModel Search::Without(const std::string& name,

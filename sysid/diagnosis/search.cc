@@ -284,7 +284,7 @@ void Search::AddOneByOne() {
       std::vector<std::string>& same = explain_the_same_[name];
       same = ThatExplainTheSame(found.screening, found.refits, found.best);
       if (!options_.add && !same.empty()) {
-        AddNames(AsGoodInstead(*found.get()->after, name, same, false),
+        AddNames(NamesOf(AsGoodInstead(*found.get()->after, name, same, false)),
                  &listed[0].indistinguishable_from);
       }
     }
@@ -428,12 +428,11 @@ void Search::Conclude() {
       diagnosis_.final_verdict = Judge(*model_, nullptr);
     }
   }
-  if (options_.add && !by_equations) {
-    while (AddOverWholeRuns()) {
+  do {
+    while (options_.add && !by_equations && AddOverWholeRuns()) {
       diagnosis_.final_verdict = Judge(*model_, nullptr);
     }
-  }
-  AskAlternativesAgain();
+  } while (AskAlternativesAgain());
   diagnosis_.final = model_;
   // What the first step could not see the later ones did; or took back.
   const bool adequate = diagnosis_.final_verdict == Verdict::kAdequate;
@@ -444,7 +443,8 @@ void Search::Conclude() {
   } else if (adequate) {
     diagnosis_.verdict = Verdict::kMissingEffect;
   } else if (!by_equations) {
-    diagnosis_.verdict = ExplainsMost(problem_, diagnosis_.base, *model_)
+    // "Unexplained" where that is clear by a standard error.
+    diagnosis_.verdict = ExplainsMost(problem_, diagnosis_.base, *model_, 1.0)
                              ? Verdict::kMissingEffect
                              : Verdict::kUnexplained;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -104,8 +105,9 @@ class Search {
   void FoldRemovals();
   // Judges once more, by the final model, what was as good as its effects on
   // the way there: two laws that are alike over short segments, or while others
-  // are missing, may differ now; and the other way round.
-  void AskAlternativesAgain();
+  // are missing, may differ now; and the other way round. What is better takes
+  // the place of the effect: true then, and the rest is to be asked again.
+  bool AskAlternativesAgain();
   std::string Chance(const EvaluatedModel& evaluated);
   // Takes out, one after another, what may be no more than chance beside what
   // is still missing. The search itself adds it all the same: until all that is
@@ -127,13 +129,27 @@ class Search {
   // Whether the model with another effect is the better one. Where segments do
   // not decide between as many parameters, whole runs do.
   bool TakesThePlaceOf(const EvaluatedModel& other, const EvaluatedModel& with);
+  // What predicts as well as an effect in its place, or better, fitted again.
+  struct Instead {
+    ScreenedEffect effect;
+    EvaluatedModel model;
+    double error = 0.0;   // of whole runs, or of the model's segments
+    bool better = false;  // clearly
+    // The effect's, of whole runs where those were asked.
+    double whole_before = std::numeric_limits<double>::quiet_NaN();
+  };
+  static std::vector<std::string> NamesOf(const std::vector<Instead>& instead);
   // Which of `others`, and of what is alike where that is asked, predict as
-  // well in the place of `name`, fitted again: whole runs where those can be
-  // followed, else the model's segments.
-  std::vector<std::string> AsGoodInstead(const EvaluatedModel& model,
-                                         const std::string& name,
-                                         std::vector<std::string> others,
-                                         bool alike);
+  // well in the place of `name`: whole runs where those can be followed, else
+  // the model's segments.
+  std::vector<Instead> AsGoodInstead(const EvaluatedModel& model,
+                                     const std::string& name,
+                                     std::vector<std::string> others,
+                                     bool alike);
+  // Puts the best of them, of no more parameters, in the place of `name` if it
+  // is better, and not worse over segments. True where it did: the error is
+  // then lower by what matters.
+  bool Exchange(const std::string& name, std::vector<Instead> instead);
   // Adds what whole runs miss, and held-out ones too, to a model that segments
   // call complete. True where it did.
   bool AddOverWholeRuns();

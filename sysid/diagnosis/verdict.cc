@@ -32,15 +32,25 @@ Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best) {
   return IsAtNoiseFloor(evaluated) ? Verdict::kAdequate : Verdict::kUnexplained;
 }
 
-bool ExplainsMost(const DiagnosisProblem& problem, const EvaluatedModel& given,
-                  const EvaluatedModel& found) {
+bool ExplainsMost(const CrossValidation& before, const CrossValidation& after,
+                  double deviations) {
   constexpr double kMost = 0.75;  // of the excess: half of the error
+  if (!std::isfinite(after.error())) return false;
+  if (!std::isfinite(before.error())) return true;
+  // Of a single stretch the standard error is infinite.
+  const double uncertain =
+      deviations > 0.0 ? deviations * Compare(after, before).std_error : 0.0;
+  const double least = after.error() * std::exp(-uncertain);
+  return least * least - 1.0 <
+         (1.0 - kMost) * (before.error() * before.error() - 1.0);
+}
+
+bool ExplainsMost(const DiagnosisProblem& problem, const EvaluatedModel& given,
+                  const EvaluatedModel& found, double deviations) {
   const bool longer = found.fit.segment_s > given.fit.segment_s;
-  const double before =
-      (longer ? EvaluateOver(problem, given, found) : given).cv.error();
-  const double after =
-      (longer ? found : EvaluateOver(problem, found, given)).cv.error();
-  return after * after - 1.0 < (1.0 - kMost) * (before * before - 1.0);
+  return ExplainsMost((longer ? EvaluateOver(problem, given, found) : given).cv,
+                      (longer ? found : EvaluateOver(problem, found, given)).cv,
+                      deviations);
 }
 
 }  // namespace sysid

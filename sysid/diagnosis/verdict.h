@@ -23,9 +23,13 @@ bool ExplainsEnough(double before, double after);
 Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best);
 
 // Whether the found model accounts for most of what the given one misses of
-// unseen data, over the same segments: (7.14). Else what is missing is
-// something that no candidate is, and each of them stands in for a part of it.
+// unseen data: (7.14), of errors over the same stretches, that of the found
+// model lowered by so many standard errors of their ratio. Else what is missing
+// is something that no candidate is, and each stands in for a part of it.
+bool ExplainsMost(const CrossValidation& before, const CrossValidation& after,
+                  double deviations = 0.0);
+// Of two models over the same segments.
 bool ExplainsMost(const DiagnosisProblem& problem, const EvaluatedModel& given,
-                  const EvaluatedModel& found);
+                  const EvaluatedModel& found, double deviations = 0.0);
 
 }  // namespace sysid

@@ -18,8 +18,8 @@ bool Search::AsksWholeRuns(const EvaluatedModel& evaluated) const {
 }
 
 std::optional<Fit> Search::FitToWholeRuns(const EvaluatedModel& evaluated) {
-  // The model so far, and what is compared with it.
-  constexpr size_t kKept = 3;
+  // The models so far, and what is compared with them: each takes seconds.
+  constexpr size_t kKept = 8;
   std::set<std::string> effects = EffectsOf(evaluated);
   const Eigen::VectorXd& theta = evaluated.fit.point.theta;
   for (const WholeFit& kept : whole_fits_) {
@@ -69,11 +69,16 @@ bool Search::TakesThePlaceOf(const EvaluatedModel& other,
   return refits_.IsBetter(other, with);
 }
 
-std::vector<std::string> Search::AsGoodInstead(const EvaluatedModel& model,
-                                               const std::string& name,
-                                               std::vector<std::string> others,
-                                               bool alike) {
-  std::vector<std::string> as_good;
+std::vector<std::string> Search::NamesOf(const std::vector<Instead>& instead) {
+  std::vector<std::string> names;
+  for (const Instead& one : instead) names.push_back(one.effect.name());
+  return names;
+}
+
+std::vector<Search::Instead> Search::AsGoodInstead(
+    const EvaluatedModel& model, const std::string& name,
+    std::vector<std::string> others, bool alike) {
+  std::vector<Instead> as_good;
   std::erase_if(others, [&](const std::string& other) {
     return EffectsOf(model).contains(other);
   });
@@ -91,14 +96,24 @@ std::vector<std::string> Search::AsGoodInstead(const EvaluatedModel& model,
     const int effect = screening.IndexOf(other);
     if (effect < 0) continue;
     Report("alternatives to " + name, model.train_error());
-    const EvaluatedModel instead =
-        EvaluateWith(problem_, without, {&screening.effects[effect]}, options);
-    if (!WhyImplausible(instead).empty()) continue;
-    if (longer ? WholeRunsError(instead) < (1.0 + kMatters) * whole
-               : instead.cv.error() < model.cv.error() ||
-                     AreAsGood(instead, model)) {
-      as_good.push_back(other);
+    Instead instead{
+        screening.effects[effect],
+        EvaluateWith(problem_, without, {&screening.effects[effect]}, options)};
+    if (!WhyImplausible(instead.model).empty()) continue;
+    if (longer) {
+      instead.whole_before = whole;
+      instead.error = WholeRunsError(instead.model);
+      if (!(instead.error < (1.0 + kMatters) * whole)) continue;
+      instead.better = instead.error * (1.0 + kMatters) < whole;
+    } else {
+      instead.error = instead.model.cv.error();
+      instead.better = IsWorse(model.cv, instead.model.cv);
+      if (!instead.better && !(instead.error < model.cv.error()) &&
+          !AreAsGood(instead.model, model)) {
+        continue;
+      }
     }
+    as_good.push_back(std::move(instead));
   }
   return as_good;
 }

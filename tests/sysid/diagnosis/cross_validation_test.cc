@@ -6,17 +6,10 @@
 
 #include "sysid/estimation/holdout.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
+#include "tests/sysid/diagnosis/stretches.h"
 
 namespace sysid {
 namespace {
-
-CrossValidation Of(const std::vector<double>& errors) {
-  CrossValidation cv;
-  for (const double error : errors) {
-    cv.stretches.push_back({100.0 * error * error, 100.0});
-  }
-  return cv;
-}
 
 TEST(CrossValidation, IsTheGeometricMeanOfItsStretches) {
   const CrossValidation cv = Of({1.0, 2.0, 4.0});

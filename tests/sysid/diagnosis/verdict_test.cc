@@ -1,0 +1,39 @@
+#include "sysid/diagnosis/verdict.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/sysid/diagnosis/stretches.h"
+
+namespace sysid {
+namespace {
+
+TEST(ExplainsMost, IsHalfOfALargeError) {
+  const CrossValidation before = Of({100.0, 100.0, 100.0});
+  EXPECT_TRUE(ExplainsMost(before, Of({49.0, 49.0, 49.0})));
+  EXPECT_FALSE(ExplainsMost(before, Of({51.0, 51.0, 51.0})));
+}
+
+TEST(ExplainsMost, CountsFromTheNoiseFloor) {
+  const CrossValidation before = Of({2.0, 2.0, 2.0});
+  EXPECT_TRUE(ExplainsMost(before, Of({1.3, 1.3, 1.3})));  // 1.69 < 1.75
+  EXPECT_FALSE(ExplainsMost(before, Of({1.35, 1.35, 1.35})));
+}
+
+TEST(ExplainsMost, IsDeniedWithinAStandardErrorOnly) {
+  const CrossValidation before = Of({100.0, 100.0, 100.0});
+  const CrossValidation scattered = Of({20.0, 60.0, 150.0});  // 56 on average
+  EXPECT_FALSE(ExplainsMost(before, scattered));
+  EXPECT_TRUE(ExplainsMost(before, scattered, 1.0));
+  EXPECT_FALSE(ExplainsMost(before, Of({56.0, 57.0, 58.0}), 1.0));
+}
+
+TEST(ExplainsMost, HoldsOfModelsThatCannotBeFollowed) {
+  const CrossValidation none, some = Of({100.0, 100.0});
+  EXPECT_TRUE(ExplainsMost(none, some, 1.0));
+  EXPECT_FALSE(ExplainsMost(some, none, 1.0));
+  // Of a single stretch there is no standard error.
+  EXPECT_FALSE(ExplainsMost(Of({100.0}), Of({60.0})));
+}
+
+}  // namespace
+}  // namespace sysid
