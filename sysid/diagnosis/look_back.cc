@@ -159,12 +159,14 @@ bool Search::Exchange(const std::string& name, std::vector<Instead> instead) {
   const size_t parameters = model_->fit.parameters.size();
   std::erase_if(instead, [&](const Instead& one) {
     return !one.better || one.model.fit.parameters.size() > parameters ||
-           IsWorse(one.model.cv, model_->cv);
+           IsWorse(one.model.cv, model_->cv) ||
+           exchanged_.contains(EffectsOf(one.model));
   });
   const auto best = std::min_element(
       instead.begin(), instead.end(),
       [](const Instead& a, const Instead& b) { return a.error < b.error; });
   if (best == instead.end() || !Chance(best->model).empty()) return false;
+  exchanged_.insert(EffectsOf(*model_));
   DiagnosisStep step = StepFrom(*model_);
   step.removed = name;
   step.effects = {best->effect.name()};

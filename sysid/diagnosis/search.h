@@ -167,6 +167,8 @@ class Search {
   // Every model that the search has come from, by its effects: what led on from
   // there is no reason to go back, or it would go round.
   std::set<std::set<std::string>> been_;
+  // Models that an exchange left: of two minima each would leave the other.
+  std::set<std::set<std::string>> exchanged_;
   // What the equations of motion showed, and looked back at: by name.
   std::set<std::string> settled_;
   std::vector<FollowedMotion> followed_;
