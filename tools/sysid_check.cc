@@ -14,6 +14,7 @@
 #include "sysid/session/check_runs.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/effect_inputs.h"
+#include "sysid/session/law_values.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
 
@@ -118,8 +119,10 @@ int Main() {
   }
   for (int i = 0; i < session.model.effects().size(); ++i) {
     if (session.run_names.empty()) break;
-    CheckCanRead(session.model.effects().effect(i), AllRunsOf(session),
-                 "--add");
+    const Effect& effect = session.model.effects().effect(i);
+    CheckCanRead(effect, AllRunsOf(session), "--add");
+    CheckHasValues(effect, session.model.mechanism(), AllRunsOf(session),
+                   "--add");
   }
   CheckOutputs(request, session);
   PrintNotices(session.notices, session.run_names);

@@ -15,6 +15,7 @@
 #include "sysid/parameters/patterns.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
+#include "sysid/session/law_values.h"
 
 namespace sysid {
 namespace {
@@ -231,7 +232,9 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const auto named = std::find_if(
         candidates.begin(), candidates.end(),
         [&](const auto& effect) { return effect->name() == name; });
-    if (named != candidates.end()) CheckCanRead(**named, runs, place);
+    if (named == candidates.end()) continue;
+    CheckCanRead(**named, runs, place);
+    CheckHasValues(**named, mechanism, runs, place);
   }
   std::erase_if(candidates, [&](const auto& effect) {
     if (!CanRead(*effect, runs)) return true;

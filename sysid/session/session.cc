@@ -11,6 +11,7 @@
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/free_choice.h"
+#include "sysid/session/law_values.h"
 #include "sysid/session/locks.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/session_options.h"
@@ -382,7 +383,11 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.notices.insert(session.notices.begin(), read.begin(), read.end());
   NoteUndriven(all, mechanism, &session.notices);
   for (int i = 0; i < session.model.effects().size(); ++i) {
-    CheckCanRead(session.model.effects().effect(i), all, "--add");
+    const Effect& effect = session.model.effects().effect(i);
+    CheckCanRead(effect, all, "--add");
+    DoAlike(processes, [&] {
+      CheckHasValues(effect, mechanism, AllRunsOf(session), "--add");
+    });
   }
   const std::string unmeasured =
       UnmeasuredNotice(mechanism, all, session.flag_locks);

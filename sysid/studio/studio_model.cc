@@ -6,6 +6,7 @@
 #include "models/error.h"
 #include "sysid/io/cell.h"
 #include "sysid/session/effect_inputs.h"
+#include "sysid/session/law_values.h"
 
 namespace sysid {
 namespace {
@@ -101,7 +102,9 @@ void CheckChange(const StudioSetup& setup, const StudioChange& change) {
       throw InputError(place, "'" + name + "' is in " + model + " already",
                        "add another, or remove it");
     }
-    CheckCanRead(*effect, AllRunsOf(setup.session), place);
+    const std::vector<const Run*> runs = AllRunsOf(setup.session);
+    CheckCanRead(*effect, runs, place);
+    CheckHasValues(*effect, setup.session.model.mechanism(), runs, place);
   }
 }
 

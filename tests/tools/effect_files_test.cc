@@ -169,5 +169,25 @@ TEST(TypedLaws, ReadColumnsByTheirNames) {
   EXPECT_THAT(empty.err, testing::HasSubstr("has no law"));
 }
 
+TEST(TypedLaws, WithoutAValueOnTheDataAreRefusedByEveryProgram) {
+  const ProgramFolder folder;
+  SimulateInto(folder, "run.csv", {"--model", "cartpole", "--duration", "4"});
+  const std::string law = "custom@hinge: -k*log(qd)";
+  const Arguments data{"--model", "cartpole", "--traj", "run.csv"};
+  for (const auto& [program, flag] :
+       {std::pair{SYSID_FIT, "--add"}, std::pair{SYSID_CHECK, "--add"},
+        std::pair{SYSID_DIAGNOSE, "--candidates"}}) {
+    const ProgramResult result =
+        folder.Run(program, data + Arguments{flag, law});
+    EXPECT_EQ(result.exit_code, 2) << program;
+    EXPECT_THAT(result.err,
+                testing::AllOf(
+                    testing::HasSubstr(std::string(flag) + ": " + law +
+                                       " has no value from "),
+                    testing::HasSubstr(" s of run.csv, where hinge.q is"),
+                    testing::HasSubstr("hint: ")));
+  }
+}
+
 }  // namespace
 }  // namespace sysid

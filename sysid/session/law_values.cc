@@ -1,0 +1,166 @@
+#include "sysid/session/law_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "models/error.h"
+#include "sysid/checks/finding.h"
+#include "sysid/estimation/smooth_positions.h"
+#include "sysid/io/run_columns.h"
+
+namespace sysid {
+namespace {
+
+// The window of SmoothScalar, s: errors of what it gives are alike within it,
+// so that a shorter stretch may be the noise's.
+constexpr double kShortest = 0.1;
+
+// Samples from `first` to `last`; none where last < first.
+struct Stretch {
+  int first = 0, last = -1;
+};
+
+// What the run measures of the motion that a law reads, smoothed.
+class MeasuredMotion {
+ public:
+  MeasuredMotion(const Effect& effect, const Mechanism& mechanism,
+                 const Run& run)
+      : effect_(effect),
+        own_(mechanism.joints[effect.joint()]),
+        run_(run),
+        q_(RowMatrixXd::Zero(run.size(), Count(mechanism, false))),
+        qd_(RowMatrixXd::Zero(run.size(), Count(mechanism, true))) {
+    std::vector<int> joints = effect.other_joints();
+    joints.push_back(effect.joint());
+    for (const int joint : joints) {
+      const Channel* measured = FindChannel(run, ChannelKind::kPosition, joint);
+      if (measured == nullptr) {
+        known_ = false;
+        return;
+      }
+      const Joint& at = mechanism.joints[joint];
+      // Whatever the noise, the lowest degree: it is not known yet.
+      SmoothScalar(run.t, false, std::numeric_limits<double>::infinity(),
+                   measured->values.col(0), q_.middleCols(at.q_index, 1),
+                   qd_.middleCols(at.v_index, 1));
+    }
+  }
+
+  bool known() const { return known_; }
+
+  // Of the law with these parameters.
+  bool HasValue(int sample, const std::vector<double>& p) const {
+    std::vector<double> inputs;
+    for (const EffectInput& input : effect_.inputs()) {
+      inputs.push_back(input.name == kTimeInput
+                           ? run_.t[sample]
+                           : FindInput(run_, input.name)->values[sample]);
+    }
+    JointState<double> state{own_.type, 1, q_.row(sample).data() + own_.q_index,
+                             qd_.row(sample).data() + own_.v_index};
+    state.effort = run_.effort.row(sample).data() + own_.v_index;
+    state.inputs = inputs.data();
+    state.all_q = q_.row(sample).data();
+    state.all_qd = qd_.row(sample).data();
+    double force = 0.0;
+    HooksFor(effect_, ScalarTag<double>()).AddEffort(state, p.data(), &force);
+    return std::isfinite(force);
+  }
+
+  // The first of a tenth of a second or more without a value.
+  Stretch Without(const std::vector<double>& p) const {
+    Stretch stretch;
+    for (int k = 0; k <= run_.size(); ++k) {
+      if (k < run_.size() && !HasValue(k, p)) {
+        if (stretch.last < stretch.first) stretch.first = k;
+        stretch.last = k;
+        continue;
+      }
+      if (stretch.last > stretch.first &&
+          run_.t[stretch.last] - run_.t[stretch.first] >= kShortest) {
+        return stretch;
+      }
+      stretch = {};
+    }
+    return {};
+  }
+
+  // "from 0.4 s to 1.3 s of run.csv, where joint1.q is from -0.6 to -0.1 rad
+  // and joint1.qd from 0.2 to 1.1 rad/s".
+  std::string Describe(const Stretch& stretch) const {
+    const int size = stretch.last - stretch.first + 1;
+    const auto range = [&](const RowMatrixXd& values, int column) {
+      const auto part = values.col(column).segment(stretch.first, size);
+      return ShortNumber(part.minCoeff()) + " to " +
+             ShortNumber(part.maxCoeff());
+    };
+    const std::string unit = own_.type == JointType::kPrismatic ? " m" : " rad";
+    return "from " + ShortNumber(run_.t[stretch.first]) + " s to " +
+           ShortNumber(run_.t[stretch.last]) + " s of " + run_.name +
+           ", where " + own_.name + ".q is from " + range(q_, own_.q_index) +
+           unit + " and " + own_.name + ".qd from " + range(qd_, own_.v_index) +
+           unit + "/s";
+  }
+
+ private:
+  static int Count(const Mechanism& mechanism, bool velocities) {
+    int count = 0;
+    for (const Joint& joint : mechanism.joints) {
+      count = std::max(count, velocities
+                                  ? joint.v_index + VelocitySize(joint)
+                                  : joint.q_index + ConfigurationSize(joint));
+    }
+    return count;
+  }
+
+  const Effect& effect_;
+  const Joint& own_;
+  const Run& run_;
+  RowMatrixXd q_, qd_;  // samples x nq, samples x nv
+  bool known_ = true;
+};
+
+// Parameters to try, none of them where the law is off: 0 * sqrt(-1) must not
+// be lost in a min or max.
+std::vector<std::vector<double>> Trials(const Effect& effect) {
+  std::vector<std::vector<double>> trials;
+  for (const ProbeSet& probes : effect.ProbeSets()) {
+    if (probes.empty()) continue;
+    std::vector<double> p = probes.front().at;
+    for (const Probe& probe : probes) {
+      p[probe.along] += effect.parameters()[probe.along].typical_scale;
+    }
+    trials.push_back(p);
+  }
+  return trials;
+}
+
+}  // namespace
+
+void CheckHasValues(const Effect& effect, const Mechanism& mechanism,
+                    const std::vector<const Run*>& runs,
+                    const std::string& place) {
+  if (!effect.IsTyped()) return;
+  const std::vector<std::vector<double>> trials = Trials(effect);
+  for (const Run* run : runs) {
+    const MeasuredMotion motion(effect, mechanism, *run);
+    if (!motion.known()) continue;
+    Stretch first;
+    for (const std::vector<double>& p : trials) {
+      const Stretch without = motion.Without(p);
+      if (without.last < without.first) {
+        first = {};
+        break;
+      }
+      if (first.last < first.first) first = without;
+    }
+    if (first.last < first.first) continue;
+    throw InputError(place,
+                     effect.name() + " has no value " + motion.Describe(first),
+                     "write it so that it has one wherever the joint moves, as "
+                     "sqrt(abs(q)) instead of sqrt(q)");
+  }
+}
+
+}  // namespace sysid
