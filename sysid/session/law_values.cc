@@ -29,21 +29,16 @@ class MeasuredMotion {
       : effect_(effect),
         own_(mechanism.joints[effect.joint()]),
         run_(run),
+        own_q_(RowMatrixXd::Zero(run.size(), 1)),
+        own_qd_(own_q_),
         q_(RowMatrixXd::Zero(run.size(), Count(mechanism, false))),
         qd_(RowMatrixXd::Zero(run.size(), Count(mechanism, true))) {
-    std::vector<int> joints = effect.other_joints();
-    joints.push_back(effect.joint());
-    for (const int joint : joints) {
-      const Channel* measured = FindChannel(run, ChannelKind::kPosition, joint);
-      if (measured == nullptr) {
-        known_ = false;
-        return;
-      }
-      const Joint& at = mechanism.joints[joint];
-      // Whatever the noise, the lowest degree: it is not known yet.
-      SmoothScalar(run.t, false, std::numeric_limits<double>::infinity(),
-                   measured->values.col(0), q_.middleCols(at.q_index, 1),
-                   qd_.middleCols(at.v_index, 1));
+    // A joint that follows another has no numbers of its own in q and qd.
+    known_ = Smooth(effect.joint(), own_q_, own_qd_);
+    for (const int joint : effect.other_joints()) {
+      const Joint& other = mechanism.joints[joint];
+      known_ = known_ && Smooth(joint, q_.middleCols(other.q_index, 1),
+                                qd_.middleCols(other.v_index, 1));
     }
   }
 
@@ -57,9 +52,10 @@ class MeasuredMotion {
                            ? run_.t[sample]
                            : FindInput(run_, input.name)->values[sample]);
     }
-    JointState<double> state{own_.type, 1, q_.row(sample).data() + own_.q_index,
-                             qd_.row(sample).data() + own_.v_index};
-    state.effort = run_.effort.row(sample).data() + own_.v_index;
+    const double effort = own_.mimic ? 0.0 : run_.effort(sample, own_.v_index);
+    JointState<double> state{own_.type, 1, &own_q_(sample, 0),
+                             &own_qd_(sample, 0)};
+    state.effort = &effort;
     state.inputs = inputs.data();
     state.all_q = q_.row(sample).data();
     state.all_qd = qd_.row(sample).data();
@@ -90,20 +86,30 @@ class MeasuredMotion {
   // and joint1.qd from 0.2 to 1.1 rad/s".
   std::string Describe(const Stretch& stretch) const {
     const int size = stretch.last - stretch.first + 1;
-    const auto range = [&](const RowMatrixXd& values, int column) {
-      const auto part = values.col(column).segment(stretch.first, size);
+    const auto range = [&](const RowMatrixXd& values) {
+      const auto part = values.col(0).segment(stretch.first, size);
       return ShortNumber(part.minCoeff()) + " to " +
              ShortNumber(part.maxCoeff());
     };
     const std::string unit = own_.type == JointType::kPrismatic ? " m" : " rad";
     return "from " + ShortNumber(run_.t[stretch.first]) + " s to " +
            ShortNumber(run_.t[stretch.last]) + " s of " + run_.name +
-           ", where " + own_.name + ".q is from " + range(q_, own_.q_index) +
-           unit + " and " + own_.name + ".qd from " + range(qd_, own_.v_index) +
-           unit + "/s";
+           ", where " + own_.name + ".q is from " + range(own_q_) + unit +
+           " and " + own_.name + ".qd from " + range(own_qd_) + unit + "/s";
   }
 
  private:
+  // Of a joint's positions; false where they are not measured.
+  bool Smooth(int joint, Eigen::Ref<RowMatrixXd> q,
+              Eigen::Ref<RowMatrixXd> qd) const {
+    const Channel* measured = FindChannel(run_, ChannelKind::kPosition, joint);
+    if (measured == nullptr) return false;
+    // Whatever the noise, the lowest degree: it is not known yet.
+    SmoothScalar(run_.t, false, std::numeric_limits<double>::infinity(),
+                 measured->values.col(0), q, qd);
+    return true;
+  }
+
   static int Count(const Mechanism& mechanism, bool velocities) {
     int count = 0;
     for (const Joint& joint : mechanism.joints) {
@@ -117,7 +123,8 @@ class MeasuredMotion {
   const Effect& effect_;
   const Joint& own_;
   const Run& run_;
-  RowMatrixXd q_, qd_;  // samples x nq, samples x nv
+  RowMatrixXd own_q_, own_qd_;  // samples x 1
+  RowMatrixXd q_, qd_;          // of the others: samples x nq, samples x nv
   bool known_ = true;
 };
 

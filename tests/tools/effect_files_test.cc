@@ -180,12 +180,12 @@ TEST(TypedLaws, WithoutAValueOnTheDataAreRefusedByEveryProgram) {
     const ProgramResult result =
         folder.Run(program, data + Arguments{flag, law});
     EXPECT_EQ(result.exit_code, 2) << program;
-    EXPECT_THAT(result.err,
-                testing::AllOf(
-                    testing::HasSubstr(std::string(flag) + ": " + law +
-                                       " has no value from "),
-                    testing::HasSubstr(" s of run.csv, where hinge.q is"),
-                    testing::HasSubstr("hint: ")));
+    EXPECT_THAT(
+        result.err,
+        testing::AllOf(testing::HasSubstr(std::string(flag) + ": " + law +
+                                          " has no value from "),
+                       testing::HasSubstr(" s of run.csv, where hinge.q is"),
+                       testing::HasSubstr("hint: ")));
   }
 }
 

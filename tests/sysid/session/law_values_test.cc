@@ -37,9 +37,14 @@ Run Swing(double amplitude = 0.5, double frequency = 0.5) {
   return run;
 }
 
-std::string ErrorOf(const std::string& law, const Run& run = Swing()) {
+Mechanism Pendulum() {
   Mechanism mechanism = LoadUrdf(FindModel("pendulum2_planar"));
   mechanism.inputs = {"load"};
+  return mechanism;
+}
+
+std::string ErrorOf(const std::string& law, const Run& run = Swing()) {
+  const Mechanism mechanism = Pendulum();
   const auto effect =
       Catalogue().Make("custom@joint1: " + law, mechanism, "--add");
   return ErrorText(
@@ -76,6 +81,23 @@ TEST(CheckHasValues, SaysNothingOfWhatIsShortOrNotMeasured) {
   // Below zero for 0.05 s at a time.
   EXPECT_EQ(ErrorOf("-k*sqrt(q)", Swing(0.5, 10.0)), "no error");
   EXPECT_EQ(ErrorOf("-k*sqrt(joint2.q)"), "no error");
+}
+
+TEST(CheckHasValues, SeesTheColumnOfAJointThatFollowsAnother) {
+  Mechanism mechanism = Pendulum();
+  mechanism.joints[1].mimic = Mimic{"joint1", 1.0, 0.0};
+  const auto effect =
+      Catalogue().Make("custom@joint2: -k*sqrt(q)", mechanism, "--add");
+  sysid::Run run = Swing();
+  run.effort.setZero(run.size(), 1);
+  const auto error = [&] {
+    return ErrorText(
+        [&] { CheckHasValues(*effect, mechanism, {&run}, "--add"); });
+  };
+  EXPECT_EQ(error(), "no error");
+  run.channels.push_back(run.channels.front());
+  run.channels.back().target = 1;
+  EXPECT_THAT(error(), HasSubstr("where joint2.q is from -0.5"));
 }
 
 }  // namespace
