@@ -1,6 +1,5 @@
 #include "sysid/session/law_values.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -31,8 +30,8 @@ class MeasuredMotion {
         run_(run),
         own_q_(RowMatrixXd::Zero(run.size(), 1)),
         own_qd_(own_q_),
-        q_(RowMatrixXd::Zero(run.size(), Count(mechanism, false))),
-        qd_(RowMatrixXd::Zero(run.size(), Count(mechanism, true))) {
+        q_(RowMatrixXd::Zero(run.size(), mechanism.nq)),
+        qd_(RowMatrixXd::Zero(run.size(), mechanism.nv)) {
     // A joint that follows another has no numbers of its own in q and qd.
     known_ = Smooth(effect.joint(), own_q_, own_qd_);
     for (const int joint : effect.other_joints()) {
@@ -110,16 +109,6 @@ class MeasuredMotion {
     return true;
   }
 
-  static int Count(const Mechanism& mechanism, bool velocities) {
-    int count = 0;
-    for (const Joint& joint : mechanism.joints) {
-      count = std::max(count, velocities
-                                  ? joint.v_index + VelocitySize(joint)
-                                  : joint.q_index + ConfigurationSize(joint));
-    }
-    return count;
-  }
-
   const Effect& effect_;
   const Joint& own_;
   const Run& run_;
@@ -128,45 +117,26 @@ class MeasuredMotion {
   bool known_ = true;
 };
 
-// Parameters to try, none of them where the law is off: 0 * sqrt(-1) must not
-// be lost in a min or max.
-std::vector<std::vector<double>> Trials(const Effect& effect) {
-  std::vector<std::vector<double>> trials;
-  for (const ProbeSet& probes : effect.ProbeSets()) {
-    if (probes.empty()) continue;
-    std::vector<double> p = probes.front().at;
-    for (const Probe& probe : probes) {
-      p[probe.along] += effect.parameters()[probe.along].typical_scale;
-    }
-    trials.push_back(p);
-  }
-  return trials;
-}
-
 }  // namespace
 
 void CheckHasValues(const Effect& effect, const Mechanism& mechanism,
                     const std::vector<const Run*>& runs,
                     const std::string& place) {
   if (!effect.IsTyped()) return;
-  const std::vector<std::vector<double>> trials = Trials(effect);
+  std::vector<double> p;
+  for (const EffectParameter& parameter : effect.parameters()) {
+    if (!parameter.grid.empty()) return;
+    p.push_back(parameter.null_value);
+  }
   for (const Run* run : runs) {
     const MeasuredMotion motion(effect, mechanism, *run);
     if (!motion.known()) continue;
-    Stretch first;
-    for (const std::vector<double>& p : trials) {
-      const Stretch without = motion.Without(p);
-      if (without.last < without.first) {
-        first = {};
-        break;
-      }
-      if (first.last < first.first) first = without;
-    }
-    if (first.last < first.first) continue;
-    throw InputError(place,
-                     effect.name() + " has no value " + motion.Describe(first),
-                     "write it so that it has one wherever the joint moves, as "
-                     "sqrt(abs(q)) instead of sqrt(q)");
+    const Stretch without = motion.Without(p);
+    if (without.last < without.first) continue;
+    throw InputError(
+        place, effect.name() + " has no value " + motion.Describe(without),
+        "write it so that it has one wherever the joint moves, as "
+        "sqrt(abs(q)) instead of sqrt(q)");
   }
 }
 

@@ -11,10 +11,9 @@ namespace sysid {
 
 // Throws InputError at `place` where a law that a user typed has no value in a
 // tenth of a second or more of the runs' measured motion, as -k*sqrt(q) at
-// negative q: no fit could go through there. Each of the values that a
-// screening starts its parameters from is tried, and one that has a value
-// everywhere is enough. What a run does not measure of what the law reads
-// says nothing.
+// negative q: no fit could go through there. Nothing is said of a law that is
+// not linear in its parameters (sqrt(q + c) has a value where c is large), nor
+// of a run that does not measure all that the law reads.
 void CheckHasValues(const Effect& effect, const Mechanism& mechanism,
                     const std::vector<const Run*>& runs,
                     const std::string& place);

@@ -383,12 +383,14 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.notices.insert(session.notices.begin(), read.begin(), read.end());
   NoteUndriven(all, mechanism, &session.notices);
   for (int i = 0; i < session.model.effects().size(); ++i) {
-    const Effect& effect = session.model.effects().effect(i);
-    CheckCanRead(effect, all, "--add");
-    DoAlike(processes, [&] {
-      CheckHasValues(effect, mechanism, AllRunsOf(session), "--add");
-    });
+    CheckCanRead(session.model.effects().effect(i), all, "--add");
   }
+  DoAlike(processes, [&] {
+    for (int i = 0; i < session.model.effects().size(); ++i) {
+      CheckHasValues(session.model.effects().effect(i), mechanism,
+                     AllRunsOf(session), "--add");
+    }
+  });
   const std::string unmeasured =
       UnmeasuredNotice(mechanism, all, session.flag_locks);
   if (!unmeasured.empty()) session.notices.push_back(unmeasured);
