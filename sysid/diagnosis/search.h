@@ -47,6 +47,7 @@ class Search {
   // The model so far: as given, in longer segments, or with what was added.
   EvaluatedModel& now() { return model_ ? *model_ : diagnosis_.base; }
 
+  // In add_together.cc.
   // Takes together what the equations of motion show, where that is more than a
   // search adds one by one, which would judge each while the others are still
   // missing; no fit would follow the motion of a model that misses so much.
@@ -67,10 +68,18 @@ class Search {
   // are missing, and a joint that rests may predict better than one that swings
   // too far.
   void AddTogether();
+  // Lists what was kept of them first, and then all that the model as given
+  // was screened for: a reader wants to see what else was looked at.
+  void ListTogether();
   // Effects that were found together, and the model that has them, as a step.
   void Take(std::vector<ScreenedEffect> effects,
             std::shared_ptr<EvaluatedModel> model);
+
   void AddOneByOne();
+  // By the motion of the model so far; before the first step also by the
+  // equations of motion, which show what acts on a joint that the model moves
+  // and the friction of the mechanism holds still, where no derivative of the
+  // motion does.
   Found Find();
   void Note(Found* found, const std::vector<CandidateEffect>& listed);
   // Where nothing is found: the same model from whole runs, or in longer
