@@ -106,6 +106,15 @@ std::string FlagWith(const std::string& flag, const std::string& more) {
   return value.empty() ? "" : " --" + flag + " " + ShellWord(value);
 }
 
+std::string SimulationFromFlags(const NextExperiment& experiment) {
+  std::string command =
+      "sysid_simulate --model " + ShellWord(FlagText("model"));
+  for (const auto& [name, value] : experiment.flags) {
+    command += " --" + name + " " + ShellWord(value);
+  }
+  return command;
+}
+
 PageSource PageFromFlags(const std::string& program, const Session& session) {
   const auto command = [](const std::string& name, const std::string& add,
                           const std::string& fix) {

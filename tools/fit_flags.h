@@ -6,6 +6,7 @@
 
 #include "gflags/gflags_declare.h"
 #include "sysid/report/page_data.h"
+#include "sysid/session/next_experiment.h"
 #include "sysid/session/session.h"
 
 // The flags of programs that fit a model to runs (docs/interface.md section 1).
@@ -24,6 +25,9 @@ std::string CommandFromFlags(const std::string& program);
 // The same flag with more in its list: " --add a,b", or nothing where there is
 // nothing.
 std::string FlagWith(const std::string& flag, const std::string& more);
+
+// The command of sysid_simulate that makes the motion of an experiment.
+std::string SimulationFromFlags(const NextExperiment& experiment);
 
 // What the page of a program shows beside its models; `train` and `holdout`
 // are yet to be set.

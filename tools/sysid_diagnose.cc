@@ -83,6 +83,17 @@ std::optional<FinalFit> FitFinalUnlessInterrupted(
   return final;
 }
 
+std::optional<NextExperiment> ChooseExperimentUnlessInterrupted(
+    const Catalogue& catalogue, const Session& session,
+    const DiagnosisProblem& problem, Diagnosis* diagnosis) {
+  try {
+    return ChooseExperiment(catalogue, session, problem, *diagnosis);
+  } catch (const Cancelled&) {
+    diagnosis->interrupted = "choosing the next experiment";
+    return std::nullopt;
+  }
+}
+
 // Whether something is left to explain: what an effect explains is no fault of
 // the data.
 FitOutcome OutcomeOf(const Diagnosis& diagnosis) {
@@ -145,6 +156,11 @@ int Main(ProcessGroup* group) {
   if ((FLAGS_auto || !FLAGS_out.empty()) && diagnosis.interrupted.empty()) {
     final = FitFinalUnlessInterrupted(session, problem, &diagnosis);
   }
+  std::optional<NextExperiment> experiment;
+  if (diagnosis.interrupted.empty()) {
+    experiment = ChooseExperimentUnlessInterrupted(catalogue, session, problem,
+                                                   &diagnosis);
+  }
   watch.ClearLine();
   PrintNotices(session.notices, session.run_names,
                CheckSessionData(&session, OutcomeOf(diagnosis)));
@@ -157,13 +173,18 @@ int Main(ProcessGroup* group) {
   }
   const FinalFit* fitted = final ? &*final : nullptr;
   const NextStep step = ChooseNext(session, diagnosis);
-  const std::string next = CommandFromFlags("sysid_fit") +
-                           FlagWith("add", step.add) +
-                           FlagWith("fix", step.fix) + step.solver;
+  NextCommands next;
+  next.fit = CommandFromFlags("sysid_fit") + FlagWith("add", step.add) +
+             FlagWith("fix", step.fix) + step.solver;
+  if (experiment) {
+    next.experiment = SimulationFromFlags(*experiment);
+    next.probability = experiment->probability;
+  }
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
   PageSource source = PageFromFlags("sysid_diagnose", session);
   source.train = problem.train.get();
   source.holdout = problem.holdout.get();
+  source.experiment = next.experiment;
   GiveResult(
       [&] {
         if (FLAGS_out.empty()) return;

@@ -104,7 +104,7 @@ Json ModelEntry(const ModelErrors& model,
 }  // namespace
 
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
-                          const FinalFit* final, const std::string& next) {
+                          const FinalFit* final, const NextCommands& next) {
   Json json;
   json["schema"] = "sysid.diagnosis/1";
   json["model"] = session.model_name;
@@ -167,7 +167,8 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
       });
   json["rivals_told_apart_by"] = diagnosis.told_apart_by;
   json["final"] = Extended(session.effects, diagnosis.added());
-  json["next_experiment"] = nullptr;
+  json["next_experiment"] =
+      next.experiment.empty() ? Json(nullptr) : Json(next.experiment);
   json["final_fit"] = nullptr;
   if (final != nullptr) {
     json["final_fit"] = {{"verdict", ToString(diagnosis.final_verdict)},
@@ -178,7 +179,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
                          {"converged", final->fit.converged},
                          {"open", OpenJson(final->fit.open, false)}};
   }
-  json["next_command"] = next;
+  json["next_command"] = next.fit;
   json["findings"] = session.findings;
   json["skipped_runs"] = session.skipped_runs;
   json["notices"] = session.notices;

@@ -20,6 +20,14 @@ struct NextStep {
 };
 NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis);
 
+// What to type next.
+struct NextCommands {
+  std::string fit;           // with what was found
+  std::string experiment;    // simulates a motion that would decide between the
+                             // rivals; empty where there is none
+  double probability = 0.0;  // with which it would
+};
+
 // The verdict in words.
 std::string DiagnosisSentence(const Diagnosis& diagnosis);
 
@@ -30,12 +38,12 @@ bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final);
 
 // diagnosis.json of docs/interface.md section 6.
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
-                          const FinalFit* final, const std::string& next);
+                          const FinalFit* final, const NextCommands& next);
 
 // The same on the terminal: verdict first, then where, which, what was added,
 // and the next command as the last line.
 std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
-                          const FinalFit* final, const std::string& next,
+                          const FinalFit* final, const NextCommands& next,
                           bool colour);
 
 }  // namespace sysid

@@ -439,7 +439,7 @@ bool EndsWell(const Diagnosis& diagnosis, const FinalFit& final) {
 }
 
 std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
-                          const FinalFit* final, const std::string& next,
+                          const FinalFit* final, const NextCommands& next,
                           bool colour) {
   std::string text =
       Paint(colour, kBold, session.model_name) + ": " +
@@ -478,7 +478,14 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
       text += OpenLines(final->holdout->open, "held-out ");
     }
   }
-  return text + "next\n" + next + "\n";
+  if (!next.experiment.empty()) {
+    text += Format(
+        "a recording of such a motion would decide between them with a "
+        "probability of %.2g\n",
+        std::min(next.probability, 0.99));
+    text += next.experiment + "\n\n";
+  }
+  return text + "next\n" + next.fit + "\n";
 }
 
 }  // namespace sysid

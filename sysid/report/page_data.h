@@ -32,6 +32,9 @@ struct PageSource {
   // separated; see CommandFromFlags.
   std::function<std::string(const std::string& add, const std::string& fix)>
       fit_command;
+  // The command that simulates a motion that would decide between the rivals of
+  // a diagnosis; empty where there is none.
+  std::string experiment;
 };
 
 // A fitted model as the page shows it.

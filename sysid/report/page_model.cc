@@ -190,6 +190,9 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["crossValidation"] =
       fit.cv ? CrossValidationJson(*fit.cv) : Json(nullptr);
   model["rivals"] = diagnosis ? RivalsJson(*diagnosis) : Json::array();
+  model["nextExperiment"] = diagnosis && !source.experiment.empty()
+                                ? Json(source.experiment)
+                                : Json(nullptr);
   model["predictions"] = PredictionsJson(source, fit, efforts);
   model["efforts"] = EffortErrorsJson(efforts.fitted);
   model["holdoutEfforts"] = EffortErrorsJson(efforts.held_out);

@@ -268,6 +268,12 @@ TEST_F(DiagnoseTest, JudgesAShortRecording) {
   EXPECT_EQ(json["verdict"], "undecided") << json["sentence"];
   EXPECT_THAT(json["rivals"], Contains(Json({"armature@joint1"})));
   EXPECT_LT(json["segment_s"], 0.06);
+  // And which recording would decide, as a command that works.
+  ASSERT_TRUE(json["next_experiment"].is_string());
+  const std::string command = json["next_experiment"];
+  EXPECT_THAT(result.out, HasSubstr(command));
+  EXPECT_THAT(command, HasSubstr("sysid_simulate --model pendulum2_planar"));
+  EXPECT_THAT(command, HasSubstr("--add armature@joint1"));
 }
 
 TEST_F(DiagnoseTest, ConsidersWhatItIsToldTo) {

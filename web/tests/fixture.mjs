@@ -260,7 +260,7 @@ export function planarPage({seconds = 8, live = false} = {}) {
         ? `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): nothing is missing that this data can show.`
         : `The error is ${shown(found.trainError)} times the noise (held out ${shown(found.holdoutError)}): coulomb_friction@joint2 is missing; with it the error is 1.00 (held out 1.01).`,
       doubts: [], segment_s: kSegment_s, joined: false, wholeRuns: live ? wholeRuns(withEffect, found, runs) : null, predictions: predictions.map(p => p.data),
-      open: [], crossValidation: leftOut(runs, predictions), rivals: [],
+      open: [], crossValidation: leftOut(runs, predictions), rivals: [], nextExperiment: null,
       horizon: [0.1, 0.2, 0.5, 1, 2].map(h => ({horizon_s: h, rms: kNoise * (withEffect ? 1.02 : 1 + 12 * h ** 1.6), noise_rms: kNoise * (1 + 0.3 * h)})),
       parameters: parameters(withEffect),
       efforts: null, holdoutEfforts: null,
@@ -326,6 +326,7 @@ export function undecidedPage() {
     {effects: [effects[0], 'quadratic_drag@joint1'], separatedBy: 'they differ only in how they grow over both slow and fast motion of the joint: the wider its range, the better'},
   ];
   return {...page, models: [{...given, verdict: 'undecided', rivals,
+    nextExperiment: 'sysid_simulate --model pendulum2_planar --tilt 1.2 --duration 16 --out_csv next_run.csv',
     sentence: 'The error is 44.2 times the noise (held out 64.2): an effect is missing; these explain the data equally well: coulomb_friction@joint2 and viscous_damping@joint1; coulomb_friction@joint2 and quadratic_drag@joint1. With the first the error is 1.20 (held out 1.30).'},
     first, second], compared: 2,
     steps: [...page.steps, {...page.steps[0], title: second.title, model: 2, from: 1, predicted: 1.3, trainBefore: 2.0, trainAfter: 1.2, holdoutBefore: 2.1,

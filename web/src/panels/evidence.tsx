@@ -3,6 +3,7 @@ import {compareStretches, evidenceOf, factorOf, fmtCrossValidation, sameEffects,
 import {candidateName, modelWithId, wayTo} from '../data';
 import {fmt, list, sentence, unitText} from '../format';
 import type {CrossValidationData, ModelData, PageData} from '../page_data';
+import {Command} from './panel';
 
 const kHow = 'Errors are those of cross-validation: of data that the parameters were not fitted to, × noise, ± standard error. '
   + 'The ratio is the error without the effect, all else fitted again, over that with it, with its 95 % interval: where that holds 1, the data do not show that the effect is there.';
@@ -63,6 +64,10 @@ export function Rivals({page, model}: {page: PageData; model: ModelData}) {
         })}</tbody>
       </table></div>
       <p class="note">Each predicts unseen data as well as the first, within one standard error. Record such a motion, and ask again with that recording among the runs.</p>
+      {model.nextExperiment && <>
+        <p>This simulates a motion that would decide: the start, efforts and duration to record.</p>
+        <Command text={model.nextExperiment} label="command of the next experiment" />
+      </>}
     </div>
   );
 }

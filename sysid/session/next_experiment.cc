@@ -1,0 +1,404 @@
+#include "sysid/session/next_experiment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+#include "models/error.h"
+#include "sysid/diagnosis/longer_segments.h"
+#include "sysid/diagnosis/screening.h"
+#include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/linearization.h"
+#include "sysid/io/cell.h"
+#include "sysid/session/check_runs.h"
+#include "sysid/session/effect_inputs.h"
+#include "sysid/simulation/simulate.h"
+
+namespace sysid {
+namespace {
+
+constexpr size_t kMostRivals = 4;  // each pair is a linearisation a motion
+constexpr double kDecides = 0.99;
+// Below, a recording says little more than a coin.
+constexpr double kLeastProbability = 0.75;
+// Samples of a motion: what a linearisation holds in memory.
+constexpr double kMostSamples = 1e5;
+
+// A motion that could be recorded, as sysid_simulate makes it.
+struct Motion {
+  double duration = 0.0;  // s
+  double tilt = 0.0;      // largest angle of the start, rad
+  bool is_driven = false;
+  double amplitude = 1.0;            // of --excite
+  double lowest = 0.1, highest = 2;  // its band, Hz
+};
+
+// A rival with what the recordings say of it.
+struct Rival {
+  ShootingProblem problem;
+  Fit fit;
+  Eigen::MatrixXd L;  // of theta
+
+  // In times the noise.
+  double misfit() const {
+    return std::max(1.0, fit.train.total.normalized_rms);
+  }
+};
+
+// Sigma = L L'. What the recordings leave open is as wide as it is large; what
+// a bound holds stays.
+Eigen::MatrixXd SquareRoot(const ShootingProblem& problem, const Fit& fit) {
+  Eigen::MatrixXd sigma = fit.theta_covariance;
+  const Eigen::VectorXd scale = ThetaScale(problem, fit.point.theta);
+  for (size_t i = 0; i < fit.parameters.size(); ++i) {
+    if (!fit.parameters[i].identifiable) sigma(i, i) += scale[i] * scale[i];
+  }
+  if (sigma.rows() == 0) return sigma;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sigma);
+  return eigen.eigenvectors() *
+         eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+// The last model with these effects in place of what it has, fitted to whole
+// runs where it follows them; nothing where one of them is no candidate.
+std::optional<Rival> OpenRival(const DiagnosisProblem& problem,
+                               const Candidates& candidates,
+                               const EvaluatedModel& last,
+                               const std::vector<std::string>& effects) {
+  EstimationOptions quiet = problem.options;
+  quiet.progress = nullptr;
+  EvaluatedModel model = last;
+  for (const auto& effect : last.added) {
+    if (std::find(effects.begin(), effects.end(), effect->name()) ==
+        effects.end()) {
+      model = EvaluateWithout(problem, model, effect->name(), quiet);
+    }
+  }
+  Candidates missing;
+  for (const auto& candidate : candidates) {
+    const auto has = [&](const auto& e) {
+      return e->name() == candidate->name();
+    };
+    if (std::find(effects.begin(), effects.end(), candidate->name()) !=
+            effects.end() &&
+        std::none_of(model.added.begin(), model.added.end(), has)) {
+      missing.push_back(candidate);
+    }
+  }
+  if (!missing.empty()) {
+    const LinearizedFit linearized(*model.problem, model.fit.point);
+    if (!linearized.Valid()) return std::nullopt;
+    const Screening screening =
+        ScreenEffects(linearized, model.fit.model, missing, problem.known);
+    std::vector<const ScreenedEffect*> screened;
+    for (const ScreenedEffect& effect : screening.effects) {
+      screened.push_back(&effect);
+    }
+    if (screened.size() != missing.size()) return std::nullopt;
+    model = EvaluateWith(problem, model, screened, quiet);
+  }
+  if (model.added.size() != effects.size()) return std::nullopt;
+  const ShootingProblem all = WithAllRuns(problem, model).With(quiet);
+  const std::optional<Fit> whole = FitWholeRuns(all, model);
+  Rival rival{all, whole ? *whole : model.fit, {}};
+  if (!std::isfinite(rival.fit.train.total.normalized_rms)) return std::nullopt;
+  rival.L = SquareRoot(rival.problem, rival.fit);
+  return rival;
+}
+
+double LongestRun(const std::vector<Run>& runs) {
+  double longest = 0.0;
+  for (const Run& run : runs) {
+    longest = std::max(longest, run.t.back() - run.t.front());
+  }
+  return longest;
+}
+
+// The widest half of a range of an angle; what sysid_simulate takes where none
+// was measured.
+double Amplitude(const std::vector<Run>& runs) {
+  constexpr double kDefault = 0.6, kLeast = 0.1;
+  double widest = 0.0;
+  for (const Run& run : runs) {
+    for (const Channel& channel : run.channels) {
+      if (channel.kind != ChannelKind::kPosition) continue;
+      widest = std::max(widest, 0.5 * Range(channel));
+    }
+  }
+  return widest > 0.0 ? std::clamp(widest, kLeast, M_PI) : kDefault;
+}
+
+double Rounded(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  return std::round(value / unit) * unit;
+}
+
+// Short ones first.
+std::vector<Motion> MotionsLike(const std::vector<Run>& runs, double rate) {
+  const double duration = LongestRun(runs), amplitude = Amplitude(runs);
+  const bool is_driven =
+      std::any_of(runs.begin(), runs.end(),
+                  [](const Run& run) { return !run.effort.isZero(0.0); });
+  std::vector<Motion> motions;
+  for (const double longer : {1.0, 2.0, 4.0}) {
+    if (longer * duration * rate > kMostSamples) continue;
+    for (const double wider : {1.0, 2.0, 0.5}) {
+      Motion motion;
+      motion.duration = Rounded(longer * duration);
+      motion.tilt = Rounded(std::min(wider * amplitude, M_PI));
+      motion.is_driven = is_driven;
+      if (is_driven) {
+        // The start matters little: the drive moves the joints.
+        motion.tilt = Rounded(std::min(amplitude, 0.6));
+        motion.amplitude = wider;
+      }
+      motions.push_back(motion);
+      if (!is_driven) continue;
+      motion.lowest = 0.02;
+      motion.highest = 0.3;  // a slow one
+      motions.push_back(motion);
+    }
+  }
+  return motions;
+}
+
+SimulationOptions OptionsOf(const Motion& motion, double rate, double noise) {
+  SimulationOptions options;
+  options.duration = motion.duration;
+  options.rate = rate;
+  options.noise = noise;
+  if (motion.is_driven) {
+    // As sysid_simulate has them.
+    options.excitation = Excitation::kWithinLimits;
+    options.excitation_level *= motion.amplitude;
+    options.excursion = std::min(motion.amplitude, 1.0);
+    options.lowest_frequency = motion.lowest;
+    options.highest_frequency = motion.highest;
+  }
+  return options;
+}
+
+// Where the rival starts a motion, as one trajectory.
+Solution PointOf(const Rival& rival, const Motion& motion, int samples) {
+  Solution point = rival.fit.point;
+  const Eigen::VectorXd x0 = RandomState(rival.fit.model, motion.tilt, 1);
+  point.runs.assign(1, {{0, samples - 1}, x0.transpose()});
+  return point;
+}
+
+// What a motion under efforts would measure by the sensors of the recordings,
+// as a data set, without noise; null where it does not stay finite.
+std::shared_ptr<const DataSet> Predict(const Rival& rival, const Motion& motion,
+                                       const DataSet& recorded, Run run) {
+  for (Channel& channel : run.channels) {
+    // Of unit length, for orientations; never read.
+    channel.values.setConstant(run.size(), channel.values.cols(), 0.5);
+  }
+  const auto as_data = [&] {
+    return MakeDataSetLike(rival.fit.model, {run}, rival.problem.options(),
+                           recorded);
+  };
+  const ShootingProblem problem = rival.problem.WithData(as_data());
+  const Solution point = PointOf(rival, motion, run.size());
+  RowMatrixXd states;
+  if (!SampleStates(problem, point, 0, &states) || !states.allFinite()) {
+    return nullptr;
+  }
+  const std::vector<RowMatrixXd> values =
+      PredictChannels(problem, point, 0, states);
+  for (size_t c = 0; c < values.size(); ++c) {
+    if (!values[c].allFinite()) return nullptr;
+    run.channels[c].values = values[c];
+  }
+  return as_data();
+}
+
+// (7.16) of data that another rival made; 0 where the rival's own motion does
+// not stay finite.
+double WhatIsLeft(const Rival& rival, const Motion& motion, double misfit,
+                  std::shared_ptr<const DataSet> data) {
+  const int samples = data->runs()[0]->run.size();
+  const ShootingProblem problem = rival.problem.WithData(std::move(data));
+  LinearizationOptions options;
+  options.triangular = false;
+  std::vector<RunLinearization> runs;
+  if (!Linearize(problem, PointOf(rival, motion, samples), options, &runs)) {
+    return 0.0;
+  }
+  const RunLinearization& run = runs[0];
+  const SegmentLinearization& rows = run.segments[0];
+  const Eigen::Index n = rows.r.size(), n_x = rows.J_x.cols();
+  const Eigen::Index n_theta = rows.J_theta.cols(), held = run.J_prior.rows();
+  Eigen::MatrixXd A(n + held + n_theta, n_x + n_theta);
+  A.setZero();
+  A.topLeftCorner(n, n_x) = rows.J_x / misfit;
+  A.topRightCorner(n, n_theta) = rows.J_theta * rival.L / misfit;
+  A.block(n, 0, held, n_x) = run.J_prior;
+  A.bottomRightCorner(n_theta, n_theta).setIdentity();
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(A.rows());
+  b.head(n) = rows.r / misfit;
+  if (!A.allFinite() || !b.allFinite()) return 0.0;
+  const Eigen::VectorXd moved = A.colPivHouseholderQr().solve(-b);
+  return (b + A * moved).squaredNorm();
+}
+
+// That a motion decides rightly between any two rivals, to first order.
+double Probability(const std::vector<Rival>& rivals, const Motion& motion,
+                   const DataSet& recorded, double rate) {
+  Run run;
+  try {
+    run = Simulate(rivals[0].fit.model,
+                   RandomState(rivals[0].fit.model, motion.tilt, 1),
+                   OptionsOf(motion, rate, recorded.PooledNoise()));
+  } catch (const InputError&) {
+    return 0.0;  // not within the limits, or not finite
+  }
+  run.channels = recorded.runs()[0]->run.channels;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Rival& truth : rivals) {
+    const auto data = Predict(truth, motion, recorded, run);
+    if (data == nullptr) return 0.0;
+    for (const Rival& other : rivals) {
+      if (&other == &truth) continue;
+      const double misfit = std::max(truth.misfit(), other.misfit());
+      least = std::min(least, WhatIsLeft(other, motion, misfit, data));
+    }
+  }
+  return 0.5 * std::erfc(-0.5 * std::sqrt(least) / M_SQRT2);
+}
+
+std::string Digits(double value) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.6g", value);
+  return text;
+}
+
+// What makes the plain model of the file that of the first rival.
+void AddModelFlags(const Catalogue& catalogue, const Session& session,
+                   const Model& model, NextExperiment* experiment) {
+  const auto add = [&](const std::string& name,
+                       const std::vector<std::string>& parts) {
+    if (!parts.empty()) experiment->flags.push_back({name, Join(parts, ",")});
+  };
+  std::vector<std::string> locks, effects, values;
+  for (const NamedValue& lock : session.locked) {
+    locks.push_back(lock.value ? lock.name + "=" + ShortestText(*lock.value)
+                               : lock.name);
+  }
+  std::vector<NamedValue> held = session.locked;
+  std::string file;
+  std::vector<std::string> notices;
+  Model plain = OpenModel(
+      session.model_file.empty() ? session.model_name : session.model_file,
+      catalogue, &held, &file, &notices, session.columns);
+  for (const std::string& name : model.effects().names()) {
+    if (plain.effects().Contains(name)) continue;
+    // A pair of joints would be two entries of the list.
+    std::string entry = name;
+    if (!entry.starts_with("custom@")) {
+      std::replace(entry.begin(), entry.end(), ',', '+');
+    }
+    effects.push_back(entry);
+  }
+  // Lengths act first: they scale what the other parameters say.
+  const auto differ = [&](const Parameter& p) {
+    constexpr double kSame = 1e-9;
+    const std::vector<Parameter> of_plain = AllParameters(plain);
+    const auto at =
+        std::find_if(of_plain.begin(), of_plain.end(),
+                     [&](const Parameter& own) { return own.name == p.name; });
+    return at == of_plain.end() ||
+           !(std::abs(p.nominal - at->nominal) <= kSame * std::abs(p.nominal));
+  };
+  const auto set = [&](bool lengths) {
+    std::vector<Parameter> changed;
+    std::vector<double> numbers;
+    for (const Parameter& p : AllParameters(model)) {
+      if ((p.kind == ParameterKind::kLength) != lengths || !differ(p)) continue;
+      values.push_back(p.name + "=" + Digits(p.nominal));
+      changed.push_back(p);
+      numbers.push_back(p.nominal);
+    }
+    if (lengths) SetParameters(changed, numbers, &plain);
+  };
+  set(true);
+  set(false);
+  add("lock", locks);
+  add("add", effects);
+  add("set", values);
+}
+
+void AddMotionFlags(const Motion& motion, double rate, double noise,
+                    NextExperiment* experiment) {
+  auto& flags = experiment->flags;
+  flags.push_back({"tilt", Digits(motion.tilt)});
+  if (motion.is_driven) {
+    flags.push_back({"excite", "multisine"});
+    flags.push_back({"amplitude", Digits(motion.amplitude)});
+    flags.push_back(
+        {"band", Digits(motion.lowest) + "," + Digits(motion.highest)});
+  }
+  flags.push_back({"duration", Digits(motion.duration)});
+  flags.push_back({"rate", Digits(rate)});
+  flags.push_back({"noise", Digits(noise)});
+  flags.push_back({"out_csv", "next_run.csv"});
+}
+
+}  // namespace
+
+std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
+                                               const Session& session,
+                                               const DiagnosisProblem& problem,
+                                               const Diagnosis& diagnosis) {
+  if (diagnosis.rivals.size() < 2 || diagnosis.by_equations ||
+      session.runs.empty()) {
+    return std::nullopt;
+  }
+  if (problem.options.progress) {
+    problem.options.progress(
+        {"which recording would decide", 0, 0, diagnosis.last().train_error()});
+  }
+  std::vector<Rival> rivals;
+  for (const std::vector<std::string>& effects : diagnosis.rivals) {
+    if (rivals.size() == kMostRivals) break;
+    Candidates candidates;
+    for (const std::string& name : effects) {
+      candidates.push_back(
+          catalogue.Make(name, problem.model.mechanism(), "rivals"));
+      if (!candidates.back()->inputs().empty()) return std::nullopt;
+    }
+    std::optional<Rival> rival =
+        OpenRival(problem, candidates, diagnosis.last(), effects);
+    if (rival) {
+      rivals.push_back(std::move(*rival));
+    } else if (rivals.empty()) {
+      return std::nullopt;  // the command is of the first
+    }
+  }
+  if (rivals.size() < 2) return std::nullopt;
+  const EffectSet& own = problem.model.effects();
+  for (int i = 0; i < own.size(); ++i) {
+    if (!own.effect(i).inputs().empty()) return std::nullopt;
+  }
+  const double rate = 1.0 / problem.train->MedianSamplePeriod();
+  const double noise = problem.train->PooledNoise();
+  NextExperiment best;
+  Motion chosen;
+  for (const Motion& motion : MotionsLike(session.runs, rate)) {
+    ThrowIfCancelled(problem.options.stop);
+    const double probability =
+        Probability(rivals, motion, *problem.train, rate);
+    if (!(probability > best.probability)) continue;
+    best.probability = probability;
+    chosen = motion;
+    if (probability > kDecides) break;
+  }
+  if (best.probability < kLeastProbability) return std::nullopt;
+  AddModelFlags(catalogue, session, rivals[0].fit.model, &best);
+  AddMotionFlags(chosen, rate, noise, &best);
+  return best;
+}
+
+}  // namespace sysid

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sysid/diagnosis/diagnose.h"
+#include "sysid/session/session.h"
+
+namespace sysid {
+
+// Which recording would decide between the rivals of a diagnosis (Hunter and
+// Reiner 1965; Box and Hill 1967).
+//
+// A motion is simulated with rival i at its estimates. What rival j leaves of
+// it after a fit of its initial state x and its parameters theta, which the
+// recordings have already told to within Sigma_j = L_j L_j',
+//
+//   lambda_ij = min over dx, z  |(r + J_x dx + J_theta L_j z) / s|^2 + |z|^2,
+//                                                                       (7.16)
+//
+// r the whitened difference of their predictions, J its derivatives, s the
+// larger of the two models' errors over the noise (1 at least), is the expected
+// logarithm of the likelihood ratio, doubled. That has the variance 4
+// lambda_ij, so that the likelier of the two is the right one with the
+// probability Phi(sqrt(lambda_ij) / 2).
+struct NextExperiment {
+  // Flags of sysid_simulate that make the motion, beside --model: names and
+  // values, with the first rival's estimates.
+  std::vector<std::pair<std::string, std::string>> flags;
+  // The least of any two rivals.
+  double probability = 0.0;
+};
+
+// Of motions as long as the recordings, two and four times as long, as wide,
+// twice and half as wide, driven where the recordings are: the first that
+// decides with a probability of 99 %, else the likeliest to. Nothing where
+// there are no rivals, where they read inputs that no simulation has, or where
+// none of these motions would decide.
+std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
+                                               const Session& session,
+                                               const DiagnosisProblem& problem,
+                                               const Diagnosis& diagnosis);
+
+}  // namespace sysid
