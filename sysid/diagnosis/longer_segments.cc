@@ -97,14 +97,18 @@ ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
 }
 
 std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
-                                const EvaluatedModel& evaluated) {
+                                const EvaluatedModel& evaluated,
+                                double wanted) {
   // Times the error over segments, which a constant force makes of twice the
   // time: more is another minimum, or chaos.
   constexpr double kFollowed = 4.0;
   const double followed =
       kFollowed * std::max(evaluated.train_error(), evaluated.holdout_error());
   if (!IsRegular(*evaluated.problem, evaluated.fit.point)) return std::nullopt;
-  Fit whole = FitLevenbergMarquardtFrom(all, evaluated.fit.segment_s);
+  EstimationOptions options = all.options();
+  options.wanted_error = std::min(wanted, followed);
+  Fit whole =
+      FitLevenbergMarquardtFrom(all.With(options), evaluated.fit.segment_s);
   if (!whole.converged || !(whole.train.total.normalized_rms < followed)) {
     return std::nullopt;
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -35,7 +36,9 @@ EstimationOptions QuietOptions(const DiagnosisProblem& problem,
 ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated);
 // Its fit as one trajectory a run; nothing where that cannot follow the motion.
-std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
-                                const EvaluatedModel& evaluated);
+// One whose error is not `wanted` (normalised) ends early, above that.
+std::optional<Fit> FitWholeRuns(
+    const ShootingProblem& all, const EvaluatedModel& evaluated,
+    double wanted = std::numeric_limits<double>::infinity());
 
 }  // namespace sysid

@@ -128,10 +128,14 @@ class Search {
   bool AsksWholeRuns(const EvaluatedModel& evaluated) const;
   // The model fitted to all runs, one trajectory each; nothing where it does
   // not follow them. Several questions ask for the same fit: the last ones are
-  // kept.
-  std::optional<Fit> FitToWholeRuns(const EvaluatedModel& evaluated);
+  // kept. `wanted` as FitWholeRuns has it.
+  std::optional<Fit> FitToWholeRuns(
+      const EvaluatedModel& evaluated,
+      double wanted = std::numeric_limits<double>::infinity());
   // Its error; infinite where there is none.
-  double WholeRunsError(const EvaluatedModel& evaluated);
+  double WholeRunsError(
+      const EvaluatedModel& evaluated,
+      double wanted = std::numeric_limits<double>::infinity());
   // Of the held-out runs, or ends of runs, one trajectory each, by the model
   // fitted to the others alike; infinite alike.
   double HeldOutWholeRunsError(const EvaluatedModel& evaluated);
@@ -187,6 +191,7 @@ class Search {
   struct WholeFit {
     std::set<std::string> effects;
     Eigen::VectorXd theta;  // of the fit over segments
+    double wanted;
     std::optional<Fit> fit;
   };
   std::vector<WholeFit> whole_fits_;  // the newest last

@@ -17,11 +17,17 @@ bool Search::AsksWholeRuns(const EvaluatedModel& evaluated) const {
   return !IsAtNoiseFloor(evaluated) && problem_.options.segment <= 0;
 }
 
-std::optional<Fit> Search::FitToWholeRuns(const EvaluatedModel& evaluated) {
+std::optional<Fit> Search::FitToWholeRuns(const EvaluatedModel& evaluated,
+                                          double wanted) {
   // The models so far, and what is compared with them: each takes seconds.
   constexpr size_t kKept = 8;
   std::set<std::string> effects = EffectsOf(evaluated);
   const Eigen::VectorXd& theta = evaluated.fit.point.theta;
+  std::erase_if(whole_fits_, [&](const WholeFit& kept) {
+    // One that ended early says only that its error is above what was wanted.
+    return kept.effects == effects && kept.wanted < wanted &&
+           !(kept.fit && kept.fit->train.total.normalized_rms <= kept.wanted);
+  });
   for (const WholeFit& kept : whole_fits_) {
     if (kept.effects == effects && kept.theta.size() == theta.size() &&
         kept.theta == theta) {
@@ -30,13 +36,13 @@ std::optional<Fit> Search::FitToWholeRuns(const EvaluatedModel& evaluated) {
   }
   if (whole_fits_.size() == kKept) whole_fits_.erase(whole_fits_.begin());
   whole_fits_.push_back(
-      {std::move(effects), theta,
-       FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated)});
+      {std::move(effects), theta, wanted,
+       FitWholeRuns(WithAllRuns(problem_, evaluated), evaluated, wanted)});
   return whole_fits_.back().fit;
 }
 
-double Search::WholeRunsError(const EvaluatedModel& evaluated) {
-  const std::optional<Fit> whole = FitToWholeRuns(evaluated);
+double Search::WholeRunsError(const EvaluatedModel& evaluated, double wanted) {
+  const std::optional<Fit> whole = FitToWholeRuns(evaluated, wanted);
   return whole ? whole->train.total.normalized_rms
                : std::numeric_limits<double>::infinity();
 }
@@ -62,7 +68,9 @@ bool Search::TakesThePlaceOf(const EvaluatedModel& other,
       AreAsGood(other, with) && AsksWholeRuns(with)) {
     Report("comparing over whole runs", with.train_error());
     // NaN where neither is followed.
-    const double ratio = WholeRunsError(other) / WholeRunsError(with);
+    const double error = WholeRunsError(with);
+    const double ratio =
+        WholeRunsError(other, error * (1.0 + kMatters)) / error;
     if (ratio < 1.0 / (1.0 + kMatters)) return true;
     if (ratio > 1.0 + kMatters) return false;
   }
@@ -102,8 +110,9 @@ std::vector<Search::Instead> Search::AsGoodInstead(
     if (!WhyImplausible(instead.model).empty()) continue;
     if (longer) {
       instead.whole_before = whole;
-      instead.error = WholeRunsError(instead.model);
-      if (!(instead.error < (1.0 + kMatters) * whole)) continue;
+      const double wanted = (1.0 + kMatters) * whole;
+      instead.error = WholeRunsError(instead.model, wanted);
+      if (!(instead.error < wanted)) continue;
       instead.better = instead.error * (1.0 + kMatters) < whole;
     } else {
       instead.error = instead.model.cv.error();
@@ -146,7 +155,7 @@ bool Search::AddOverWholeRuns() {
     tried.push_back(refit.expected[0].name());
     // What takes least time first.
     if (!WhyImplausible(after).empty() || IsWorse(after.cv, now().cv)) continue;
-    const double error = WholeRunsError(after);
+    const double error = WholeRunsError(after, least);
     if (!(error < least)) continue;
     if (held_out < 0.0) held_out = HeldOutWholeRunsError(now());
     if (!ExplainsEnough(held_out, HeldOutWholeRunsError(after)) ||

@@ -146,9 +146,13 @@ Ended Join(Stages* stages, bool chaotic) {
                      ? TightDefect(stages->problem(), stages->solution)
                      : kJoinedDefect;
   stages->RefineStep(ended.defect);
-  ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
-  for (int i = 0; i < kMostWeighed && stages->Weigh(); ++i) {
-    ended.last = stages->Run({"one trajectory", ended.defect, 1e-7});
+  StageGoal goal{"one trajectory", ended.defect, 1e-7};
+  goal.wanted = stages->problem().options().wanted_error;
+  ended.last = stages->Run(goal);
+  for (int i = 0;
+       i < kMostWeighed && stages->Error() <= goal.wanted && stages->Weigh();
+       ++i) {
+    ended.last = stages->Run(goal);
   }
   return ended;
 }

@@ -24,6 +24,10 @@ class Watcher final : public ceres::IterationCallback {
         start_time_s_(start_time_s),
         dof_(std::max(
             1.0, problem.data().DofPerSample() * problem.data().samples())),
+        // As the problem weighs its errors, the cost is not that of noise.
+        wanted_(problem.misfit().empty()
+                    ? 0.5 * dof_ * std::pow(options.wanted_error, 2)
+                    : std::numeric_limits<double>::infinity()),
         theta_(theta),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
@@ -61,15 +65,15 @@ class Watcher final : public ceres::IterationCallback {
     return std::max(options_.news, options_.function_tolerance * cost_);
   }
 
-  // By EstimationOptions::least_gain.
+  // By EstimationOptions::least_gain and Options::wanted_error.
   bool Crawls(int iteration) {
     constexpr int kFew = 3;  // a refused step gains nothing, the next may
     costs_.push_back(cost_);
     const int last = static_cast<int>(costs_.size()) - 1;
-    if (problem_.least_gain <= 0.0 || last < kFew) return false;
+    if (last < kFew) return false;
     const double pace = (costs_[last - kFew] - cost_) / kFew;
     const int left = options_.max_iterations - iteration;
-    return pace * left < problem_.least_gain * cost_;
+    return pace * left < std::max(problem_.least_gain * cost_, cost_ - wanted_);
   }
 
   // What a step gained that was taken. Of one that was refused what it
@@ -92,6 +96,7 @@ class Watcher final : public ceres::IterationCallback {
   const ShootingStage::Options& options_;
   const std::string& doing_;
   const double start_time_s_, dof_;
+  const double wanted_;  // the cost of Options::wanted_error
   const Eigen::VectorXd& theta_;
   std::vector<HistoryEntry>* history_;
   int first_;

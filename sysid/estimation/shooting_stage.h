@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -51,6 +52,8 @@ class ShootingStage {
     // log-likelihood less is no news, however small the cost itself has become
     // (data without noise).
     double news = 1e-6;
+    // Normalised; as EstimationOptions has it.
+    double wanted_error = std::numeric_limits<double>::infinity();
     int threads = 0;     // 0: as many as the problem has
     bool quiet = false;  // reports no progress
   };

@@ -165,6 +165,7 @@ StageSummary Stages::Minimise(const StageGoal& goal) {
   options.misfit = misfit_;
   options.equations = goal.equations;
   options.news = goal.news;
+  options.wanted_error = goal.wanted;
   options.function_tolerance = goal.tolerance;
   StageSummary done;
   for (int i = 0; i < kMostSteps; ++i) {

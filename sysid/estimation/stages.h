@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,6 +29,8 @@ struct StageGoal {
   double misfit = 0.0;      // times the noise, where the start is far off
   double equations = 0.0;   // times those of theta, (6.10)
   double news = 1e-6;       // the least gain of a step, of the cost
+  // The error to reach, normalised, or there is no need to go on.
+  double wanted = std::numeric_limits<double>::infinity();
 };
 
 // The stages of one fit: each starts where the last ended. A schedule says how

@@ -11,15 +11,15 @@
 namespace sysid {
 namespace {
 
-// Half a second of a slow swing, which does not tell what damps it.
+// Half a second of slow swings, which does not tell what damps it.
 class NextExperimentTest : public testing::Test {
  protected:
   NextExperimentTest()
-      : problem_(Shipped("pendulum1")),
+      : problem_(Shipped("pendulum2_planar")),
         session_(problem_.model),
         diagnosis_(problem_.model) {
     const Model truth =
-        Shipped("pendulum1", {"viscous_damping@joint1"},
+        Shipped("pendulum2_planar", {"viscous_damping@joint1"},
                 {{"link1.length", 0.52}, {"joint1.damping", 0.01}});
     Recording recording;
     recording.duration = 0.5;
@@ -28,7 +28,7 @@ class NextExperimentTest : public testing::Test {
         MakeProblem(problem_.model, {{"link1.length", 0.5}},
                     {Record(truth, 1, recording), Record(truth, 2, recording),
                      Record(truth, 3, recording)});
-    session_.model_name = "pendulum1";
+    session_.model_name = "pendulum2_planar";
     session_.free = problem_.free;
     session_.runs = RunsOf(*problem_.train);
     session_.holdout = RunsOf(*problem_.holdout);
@@ -71,7 +71,7 @@ TEST_F(NextExperimentTest, MakesAMotionThatDecides) {
   // law is found with all recordings; of those alone it was not clear.
   const double duration = std::stod(Flag(*found, "duration"));
   EXPECT_GE(duration, 0.5);
-  Model truth = Shipped("pendulum1", {Flag(*found, "add")});
+  Model truth = Shipped("pendulum2_planar", {Flag(*found, "add")});
   std::string faults =
       SetValues(SplitAssignments(Flag(*found, "set"), "test"), &truth);
   EXPECT_EQ(faults, "");
@@ -79,18 +79,18 @@ TEST_F(NextExperimentTest, MakesAMotionThatDecides) {
   options.duration = duration;
   options.rate = std::stod(Flag(*found, "rate"));
   options.noise = std::stod(Flag(*found, "noise"));
-  const Run run = Simulate(
+  const sysid::Run run = Simulate(
       truth, RandomState(truth, std::stod(Flag(*found, "tilt")), 1), options);
   const auto error = [&](const std::string& effect,
                          const std::string& parameter) {
-    const Model model = Shipped("pendulum1", {effect});
+    const Model model = Shipped("pendulum2_planar", {effect});
     return FitRuns(model,
                    FreeFrom(model, {{"link1.length", 0.5}, {parameter, 0.01}}),
                    {run}, problem_.options)
         .train.squares;
   };
   // The likelihood ratio that 0.99 stands for is 21.6 +- 9.3.
-  EXPECT_GT(error("quadratic_drag@joint1", "joint1.drag"),
+  EXPECT_GT(error("quadratic_drag@joint1", "joint1.quadratic_drag"),
             error("viscous_damping@joint1", "joint1.damping") + 3.0);
 }
 
@@ -109,7 +109,7 @@ TEST_F(NextExperimentTest, IsNoneWhereOneReadsAnInput) {
 }
 
 TEST_F(NextExperimentTest, DrivesWhatTheRecordingsDrive) {
-  for (Run& run : session_.runs) run.effort.setConstant(0.1);
+  for (sysid::Run& run : session_.runs) run.effort.setConstant(0.1);
   const auto found =
       Between({"viscous_damping@joint1", "quadratic_drag@joint1"});
   ASSERT_TRUE(found);
