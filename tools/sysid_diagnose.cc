@@ -179,6 +179,7 @@ int Main(ProcessGroup* group) {
   if (experiment) {
     next.experiment = SimulationFromFlags(*experiment);
     next.probability = experiment->probability;
+    next.alike = experiment->alike;
   }
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
   PageSource source = PageFromFlags("sysid_diagnose", session);

@@ -36,9 +36,9 @@ struct EstimationOptions : MeasurementOptions {
   // Part of the cost: a stage ends where all iterations that it has left would
   // gain less, at the pace of the last few.
   double least_gain = 0.0;
-  // Normalised: so too the stage that makes one trajectory of a run, where these
-  // would not bring the error below this. A model that must have less to be of
-  // interest needs no minimum.
+  // Normalised: so too the stage that makes one trajectory of a run, where
+  // these would not bring the error below this. A model that must have less to
+  // be of interest needs no minimum.
   double wanted_error = std::numeric_limits<double>::infinity();
   // What a chosen step may change, in standard deviations (ChooseStep).
   double step_error = 0.2;

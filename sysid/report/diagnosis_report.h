@@ -1,6 +1,8 @@
 #pragma once
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/session/diagnosis_session.h"
@@ -26,6 +28,8 @@ struct NextCommands {
   std::string experiment;    // simulates a motion that would decide between the
                              // rivals; empty where there is none
   double probability = 0.0;  // with which it would
+  // Rivals that it would not tell apart.
+  std::vector<std::pair<std::string, std::string>> alike;
 };
 
 // The verdict in words.

@@ -480,10 +480,14 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   }
   if (!next.experiment.empty()) {
     text += Format(
-        "a recording of such a motion would decide between them with a "
-        "probability of %.2g\n",
+        "the next experiment: a recording of such a motion would decide "
+        "between them with a probability of %.2g\n",
         std::min(next.probability, 0.99));
-    text += next.experiment + "\n\n";
+    for (const auto& [one, other] : next.alike) {
+      text += "  " + one + " and " + other +
+              " look alike in all motions that were simulated\n";
+    }
+    text += next.experiment + "\n";
   }
   return text + "next\n" + next.fit + "\n";
 }

@@ -37,6 +37,7 @@ struct Motion {
 
 // A rival with what the recordings say of it.
 struct Rival {
+  std::string name;
   ShootingProblem problem;
   Fit fit;
   Eigen::MatrixXd L;  // of theta
@@ -102,7 +103,7 @@ std::optional<Rival> OpenRival(const DiagnosisProblem& problem,
   if (model.added.size() != effects.size()) return std::nullopt;
   const ShootingProblem all = WithAllRuns(problem, model).With(quiet);
   const std::optional<Fit> whole = FitWholeRuns(all, model);
-  Rival rival{all, whole ? *whole : model.fit, {}};
+  Rival rival{Join(effects, " and "), all, whole ? *whole : model.fit, {}};
   if (!std::isfinite(rival.fit.train.total.normalized_rms)) return std::nullopt;
   rival.L = SquareRoot(rival.problem, rival.fit);
   return rival;
@@ -244,29 +245,34 @@ double WhatIsLeft(const Rival& rival, const Motion& motion, double misfit,
   return (b + A * moved).squaredNorm();
 }
 
-// That a motion decides rightly between any two rivals, to first order.
-double Probability(const std::vector<Rival>& rivals, const Motion& motion,
-                   const DataSet& recorded, double rate) {
+// That a motion decides rightly between two rivals, of each two, to first
+// order; 0 where the motion cannot be made.
+Eigen::MatrixXd Probabilities(const std::vector<Rival>& rivals,
+                              const Motion& motion, const DataSet& recorded,
+                              double rate) {
+  const int n = static_cast<int>(rivals.size());
+  const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(n, n);
   Run run;
   try {
     run = Simulate(rivals[0].fit.model,
                    RandomState(rivals[0].fit.model, motion.tilt, 1),
                    OptionsOf(motion, rate, recorded.PooledNoise()));
   } catch (const InputError&) {
-    return 0.0;  // not within the limits, or not finite
+    return none;  // not within the limits, or not finite
   }
   run.channels = recorded.runs()[0]->run.channels;
-  double least = std::numeric_limits<double>::infinity();
-  for (const Rival& truth : rivals) {
-    const auto data = Predict(truth, motion, recorded, run);
-    if (data == nullptr) return 0.0;
-    for (const Rival& other : rivals) {
-      if (&other == &truth) continue;
-      const double misfit = std::max(truth.misfit(), other.misfit());
-      least = std::min(least, WhatIsLeft(other, motion, misfit, data));
+  Eigen::MatrixXd right = none;
+  for (int i = 0; i < n; ++i) {
+    const auto data = Predict(rivals[i], motion, recorded, run);
+    if (data == nullptr) return none;
+    for (int j = 0; j < n; ++j) {
+      if (i == j) continue;
+      const double misfit = std::max(rivals[i].misfit(), rivals[j].misfit());
+      const double left = WhatIsLeft(rivals[j], motion, misfit, data);
+      right(i, j) = 0.5 * std::erfc(-0.5 * std::sqrt(left) / M_SQRT2);
     }
   }
-  return 0.5 * std::erfc(-0.5 * std::sqrt(least) / M_SQRT2);
+  return right.cwiseMin(right.transpose());
 }
 
 std::string Digits(double value) {
@@ -384,20 +390,39 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
   }
   const double rate = 1.0 / problem.train->MedianSamplePeriod();
   const double noise = problem.train->PooledNoise();
-  NextExperiment best;
-  Motion chosen;
-  for (const Motion& motion : MotionsLike(session.runs, rate)) {
+  const std::vector<Motion> motions = MotionsLike(session.runs, rate);
+  std::vector<Eigen::MatrixXd> right;  // of each motion, pair by pair
+  const int n = static_cast<int>(rivals.size());
+  Eigen::MatrixXd most = Eigen::MatrixXd::Identity(n, n);
+  for (const Motion& motion : motions) {
     ThrowIfCancelled(problem.options.stop);
-    const double probability =
-        Probability(rivals, motion, *problem.train, rate);
-    if (!(probability > best.probability)) continue;
-    best.probability = probability;
-    chosen = motion;
-    if (probability > kDecides) break;
+    right.push_back(Probabilities(rivals, motion, *problem.train, rate));
+    right.back().diagonal().setOnes();
+    most = most.cwiseMax(right.back());
+    if (right.back().minCoeff() > kDecides) break;
+  }
+  // Two that no motion tells apart do not choose it.
+  const auto told = most.array() >= kLeastProbability;
+  NextExperiment best;
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < i; ++j) {
+      if (told(i, j)) continue;
+      best.alike.push_back({rivals[j].name, rivals[i].name});
+    }
+  }
+  if (static_cast<int>(best.alike.size()) == n * (n - 1) / 2) {
+    return std::nullopt;
+  }
+  size_t chosen = 0;
+  for (size_t m = 0; m < right.size() && best.probability <= kDecides; ++m) {
+    const double least = told.select(right[m].array(), 1.0).minCoeff();
+    if (least <= best.probability) continue;
+    best.probability = least;
+    chosen = m;
   }
   if (best.probability < kLeastProbability) return std::nullopt;
   AddModelFlags(catalogue, session, rivals[0].fit.model, &best);
-  AddMotionFlags(chosen, rate, noise, &best);
+  AddMotionFlags(motions[chosen], rate, noise, &best);
   return best;
 }
 

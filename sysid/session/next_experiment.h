@@ -29,15 +29,17 @@ struct NextExperiment {
   // Flags of sysid_simulate that make the motion, beside --model: names and
   // values, with the first rival's estimates.
   std::vector<std::pair<std::string, std::string>> flags;
-  // The least of any two rivals.
+  // The least of any two rivals, but for those that look alike in all of the
+  // motions.
   double probability = 0.0;
+  std::vector<std::pair<std::string, std::string>> alike;
 };
 
 // Of motions as long as the recordings, two and four times as long, as wide,
 // twice and half as wide, driven where the recordings are: the first that
 // decides with a probability of 99 %, else the likeliest to. Nothing where
 // there are no rivals, where they read inputs that no simulation has, or where
-// none of these motions would decide.
+// none of these motions would decide between any two.
 std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
                                                const Session& session,
                                                const DiagnosisProblem& problem,

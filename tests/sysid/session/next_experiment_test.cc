@@ -98,6 +98,17 @@ TEST_F(NextExperimentTest, IsNoneWhereNothingTellsThemApart) {
   EXPECT_FALSE(Between({"viscous_damping@joint1", "custom@joint1: -k*qd"}));
 }
 
+// What no motion tells apart does not keep it from deciding the rest.
+TEST_F(NextExperimentTest, DecidesBetweenThoseThatDiffer) {
+  const auto found = Between({"viscous_damping@joint1", "custom@joint1: -k*qd",
+                              "quadratic_drag@joint1"});
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->probability, 0.99);
+  EXPECT_EQ(found->alike,
+            (std::vector<std::pair<std::string, std::string>>{
+                {"viscous_damping@joint1", "custom@joint1: -k*qd"}}));
+}
+
 TEST_F(NextExperimentTest, IsNoneWithoutRivals) {
   EXPECT_FALSE(Between({}));
   EXPECT_FALSE(Between({"viscous_damping@joint1"}));
