@@ -10,7 +10,9 @@
 #include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/linearization.h"
+#include "sysid/estimation/segmentation.h"
 #include "sysid/io/cell.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
@@ -40,12 +42,9 @@ struct Rival {
   std::string name;
   ShootingProblem problem;
   Fit fit;
-  Eigen::MatrixXd L;  // of theta
-
-  // In times the noise.
-  double misfit() const {
-    return std::max(1.0, fit.train.total.normalized_rms);
-  }
+  Eigen::MatrixXd L;       // of theta
+  double misfit = 1.0;     // its error over segments, in times the noise
+  double segment_s = 0.0;  // of those
 };
 
 // Sigma = L L'. What the recordings leave open is as wide as it is large; what
@@ -103,8 +102,13 @@ std::optional<Rival> OpenRival(const DiagnosisProblem& problem,
   if (model.added.size() != effects.size()) return std::nullopt;
   const ShootingProblem all = WithAllRuns(problem, model).With(quiet);
   const std::optional<Fit> whole = FitWholeRuns(all, model);
-  Rival rival{Join(effects, " and "), all, whole ? *whole : model.fit, {}};
-  if (!std::isfinite(rival.fit.train.total.normalized_rms)) return std::nullopt;
+  Rival rival{Join(effects, " and "),
+              all,
+              whole ? *whole : model.fit,
+              {},
+              std::max(1.0, model.train_error()),
+              model.fit.segment_s};
+  if (!std::isfinite(rival.misfit)) return std::nullopt;
   rival.L = SquareRoot(rival.problem, rival.fit);
   return rival;
 }
@@ -181,7 +185,7 @@ SimulationOptions OptionsOf(const Motion& motion, double rate, double noise) {
   return options;
 }
 
-// Where the rival starts a motion, as one trajectory.
+// A motion as one trajectory of the rival.
 Solution PointOf(const Rival& rival, const Motion& motion, int samples) {
   Solution point = rival.fit.point;
   const Eigen::VectorXd x0 = RandomState(rival.fit.model, motion.tilt, 1);
@@ -218,31 +222,37 @@ std::shared_ptr<const DataSet> Predict(const Rival& rival, const Motion& motion,
 
 // (7.16) of data that another rival made; 0 where the rival's own motion does
 // not stay finite.
-double WhatIsLeft(const Rival& rival, const Motion& motion, double misfit,
+double WhatIsLeft(const Rival& rival, double misfit,
                   std::shared_ptr<const DataSet> data) {
-  const int samples = data->runs()[0]->run.size();
   const ShootingProblem problem = rival.problem.WithData(std::move(data));
+  Solution point = CutPoint(problem, rival.fit.point.theta,
+                            AllStatesFromData(problem), rival.segment_s);
+  point.rollout = rival.fit.point.rollout;
   LinearizationOptions options;
-  options.triangular = false;
+  options.defect = std::numeric_limits<double>::infinity();
   std::vector<RunLinearization> runs;
-  if (!Linearize(problem, PointOf(rival, motion, samples), options, &runs)) {
-    return 0.0;
+  if (!Linearize(problem, point, options, &runs)) return 0.0;
+  // Of a segment's triangle the rows below those of its state are free of it.
+  const Eigen::Index n_x = problem.model().tangent_size();
+  const Eigen::Index n_theta = problem.map().size();
+  Eigen::Index n = 0;
+  for (const SegmentLinearization& segment : runs[0].segments) {
+    n += std::max<Eigen::Index>(0, segment.r.size() - n_x);
   }
-  const RunLinearization& run = runs[0];
-  const SegmentLinearization& rows = run.segments[0];
-  const Eigen::Index n = rows.r.size(), n_x = rows.J_x.cols();
-  const Eigen::Index n_theta = rows.J_theta.cols(), held = run.J_prior.rows();
-  Eigen::MatrixXd A(n + held + n_theta, n_x + n_theta);
-  A.setZero();
-  A.topLeftCorner(n, n_x) = rows.J_x / misfit;
-  A.topRightCorner(n, n_theta) = rows.J_theta * rival.L / misfit;
-  A.block(n, 0, held, n_x) = run.J_prior;
-  A.bottomRightCorner(n_theta, n_theta).setIdentity();
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(A.rows());
-  b.head(n) = rows.r / misfit;
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n + n_theta, n_theta);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(n + n_theta);
+  n = 0;
+  for (const SegmentLinearization& segment : runs[0].segments) {
+    const Eigen::Index rows = std::max<Eigen::Index>(0, segment.r.size() - n_x);
+    A.middleRows(n, rows) = segment.J_theta.bottomRows(rows) * rival.L / misfit;
+    b.segment(n, rows) = segment.r.tail(rows) / misfit;
+    n += rows;
+  }
+  A.bottomRows(n_theta).setIdentity();
   if (!A.allFinite() || !b.allFinite()) return 0.0;
-  const Eigen::VectorXd moved = A.colPivHouseholderQr().solve(-b);
-  return (b + A * moved).squaredNorm();
+  if (n_theta == 0) return b.squaredNorm();
+  const Eigen::VectorXd z = A.colPivHouseholderQr().solve(-b);
+  return (b + A * z).squaredNorm();
 }
 
 // That a motion decides rightly between two rivals, of each two, to first
@@ -267,8 +277,8 @@ Eigen::MatrixXd Probabilities(const std::vector<Rival>& rivals,
     if (data == nullptr) return none;
     for (int j = 0; j < n; ++j) {
       if (i == j) continue;
-      const double misfit = std::max(rivals[i].misfit(), rivals[j].misfit());
-      const double left = WhatIsLeft(rivals[j], motion, misfit, data);
+      const double misfit = std::max(rivals[i].misfit, rivals[j].misfit);
+      const double left = WhatIsLeft(rivals[j], misfit, data);
       right(i, j) = 0.5 * std::erfc(-0.5 * std::sqrt(left) / M_SQRT2);
     }
   }
@@ -319,15 +329,16 @@ void AddModelFlags(const Catalogue& catalogue, const Session& session,
            !(std::abs(p.nominal - at->nominal) <= kSame * std::abs(p.nominal));
   };
   const auto set = [&](bool lengths) {
-    std::vector<Parameter> changed;
+    std::vector<std::string> names;
     std::vector<double> numbers;
     for (const Parameter& p : AllParameters(model)) {
       if ((p.kind == ParameterKind::kLength) != lengths || !differ(p)) continue;
       values.push_back(p.name + "=" + Digits(p.nominal));
-      changed.push_back(p);
+      names.push_back(p.name);
       numbers.push_back(p.nominal);
     }
-    if (lengths) SetParameters(changed, numbers, &plain);
+    if (!lengths) return;
+    SetParameters(FindParameters(plain, names, "lengths"), numbers, &plain);
   };
   set(true);
   set(false);

@@ -14,8 +14,9 @@ namespace sysid {
 // Reiner 1965; Box and Hill 1967).
 //
 // A motion is simulated with rival i at its estimates. What rival j leaves of
-// it after a fit of its initial state x and its parameters theta, which the
-// recordings have already told to within Sigma_j = L_j L_j',
+// it, over segments as long as those by which the diagnosis judges, after a fit
+// of their states x and of its parameters theta, which the recordings have
+// already told to within Sigma_j = L_j L_j',
 //
 //   lambda_ij = min over dx, z  |(r + J_x dx + J_theta L_j z) / s|^2 + |z|^2,
 //                                                                       (7.16)

@@ -20,7 +20,7 @@ class NextExperimentTest : public testing::Test {
         diagnosis_(problem_.model) {
     const Model truth =
         Shipped("pendulum2_planar", {"viscous_damping@joint1"},
-                {{"link1.length", 0.52}, {"joint1.damping", 0.01}});
+                {{"link1.length", 0.52}, {"joint1.damping", 0.03}});
     Recording recording;
     recording.duration = 0.5;
     recording.amplitude = 0.4;
