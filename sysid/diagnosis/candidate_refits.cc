@@ -185,38 +185,6 @@ std::vector<CandidateRefit> ProposeEffects(const Screening& screening) {
   return refits;
 }
 
-void ProposeShown(const Screening& screening,
-                  const std::vector<ScreenedEffect>& shown,
-                  std::vector<CandidateRefit>* refits) {
-  const auto propose = [&](int at, ScreenedEffect from) {
-    const bool is_proposed = std::any_of(
-        refits->begin(), refits->end(), [&](const CandidateRefit& refit) {
-          return refit.effects == std::vector<int>{at};
-        });
-    if (is_proposed) return;
-    refits->push_back({{at},
-                       {std::move(from)},
-                       screening.effects[at].predicted_error,
-                       {},
-                       ""});
-  };
-  for (const ScreenedEffect& effect : shown) {
-    const int own = screening.IndexOf(effect.name());
-    if (own < 0) continue;
-    propose(own, effect);
-    for (size_t i = 0; i < screening.effects.size(); ++i) {
-      ScreenedEffect whole = screening.effects[i];
-      if (!ArePartOf({effect.effect.get()}, {whole.effect.get()})) continue;
-      for (ExpectedParameter& p : whole.parameters) {
-        for (const ExpectedParameter& part : effect.parameters) {
-          if (p.name == part.name) p.value = part.value;
-        }
-      }
-      propose(static_cast<int>(i), std::move(whole));
-    }
-  }
-}
-
 std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
   std::vector<CandidateRefit> refits;
   for (const Screening::Pair& pair : screening.pairs) {

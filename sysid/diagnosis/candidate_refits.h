@@ -41,11 +41,6 @@ struct CandidateRefit {
 
 // The best by the screening; of those that explain the same, two.
 std::vector<CandidateRefit> ProposeEffects(const Screening& screening);
-// Adds what the equations of motion show, from the values that they give it,
-// and the laws that contain it.
-void ProposeShown(const Screening& screening,
-                  const std::vector<ScreenedEffect>& shown,
-                  std::vector<CandidateRefit>* refits);
 // Two that together explain what neither does alone.
 std::vector<CandidateRefit> ProposePairs(const Screening& screening);
 

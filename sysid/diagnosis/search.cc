@@ -153,9 +153,6 @@ Search::Found Search::Find() {
   Found found{Screen(now()), {}, -1};
   std::vector<CandidateRefit>& refits = found.refits;
   refits = ProposeEffects(found.screening);
-  if (diagnosis_.steps.empty()) {
-    ProposeShown(found.screening, shown_, &refits);
-  }
   refits_.Confirm(now(), &refits);
   for (const CandidateRefit& refit : refits) {
     tried_.push_back(ErrorsOf(*refit.after));

@@ -76,10 +76,6 @@ class Search {
             std::shared_ptr<EvaluatedModel> model);
 
   void AddOneByOne();
-  // By the motion of the model so far; before the first step also by the
-  // equations of motion, which show what acts on a joint that the model moves
-  // and the friction of the mechanism holds still, where no derivative of the
-  // motion does.
   Found Find();
   void Note(Found* found, const std::vector<CandidateEffect>& listed);
   // Where nothing is found: the same model from whole runs, or in longer
