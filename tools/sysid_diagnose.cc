@@ -177,15 +177,17 @@ int Main(ProcessGroup* group) {
   next.fit = CommandFromFlags("sysid_fit") + FlagWith("add", step.add) +
              FlagWith("fix", step.fix) + step.solver;
   if (experiment) {
-    next.experiment = SimulationFromFlags(*experiment);
-    next.probability = experiment->probability;
-    next.alike = experiment->alike;
+    next.experiment_words = ExperimentWords(*experiment);
+    if (!experiment->flags.empty()) {
+      next.experiment = SimulationFromFlags(*experiment);
+    }
   }
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);
   PageSource source = PageFromFlags("sysid_diagnose", session);
   source.train = problem.train.get();
   source.holdout = problem.holdout.get();
   source.experiment = next.experiment;
+  source.experiment_words = next.experiment_words;
   GiveResult(
       [&] {
         if (FLAGS_out.empty()) return;

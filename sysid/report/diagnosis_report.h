@@ -1,11 +1,10 @@
 #pragma once
 
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/session/diagnosis_session.h"
+#include "sysid/session/next_experiment.h"
 
 namespace sysid {
 
@@ -24,13 +23,15 @@ NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis);
 
 // What to type next.
 struct NextCommands {
-  std::string fit;           // with what was found
-  std::string experiment;    // simulates a motion that would decide between the
-                             // rivals; empty where there is none
-  double probability = 0.0;  // with which it would
-  // Rivals that it would not tell apart.
-  std::vector<std::pair<std::string, std::string>> alike;
+  std::string fit;         // with what was found
+  std::string experiment;  // simulates a motion that would decide between the
+                           // rivals; empty where there is none
+  // What that would show; where there is none, why. Empty without rivals.
+  std::string experiment_words;
 };
+
+// What an experiment would show, and what to do with it; or why there is none.
+std::string ExperimentWords(const NextExperiment& experiment);
 
 // The verdict in words.
 std::string DiagnosisSentence(const Diagnosis& diagnosis);

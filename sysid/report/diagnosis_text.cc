@@ -478,17 +478,10 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
       text += OpenLines(final->holdout->open, "held-out ");
     }
   }
-  if (!next.experiment.empty()) {
-    text += Format(
-        "the next experiment: a recording of such a motion would decide "
-        "between them with a probability of %.2g\n",
-        std::min(next.probability, 0.99));
-    for (const auto& [one, other] : next.alike) {
-      text += "  " + one + " and " + other +
-              " look alike in all motions that were simulated\n";
-    }
-    text += next.experiment + "\n";
+  if (!next.experiment_words.empty()) {
+    text += "next experiment: " + next.experiment_words + "\n";
   }
+  if (!next.experiment.empty()) text += next.experiment + "\n";
   return text + "next\n" + next.fit + "\n";
 }
 

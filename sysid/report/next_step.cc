@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,23 @@ NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis) {
   }
   return {Join(add, ","), Join(fix, ","),
           diagnosis.by_equations ? " --solver inverse_dynamics" : ""};
+}
+
+std::string ExperimentWords(const NextExperiment& experiment) {
+  if (!experiment.why_none.empty()) return experiment.why_none;
+  std::string words = Format(
+      "if one of the rivals is right, this motion shows which, with a "
+      "probability of %.2g",
+      std::min(experiment.probability, 0.99));
+  if (!experiment.one_fits) {
+    words += " (none reaches the noise: what else is missing may mislead)";
+  }
+  for (const std::vector<std::string>& group : experiment.alike) {
+    words += "; " + Join(group, ", ") + " look alike in all such motions";
+  }
+  return words +
+         ". Record it (the file has its start and efforts), and diagnose the "
+         "old and the new recording together";
 }
 
 }  // namespace sysid

@@ -33,8 +33,9 @@ struct PageSource {
   std::function<std::string(const std::string& add, const std::string& fix)>
       fit_command;
   // The command that simulates a motion that would decide between the rivals of
-  // a diagnosis; empty where there is none.
-  std::string experiment;
+  // a diagnosis; empty where there is none. And what it would show, or why
+  // there is none.
+  std::string experiment, experiment_words;
 };
 
 // A fitted model as the page shows it.

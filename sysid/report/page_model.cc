@@ -190,9 +190,11 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["crossValidation"] =
       fit.cv ? CrossValidationJson(*fit.cv) : Json(nullptr);
   model["rivals"] = diagnosis ? RivalsJson(*diagnosis) : Json::array();
-  model["nextExperiment"] = diagnosis && !source.experiment.empty()
-                                ? Json(source.experiment)
-                                : Json(nullptr);
+  model["nextExperiment"] = nullptr;
+  if (diagnosis != nullptr && !source.experiment_words.empty()) {
+    model["nextExperiment"] = {{"words", source.experiment_words},
+                               {"command", source.experiment}};
+  }
   model["predictions"] = PredictionsJson(source, fit, efforts);
   model["efforts"] = EffortErrorsJson(efforts.fitted);
   model["holdoutEfforts"] = EffortErrorsJson(efforts.held_out);

@@ -15,14 +15,13 @@
 #include "sysid/estimation/segmentation.h"
 #include "sysid/io/cell.h"
 #include "sysid/session/check_runs.h"
-#include "sysid/session/effect_inputs.h"
 #include "sysid/simulation/simulate.h"
 
 namespace sysid {
 namespace {
 
 constexpr size_t kMostRivals = 4;  // each pair is a linearisation a motion
-constexpr double kDecides = 0.99;
+constexpr double kDecides = 0.99;  // wrong once in a hundred
 // Below, a recording says little more than a coin.
 constexpr double kLeastProbability = 0.75;
 // Samples of a motion: what a linearisation holds in memory.
@@ -45,6 +44,7 @@ struct Rival {
   Eigen::MatrixXd L;       // of theta
   double misfit = 1.0;     // its error over segments, in times the noise
   double segment_s = 0.0;  // of those
+  bool fits = false;       // at the noise
 };
 
 // Sigma = L L'. What the recordings leave open is as wide as it is large; what
@@ -61,8 +61,9 @@ Eigen::MatrixXd SquareRoot(const ShootingProblem& problem, const Fit& fit) {
          eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-// The last model with these effects in place of what it has, fitted to whole
-// runs where it follows them; nothing where one of them is no candidate.
+// The last model with these effects (`candidates`, by name) in place of what it
+// has, fitted to whole runs where it follows them; nothing where the data do
+// not tell of one of them.
 std::optional<Rival> OpenRival(const DiagnosisProblem& problem,
                                const Candidates& candidates,
                                const EvaluatedModel& last,
@@ -76,17 +77,12 @@ std::optional<Rival> OpenRival(const DiagnosisProblem& problem,
       model = EvaluateWithout(problem, model, effect->name(), quiet);
     }
   }
-  Candidates missing;
-  for (const auto& candidate : candidates) {
-    const auto has = [&](const auto& e) {
-      return e->name() == candidate->name();
-    };
-    if (std::find(effects.begin(), effects.end(), candidate->name()) !=
-            effects.end() &&
-        std::none_of(model.added.begin(), model.added.end(), has)) {
-      missing.push_back(candidate);
-    }
-  }
+  Candidates missing = candidates;
+  std::erase_if(missing, [&](const auto& candidate) {
+    return std::any_of(
+        model.added.begin(), model.added.end(),
+        [&](const auto& e) { return e->name() == candidate->name(); });
+  });
   if (!missing.empty()) {
     const LinearizedFit linearized(*model.problem, model.fit.point);
     if (!linearized.Valid()) return std::nullopt;
@@ -107,7 +103,8 @@ std::optional<Rival> OpenRival(const DiagnosisProblem& problem,
               whole ? *whole : model.fit,
               {},
               std::max(1.0, model.train_error()),
-              model.fit.segment_s};
+              model.fit.segment_s,
+              IsAtNoiseFloor(model)};
   if (!std::isfinite(rival.misfit)) return std::nullopt;
   rival.L = SquareRoot(rival.problem, rival.fit);
   return rival;
@@ -124,7 +121,8 @@ double LongestRun(const std::vector<Run>& runs) {
 // The widest half of a range of an angle; what sysid_simulate takes where none
 // was measured.
 double Amplitude(const std::vector<Run>& runs) {
-  constexpr double kDefault = 0.6, kLeast = 0.1;
+  constexpr double kDefault = 0.6;
+  constexpr double kLeast = 0.1;  // a joint that hardly moved shows nothing
   double widest = 0.0;
   for (const Run& run : runs) {
     for (const Channel& channel : run.channels) {
@@ -140,7 +138,8 @@ double Rounded(double value) {
   return std::round(value / unit) * unit;
 }
 
-// Short ones first.
+// Short ones first. Efforts as fast as sysid_simulate has them, and slow: one
+// to four periods in the recording; both within what it allows at that rate.
 std::vector<Motion> MotionsLike(const std::vector<Run>& runs, double rate) {
   const double duration = LongestRun(runs), amplitude = Amplitude(runs);
   const bool is_driven =
@@ -158,11 +157,13 @@ std::vector<Motion> MotionsLike(const std::vector<Run>& runs, double rate) {
         // The start matters little: the drive moves the joints.
         motion.tilt = Rounded(std::min(amplitude, 0.6));
         motion.amplitude = wider;
+        motion.highest = std::min(motion.highest, 0.25 * rate);
       }
-      motions.push_back(motion);
+      if (motion.lowest < motion.highest) motions.push_back(motion);
       if (!is_driven) continue;
-      motion.lowest = 0.02;
-      motion.highest = 0.3;  // a slow one
+      motion.lowest = Rounded(1.0 / motion.duration);
+      if (4.0 * motion.lowest >= 0.5 * motion.highest) continue;  // not slow
+      motion.highest = 4.0 * motion.lowest;
       motions.push_back(motion);
     }
   }
@@ -360,7 +361,8 @@ void AddMotionFlags(const Motion& motion, double rate, double noise,
   flags.push_back({"duration", Digits(motion.duration)});
   flags.push_back({"rate", Digits(rate)});
   flags.push_back({"noise", Digits(noise)});
-  flags.push_back({"out_csv", "next_run.csv"});
+  // Not a name that a recording would have.
+  flags.push_back({"out_csv", "planned_motion.csv"});
 }
 
 }  // namespace
@@ -377,6 +379,18 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
     problem.options.progress(
         {"which recording would decide", 0, 0, diagnosis.last().train_error()});
   }
+  NextExperiment best;
+  const auto none = [&](const std::string& why) {
+    best.why_none = why;
+    return best;
+  };
+  const std::string reads_inputs =
+      "a model that reads inputs, whose next values nobody knows, is not "
+      "simulated";
+  const EffectSet& own = problem.model.effects();
+  for (int i = 0; i < own.size(); ++i) {
+    if (!own.effect(i).inputs().empty()) return none(reads_inputs);
+  }
   std::vector<Rival> rivals;
   for (const std::vector<std::string>& effects : diagnosis.rivals) {
     if (rivals.size() == kMostRivals) break;
@@ -384,21 +398,19 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
     for (const std::string& name : effects) {
       candidates.push_back(
           catalogue.Make(name, problem.model.mechanism(), "rivals"));
-      if (!candidates.back()->inputs().empty()) return std::nullopt;
+      if (!candidates.back()->inputs().empty()) return none(reads_inputs);
     }
     std::optional<Rival> rival =
         OpenRival(problem, candidates, diagnosis.last(), effects);
     if (rival) {
       rivals.push_back(std::move(*rival));
     } else if (rivals.empty()) {
-      return std::nullopt;  // the command is of the first
+      break;  // the command is of the first
     }
   }
-  if (rivals.size() < 2) return std::nullopt;
-  const EffectSet& own = problem.model.effects();
-  for (int i = 0; i < own.size(); ++i) {
-    if (!own.effect(i).inputs().empty()) return std::nullopt;
-  }
+  best.one_fits = std::any_of(rivals.begin(), rivals.end(),
+                              [](const Rival& rival) { return rival.fits; });
+  if (rivals.size() < 2) return none("the rivals could not be fitted again");
   const double rate = 1.0 / problem.train->MedianSamplePeriod();
   const double noise = problem.train->PooledNoise();
   const std::vector<Motion> motions = MotionsLike(session.runs, rate);
@@ -413,16 +425,22 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
     if (right.back().minCoeff() > kDecides) break;
   }
   // Two that no motion tells apart do not choose it.
-  const auto told = most.array() >= kLeastProbability;
-  NextExperiment best;
+  const Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> told =
+      most.array() >= kLeastProbability;
+  const std::string nothing_tells =
+      "no motion like the recorded ones, longer or wider tells the rivals "
+      "apart";
+  if (told.count() == n) return none(nothing_tells);  // each from itself
+  std::vector<bool> grouped(n, false);
   for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < i; ++j) {
-      if (told(i, j)) continue;
-      best.alike.push_back({rivals[j].name, rivals[i].name});
+    if (grouped[i]) continue;
+    std::vector<std::string> group{rivals[i].name};
+    for (int j = i + 1; j < n; ++j) {
+      if (told(i, j) || grouped[j]) continue;
+      grouped[j] = true;
+      group.push_back(rivals[j].name);
     }
-  }
-  if (static_cast<int>(best.alike.size()) == n * (n - 1) / 2) {
-    return std::nullopt;
+    if (group.size() > 1) best.alike.push_back(group);
   }
   size_t chosen = 0;
   for (size_t m = 0; m < right.size() && best.probability <= kDecides; ++m) {
@@ -431,7 +449,7 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
     best.probability = least;
     chosen = m;
   }
-  if (best.probability < kLeastProbability) return std::nullopt;
+  if (best.probability < kLeastProbability) return none(nothing_tells);
   AddModelFlags(catalogue, session, rivals[0].fit.model, &best);
   AddMotionFlags(motions[chosen], rate, noise, &best);
   return best;

@@ -30,17 +30,19 @@ struct NextExperiment {
   // Flags of sysid_simulate that make the motion, beside --model: names and
   // values, with the first rival's estimates.
   std::vector<std::pair<std::string, std::string>> flags;
-  // The least of any two rivals, but for those that look alike in all of the
-  // motions.
+  // That the likelier of two rivals is the right one, if one of them is: the
+  // least of any two, but for those that look alike in all of the motions.
   double probability = 0.0;
-  std::vector<std::pair<std::string, std::string>> alike;
+  std::vector<std::vector<std::string>> alike;  // groups of rivals
+  bool one_fits = false;  // whether a rival reaches the noise
+  // Why there is no such motion; then there are no flags. Else empty.
+  std::string why_none;
 };
 
 // Of motions as long as the recordings, two and four times as long, as wide,
 // twice and half as wide, driven where the recordings are: the first that
 // decides with a probability of 99 %, else the likeliest to. Nothing where
-// there are no rivals, where they read inputs that no simulation has, or where
-// none of these motions would decide between any two.
+// there are no rivals.
 std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
                                                const Session& session,
                                                const DiagnosisProblem& problem,

@@ -271,6 +271,7 @@ TEST_F(DiagnoseTest, JudgesAShortRecording) {
   EXPECT_LT(json["segment_s"], 0.06);
   // A rotor and an inertia about the same fixed axis: no motion would decide.
   EXPECT_TRUE(json["next_experiment"].is_null());
+  EXPECT_THAT(result.out, HasSubstr("tells the rivals apart"));
 }
 
 // Where the data do not decide, it says which recording would, as a command.
@@ -297,8 +298,8 @@ TEST_F(DiagnoseTest, SaysWhichRecordingWouldDecide) {
   std::istringstream words(flags.substr(0, flags.find("--out_csv")));
   Arguments arguments;
   for (std::string word; words >> word;) arguments.push_back(word);
-  SimulateInto(*folder_, "next_run.csv", arguments);
-  EXPECT_FALSE(folder_->Read("next_run.csv").empty());
+  SimulateInto(*folder_, "planned_motion.csv", arguments);
+  EXPECT_FALSE(folder_->Read("planned_motion.csv").empty());
 }
 
 TEST_F(DiagnoseTest, ConsidersWhatItIsToldTo) {

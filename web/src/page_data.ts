@@ -107,8 +107,9 @@ export interface ModelData {
   // Where the data do not decide: the effects that were chosen, and those of
   // each other model of as many effects that predicts as well. Empty else.
   rivals: { effects: string[]; separatedBy: string }[];
-  // The command that simulates a motion that would decide between those.
-  nextExperiment: string | null;
+  // What a recording would show that decides between those, or why there is none;
+  // and the command that simulates it, or "".
+  nextExperiment: { words: string; command: string } | null;
   predictions: PredictionData[]; // one a run, as in PageData.runs
   // What the inverse dynamics leave of the efforts of all fitted, all held-out
   // runs; null: none were measured, or a joint's position was not.

@@ -326,7 +326,8 @@ export function undecidedPage() {
     {effects: [effects[0], 'quadratic_drag@joint1'], separatedBy: 'they differ only in how they grow over both slow and fast motion of the joint: the wider its range, the better'},
   ];
   return {...page, models: [{...given, verdict: 'undecided', rivals,
-    nextExperiment: 'sysid_simulate --model pendulum2_planar --tilt 1.2 --duration 16 --out_csv next_run.csv',
+    nextExperiment: {words: 'if one of the rivals is right, this motion shows which, with a probability of 0.99',
+      command: 'sysid_simulate --model pendulum2_planar --tilt 1.2 --duration 16 --out_csv planned_motion.csv'},
     sentence: 'The error is 44.2 times the noise (held out 64.2): an effect is missing; these explain the data equally well: coulomb_friction@joint2 and viscous_damping@joint1; coulomb_friction@joint2 and quadratic_drag@joint1. With the first the error is 1.20 (held out 1.30).'},
     first, second], compared: 2,
     steps: [...page.steps, {...page.steps[0], title: second.title, model: 2, from: 1, predicted: 1.3, trainBefore: 2.0, trainAfter: 1.2, holdoutBefore: 2.1,

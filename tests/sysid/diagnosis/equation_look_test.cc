@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "sysid/diagnosis/diagnose.h"
 #include "tests/support/tracked_arm.h"
@@ -143,6 +145,16 @@ TEST(Diagnose, AddsTogetherWhatTheEquationsShow) {
       EXPECT_THAT(diagnosis.added(), Contains(effect + JointName(i)));
     }
   }
+  // What was kept comes first of the candidates, and then all others, once.
+  std::vector<std::string> listed;
+  for (const CandidateEffect& candidate : diagnosis.candidates) {
+    listed.push_back(candidate.screened.name());
+  }
+  ASSERT_FALSE(diagnosis.proposed.empty());
+  EXPECT_EQ(listed.front(), diagnosis.proposed.front());
+  EXPECT_GT(listed.size(), diagnosis.proposed.size());
+  EXPECT_EQ(std::set<std::string>(listed.begin(), listed.end()).size(),
+            listed.size());
 }
 
 }  // namespace

@@ -348,6 +348,34 @@ TEST(Fit, StopsWhereTheIterationsLeftWouldGainTooLittle) {
   EXPECT_LT(early.train.squares, 1.2 * whole.train.squares);
 }
 
+// The same as one trajectory: what is wanted of it, it has, or it has not.
+TEST(Fit, StopsWhereItWouldNotReachTheWantedError) {
+  const sysid::Run run =
+      Simulated(Shipped("pendulum2_planar", {"effort_bias@joint1"},
+                        {{"joint1.effort_bias", 0.2}}),
+                2.0, 9);
+  const Model start =
+      Shipped("pendulum2_planar", {"spring@joint1"},
+              {{"joint1.stiffness", 0.1}, {"joint1.spring_reference", 1.0}});
+  EstimationOptions options;
+  options.max_iterations = 100;
+  const auto fit = [&] {
+    return FitLevenbergMarquardt(ShootingProblem(
+        start,
+        FreeFrom(start,
+                 {{"joint1.stiffness", 0.1}, {"joint1.spring_reference", 1.0}}),
+        {run}, options));
+  };
+  const Fit whole = fit();
+  const double error = whole.train.total.normalized_rms;
+  options.wanted_error = 0.1 * error;
+  const Fit early = fit();
+  EXPECT_LT(early.iterations, whole.iterations);
+  EXPECT_GT(early.train.total.normalized_rms, options.wanted_error);
+  options.wanted_error = 1.1 * error;
+  EXPECT_NEAR(fit().train.total.normalized_rms, error, 0.01 * error);
+}
+
 TEST(Fit, CountsNoIterationOfAMotionThatNothingFollows) {
   const Model model = Shipped("pendulum2_planar");
   sysid::Run run = Simulated(model, 0.6, 1, 2.0, 1e-3, Excitation::kMultisine);

@@ -64,6 +64,7 @@ TEST_F(NextExperimentTest, MakesAMotionThatDecides) {
       Between({"viscous_damping@joint1", "quadratic_drag@joint1"});
   ASSERT_TRUE(found);
   EXPECT_GT(found->probability, 0.99);
+  EXPECT_TRUE(found->one_fits);
   EXPECT_EQ(Flag(*found, "add"), "viscous_damping@joint1");
   EXPECT_EQ(Flag(*found, "excite"), "");  // nothing drives it
 
@@ -95,7 +96,11 @@ TEST_F(NextExperimentTest, MakesAMotionThatDecides) {
 }
 
 TEST_F(NextExperimentTest, IsNoneWhereNothingTellsThemApart) {
-  EXPECT_FALSE(Between({"viscous_damping@joint1", "custom@joint1: -k*qd"}));
+  const auto found =
+      Between({"viscous_damping@joint1", "custom@joint1: -k*qd"});
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->flags.empty());
+  EXPECT_THAT(found->why_none, testing::HasSubstr("tells the rivals apart"));
 }
 
 // What no motion tells apart does not keep it from deciding the rest.
@@ -105,7 +110,7 @@ TEST_F(NextExperimentTest, DecidesBetweenThoseThatDiffer) {
   ASSERT_TRUE(found);
   EXPECT_GT(found->probability, 0.99);
   EXPECT_EQ(found->alike,
-            (std::vector<std::pair<std::string, std::string>>{
+            (std::vector<std::vector<std::string>>{
                 {"viscous_damping@joint1", "custom@joint1: -k*qd"}}));
 }
 
@@ -116,7 +121,11 @@ TEST_F(NextExperimentTest, IsNoneWithoutRivals) {
 
 // The other one would have to be simulated with a command that nobody gave.
 TEST_F(NextExperimentTest, IsNoneWhereOneReadsAnInput) {
-  EXPECT_FALSE(Between({"viscous_damping@joint1", "thermal_friction@joint1"}));
+  const auto found =
+      Between({"viscous_damping@joint1", "thermal_friction@joint1"});
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->flags.empty());
+  EXPECT_THAT(found->why_none, testing::HasSubstr("reads inputs"));
 }
 
 TEST_F(NextExperimentTest, DrivesWhatTheRecordingsDrive) {

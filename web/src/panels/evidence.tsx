@@ -65,8 +65,8 @@ export function Rivals({page, model}: {page: PageData; model: ModelData}) {
       </table></div>
       <p class="note">Each predicts unseen data as well as the first, within one standard error. Record such a motion, and ask again with that recording among the runs.</p>
       {model.nextExperiment && <>
-        <p>This simulates a motion that would decide: the start, efforts and duration to record.</p>
-        <Command text={model.nextExperiment} label="command of the next experiment" />
+        <p>The next experiment: {model.nextExperiment.words}.</p>
+        {model.nextExperiment.command && <Command text={model.nextExperiment.command} label="command of the next experiment" />}
       </>}
     </div>
   );
