@@ -125,9 +125,10 @@ EquationRows EquationSearch::Rows(const sysid::Run& run) const {
     for (int i = begin; i < end; ++i) seeded[i] = Jet24(theta_[i], i - begin);
     map_.Apply<Jet24>(seeded.data(), s);
   };
+  const int threads = problem_.options.threads;
   EquationRows rows = MakeEquationRows<Jet24>(
-      columns_.model, SampleMotion(columns_.model, run, filter_), map_.size(),
-      seeding, {columns_.model.nominal(), {}, undriven_});
+      columns_.model, SampleMotion(columns_.model, run, filter_, threads),
+      map_.size(), seeding, {columns_.model.nominal(), {}, undriven_}, threads);
   NormaliseByGain(gains_, theta_, &rows);
   return rows;
 }
@@ -436,7 +437,8 @@ EquationLook LookByEquations(
   EquationSearch slow(problem, columns, first, undriven);
   slow.Run();
   EquationSearch search(problem, columns,
-                        ChooseFilter(columns.model, slow.Values(), runs, first),
+                        ChooseFilter(columns.model, slow.Values(), runs, first,
+                                     problem.options.threads),
                         undriven);
   search.Run();
   return search.Look();

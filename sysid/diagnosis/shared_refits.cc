@@ -18,8 +18,7 @@ void RefitEvery(const DiagnosisProblem& problem, const EvaluatedModel& before,
   const int count = (all - first + of - 1) / of;
   if (count <= 0) return;
   EstimationOptions options = problem.options;
-  const int threads = std::max(1, std::min(count, problem.options.threads));
-  options.threads = std::max(1, problem.options.threads / threads);
+  options.threads = ThreadsOfEach(count, problem.options.threads);
   std::mutex mutex;
   int done = 0;
   const auto report = [&] {
@@ -29,7 +28,7 @@ void RefitEvery(const DiagnosisProblem& problem, const EvaluatedModel& before,
          before.train_error()});
   };
   report();
-  ParallelFor(count, threads, [&](int i) {
+  ParallelFor(count, problem.options.threads, [&](int i) {
     CandidateRefit& refit = (*refits)[first + i * of];
     std::vector<const ScreenedEffect*> effects;
     for (const ScreenedEffect& e : refit.expected) effects.push_back(&e);

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <utility>
 
 #include "sysid/estimation/noise.h"
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -208,21 +210,30 @@ std::vector<std::unique_ptr<RunData>> MakeRuns(
     const Mechanism& mechanism, std::vector<Run> runs,
     const MeasurementOptions& options) {
   std::vector<std::unique_ptr<RunData>> all;
+  std::vector<std::pair<RunData*, size_t>> channels;
   for (Run& run : runs) {
     auto data = std::make_unique<RunData>();
     data->run = std::move(run);
     data->measurements.run = &data->run;
     for (const Channel& channel : data->run.channels) {
+      channels.emplace_back(data.get(), data->measurements.residuals.size());
       data->measurements.residuals.push_back(
           MakeChannelResidual(mechanism, channel, options.orientation));
-      const bool given = options.noise > 0 && IsPositionLike(channel.kind);
-      data->sigma.push_back(
-          given ? options.noise : ChannelNoise(mechanism, data->run, channel));
-      data->motion.push_back(ChannelMotion(
-          mechanism, channel, data->measurements.residuals.back()));
     }
+    data->sigma.resize(data->run.channels.size());
+    data->motion.resize(data->run.channels.size());
     all.push_back(std::move(data));
   }
+  ParallelFor(static_cast<int>(channels.size()), options.threads, [&](int i) {
+    const auto [data, c] = channels[i];
+    const Channel& channel = data->run.channels[c];
+    const bool given = options.noise > 0 && IsPositionLike(channel.kind);
+    data->sigma[c] =
+        given ? options.noise : ChannelNoise(mechanism, data->run, channel);
+    data->motion[c] =
+        ChannelMotion(mechanism, channel, data->measurements.residuals[c]);
+    return true;
+  });
   return all;
 }
 

@@ -26,6 +26,7 @@ struct MeasurementOptions {
   OrientationResidual orientation = OrientationResidual::kHeading;
   // Standard deviation of position-like measurements; 0: estimated per channel.
   double noise = 0.0;
+  int threads = 1;
   // That share out the runs; null: one has all.
   std::shared_ptr<const Processes> processes;
 };

@@ -142,4 +142,16 @@ bool ParallelFor(int count, int threads, const std::stop_token& stop,
   });
 }
 
+void ParallelRanges(int count, int size, int threads,
+                    const std::function<void(int, int)>& work) {
+  ParallelFor((count + size - 1) / size, threads, [&](int i) {
+    work(i * size, std::min(count, (i + 1) * size));
+    return true;
+  });
+}
+
+int ThreadsOfEach(int count, int threads) {
+  return std::max(1, threads / std::clamp(count, 1, std::max(1, threads)));
+}
+
 }  // namespace sysid

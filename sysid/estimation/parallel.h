@@ -21,4 +21,12 @@ bool ParallelFor(int count, int threads, const std::stop_token& stop,
 bool ParallelFor(int count, int threads,
                  const std::function<bool(int, int)>& work);
 
+// Calls work(first, last) for [0, count) in ranges of `size`, the last one
+// shorter, spread alike: what a range is does not depend on the threads.
+void ParallelRanges(int count, int size, int threads,
+                    const std::function<void(int, int)>& work);
+
+// How many threads each of `count` works has that are spread over `threads`.
+int ThreadsOfEach(int count, int threads);
+
 }  // namespace sysid

@@ -30,8 +30,7 @@ struct EstimationOptions : MeasurementOptions {
   // Length of a shooting segment in the last stage, s; 0: chosen from the data.
   double segment = 0.0;
   RobustLoss loss = RobustLoss::kNone;
-  double loss_scale = 3.0;  // standard deviations
-  int threads = 1;
+  double loss_scale = 3.0;   // standard deviations
   int max_iterations = 400;  // over all stages
   // Part of the cost: a stage ends where all iterations that it has left would
   // gain less, at the pace of the last few.

@@ -27,10 +27,12 @@ EffortComparison CompareEfforts(const ShootingProblem& problem,
   MechanismParameters<double> values;
   problem.map().Apply<double>(theta.data(), &values);
   const EquationFilter filter =
-      ChooseFilter(model, values, runs, FirstFilter(runs, all), all);
+      ChooseFilter(model, values, runs, FirstFilter(runs, all),
+                   problem.options().threads, all);
   std::vector<SampledMotion> sampled;
   for (const Run* run : runs) {
-    sampled.push_back(SampleMotion(model, *run, filter));
+    sampled.push_back(
+        SampleMotion(model, *run, filter, problem.options().threads));
   }
   EffortComparison comparison =
       CompareEfforts(model, runs, sampled, values, all);

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 #include "models/dynamics.h"
@@ -10,6 +11,7 @@
 #include "models/inertial_columns.h"
 #include "models/joint_part.h"
 #include "residuals/acting_inputs.h"
+#include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
@@ -48,6 +50,12 @@ void SetDryModes(const SampledMotion& grid, const MotionSample& motion,
   }
 }
 
+// Times of a grid.
+struct Range {
+  int first, last;  // last excluded
+  int size() const { return last - first; }
+};
+
 // (11.10) of each time, before the Gaussian.
 struct Unknown {
   Eigen::VectorXd e;        // of the undriven joints
@@ -55,23 +63,23 @@ struct Unknown {
   Eigen::MatrixXd inverse;  // of M_uu
 };
 
+// By time of the range.
 std::vector<Unknown> SolveAccelerations(const Model& model,
-                                        const SampledMotion& grid,
+                                        const SampledMotion& grid, Range range,
                                         const PlainPart& plain) {
   const std::vector<int>& at = plain.undriven;
   if (at.empty()) return {};
-  std::vector<Unknown> solved(grid.size());
+  std::vector<Unknown> all(range.size());
   std::vector<double> q(model.nq()), u(model.held_size());
   Eigen::VectorXd qdd, needed(model.nv()), moved(model.nv());
   Workspace<double> ws(model);
   ws.SetParameters(plain.values);
-  for (size_t k = 0; k < solved.size(); ++k) {
+  for (int k = range.first; k < range.last; ++k) {
     const MotionSample& motion = grid.motion[k];
     if (!motion.known) continue;
     Unmeasure(ws, motion, &q);
     SetDryModes(grid, motion, &ws);
-    ActingInputs<double>(grid.run, ws, static_cast<int>(k), grid.run.t[k],
-                         grid.step, u.data());
+    ActingInputs<double>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
     const auto need = [&](Eigen::VectorXd* out) {
       InverseDynamics<double>(&ws, q.data(), motion.qd.data(), qdd.data(),
                               u.data(), out->data());
@@ -87,12 +95,13 @@ std::vector<Unknown> SolveAccelerations(const Model& model,
       qdd[at[i]] = motion.qdd[at[i]];
       M_uu.col(i) = (moved - needed)(at);
     }
-    solved[k].inverse = M_uu.inverse();
-    solved[k].e = solved[k].inverse * r_u;
-    solved[k].qdd = motion.qdd;
-    solved[k].qdd(at) += solved[k].e;
+    Unknown& solved = all[k - range.first];
+    solved.inverse = M_uu.inverse();
+    solved.e = solved.inverse * r_u;
+    solved.qdd = motion.qdd;
+    solved.qdd(at) += solved.e;
   }
-  return solved;
+  return all;
 }
 
 // Joints, and the accelerations at which their equations are linearised.
@@ -115,37 +124,39 @@ std::vector<Pass> Passes(int nv, const std::vector<int>& undriven) {
 }
 
 // Columns of dr by the inertial parameters of links, (2.30), ten a link, of
-// each time and joint. Returns the inverse dynamics, times x nv.
+// each time of the range and joint. Returns the inverse dynamics, times x nv.
 RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
-                               const PlainPart& plain,
+                               Range range, const PlainPart& plain,
                                const std::vector<Pass>& passes,
                                const std::vector<Unknown>& solved,
                                RowMatrixXd* rows) {
   constexpr int kTen = 10;
   const int nv = model.nv();
   std::vector<double> q(model.nq());
-  RowMatrixXd needed = RowMatrixXd::Zero(grid.size(), nv);
+  RowMatrixXd needed = RowMatrixXd::Zero(range.size(), nv);
   std::vector<double> held(model.held_size());
   Workspace<double> ws(model);
   ws.SetParameters(plain.values);
   Eigen::VectorXd efforts(nv);
   RowMatrixXd columns(nv, kTen);
-  for (int k = 0; k < grid.size(); ++k) {
+  for (int k = range.first; k < range.last; ++k) {
     const MotionSample& motion = grid.motion[k];
     if (!motion.known) continue;
     Unmeasure(ws, motion, &q);
     SetDryModes(grid, motion, &ws);
     ActingInputs<double>(grid.run, ws, k, grid.run.t[k], grid.step,
                          held.data());
+    const int i_time = k - range.first;
     for (const Pass& pass : passes) {
-      const Eigen::VectorXd& qdd = pass.solved ? solved[k].qdd : motion.qdd;
+      const Eigen::VectorXd& qdd =
+          pass.solved ? solved[i_time].qdd : motion.qdd;
       InverseDynamics<double>(&ws, q.data(), motion.qd.data(), qdd.data(),
                               held.data(), efforts.data());
-      for (const int v : pass.joints) needed(k, v) = efforts[v];
+      for (const int v : pass.joints) needed(i_time, v) = efforts[v];
       for (size_t i = 0; i < plain.links.size(); ++i) {
         InertialColumns(ws, plain.links[i], columns);
         for (const int v : pass.joints) {
-          rows->row(k * nv + v).segment<kTen>(kTen * i) = -columns.row(v);
+          rows->row(i_time * nv + v).segment<kTen>(kTen * i) = -columns.row(v);
         }
       }
     }
@@ -153,42 +164,47 @@ RowMatrixXd AddInertialColumns(const Model& model, const SampledMotion& grid,
   return needed;
 }
 
-// [dr | r | u] before the Gaussian, of each time and joint. Derivatives by
-// the inertial part where the model has them, by Jets of the rest: of (2.31)
-// alone where nothing else varies.
+// Sets [dr | r | u] before the Gaussian, of each time of the range and joint.
+// Derivatives by the inertial part where the model has them, by Jets of the
+// rest: of (2.31) alone where nothing else varies. Returns the evaluations.
 template <typename T>
-RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
-                       int columns, const Seeding<T>& seeding,
-                       const PlainPart& plain, double* work) {
+double SetUnfiltered(const Model& model, const SampledMotion& grid, Range range,
+                     int columns, const Seeding<T>& seeding,
+                     const PlainPart& plain, RowMatrixXd* unfiltered) {
   constexpr bool kJets = !std::is_same_v<T, double>;
   const int nv = model.nv();
-  RowMatrixXd rows = RowMatrixXd::Zero(grid.size() * nv, columns + 2);
+  RowMatrixXd& rows = *unfiltered;
+  double work = 0.0;
   std::vector<T> q(model.nq()), qd(nv), qdd(nv), u(model.held_size()),
       needed(nv);
   MechanismParameters<T> values;
   Workspace<T> ws(model);
   const std::vector<Pass> passes = Passes(nv, plain.undriven);
-  const std::vector<Unknown> solved = SolveAccelerations(model, grid, plain);
+  const std::vector<Unknown> solved =
+      SolveAccelerations(model, grid, range, plain);
   int first = 0;      // column by Jets
   RowMatrixXd known;  // the inverse dynamics, where `first` > 0
   if (!plain.links.empty() && HasInertialColumns(Workspace<double>(model))) {
     first = 10 * static_cast<int>(plain.links.size());
-    known = AddInertialColumns(model, grid, plain, passes, solved, &rows);
+    known =
+        AddInertialColumns(model, grid, range, plain, passes, solved, &rows);
   }
   for (int begin = first; begin == first || begin < columns;) {
-    *work += grid.size();
+    work += range.size();
     seeding(begin, &values);
     ws.SetParameters(values);
     const bool joints_alone = first > 0 && OnlyJointPartVaries(ws);
-    for (int k = 0; k < grid.size(); ++k) {
+    for (int k = range.first; k < range.last; ++k) {
       const MotionSample& motion = grid.motion[k];
       if (!motion.known) continue;
+      const int i_time = k - range.first;
       Unmeasure(ws, motion, &q);
       for (int v = 0; v < nv; ++v) qd[v] = T(motion.qd[v]);
       SetDryModes(grid, motion, &ws);
       ActingInputs<T>(grid.run, ws, k, grid.run.t[k], grid.step, u.data());
       for (const Pass& pass : passes) {
-        const Eigen::VectorXd& moved = pass.solved ? solved[k].qdd : motion.qdd;
+        const Eigen::VectorXd& moved =
+            pass.solved ? solved[i_time].qdd : motion.qdd;
         for (int v = 0; v < nv; ++v) qdd[v] = T(moved[v]);
         if (joints_alone) {
           JointPart<T>(&ws, q.data(), qd.data(), qdd.data(), u.data(),
@@ -199,13 +215,13 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
         }
         for (const int v : pass.joints) {
           const T rest = u[v] - needed[v];
-          auto row = rows.row(k * nv + v);
+          auto row = rows.row(i_time * nv + v);
           if constexpr (kJets) {
             const int count = std::min<int>(T::DIMENSION, columns - begin);
             for (int c = 0; c < count; ++c) row[begin + c] = rest.v[c];
           }
           row[columns] =
-              first > 0 ? ValueOf(u[v]) - known(k, v) : ValueOf(rest);
+              first > 0 ? ValueOf(u[v]) - known(i_time, v) : ValueOf(rest);
           row[columns + 1] = ValueOf(u[v]);
         }
       }
@@ -216,18 +232,56 @@ RowMatrixXd Unfiltered(const Model& model, const SampledMotion& grid,
       break;
     }
   }
-  for (size_t k = 0; k < solved.size(); ++k) {
-    if (!grid.motion[k].known) continue;
+  for (int i_time = 0; i_time < static_cast<int>(solved.size()); ++i_time) {
+    if (!grid.motion[range.first + i_time].known) continue;
     const std::vector<int>& at = plain.undriven;
-    auto of_time = rows.middleRows(static_cast<int>(k) * nv, nv);
+    auto of_time = rows.middleRows(i_time * nv, nv);
     const RowMatrixXd forces = of_time.leftCols(columns)(at, Eigen::all);
-    const RowMatrixXd accelerations = solved[k].inverse * forces;
+    const RowMatrixXd accelerations = solved[i_time].inverse * forces;
     for (size_t i = 0; i < at.size(); ++i) {
       of_time.row(at[i]).head(columns) = accelerations.row(i);
-      of_time(at[i], columns) = solved[k].e[i];
+      of_time(at[i], columns) = solved[i_time].e[i];
     }
   }
-  return rows;
+  return work;
+}
+
+// Where on the grid an average is.
+int MiddleOf(int average) { return kReachSteps + average * kSteps; }
+
+// g at the steps of its reach.
+const Eigen::RowVectorXd& Weights() {
+  static const Eigen::RowVectorXd* const weights = [] {
+    auto* g = new Eigen::RowVectorXd(2 * kReachSteps + 1);
+    for (int i = -kReachSteps; i <= kReachSteps; ++i) {
+      (*g)[i + kReachSteps] = GaussianWeight(static_cast<double>(i) / kSteps);
+    }
+    *g /= g->sum();
+    return g;
+  }();
+  return *weights;
+}
+
+// The rows and the effort of one average, of [dr | r | u] in a range. False
+// where something around it is not known.
+bool SetAverage(const SampledMotion& sampled, Range range,
+                const RowMatrixXd& unfiltered, int average, EquationRows* out) {
+  const int nv = out->nv;
+  const int first = MiddleOf(average) - kReachSteps;
+  for (int k = first; k <= first + 2 * kReachSteps; ++k) {
+    if (!sampled.motion[k].known) return false;
+  }
+  // All numbers of a time as one row, of which its sums are products.
+  const int width = nv * static_cast<int>(unfiltered.cols());
+  const Eigen::Map<const RowMatrixXd> by_time(unfiltered.data(), range.size(),
+                                              width);
+  RowMatrixXd sum(nv, unfiltered.cols());
+  Eigen::Map<Eigen::RowVectorXd>(sum.data(), width).noalias() =
+      Weights() * by_time.middleRows(first - range.first, Weights().size());
+  if (!sum.allFinite()) return false;
+  out->rows.middleRows(average * nv, nv) = sum.leftCols(sum.cols() - 1);
+  out->effort.row(average) = sum.rightCols<1>().transpose();
+  return true;
 }
 
 // The speeds below which joints with dry friction may rest,
@@ -280,7 +334,8 @@ double CutOff(double width) {
 }
 
 SampledMotion SampleMotion(const Model& model, const Run& run, double from,
-                           double to, const EquationFilter& filter) {
+                           double to, const EquationFilter& filter,
+                           int threads) {
   SampledMotion sampled;
   const double step = sampled.step = filter.average / kSteps;
   sampled.bend = filter.motion;
@@ -288,74 +343,78 @@ SampledMotion SampleMotion(const Model& model, const Run& run, double from,
   if (n < 1) return sampled;
   sampled.run.effort = RowMatrixXd::Zero(n, model.nv());
   for (const Input& input : run.inputs) {
-    sampled.run.inputs.push_back({input.name, true, {}});
+    sampled.run.inputs.push_back({input.name, true, std::vector<double>(n)});
   }
-  MotionSmoother smoother(model, run, filter.motion);
-  for (int k = 0; k < n; ++k) {
-    const double time = from + k * step;
-    sampled.run.t.push_back(time - 0.5 * step);
-    MeanEffort(run, time - 0.5 * step, time + 0.5 * step,
-               sampled.run.effort.row(k).data());
-    for (size_t i = 0; i < run.inputs.size(); ++i) {
-      sampled.run.inputs[i].values.push_back(MeanInput(
-          run, run.inputs[i].name, time - 0.5 * step, time + 0.5 * step));
+  sampled.run.t.resize(n);
+  sampled.motion.resize(n);
+  ParallelRanges(n, kTimesOfRange, threads, [&](int first, int last) {
+    MotionSmoother smoother(model, run, filter.motion);
+    for (int k = first; k < last; ++k) {
+      const double time = from + k * step;
+      sampled.run.t[k] = time - 0.5 * step;
+      MeanEffort(run, time - 0.5 * step, time + 0.5 * step,
+                 sampled.run.effort.row(k).data());
+      for (size_t i = 0; i < run.inputs.size(); ++i) {
+        sampled.run.inputs[i].values[k] = MeanInput(
+            run, run.inputs[i].name, time - 0.5 * step, time + 0.5 * step);
+      }
+      sampled.motion[k] = smoother.At(time);
     }
-    sampled.motion.push_back(smoother.At(time));
-  }
+  });
   sampled.run.t.push_back(sampled.run.t.back() + step);
   sampled.slowest = SlowestKnown(model, sampled.motion);
   return sampled;
 }
 
 SampledMotion SampleMotion(const Model& model, const Run& run,
-                           const EquationFilter& filter) {
-  return SampleMotion(model, run, run.t.front(), run.t.back(), filter);
+                           const EquationFilter& filter, int threads) {
+  return SampleMotion(model, run, run.t.front(), run.t.back(), filter, threads);
 }
 
 template <typename T>
 EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
                               int columns, const Seeding<T>& seeding,
-                              const PlainPart& plain) {
+                              const PlainPart& plain, int threads) {
   EquationRows out;
   const int nv = out.nv = model.nv();
-  const RowMatrixXd rest =
-      Unfiltered<T>(model, sampled, columns, seeding, plain, &out.work);
-  const int most = std::max(0, sampled.size() / kSteps + 1);
-  out.rows.resize(most * nv, columns + 1);
-  out.effort.resize(most, nv);
-  out.qd.resize(most, nv);
-  out.rests.setConstant(most, nv, false);
-  out.qdd.resize(most, nv);
+  const int within = sampled.size() - 2 * kReachSteps;
+  const int times = within > 0 ? (within - 1) / kSteps + 1 : 0;
+  out.rows.resize(times * nv, columns + 1);
+  out.effort.resize(times, nv);
+  out.qd.resize(times, nv);
+  out.rests.setConstant(times, nv, false);
+  out.qdd.resize(times, nv);
+  std::vector<char> known(times);  // not bool: threads set one each
+  std::mutex mutex;
+  ParallelRanges(times, kTimesOfRange, threads, [&](int first, int last) {
+    const Range range = {first * kSteps,
+                         (last - 1) * kSteps + 2 * kReachSteps + 1};
+    RowMatrixXd rest = RowMatrixXd::Zero(range.size() * nv, columns + 2);
+    const double work =
+        SetUnfiltered<T>(model, sampled, range, columns, seeding, plain, &rest);
+    {
+      const std::lock_guard lock(mutex);
+      out.work += work;
+    }
+    for (int i = first; i < last; ++i) {
+      known[i] = SetAverage(sampled, range, rest, i, &out) ? 1 : 0;
+    }
+  });
   const MatrixXb slow = FindSlow(sampled);
   // How far the fit of the motion carries a kink.
   const int bend =
       static_cast<int>(std::ceil(kGaussianReach * sampled.bend / sampled.step));
-  // g, and all numbers of a time as one row, of which its sums are products.
-  Eigen::RowVectorXd g(2 * kReachSteps + 1);
-  for (int i = -kReachSteps; i <= kReachSteps; ++i) {
-    g[i + kReachSteps] = GaussianWeight(static_cast<double>(i) / kSteps);
-  }
-  g /= g.sum();
-  const int width = nv * (columns + 2);
-  const Eigen::Map<const RowMatrixXd> by_time(rest.data(), sampled.size(),
-                                              width);
-  RowMatrixXd sum(nv, columns + 2);
-  for (int k = kReachSteps; k + kReachSteps < sampled.size(); k += kSteps) {
-    bool known = true;
-    for (int i = -kReachSteps; i <= kReachSteps; ++i) {
-      known = known && sampled.motion[k + i].known;
-    }
-    if (!known) continue;
-    Eigen::Map<Eigen::RowVectorXd>(sum.data(), width).noalias() =
-        g * by_time.middleRows(k - kReachSteps, g.size());
-    if (!sum.allFinite()) continue;
-    const int at = out.times();
+  for (int i = 0; i < times; ++i) {
+    if (known[i] == 0) continue;
+    const int k = MiddleOf(i), at = out.times();
     const int first = std::max(0, k - kReachSteps - bend);
     const int last = std::min(sampled.size() - 1, k + kReachSteps + bend);
     out.rests.row(at) =
         slow.middleRows(first, last - first + 1).colwise().any();
-    out.rows.middleRows(at * nv, nv) = sum.leftCols(columns + 1);
-    out.effort.row(at) = sum.col(columns + 1).transpose();
+    if (at < i) {
+      out.rows.middleRows(at * nv, nv) = out.rows.middleRows(i * nv, nv);
+      out.effort.row(at) = out.effort.row(i);
+    }
     out.qd.row(at) = sampled.motion[k].qd.transpose();
     out.qdd.row(at) = sampled.motion[k].qdd.transpose();
     out.t.push_back(sampled.run.t[k] + 0.5 * sampled.step);
@@ -370,17 +429,17 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
 
 EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
                                const MechanismParameters<double>& values,
-                               const std::vector<int>& undriven) {
+                               const std::vector<int>& undriven, int threads) {
   return MakeEquationRows<double>(
       model, sampled, 0,
       [&](int, MechanismParameters<double>* out) { *out = values; },
-      {values, {}, undriven});
+      {values, {}, undriven}, threads);
 }
 
 #define SYSID_INSTANTIATE(T)                                      \
   template EquationRows MakeEquationRows<T>(                      \
       const Model&, const SampledMotion&, int, const Seeding<T>&, \
-      const PlainPart&);
+      const PlainPart&, int);
 SYSID_INSTANTIATE(double)
 SYSID_INSTANTIATE(Jet8)
 SYSID_INSTANTIATE(Jet24)

@@ -45,11 +45,15 @@ struct SampledMotion {
   int size() const { return static_cast<int>(motion.size()); }
 };
 
+// Times of one range of work for a thread.
+inline constexpr int kTimesOfRange = 256;
+
 // Of the part [from, to], s, of a run that measures all joints.
 SampledMotion SampleMotion(const Model& model, const Run& run, double from,
-                           double to, const EquationFilter& filter);
+                           double to, const EquationFilter& filter,
+                           int threads = 1);
 SampledMotion SampleMotion(const Model& model, const Run& run,
-                           const EquationFilter& filter);
+                           const EquationFilter& filter, int threads = 1);
 
 // A model whose numbers `begin`, begin + 1, ... are variables 0, 1, ... of the
 // Jets, as many as they have.
@@ -96,11 +100,12 @@ struct PlainPart {
 template <typename T>
 EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
                               int columns, const Seeding<T>& seeding,
-                              const PlainPart& plain = {});
+                              const PlainPart& plain = {}, int threads = 1);
 
 // Without derivatives.
 EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
                                const MechanismParameters<double>& values,
-                               const std::vector<int>& undriven = {});
+                               const std::vector<int>& undriven = {},
+                               int threads = 1);
 
 }  // namespace sysid

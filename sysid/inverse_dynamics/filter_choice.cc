@@ -6,6 +6,7 @@
 
 #include "models/dynamics.h"
 #include "residuals/acting_inputs.h"
+#include "sysid/estimation/parallel.h"
 #include "sysid/inverse_dynamics/motion.h"
 
 namespace sysid {
@@ -37,28 +38,26 @@ EquationFilter FilterOf(double width) { return {0.5 * width, width}; }
 
 // [r | M qdd | u] of a run on even times, nv columns each.
 struct Unfiltered {
-  std::vector<bool> known;
+  std::vector<char> known;  // not bool: threads set one each
   RowMatrixXd values;
 };
 
-Unfiltered Evaluate(const Model& model,
-                    const MechanismParameters<double>& values, const Run& run,
-                    double width, double step) {
-  Unfiltered out;
+// Sets the times [first, last).
+void EvaluateRange(const Model& model,
+                   const MechanismParameters<double>& values, const Run& run,
+                   double width, double step, int first, int last,
+                   Unfiltered* out) {
   const int nv = model.nv();
-  const int n = static_cast<int>((run.t.back() - run.t.front()) / step);
-  out.values.setZero(n, 3 * nv);
-  out.known.assign(n, false);
   Workspace<double> ws(model);
   ws.SetParameters(values);
   Eigen::VectorXd u(model.held_size()), needed(nv), without(nv);
   const Eigen::VectorXd rest = Eigen::VectorXd::Zero(nv);
   MotionSmoother smoother(model, run, width);
-  for (int k = 0; k < n; ++k) {
+  for (int k = first; k < last; ++k) {
     const double time = run.t.front() + (k + 0.5) * step;
     const MotionSample motion = smoother.At(time);
     if (!motion.known) continue;
-    out.known[k] = true;
+    out->known[k] = 1;
     const double from = time - 0.5 * step;
     ActingInputs<double>(run, ws, RowBefore(run, time), from, step, u.data());
     // A step may be longer than a sample: without a delay efforts are means.
@@ -73,39 +72,55 @@ Unfiltered Evaluate(const Model& model,
                             motion.qdd.data(), u.data(), needed.data());
     InverseDynamics<double>(&ws, motion.q.data(), motion.qd.data(), rest.data(),
                             u.data(), without.data());
-    out.values.row(k) << (u.head(nv) - needed).transpose(),
+    out->values.row(k) << (u.head(nv) - needed).transpose(),
         (needed - without).transpose(), u.head(nv).transpose();
   }
+}
+
+Unfiltered Evaluate(const Model& model,
+                    const MechanismParameters<double>& values, const Run& run,
+                    double width, double step, int threads) {
+  Unfiltered out;
+  const int n = static_cast<int>((run.t.back() - run.t.front()) / step);
+  out.values.setZero(n, 3 * model.nv());
+  out.known.assign(n, 0);
+  ParallelRanges(n, kTimesOfRange, threads, [&](int first, int last) {
+    EvaluateRange(model, values, run, width, step, first, last, &out);
+  });
   return out;
 }
 
 // A Gaussian of `width` steps over the rows; times with unknown ones around
 // are taken from those that are known.
-RowMatrixXd Smooth(const Unfiltered& now, double width) {
+RowMatrixXd Smooth(const Unfiltered& now, double width, int threads) {
   const int n = static_cast<int>(now.values.rows());
   const int reach = static_cast<int>(std::ceil(kGaussianReach * width));
   RowMatrixXd out = RowMatrixXd::Zero(n, now.values.cols());
-  Eigen::RowVectorXd weights(2 * reach + 1), used;
+  Eigen::RowVectorXd weights(2 * reach + 1);
   for (int i = -reach; i <= reach; ++i) {
     weights[i + reach] = GaussianWeight(i / width);
   }
-  for (int k = 0; k < n; ++k) {
-    const int first = std::max(0, k - reach), last = std::min(n, k + reach + 1);
-    used = weights.segment(first - k + reach, last - first);
-    for (int i = first; i < last; ++i) {
-      if (!now.known[i]) used[i - first] = 0.0;
+  ParallelRanges(n, kTimesOfRange, threads, [&](int begin, int end) {
+    Eigen::RowVectorXd used;
+    for (int k = begin; k < end; ++k) {
+      const int first = std::max(0, k - reach);
+      const int last = std::min(n, k + reach + 1);
+      used = weights.segment(first - k + reach, last - first);
+      for (int i = first; i < last; ++i) {
+        if (!now.known[i]) used[i - first] = 0.0;
+      }
+      const double total = used.sum();
+      if (!(total > 0.0)) continue;
+      out.row(k).noalias() =
+          used / total * now.values.middleRows(first, last - first);
     }
-    const double total = used.sum();
-    if (!(total > 0.0)) continue;
-    out.row(k).noalias() =
-        used / total * now.values.middleRows(first, last - first);
-  }
+  });
   return out;
 }
 
 // Leaves the series smoothed; the power of what that took, by column.
-Eigen::RowVectorXd TakeBand(double width, Unfiltered* now) {
-  RowMatrixXd smooth = Smooth(*now, width);
+Eigen::RowVectorXd TakeBand(double width, int threads, Unfiltered* now) {
+  RowMatrixXd smooth = Smooth(*now, width, threads);
   Eigen::RowVectorXd powers = Eigen::RowVectorXd::Zero(smooth.cols());
   for (size_t k = 0; k < now->known.size(); ++k) {
     if (now->known[k]) {
@@ -139,13 +154,14 @@ EquationFilter FirstFilter(const std::vector<const Run*>& runs,
 EquationFilter ChooseFilter(const Model& model,
                             const MechanismParameters<double>& values,
                             const std::vector<const Run*>& runs,
-                            const EquationFilter& first, const Processes& all) {
+                            const EquationFilter& first, int threads,
+                            const Processes& all) {
   const double finest = kFewestSamples * MedianPeriodOf(runs, all);
   double step = 0.5 * finest;
   std::vector<Unfiltered> series;
   for (const Run* run : runs) {
     if (run->t.back() - run->t.front() < 2.0 * step) continue;
-    series.push_back(Evaluate(model, values, *run, finest, step));
+    series.push_back(Evaluate(model, values, *run, finest, step, threads));
   }
   // A Gaussian after another: the squares of their widths add up.
   double had = 0.0;
@@ -154,7 +170,9 @@ EquationFilter ChooseFilter(const Model& model,
     const double more = std::sqrt(width * width - had * had) / step;
     const int nv = model.nv();
     Totals totals(3 * nv);
-    for (Unfiltered& now : series) totals.Add(0, TakeBand(more, &now));
+    for (Unfiltered& now : series) {
+      totals.Add(0, TakeBand(more, threads, &now));
+    }
     const Eigen::VectorXd powers = totals.Over(all);
     const auto told =
         (powers.head(nv).array() <

@@ -21,7 +21,7 @@ namespace sysid {
 EquationFilter ChooseFilter(const Model& model,
                             const MechanismParameters<double>& values,
                             const std::vector<const Run*>& runs,
-                            const EquationFilter& first,
+                            const EquationFilter& first, int threads,
                             const Processes& all = Alone());
 
 // Before anything is known of the model: 30 ms, which is slower than noise,

@@ -43,7 +43,8 @@ void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
   MechanismParameters<double> values;
   map.Apply<double>(theta, &values);
   const EquationFilter filter =
-      ChooseFilter(model, values, runs, FirstFilter(runs, all), all);
+      ChooseFilter(model, values, runs, FirstFilter(runs, all),
+                   problem.options().threads, all);
   const EquationRegression regression =
       RegressEquations(problem, coordinates, SampleRuns(problem, filter),
                        values, UndrivenJoints(problem));

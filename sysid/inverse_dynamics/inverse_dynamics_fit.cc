@@ -132,9 +132,9 @@ std::vector<Eigen::VectorXd> InverseDynamicsFit::Residuals(
   coordinates_.Read<double>(values, xi.data());
   std::vector<Eigen::VectorXd> residuals;
   for (const SampledMotion& motion : sampled_) {
-    residuals.push_back(
-        EvaluateEquations(problem_.model(), motion, values, undriven_)
-            .rows.col(0));
+    residuals.push_back(EvaluateEquations(problem_.model(), motion, values,
+                                          undriven_, problem_.options().threads)
+                            .rows.col(0));
     Eigen::VectorXd& r = residuals.back();
     const int nv = problem_.model().nv();
     for (int i = 0; i < r.size(); ++i) {
@@ -324,7 +324,9 @@ bool InverseDynamicsFit::Compare(const EquationFilter& first) {
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
   for (const EquationFilter& filter :
-       {ChooseFilter(problem_.model(), values, runs_, first), first}) {
+       {ChooseFilter(problem_.model(), values, runs_, first,
+                     problem_.options().threads),
+        first}) {
     Filter(filter);
     for (const SampledMotion& sampled : sampled_) {
       if (EvaluateEquations(problem_.model(), sampled, values).times() > 0) {
@@ -344,7 +346,8 @@ bool InverseDynamicsFit::Search() {
   if (!Solve(problem_.InitialTheta())) return false;
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
-  Filter(ChooseFilter(problem_.model(), values, runs_, first, all));
+  Filter(ChooseFilter(problem_.model(), values, runs_, first,
+                      problem_.options().threads, all));
   if (Solve(found_.theta)) return true;
   // A wider filter may leave nothing.
   Filter(first);

@@ -79,10 +79,11 @@ EquationRegression::EquationRegression(int joints, int columns,
                                        std::vector<EquationRows> runs,
                                        std::vector<int> undriven,
                                        RobustLoss loss, double loss_scale,
-                                       const Processes& all)
+                                       int threads, const Processes& all)
     : runs_(std::move(runs)),
       loss_(loss),
       loss_scale_(loss_scale),
+      threads_(threads),
       all_(&all),
       columns_(columns),
       joints_(joints) {
@@ -109,8 +110,8 @@ EquationRegression::EquationRegression(int joints, int columns,
 }
 
 void EquationRegression::Triangularise() {
-  triangles_.clear();
-  for (int v = 0; v < joints_; ++v) {
+  triangles_.assign(joints_, {});
+  ParallelFor(joints_, threads_, [&](int v) {
     std::array<RowMatrixXd, 2> rows;
     std::array<int, 2> count = {0, 0};
     for (const EquationRows& run : runs_) {
@@ -126,8 +127,9 @@ void EquationRegression::Triangularise() {
         rows[g].row(count[g]++) = weights_[r][row] * runs_[r].rows.row(row);
       }
     }
-    triangles_.push_back({TriangleOf(rows[0]), TriangleOf(rows[1])});
-  }
+    triangles_[v] = {TriangleOf(rows[0]), TriangleOf(rows[1])};
+    return true;
+  });
   if (all_->size() > 1) triangles_ = MergeTriangles(*all_, triangles_);
 }
 
@@ -163,6 +165,9 @@ bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
 
 void EquationRegression::NormaliseByGain(const std::vector<int>& gains,
                                          const Eigen::VectorXd& xi0) {
+  if (std::all_of(gains.begin(), gains.end(), [](int g) { return g < 0; })) {
+    return;
+  }
   for (EquationRows& run : runs_) sysid::NormaliseByGain(gains, xi0, &run);
   Triangularise();
 }
@@ -279,7 +284,8 @@ RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
   for (size_t r = 0; r < runs_.size(); ++r) {
     const EquationRows& run = runs_[r];
     const int n = run.times(), blocks = Blocks(n);
-    for (int b = 0; b < blocks; ++b) {
+    Eigen::MatrixXd moved(rank, blocks);
+    ParallelFor(blocks, threads_, [&](int b) {
       const int from = n * b / blocks, to = n * (b + 1) / blocks;
       RowMatrixXd rows =
           run.rows.middleRows(from * joints_, (to - from) * joints_);
@@ -294,11 +300,11 @@ RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
       Eigen::MatrixXd others =
           (1.0 + kRounding) * Eigen::MatrixXd::Identity(rank, rank);
       others.selfadjointView<Eigen::Lower>().rankUpdate(U.transpose(), -1.0);
-      const Eigen::VectorXd moved =
-          others.selfadjointView<Eigen::Lower>().llt().solve(U.transpose() *
-                                                             left);
-      S.noalias() += moved * moved.transpose();
-    }
+      moved.col(b) = others.selfadjointView<Eigen::Lower>().llt().solve(
+          U.transpose() * left);
+      return true;
+    });
+    S.noalias() += moved * moved.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
   // Few times do not show all of S.
@@ -357,14 +363,15 @@ void NormaliseByGain(const std::vector<int>& gains, const Eigen::VectorXd& xi0,
 
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
                                       const EquationFilter& filter) {
-  const auto& runs = problem.runs();
-  std::vector<SampledMotion> sampled(runs.size());
-  ParallelFor(static_cast<int>(runs.size()), problem.options().threads,
-              problem.options().stop, [&](int r) {
-                sampled[r] =
-                    SampleMotion(problem.model(), runs[r]->run, filter);
-                return true;
-              });
+  const EstimationOptions& options = problem.options();
+  const int runs = static_cast<int>(problem.runs().size());
+  const int threads = ThreadsOfEach(runs, options.threads);
+  std::vector<SampledMotion> sampled(runs);
+  ParallelFor(runs, options.threads, options.stop, [&](int r) {
+    sampled[r] =
+        SampleMotion(problem.model(), problem.runs()[r]->run, filter, threads);
+    return true;
+  });
   return sampled;
 }
 
@@ -378,16 +385,18 @@ EquationRegression RegressEquations(const ShootingProblem& problem,
     coordinates.Seed(values, begin, s);
   };
   const PlainPart plain{values, coordinates.Links(), undriven};
-  std::vector<EquationRows> rows(sampled.size());
-  ParallelFor(
-      static_cast<int>(rows.size()), options.threads, options.stop, [&](int r) {
-        rows[r] = MakeEquationRows<Jet24>(problem.model(), sampled[r],
-                                          coordinates.size(), seeding, plain);
-        return true;
-      });
-  return EquationRegression(problem.model().nv(), coordinates.size(),
-                            std::move(rows), undriven, options.loss,
-                            options.loss_scale, problem.processes());
+  const int runs = static_cast<int>(sampled.size());
+  const int threads = ThreadsOfEach(runs, options.threads);
+  std::vector<EquationRows> rows(runs);
+  ParallelFor(runs, options.threads, options.stop, [&](int r) {
+    rows[r] =
+        MakeEquationRows<Jet24>(problem.model(), sampled[r], coordinates.size(),
+                                seeding, plain, threads);
+    return true;
+  });
+  return EquationRegression(
+      problem.model().nv(), coordinates.size(), std::move(rows), undriven,
+      options.loss, options.loss_scale, options.threads, problem.processes());
 }
 
 Eigen::VectorXd SolveUnconstrained(const RowMatrixXd& triangle, int* rank) {

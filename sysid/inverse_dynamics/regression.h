@@ -32,7 +32,8 @@ class EquationRegression {
   // processes share out the runs, and must outlive this.
   EquationRegression(int joints, int columns, std::vector<EquationRows> runs,
                      std::vector<int> undriven, RobustLoss loss,
-                     double loss_scale, const Processes& all = Alone());
+                     double loss_scale, int threads,
+                     const Processes& all = Alone());
 
   int columns() const { return columns_; }
   int joints() const { return joints_; }
@@ -75,6 +76,7 @@ class EquationRegression {
   std::vector<EquationRows> runs_;
   RobustLoss loss_;
   double loss_scale_;
+  int threads_;
   const Processes* all_;
   int columns_, joints_, times_ = 0;
   Eigen::VectorXd sigma_;

@@ -19,6 +19,7 @@ std::string SeparatorName(char separator) {
 TextRows::TextRows(ByteSource source) : source_(std::move(source)) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   CheckNotUtf16(&source_);
+  buffer_.reserve(4 * kMaxLine + kBlock);
   Fill();
   if (buffer_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
 }
@@ -26,7 +27,6 @@ TextRows::TextRows(ByteSource source) : source_(std::move(source)) {
 // Makes sure that a whole line lies in the buffer, or more than kMaxLine of it.
 void TextRows::Fill() {
   if (all_read_ || buffer_.size() - at_ > 2 * kMaxLine) return;
-  constexpr size_t kBlock = size_t{1} << 16;
   buffer_.erase(0, at_);
   at_ = 0;
   while (!all_read_ && buffer_.size() < 4 * kMaxLine) {

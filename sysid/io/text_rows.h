@@ -55,6 +55,7 @@ class TextRows {
 
  private:
   static constexpr size_t kMaxLine = size_t{1} << 20;
+  static constexpr size_t kBlock = size_t{1} << 16;  // read at once
 
   bool IsBlank(char c) const {
     return c == ' ' || (c == '\t' && separator_ != '\t');

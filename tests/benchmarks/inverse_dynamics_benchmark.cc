@@ -11,9 +11,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "glog/logging.h"
+#include "sysid/estimation/clock.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_stage.h"
@@ -30,8 +33,9 @@
 // (docs/performance.md).
 //
 // Counters:
-//   reference   the same by NumPy, ms of CPU; medians of alternating rounds
-//   ratio       their time to ours
+//   reference   the same by NumPy, ms; medians of alternating rounds
+//   ratio       their time to ours, by all cores
+//   cpu_ratio   the same of processor time
 //   free        parameters that are free
 //   base        combinations that show
 //   iteration   of Levenberg-Marquardt in segments of 0.5 s, ms of CPU
@@ -41,7 +45,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kRounds = 3;
+constexpr int kRounds = 5;
 constexpr int kIterations = 3;    // of Levenberg-Marquardt
 constexpr double kSegment = 0.5;  // s
 
@@ -53,6 +57,19 @@ double Median(std::vector<double> values) {
 }
 
 // --- Beside NumPy -----------------------------------------------------------
+
+struct Seconds {
+  double passed = 0.0, cpu = 0.0;
+};
+
+Seconds MedianOf(const std::vector<Seconds>& rounds) {
+  std::vector<double> passed, cpu;
+  for (const Seconds& s : rounds) {
+    passed.push_back(s.passed);
+    cpu.push_back(s.cpu);
+  }
+  return {Median(std::move(passed)), Median(std::move(cpu))};
+}
 
 // A folder with the recording, for both.
 class Recording {
@@ -85,8 +102,8 @@ class Recording {
 
   std::string Csv() const { return folder_ / "run.csv"; }
 
-  // Theirs, s; 0 where there is no python3-scipy.
-  double Reference(const Model& model, double cut_off, int every) const {
+  // Theirs; nothing where there is no python3-scipy.
+  Seconds Reference(const Model& model, double cut_off, int every) const {
     Json json;
     const MechanismParameters<double>& values = model.nominal();
     json["gravity"] = values.gravity;
@@ -110,13 +127,14 @@ class Recording {
     const std::string command = std::string("/usr/bin/python3 ") +
                                 SYSID_NUMPY_REFERENCE + " " + folder_.string();
     FILE* pipe = popen(command.c_str(), "r");
-    if (pipe == nullptr) return 0.0;
+    if (pipe == nullptr) return {};
     std::string text;
     for (char part[4096]; std::fgets(part, sizeof(part), pipe) != nullptr;) {
       text += part;
     }
-    if (pclose(pipe) != 0) return 0.0;
-    return Json::parse(text)["seconds"];
+    if (pclose(pipe) != 0) return {};
+    const Json said = Json::parse(text);
+    return {said["seconds"], said["cpu"]};
   }
 
  private:
@@ -129,34 +147,39 @@ void BesideNumPy(benchmark::State& state, double cut_off, int every) {
   const TrackedArmOptions options;
   const TrackedArm arm = MakeTrackedArm(options);
   const Recording recording(arm);
-  std::vector<double> ours, theirs;
+  EstimationOptions by_all;
+  by_all.threads = static_cast<int>(std::thread::hardware_concurrency());
+  std::vector<Seconds> ours, theirs;
   size_t base = 0;
   for (auto _ : state) {
     for (int round = 0; round < kRounds; ++round) {
-      const double began = Cpu();
+      const double began = Now(), began_cpu = Cpu();
       std::vector<std::string> notices;
       const Run run =
           ReadRun(recording.Csv(), {}, arm.start.mechanism(), &notices);
-      const ShootingProblem problem(arm.start, arm.free, {run}, {});
+      const ShootingProblem problem(arm.start, arm.free, {run}, by_all);
       const Fit fit = FitInverseDynamics(problem);
-      ours.push_back(Cpu() - began);
+      ours.push_back({Now() - began, Cpu() - began_cpu});
       base = fit.base.size();
       if (every == 0) {
-        const double width = ChooseFilter(problem.model(), fit.model.nominal(),
-                                          {&run}, FirstFilter({&run}))
-                                 .average;
+        const double width =
+            ChooseFilter(problem.model(), fit.model.nominal(), {&run},
+                         FirstFilter({&run}), problem.options().threads)
+                .average;
         cut_off = CutOff(width);
         every = std::max(1, static_cast<int>(width * options.rate));
       }
       theirs.push_back(recording.Reference(arm.truth, cut_off, every));
     }
-    state.SetIterationTime(Median(ours));
+    state.SetIterationTime(MedianOf(ours).passed);
   }
   state.counters["free"] = static_cast<double>(arm.free.size());
   state.counters["base"] = static_cast<double>(base);
-  if (Median(theirs) > 0.0) {
-    state.counters["reference"] = 1e3 * Median(theirs);
-    state.counters["ratio"] = Median(theirs) / Median(ours);
+  const Seconds our = MedianOf(ours), their = MedianOf(theirs);
+  if (their.passed > 0.0) {
+    state.counters["reference"] = 1e3 * their.passed;
+    state.counters["ratio"] = their.passed / our.passed;
+    state.counters["cpu_ratio"] = their.cpu / our.cpu;
   }
 }
 

@@ -25,6 +25,7 @@ COLUMNS = {
                ("B_sample", "bytes of peak memory a sample")],
     "inverse_dynamics": [("free", "free parameters"), ("base", "that show"),
                          ("reference", "NumPy, ms"), ("ratio", "times faster"),
+                         ("cpu_ratio", "in processor time"),
                          ("iteration", "iteration of lm, ms")],
     "diagnosis": [("candidates", "candidates"), ("iteration", "iteration, ms"),
                   ("ratio", "ratio")],

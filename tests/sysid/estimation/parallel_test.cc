@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -29,6 +30,28 @@ TEST(ParallelFor, DoesEverythingOnce) {
       for (const auto& t : times) EXPECT_EQ(t, 1);
     }
   }
+}
+
+TEST(ParallelRanges, AreTheSameByAnyNumberOfThreads) {
+  for (const int threads : {1, 3}) {
+    for (const int count : {0, 1, 7, 8, 20}) {
+      std::vector<std::atomic<int>> last_of(count);
+      ParallelRanges(count, 4, threads, [&](int first, int last) {
+        for (int i = first; i < last; ++i) last_of[i] += last;
+      });
+      for (int i = 0; i < count; ++i) {
+        EXPECT_EQ(last_of[i], std::min(count, i / 4 * 4 + 4));
+      }
+    }
+  }
+}
+
+TEST(ThreadsOfEach, SharesThemOut) {
+  EXPECT_EQ(ThreadsOfEach(1, 8), 8);
+  EXPECT_EQ(ThreadsOfEach(3, 8), 2);
+  EXPECT_EQ(ThreadsOfEach(20, 8), 1);
+  EXPECT_EQ(ThreadsOfEach(0, 2), 2);
+  EXPECT_EQ(ThreadsOfEach(2, 0), 1);
 }
 
 TEST(ParallelFor, SkipsTheRestAfterAFailure) {

@@ -13,7 +13,8 @@ namespace sysid {
 namespace {
 
 // All inertial parameters and frictions, from a URDF whose bodies are wrong.
-ShootingProblem WrongArm(const Model& truth, const Run& run) {
+ShootingProblem WrongArm(const Model& truth, const Run& run,
+                         const EstimationOptions& options = {}) {
   Model wrong = truth;
   Set({{"link1.mass", 2.0},
        {"link2.mass", 0.5},
@@ -27,7 +28,7 @@ ShootingProblem WrongArm(const Model& truth, const Run& run) {
     names.push_back(std::string(joint) + ".damping");
     names.push_back(std::string(joint) + ".friction");
   }
-  return ShootingProblem(wrong, FreeNominal(wrong, names), {run}, {});
+  return ShootingProblem(wrong, FreeNominal(wrong, names), {run}, options);
 }
 
 // The values of the same combinations at the truth.
@@ -66,6 +67,20 @@ TEST(InverseDynamicsFit, FindsTheBaseParametersOfAnArmWithinTheirErrors) {
   EXPECT_LT(fit.effort[0].percent, 5.0);
   // What it found is a model that predicts, from states of the filter.
   EXPECT_LT(fit.train.total.rms, 0.005);
+}
+
+// Of a run that is long enough for several ranges of times.
+TEST(InverseDynamicsFit, IsTheSameByAnyNumberOfThreads) {
+  const Model truth = FrictionArm(0.1);
+  const sysid::Run run = Shaken(truth, 1e-4, 1);
+  ASSERT_GT(run.t.back(), 3.0);
+  const Fit alone = FitInverseDynamics(WrongArm(truth, run));
+  EstimationOptions options;
+  options.threads = 3;
+  const Fit by_three = FitInverseDynamics(WrongArm(truth, run, options));
+  EXPECT_EQ(by_three.point.theta, alone.point.theta);
+  EXPECT_EQ(by_three.covariance, alone.covariance);
+  EXPECT_EQ(by_three.cut_off_hz, alone.cut_off_hz);
 }
 
 TEST(InverseDynamicsFit, FindsDryFriction) {

@@ -60,7 +60,7 @@ TEST(EquationRegression, ErrorsAreThoseOfEstimatesWithoutABlock) {
     runs.push_back(RandomRows(times[r], static_cast<int>(r)));
   }
   EquationRegression regression(kJoints, kColumns, runs, {}, RobustLoss::kNone,
-                                3.0);
+                                3.0, 1);
   const Eigen::VectorXd d = SolveUnconstrained(regression.Triangle());
 
   EquationRows all = RandomRows(times[0] + times[1] + times[2], 0);
