@@ -294,16 +294,11 @@ void Watch::Show(const Progress& progress) {
   constexpr double kQuiet = 0.3;   // s: what is done by then needs no line
   constexpr double kPeriod = 0.1;  // s
   const double now = Now();
+  const std::string line = line_.Next(progress, now);
   if (now - start_s_ < kQuiet || now - last_s_ < kPeriod) return;
   last_s_ = now;
   shown_ = true;
-  std::fprintf(stderr, "\r\033[K%s: iteration %d, error %.4g times the noise",
-               progress.doing.c_str(), progress.iteration, progress.error);
-  if (progress.of > 0 && progress.iteration > 0) {
-    const double each = (now - start_s_) / progress.iteration;
-    std::fprintf(stderr, ", at most %.0f s left",
-                 each * std::max(0, progress.of - progress.iteration));
-  }
+  std::fprintf(stderr, "\r\033[K%s", line.c_str());
   std::fflush(stderr);
 }
 

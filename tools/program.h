@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sysid/estimation/shooting_problem.h"
+#include "sysid/report/progress_line.h"
 
 namespace sysid {
 
@@ -94,6 +95,7 @@ class Watch {
   void Show(const Progress& progress);
 
   std::stop_source source_;
+  ProgressLine line_;
   bool shown_ = false;
   double start_s_;
   double last_s_ = 0.0;
