@@ -259,7 +259,7 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
         RegressEquations(problem_, coordinates_, sampled_, values, {}), xi0_);
   }
   const RowMatrixXd R = regression_->Triangle();
-  const RowMatrixXd E = regression_->ErrorRoot(d);
+  const RowMatrixXd E = regression_->ErrorRoot(R, d);
   static_cast<Estimates&>(*fit) = EstimatesByRank(
       problem_, found_.theta, R.leftCols(coordinates_.size()) * at.D, E);
   // A table of coordinates that theta cannot move one by one would mislead.

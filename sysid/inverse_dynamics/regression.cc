@@ -158,9 +158,17 @@ RowMatrixXd EquationRegression::Merge() const {
 
 bool EquationRegression::IsHomogeneous(const Eigen::VectorXd& xi0) const {
   constexpr double kRounding = 1e-9;
-  const RowMatrixXd R = Triangle().leftCols(columns_);
-  const double most = (R * xi0.asDiagonal()).norm();
-  return most > 0.0 && (R * xi0).norm() < kRounding * most;
+  // Squares of R diag(xi0) and of R xi0, without merging R.
+  double most = 0.0, sum = 0.0;
+  for (int v = 0; v < joints_; ++v) {
+    for (int g = 0; g < 2; ++g) {
+      const auto R = triangles_[v][g].leftCols(columns_);
+      const double s = g == 0 ? sigma_[v] : sigma_[v] * wider_[v];
+      most += (R * xi0.asDiagonal()).squaredNorm() / (s * s);
+      sum += (R * xi0).squaredNorm() / (s * s);
+    }
+  }
+  return most > 0.0 && sum < kRounding * kRounding * most;
 }
 
 void EquationRegression::NormaliseByGain(const std::vector<int>& gains,
@@ -265,12 +273,13 @@ void EquationRegression::Reweigh(const Eigen::VectorXd& d) {
   Triangularise();
 }
 
-RowMatrixXd EquationRegression::ErrorRoot(const Eigen::VectorXd& d) const {
-  const RowMatrixXd R = Triangle().leftCols(columns_);
+RowMatrixXd EquationRegression::ErrorRoot(const RowMatrixXd& triangle,
+                                          const Eigen::VectorXd& d) const {
+  const auto R = triangle.leftCols(columns_);
   // The columns as the data determines them, of unit information: R P = U.
   Eigen::VectorXd scale = R.colwise().norm().transpose();
   for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(
       R * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& size = svd.singularValues();
   int rank = 0;

@@ -52,10 +52,11 @@ class EquationRegression {
   void Reweigh(const Eigen::VectorXd& d);
   // [R z] of (11.4), all joints together, square but for z.
   RowMatrixXd Triangle() const;
-  // Of one process: E, with E E^T the covariance of z beside R = Triangle(), by
-  // (11.6), the estimates without each of some blocks of time: errors are
-  // correlated over time and between joints.
-  RowMatrixXd ErrorRoot(const Eigen::VectorXd& d) const;
+  // Of one process: E, with E E^T the covariance of z beside R of `triangle`,
+  // which is Triangle(), by (11.6), the estimates without each of some blocks
+  // of time: errors are correlated over time and between joints.
+  RowMatrixXd ErrorRoot(const RowMatrixXd& triangle,
+                        const Eigen::VectorXd& d) const;
   // s_v, N m and N; of undriven joints rad/s^2 and m/s^2.
   const Eigen::VectorXd& sigma() const { return sigma_; }
   // Root mean square of what is left, by joint.

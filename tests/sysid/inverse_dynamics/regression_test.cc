@@ -82,7 +82,8 @@ TEST(EquationRegression, ErrorsAreThoseOfEstimatesWithoutABlock) {
   }
 
   const Eigen::MatrixXd R = regression.Triangle().leftCols(kColumns);
-  const Eigen::MatrixXd root = R.inverse() * regression.ErrorRoot(d);
+  const Eigen::MatrixXd root =
+      R.inverse() * regression.ErrorRoot(regression.Triangle(), d);
   EXPECT_LT((root * root.transpose() - expected).norm(),
             1e-4 * expected.norm());
 }
