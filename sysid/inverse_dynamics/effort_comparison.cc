@@ -5,6 +5,7 @@
 
 #include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/motion.h"
+#include "sysid/inverse_dynamics/regression.h"
 
 namespace sysid {
 
@@ -29,13 +30,8 @@ EffortComparison CompareEfforts(const ShootingProblem& problem,
   const EquationFilter filter =
       ChooseFilter(model, values, runs, FirstFilter(runs, all),
                    problem.options().threads, all);
-  std::vector<SampledMotion> sampled;
-  for (const Run* run : runs) {
-    sampled.push_back(
-        SampleMotion(model, *run, filter, problem.options().threads));
-  }
   EffortComparison comparison =
-      CompareEfforts(model, runs, sampled, values, all);
+      CompareEfforts(model, runs, SampleRuns(problem, filter), values, all);
   comparison.cut_off_hz = CutOff(filter.average);
   return comparison;
 }

@@ -45,7 +45,9 @@ struct SampledMotion {
   int size() const { return static_cast<int>(motion.size()); }
 };
 
-// Times of one range of work for a thread.
+// Times of one range of work for a thread: many beside the 18 steps of the
+// reach of g, which two neighbouring ranges both evaluate, and few beside a
+// run.
 inline constexpr int kTimesOfRange = 256;
 
 // Of the part [from, to], s, of a run that measures all joints.

@@ -19,7 +19,7 @@ std::string SeparatorName(char separator) {
 TextRows::TextRows(ByteSource source) : source_(std::move(source)) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   CheckNotUtf16(&source_);
-  buffer_.reserve(4 * kMaxLine + kBlock);
+  buffer_.reserve(4 * kMaxLine + kBlock);  // to grow would copy it
   Fill();
   if (buffer_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
 }

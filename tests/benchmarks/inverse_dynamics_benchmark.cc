@@ -45,7 +45,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kRounds = 5;
+constexpr int kRounds = 5;        // of times that scatter by a tenth
 constexpr int kIterations = 3;    // of Levenberg-Marquardt
 constexpr double kSegment = 0.5;  // s
 
