@@ -7,6 +7,7 @@
 
 #include "models/error.h"
 #include "sysid/inverse_dynamics/coordinates.h"
+#include "sysid/inverse_dynamics/equation_rows.h"
 #include "tests/sysid/inverse_dynamics/two_links.h"
 
 namespace sysid {
