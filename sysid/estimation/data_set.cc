@@ -295,14 +295,30 @@ DataSet::DataSet(const Mechanism& mechanism, std::vector<Run> runs,
   Measure(all);
 }
 
+std::shared_ptr<const DataSet> DataSet::Part(double samples) const {
+  auto part = std::make_shared<DataSet>(*this);
+  const double share = std::min(1.0, samples / std::max(1, samples_));
+  part->runs_.clear();
+  for (size_t r = 0; r < runs_.size(); ++r) {
+    const double place = first_run_ + static_cast<double>(r);
+    if (std::ceil(share * (place + 1.0)) > std::ceil(share * place)) {
+      part->runs_.push_back(runs_[r]);
+    }
+  }
+  part->Measure(ProcessesOf(options_));
+  return part;
+}
+
 void DataSet::Measure(const Processes& all) {
   std::vector<double> counts(all.size(), 0.0);  // of runs, by rank
   counts[all.rank()] = static_cast<double>(runs_.size());
   all.Max(&counts);
+  run_count_ = first_run_ = 0;
   for (int p = 0; p < all.size(); ++p) {
     if (p < all.rank()) first_run_ += static_cast<int>(counts[p]);
     run_count_ += static_cast<int>(counts[p]);
   }
+  longest_ = dof_per_sample_ = 0.0;
   std::vector<double> periods;
   Totals totals(3);
   for (const auto& data : runs_) {

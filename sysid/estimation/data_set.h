@@ -56,6 +56,10 @@ class DataSet {
   DataSet(const Mechanism& mechanism, std::vector<Run> runs,
           const MeasurementOptions& options, const DataSet* like = nullptr);
 
+  // About so many samples of it: runs spread evenly over the list of all
+  // processes, whole, with the first. The same noise.
+  std::shared_ptr<const DataSet> Part(double samples) const;
+
   const std::vector<std::shared_ptr<const RunData>>& runs() const {
     return runs_;
   }

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "sysid/estimation/parallel.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/motion.h"
 #include "sysid/inverse_dynamics/regression.h"
@@ -21,62 +25,73 @@ EffortComparison CompareEfforts(const ShootingProblem& problem,
                                 const Eigen::VectorXd& theta) {
   const Model& model = problem.model();
   if (model.layout().nz() > 0) return {};  // not carried
-  const Processes& all = problem.processes();
   if (!MeasuresAllJoints(problem)) return {};
-  std::vector<const Run*> runs;
-  for (const auto& data : problem.runs()) runs.push_back(&data->run);
   MechanismParameters<double> values;
   problem.map().Apply<double>(theta.data(), &values);
+  const ShootingProblem part = WithRowsInMemory(problem);
+  std::vector<const Run*> runs;
+  for (const auto& data : part.runs()) runs.push_back(&data->run);
+  const Processes& all = problem.processes();
   const EquationFilter filter =
       ChooseFilter(model, values, runs, FirstFilter(runs, all),
                    problem.options().threads, all);
-  EffortComparison comparison =
-      CompareEfforts(model, runs, SampleRuns(problem, filter), values, all);
+  const int threads = ThreadsOfEach(static_cast<int>(problem.runs().size()),
+                                    problem.options().threads);
+  EffortComparison comparison = CompareEffortsBy(problem, [&](int r) {
+    return EvaluateEquations(
+        model, SampleMotion(model, problem.runs()[r]->run, filter, threads),
+        values, {}, threads);
+  });
   comparison.cut_off_hz = CutOff(filter.average);
   return comparison;
 }
 
-EffortComparison CompareEfforts(const Model& model,
-                                const std::vector<const Run*>& runs,
-                                const std::vector<SampledMotion>& sampled,
-                                const MechanismParameters<double>& values,
-                                const Processes& all) {
-  EffortComparison comparison;
-  const int nv = model.nv();
+EffortComparison CompareEffortsBy(
+    const ShootingProblem& problem,
+    const std::function<EquationRows(int run)>& equations) {
+  const Model& model = problem.model();
+  const int nv = model.nv(), runs = static_cast<int>(problem.runs().size());
+  // Of a run, times x nv: r of (11.2), and the efforts.
+  struct Series {
+    std::vector<double> t;
+    RowMatrixXd r, effort;
+  };
+  std::vector<Series> series(runs);
+  ParallelFor(runs, problem.options().threads, [&](int i) {
+    EquationRows rows = equations(i);
+    series[i] = {
+        std::move(rows.t),
+        Eigen::Map<const RowMatrixXd>(rows.rows.data(), rows.effort.rows(), nv),
+        std::move(rows.effort)};
+    return true;
+  });
   Totals totals(2 * nv + 1);  // what is left, efforts, times
-  std::vector<EquationRows> rows;
-  for (const SampledMotion& motion : sampled) {
-    rows.push_back(EvaluateEquations(model, motion, values));
-    const Eigen::Map<const RowMatrixXd> r(rows.back().rows.data(),
-                                          rows.back().times(), nv);
-    totals.Add(0, r.colwise().squaredNorm());
-    totals.Add(nv, rows.back().effort.colwise().squaredNorm());
-    totals.Add(2 * nv, rows.back().times());
+  for (const Series& one : series) {
+    totals.Add(0, one.r.colwise().squaredNorm());
+    totals.Add(nv, one.effort.colwise().squaredNorm());
+    totals.Add(2 * nv, static_cast<double>(one.t.size()));
   }
-  const Eigen::VectorXd sums = totals.Over(all);
+  const Eigen::VectorXd sums = totals.Over(problem.processes());
   const auto left = sums.head(nv), efforts = sums.segment(nv, nv);
   const double times = sums[2 * nv];
   const std::vector<std::string> names = VelocityNames(model);
+  EffortComparison comparison;
   for (const Body& body : model.movers()) {
     for (int k = 0; k < VelocitySize(body); ++k) {
       const int v = body.v_index + k;
       if (!(efforts[v] > 0.0)) continue;
-      const std::string& name = names[v];
-      comparison.errors.push_back({name, std::sqrt(left[v] / times),
+      const std::string unit = body.type == JointType::kPrismatic ? "N" : "N m";
+      comparison.errors.push_back({names[v], std::sqrt(left[v] / times),
                                    100.0 * std::sqrt(left[v] / efforts[v])});
-      for (size_t i = 0; i < runs.size(); ++i) {
-        EffortSeries series{runs[i]->name,
-                            name,
-                            body.type == JointType::kPrismatic ? "N" : "N m",
-                            rows[i].t,
-                            {},
-                            {}};
-        for (int n = 0; n < rows[i].times(); ++n) {
-          const double u = rows[i].effort(n, v);
-          series.measured.push_back(u);
-          series.predicted.push_back(u - rows[i].rows(n * nv + v, 0));
-        }
-        comparison.series.push_back(std::move(series));
+      for (int i = 0; i < runs; ++i) {
+        const Eigen::VectorXd measured = series[i].effort.col(v);
+        const Eigen::VectorXd predicted = measured - series[i].r.col(v);
+        comparison.series.push_back({problem.runs()[i]->run.name,
+                                     names[v],
+                                     unit,
+                                     series[i].t,
+                                     {measured.begin(), measured.end()},
+                                     {predicted.begin(), predicted.end()}});
       }
     }
   }

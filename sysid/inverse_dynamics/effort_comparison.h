@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -33,11 +34,10 @@ bool MeasuresAllJoints(const ShootingProblem& problem);
 EffortComparison CompareEfforts(const ShootingProblem& problem,
                                 const Eigen::VectorXd& theta);
 
-// The same of runs that are sampled already; `all` processes share them out.
-EffortComparison CompareEfforts(const Model& model,
-                                const std::vector<const Run*>& runs,
-                                const std::vector<SampledMotion>& sampled,
-                                const MechanismParameters<double>& values,
-                                const Processes& all = Alone());
+// The same by the equations of each run, without derivatives. They are asked
+// for by several threads, and only the series are kept of them.
+EffortComparison CompareEffortsBy(
+    const ShootingProblem& problem,
+    const std::function<EquationRows(int run)>& equations);
 
 }  // namespace sysid

@@ -23,7 +23,8 @@ bool HasInternalStates(const Model& model) { return model.layout().nz() > 0; }
 
 }  // namespace
 
-void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
+void AddBaseParameters(const ShootingProblem& fitted, Fit* fit) {
+  const ShootingProblem problem = WithRowsInMemory(fitted);
   const Model& model = problem.model();
   const ParameterMap& map = problem.map();
   if (map.size() == 0 || fit->covariance.rows() != map.size() ||

@@ -247,7 +247,10 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
   MechanismParameters<double> values;
   map_.Apply<double>(found_.theta.data(), &values);
   fit->effort =
-      CompareEfforts(problem_.model(), runs_, sampled_, values).errors;
+      CompareEffortsBy(problem_, [&](int run) {
+        return EvaluateEquations(problem_.model(), sampled_[run], values, {},
+                                 problem_.options().threads);
+      }).errors;
   if (map_.size() == 0) return;
   const Eigen::VectorXd d = found_.xi - xi0_;
   const CoordinatesAt at =
@@ -469,7 +472,7 @@ ShootingProblem StartByInverseDynamics(const ShootingProblem& problem) {
   if (!MeasuresAllJoints(problem)) return problem;
   std::shared_ptr<const ThetaEquations> equations;
   const std::optional<Eigen::VectorXd> theta =
-      ThetaWithinBounds(problem, &equations);
+      ThetaWithinBounds(WithRowsInMemory(problem), &equations);
   if (!theta) return problem;
   const Solution nominal = ShortSegments(problem);
   Solution started = nominal;

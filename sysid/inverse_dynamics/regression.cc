@@ -370,6 +370,16 @@ void NormaliseByGain(const std::vector<int>& gains, const Eigen::VectorXd& xi0,
   }
 }
 
+ShootingProblem WithRowsInMemory(const ShootingProblem& problem, double most) {
+  const Model& model = problem.model();
+  const EquationCoordinates coordinates(model, problem.map().parameters());
+  const double of_sample = model.nv() * (coordinates.size() + 1.0);
+  const DataSet& data = problem.data();
+  return data.samples() * of_sample <= most
+             ? problem
+             : problem.WithData(data.Part(most / of_sample));
+}
+
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
                                       const EquationFilter& filter) {
   const EstimationOptions& options = problem.options();

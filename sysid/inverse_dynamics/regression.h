@@ -103,6 +103,16 @@ std::vector<int> EffortGains(const Model& model,
 void NormaliseByGain(const std::vector<int>& gains, const Eigen::VectorXd& xi0,
                      EquationRows* rows);
 
+// The rows of a regression that are kept in memory at most, of all processes
+// together: 0.8 GB, and about as much for the motion.
+inline constexpr double kMostNumbers = 1e8;
+
+// The problem itself, or where the rows of its regression would be larger, with
+// a part of its runs (DataSet::Part): enough to begin a fit, and to tell which
+// combinations of parameters show.
+ShootingProblem WithRowsInMemory(const ShootingProblem& problem,
+                                 double most = kMostNumbers);
+
 // The runs of a problem on even times; and their regression, linearised at
 // these values.
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,

@@ -7,6 +7,7 @@
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
+#include "sysid/inverse_dynamics/regression.h"
 #include "tests/support/ridders.h"
 #include "tests/sysid/inverse_dynamics/two_links.h"
 
@@ -36,6 +37,27 @@ TEST(StartByInverseDynamics, FindsALengthFromATwentyFifthOfIt) {
 TEST(StartByInverseDynamics, FindsALengthFromTenTimesIt) {
   const ShootingProblem started = StartByInverseDynamics(OfLength(0.8, 8.0));
   EXPECT_NEAR(started.InitialTheta()[0], 0.8, 0.01);
+}
+
+// What is more than memory holds is begun by a part of the runs, whose start
+// is as good.
+TEST(StartByInverseDynamics, OfAPartOfTheRunsIsAboutThatOfAll) {
+  const Model truth = FrictionArm(0.0);
+  Model wrong = truth;
+  Set({{"link1.mass", 2.0}, {"link2.mass", 0.5}}, &wrong);
+  std::vector<sysid::Run> runs;
+  for (int i = 0; i < 4; ++i) runs.push_back(Shaken(truth, 1e-4, i + 1, 8.0));
+  const ShootingProblem all(
+      wrong, FreeNominal(wrong, {"link1.mass", "link2.mass"}), runs, {});
+  EXPECT_EQ(&WithRowsInMemory(all).data(), &all.data());
+  // At least link2's ten columns of two joints.
+  const ShootingProblem part =
+      WithRowsInMemory(all, 0.5 * all.data().samples() * 2 * 11);
+  ASSERT_LT(part.data().run_count(), 4);
+  const Eigen::VectorXd by_all = StartByInverseDynamics(all).InitialTheta();
+  const Eigen::VectorXd by_part = StartByInverseDynamics(part).InitialTheta();
+  ASSERT_NE(by_all, all.InitialTheta());
+  EXPECT_LT((by_part - by_all).norm(), 0.02 * by_all.norm());
 }
 
 // (11.4) of theta: it begins at their minimum, and they have the derivatives of
