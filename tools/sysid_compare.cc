@@ -54,6 +54,7 @@ constexpr char kHelp[] =
   --json FILE|-              machine-readable result
   --out DIR                  comparison.json, comparison.svg
 Ctrl-C gives what there is of the comparison, once more ends at once.
+mpirun -n 8 sysid_compare ... shares out the starts: docs/processes.md.
 Exit code: 0 done, 1 a solver has no usable result, 2 bad input.
 )";
 

@@ -12,6 +12,7 @@
 #include "models/error.h"
 #include "models/urdf/write_urdf.h"
 #include "sysid/diagnosis/discrepancy.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/fitted_base.h"
 #include "sysid/io/cell.h"
@@ -99,16 +100,21 @@ PageFit Show(const Session& session, const ShootingProblem& problem,
 
 // The names of what was written, in a line.
 std::string WriteOutputs(const PageFit& fit) {
-  if (fit.session->options.processes != nullptr) {
+  if (ProcessesOf(fit.session->options).size() > 1) {
     std::vector<std::string> names;
     for (const ModelFile& file : ModelFiles()) {
       if (file.name == "prediction.csv") continue;
       WriteIntoFolder(file.name, ModelFileText(fit, file.name));
       names.push_back(file.name);
     }
+    bool had = false;  // of an earlier fit, which they would be taken for
+    for (const char* const name : {"/prediction.csv", "/report.html"}) {
+      had = std::filesystem::remove(FLAGS_out + name) || had;
+    }
     std::fprintf(stderr,
-                 "note: no prediction.csv and no report.html: each process "
-                 "knows the samples of its own runs alone\n");
+                 "note: no prediction.csv and no report.html%s: each process "
+                 "knows the samples of its own runs alone\n",
+                 had ? " (those of an earlier fit are removed)" : "");
     return Join(names);
   }
   std::vector<std::string> names = WriteModelFiles(fit);
@@ -244,6 +250,21 @@ void CheckSharedSession(const Catalogue& catalogue, const Session& session) {
   }
 }
 
+// Says where a fit goes on that is interrupted before it has a point.
+Solved SolveOrSay(const Solver& solver, const ShootingProblem& problem,
+                  const SolverOptions& how,
+                  const std::optional<Checkpoint>& checkpoint) {
+  try {
+    return solver.solve(problem, how);
+  } catch (const Cancelled&) {
+    if (checkpoint && std::filesystem::exists(checkpoint->file())) {
+      PrintNotices({"the stages that ended are in " + checkpoint->file() +
+                    ": --resume goes on from there"});
+    }
+    throw;
+  }
+}
+
 int Main(ProcessGroup* group) {
   const double start_s = Now();
   const Catalogue catalogue;
@@ -288,7 +309,7 @@ int Main(ProcessGroup* group) {
                                 session.options);
   std::optional<Checkpoint> checkpoint = OpenCheckpoint(session, problem);
   if (checkpoint) how.log = &*checkpoint;
-  Solved solved = solver.solve(problem, how);
+  Solved solved = SolveOrSay(solver, problem, how, checkpoint);
   if (checkpoint && !checkpoint->trouble().empty()) {
     session.notices.push_back("the last stages are in no checkpoint: " +
                               checkpoint->trouble());

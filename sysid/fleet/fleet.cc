@@ -62,9 +62,11 @@ std::vector<FleetParameter> ParametersOf(const std::vector<Robot>& robots) {
         parameters.back().unit = one.unit;
       }
       FleetParameter& parameter = parameters[at[one.name]];
-      const std::string& why = robots[i].not_compared.empty()
-                                   ? one.unusable
-                                   : robots[i].not_compared;
+      std::string why = robots[i].not_compared.empty() ? one.unusable
+                                                       : robots[i].not_compared;
+      if (why.empty() && one.unit != parameter.unit) {
+        why = "in " + one.unit + ", not " + parameter.unit;
+      }
       if (!why.empty()) {
         parameter.left_out.push_back(robots[i].name + ": " + why);
         continue;

@@ -52,10 +52,16 @@ void AddSkipped(const ResultKeys& json, Robot* robot) {
   }
 }
 
-void ReadParameters(const ResultKeys& fit, Robot* robot) {
+void ReadParameters(const ResultKeys& fit, const std::string& file,
+                    Robot* robot) {
   for (const ResultKeys& entry : fit.At("parameters").Items()) {
     RobotParameter parameter;
     parameter.name = entry.Text("name");
+    for (const RobotParameter& other : robot->parameters) {
+      if (other.name != parameter.name) continue;
+      throw InputError(file, "has the parameter '" + parameter.name + "' twice",
+                       kRunHint);
+    }
     parameter.unit = entry.Text("unit");
     parameter.estimate = {entry.Number("value"), entry.Number("std_error")};
     if (!entry.Flag("identifiable")) {
@@ -83,7 +89,7 @@ void ReadFit(const ResultKeys& fit, Robot* robot) {
                        ? kNone
                        : error.At("holdout").Number("normalized_rms");
   if (fit.Has("added")) robot->missing = fit.At("added").Texts("effects");
-  ReadParameters(fit, robot);
+  ReadParameters(fit, robot->file, robot);
   AddSkipped(fit, robot);
   SetDate(error.At("segments"), robot);
 }
@@ -131,7 +137,7 @@ void ReadDiagnosis(const ResultKeys& diagnosis, Robot* robot) {
   }
   const ResultKeys beside = ResultKeys::Read(fit.string(), kRunHint);
   beside.CheckSchema({"sysid.fit/1"});
-  ReadParameters(beside, robot);
+  ReadParameters(beside, fit.string(), robot);
   if (!diagnosis.IsNull("interrupted")) {
     robot->not_compared =
         "the diagnosis was interrupted: " + diagnosis.Text("interrupted");

@@ -179,9 +179,11 @@ Checkpoint::Checkpoint(std::string file, const ShootingProblem& problem,
   // Not empty where there is a file.
   std::string bytes;
   if (all_.rank() == 0 && std::filesystem::exists(file_)) {
-    std::ifstream in(file_, std::ios::binary);
     bytes = kFound;
-    bytes.append(std::istreambuf_iterator<char>(in), {});
+    if (!std::filesystem::is_directory(file_)) {
+      std::ifstream in(file_, std::ios::binary);
+      bytes.append(std::istreambuf_iterator<char>(in), {});
+    }
   }
   bytes = all_.Share(bytes);
   if (!bytes.empty()) Take(bytes.substr(1));
@@ -197,7 +199,8 @@ void Checkpoint::Take(const std::string& bytes) {
     if (!read.contains(key) || read[key] != content_[key]) {
       throw InputError(file_,
                        "is the checkpoint of another fit: data, model, flags "
-                       "or version are not the same",
+                       "or version are not the same, or with --add it is of "
+                       "one process and this fit of several, or vice versa",
                        "remove it, or leave --resume out");
     }
   }

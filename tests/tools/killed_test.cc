@@ -137,6 +137,12 @@ TEST_F(KilledTest, ResumeRefusesWhatIsNotThisFits) {
   ExpectRefused(folder_, SYSID_FIT, fit, "fit/checkpoint.cbor",
                 "is no checkpoint of sysid_fit, or damaged",
                 "remove it, or leave --resume out");
+  fs::remove(folder_.Path("fit/checkpoint.cbor"));
+  fs::create_directory(folder_.Path("fit/checkpoint.cbor"));
+  ExpectRefused(folder_, SYSID_FIT, fit, "fit/checkpoint.cbor",
+                "is no checkpoint of sysid_fit, or damaged",
+                "remove it, or leave --resume out");
+  fs::remove(folder_.Path("fit/checkpoint.cbor"));
   const std::vector<std::uint8_t> other = nlohmann::json::to_cbor(
       {{"sysid", "0"}, {"problem", 1}, {"stages", nlohmann::json::array()}});
   folder_.Write("fit/checkpoint.cbor", std::string(other.begin(), other.end()));

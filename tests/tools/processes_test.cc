@@ -192,6 +192,9 @@ TEST_F(ProcessesTest, OnlyTheFirstWritesAndPrints) {
   Arguments arguments = Pendulum();
   arguments[8] = "--out";
   arguments[9] = "result";
+  // Of an earlier fit, which would stand beside this one's.
+  std::filesystem::create_directory(folder_->Path("result"));
+  folder_->Write("result/report.html", "an earlier fit");
   const ProgramResult result = RunBy(3, arguments);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("3 parameters fitted to 5 runs"));
@@ -199,7 +202,9 @@ TEST_F(ProcessesTest, OnlyTheFirstWritesAndPrints) {
   EXPECT_THAT(result.err, HasSubstr("note: --traj: 3 processes share out the "
                                     "runs by size, 1 to 2 each\n"));
   EXPECT_THAT(result.err,
-              HasSubstr("note: no prediction.csv and no report.html"));
+              HasSubstr("note: no prediction.csv and no report.html (those of "
+                        "an earlier fit are removed)"));
+  EXPECT_FALSE(folder_->Has("result/report.html"));
   EXPECT_TRUE(folder_->Has("result/fit.json"));
   EXPECT_TRUE(folder_->Has("result/identified.urdf"));
   EXPECT_FALSE(folder_->Has("result/checkpoint.cbor"));
@@ -216,6 +221,20 @@ TEST_F(ProcessesTest, AddEffects) {
   EXPECT_NEAR(fit["parameters"].back()["value"].get<double>(), 0.05, 0.002);
   // Begun elsewhere: the same minimum.
   EXPECT_LT(Apart(fit, alone, 1e-2), 1e-2);
+}
+
+// Whose the column is, though each process knows one run alone.
+TEST_F(ProcessesTest, NameTheRunInWhatTheySuggest) {
+  for (const char* const name : {"left.csv", "right.csv"}) {
+    SimulateInto(*folder_, name, {"--model", "pendulum2_planar"});
+  }
+  std::string text = folder_->Read("right.csv");
+  text.replace(text.find("joint2.q"), 8, "joint9.q");
+  folder_->Write("right.csv", text);
+  const ProgramResult result =
+      RunBy(2, {"--model", "pendulum2_planar", "--traj", "left.csv,right.csv",
+                "--threads", "1"});
+  EXPECT_THAT(result.err, HasSubstr("--columns 'right.csv/joint2.q=joint9.q'"));
 }
 
 TEST_F(ProcessesTest, EndByBadInputOfAnyOfThem) {

@@ -66,8 +66,7 @@ void CheckRun(const CheckInput& input, const Run& run,
   finding.consequence =
       "an unmeasured joint is only predicted, and an effort that is not read "
       "still acted on the mechanism";
-  finding.remedies = {ColumnsFlag(
-      input.runs.size() == 1 ? input : OfOneRun(input, run), columns)};
+  finding.remedies = {ColumnsFlag(OfOneRun(input, run), columns)};
   findings->push_back(finding);
 }
 

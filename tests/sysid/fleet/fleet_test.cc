@@ -83,6 +83,15 @@ TEST(AnalyseFleet, NamesTheOutlierAndNoOther) {
       ElementsAre("r10: at a bound", "r11: the fit has not converged: x"));
 }
 
+TEST(AnalyseFleet, ComparesWhatHasTheSameUnit) {
+  std::vector<Robot> robots = Robots();
+  robots[1].parameters[0].unit = "g";
+  const FleetParameter mass = AnalyseFleet(robots).parameters[0];
+  EXPECT_EQ(mass.unit, "kg");
+  EXPECT_EQ(mass.all.count, 17);
+  EXPECT_THAT(mass.left_out, ::testing::Contains("r2: in g, not kg"));
+}
+
 TEST(AnalyseFleet, FindsTheDriftOverTheYears) {
   const Fleet fleet = AnalyseFleet(Robots());
   EXPECT_FALSE(fleet.parameters[0].drift_significant);

@@ -167,8 +167,12 @@ TEST_F(ReadFleetTest, ABrokenRobotIsNamedWithTheReason) {
   diagnosis["schema"] = "sysid.check/1";
   WriteJson("fleet/r6/diagnosis.json", diagnosis);
   Write("fleet/r7/diagnosis.json", "");
+  Json twice = FitOf(2.0);
+  twice["parameters"].push_back(Parameter("link2.mass", 2.0));
+  WriteJson("fleet/r8/diagnosis.json", DiagnosisOf("adequate"));
+  WriteJson("fleet/r8/fit.json", twice);
   const std::vector<Robot> robots = Read("fleet/*/diagnosis.json");
-  ASSERT_EQ(robots.size(), 8u);
+  ASSERT_EQ(robots.size(), 9u);
   const auto at = [&](const std::string& robot) {
     return At("fleet/" + robot + "/diagnosis.json");
   };
@@ -184,6 +188,8 @@ TEST_F(ReadFleetTest, ABrokenRobotIsNamedWithTheReason) {
                 ": key schema is 'sysid.check/1', not sysid.diagnosis/1 or "
                 "sysid.fit/1");
   EXPECT_EQ(robots[7].broken, at("r7") + ": cannot be read, or is empty");
+  EXPECT_EQ(robots[8].broken,
+            At("fleet/r8/fit.json") + ": has the parameter 'link2.mass' twice");
 }
 
 TEST_F(ReadFleetTest, AFileThatIsNamedMustBeGood) {
