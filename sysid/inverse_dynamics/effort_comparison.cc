@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "sysid/estimation/parallel.h"
-#include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/motion.h"
 #include "sysid/inverse_dynamics/regression.h"
 
@@ -28,13 +27,7 @@ EffortComparison CompareEfforts(const ShootingProblem& problem,
   if (!MeasuresAllJoints(problem)) return {};
   MechanismParameters<double> values;
   problem.map().Apply<double>(theta.data(), &values);
-  const ShootingProblem part = WithRowsInMemory(problem);
-  std::vector<const Run*> runs;
-  for (const auto& data : part.runs()) runs.push_back(&data->run);
-  const Processes& all = problem.processes();
-  const EquationFilter filter =
-      ChooseFilter(model, values, runs, FirstFilter(runs, all),
-                   problem.options().threads, all);
+  const EquationFilter filter = ChooseFilter(problem, values);
   const int threads = ThreadsOfEach(static_cast<int>(problem.runs().size()),
                                     problem.options().threads);
   EffortComparison comparison = CompareEffortsBy(problem, [&](int r) {

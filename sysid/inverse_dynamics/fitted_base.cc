@@ -5,7 +5,6 @@
 
 #include "sysid/inverse_dynamics/base_parameters.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
-#include "sysid/inverse_dynamics/filter_choice.h"
 #include "sysid/inverse_dynamics/regression.h"
 
 namespace sysid {
@@ -32,9 +31,6 @@ void AddBaseParameters(const ShootingProblem& fitted, Fit* fit) {
     return;
   }
   if (!MeasuresAllJoints(problem) || HasInternalStates(model)) return;
-  const Processes& all = problem.processes();
-  std::vector<const Run*> runs;
-  for (const auto& data : problem.runs()) runs.push_back(&data->run);
   const double* theta = fit->point.theta.data();
   const EquationCoordinates coordinates(model, map.parameters());
   if (coordinates.Links().empty()) return;
@@ -43,12 +39,9 @@ void AddBaseParameters(const ShootingProblem& fitted, Fit* fit) {
   if (moved.rank() != coordinates.size()) return;
   MechanismParameters<double> values;
   map.Apply<double>(theta, &values);
-  const EquationFilter filter =
-      ChooseFilter(model, values, runs, FirstFilter(runs, all),
-                   problem.options().threads, all);
-  const EquationRegression regression =
-      RegressEquations(problem, coordinates, SampleRuns(problem, filter),
-                       values, UndrivenJoints(problem));
+  const EquationRegression regression = RegressEquations(
+      problem, coordinates, SampleRuns(problem, ChooseFilter(problem, values)),
+      values, UndrivenJoints(problem));
   if (regression.times() == 0 || regression.IsHomogeneous(at.xi)) return;
   const RowMatrixXd R = regression.Triangle().leftCols(coordinates.size());
   // d xi = D d theta = D (d values / d theta)^-1 d values.

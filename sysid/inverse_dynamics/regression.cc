@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sysid/estimation/parallel.h"
+#include "sysid/inverse_dynamics/filter_choice.h"
 
 namespace sysid {
 namespace {
@@ -378,6 +379,16 @@ ShootingProblem WithRowsInMemory(const ShootingProblem& problem, double most) {
   return data.samples() * of_sample <= most
              ? problem
              : problem.WithData(data.Part(most / of_sample));
+}
+
+EquationFilter ChooseFilter(const ShootingProblem& problem,
+                            const MechanismParameters<double>& values) {
+  const ShootingProblem part = WithRowsInMemory(problem);
+  std::vector<const Run*> runs;
+  for (const auto& data : part.runs()) runs.push_back(&data->run);
+  const Processes& all = problem.processes();
+  return ChooseFilter(problem.model(), values, runs, FirstFilter(runs, all),
+                      problem.options().threads, all);
 }
 
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,

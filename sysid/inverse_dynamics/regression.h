@@ -113,6 +113,11 @@ inline constexpr double kMostNumbers = 1e8;
 ShootingProblem WithRowsInMemory(const ShootingProblem& problem,
                                  double most = kMostNumbers);
 
+// The filter (filter_choice.h) of a problem's runs, or of such a part of them,
+// from the first one; `values` as there.
+EquationFilter ChooseFilter(const ShootingProblem& problem,
+                            const MechanismParameters<double>& values);
+
 // The runs of a problem on even times; and their regression, linearised at
 // these values.
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,

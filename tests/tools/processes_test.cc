@@ -411,6 +411,30 @@ TEST_F(LongFitTest, AKilledProcessEndsTheJobWhichGoesOnFromItsStage) {
   EXPECT_EQ(Read("killed")["iterations"], Read("whole")["iterations"]);
 }
 
+// Of a fit that goes on: its best point, or where there is none yet, where to
+// go on from.
+TEST_F(LongFitTest, AnInterruptOfAResumedFitLosesNothing) {
+  RunningProgram first(*folder_, SYSID_FIT, Fit("early"));
+  while (!folder_->Has("early/checkpoint.cbor") &&
+         !first.EndsWithin(std::chrono::milliseconds(1))) {
+  }
+  first.End(SIGKILL);
+  ASSERT_TRUE(folder_->Has("early/checkpoint.cbor"));
+  RunningProgram resumed(*folder_, SYSID_FIT,
+                         Fit("early") + Arguments{"--resume"});
+  while (resumed.Errors().find("note: goes on after ") == std::string::npos &&
+         !resumed.EndsWithin(std::chrono::milliseconds(1))) {
+  }
+  EXPECT_EQ(resumed.End(SIGTERM), 1) << resumed.Errors();
+  EXPECT_TRUE(folder_->Has("early/checkpoint.cbor"));
+  if (!folder_->Has("early/fit.json")) {
+    EXPECT_THAT(
+        resumed.Errors(),
+        HasSubstr("note: the stages that ended are in "
+                  "early/checkpoint.cbor: --resume goes on from there"));
+  }
+}
+
 TEST_F(LongFitTest, AnInterruptOfAnyProcessKeepsTheBestPoint) {
   RunningProgram job(*folder_, SYSID_MPIRUN, Command(2, Fit("stopped")));
   kill(WaitFor("stopped", 3, 1), SIGTERM);
