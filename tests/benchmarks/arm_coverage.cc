@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
   if (argc < 4) {
     std::fprintf(stderr,
                  "arm_coverage inverse_dynamics|lm FIRST LAST "
-                 "[rate [noise]]\n");
+                 "[rate [noise [predict]]]\n");
     return 2;
   }
   sysid::TrackedArmOptions options;
