@@ -14,6 +14,7 @@
 #include "sysid/estimation/state_weights.h"
 #include "sysid/hypotheses/constants.h"
 #include "sysid/hypotheses/work.h"
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 
 namespace sysid {
 namespace {
@@ -190,10 +191,11 @@ CoarseModel Without(CoarseModel model, const Supposition& supposed) {
   return model;
 }
 
-CoarseFitter::CoarseFitter(const CheckInput& input, int samples)
+CoarseFitter::CoarseFitter(const CheckInput& input, int samples, bool patient)
     : mechanism_(input.model->mechanism()),
       excerpt_(input.runs, samples),
-      options_(input.options) {
+      options_(input.options),
+      patient_(patient) {
   options_.rollout.step = 0.0;  // a sample's: coarse as the fit
   options_.loss = RobustLoss::kNone;
   options_.segment = 0.0;
@@ -295,6 +297,45 @@ double CoarseFitter::WorkOf(int columns, double evaluations) const {
   return Work(Samples(), evaluations, columns);
 }
 
+CoarseFitter::Solved CoarseFitter::SolveFrom(Solution point,
+                                             const ShootingProblem& problem,
+                                             bool fix_theta,
+                                             int iterations) const {
+  Solved solved;
+  solved.evaluations = Solve(problem, fix_theta, iterations, &point);
+  const double fitted = (fix_theta ? 0 : problem.map().size()) +
+                        ObservedStateDof(problem) *
+                            static_cast<double>(AllSegments(point).size());
+  const double error =
+      EvaluateErrors(problem, point, fitted).total.normalized_rms;
+  solved.error = std::isfinite(error) ? error : INFINITY;
+  solved.point = std::move(point);
+  return solved;
+}
+
+CoarseFitter::Solved CoarseFitter::SolveFromData(const ShootingProblem& problem,
+                                                 const Eigen::VectorXd& theta,
+                                                 bool fix_theta,
+                                                 int iterations) const {
+  const std::vector<RowMatrixXd> states = AllStatesFromData(problem);
+  Solved best = SolveFrom(CutPoint(problem, theta, states, segment_s_), problem,
+                          fix_theta, iterations);
+  if (!patient_ || best.error <= kExplained) return best;
+  const double first = std::max(kFirstRadians / kSegmentRadians * segment_s_,
+                                kFewestSamples * excerpt_.period_s());
+  // As a fit begins (docs/theory.md, section 11).
+  const Eigen::VectorXd begin =
+      fix_theta ? theta : StartByInverseDynamics(problem).InitialTheta();
+  Solution point = CutPoint(problem, begin, states, first);
+  const int evaluations = Solve(problem, fix_theta, kLookIterations, &point);
+  Solved other = SolveFrom(Recut(problem, point, segment_s_), problem,
+                           fix_theta, iterations);
+  const int all = best.evaluations + evaluations + other.evaluations;
+  if (other.error < best.error) best = std::move(other);
+  best.evaluations = all;
+  return best;
+}
+
 CoarseFit CoarseFitter::Fit(const CoarseModel& as_given,
                             const Supposition& supposed, int iterations,
                             const CoarseFit* start, const DataSet* noise_of) {
@@ -308,21 +349,14 @@ CoarseFit CoarseFitter::Fit(const CoarseModel& as_given,
   CoarseFit fit;
   fit.supposed = supposed;
   fit.train = problem;
-  const Eigen::VectorXd theta =
-      start != nullptr ? start->point.theta : problem->InitialTheta();
-  fit.point =
+  Solved solved =
       start != nullptr
-          ? start->point
-          : CutPoint(*problem, theta, AllStatesFromData(*problem), segment_s_);
-  const int evaluations = Solve(*problem, false, iterations, &fit.point);
+          ? SolveFrom(start->point, *problem, false, iterations)
+          : SolveFromData(*problem, problem->InitialTheta(), false, iterations);
   const int columns = problem->map().size() + model.model.tangent_size();
-  work_ += 0.5 * WorkOf(columns, evaluations);
-  const double fitted = problem->map().size() +
-                        ObservedStateDof(*problem) *
-                            static_cast<double>(AllSegments(fit.point).size());
-  const double error =
-      EvaluateErrors(*problem, fit.point, fitted).total.normalized_rms;
-  fit.train_error = std::isfinite(error) ? error : INFINITY;
+  work_ += 0.5 * WorkOf(columns, solved.evaluations);
+  fit.train_error = solved.error;
+  fit.point = std::move(solved.point);
   fit.values.resize(problem->map().size());
   if (!fit.values.empty()) {
     problem->map().ValuesOf<double>(fit.point.theta.data(), fit.values.data());
@@ -334,15 +368,11 @@ void CoarseFitter::Judge(CoarseFit* fit) {
   const ShootingProblem problem = fit->train->WithData(
       MakeDataSetLike(fit->train->model(), Half(fit->supposed, 1), options_,
                       fit->train->data()));
-  Solution point = CutPoint(problem, fit->point.theta,
-                            AllStatesFromData(problem), segment_s_);
-  const int evaluations = Solve(problem, true, kLookIterations, &point);
-  work_ += 0.5 * WorkOf(problem.model().tangent_size(), evaluations);
-  const double fitted = ObservedStateDof(problem) *
-                        static_cast<double>(AllSegments(point).size());
-  const double error =
-      EvaluateErrors(problem, point, fitted).total.normalized_rms;
-  fit->error = std::isfinite(error) ? error : INFINITY;
+  const Solved solved =
+      SolveFromData(problem, fit->point.theta, true, kLookIterations);
+  const Solution& point = solved.point;
+  work_ += 0.5 * WorkOf(problem.model().tangent_size(), solved.evaluations);
+  fit->error = solved.error;
   const int windows = static_cast<int>(point.runs.size());
   size_t channels = 0;
   for (const auto& data : problem.runs()) {

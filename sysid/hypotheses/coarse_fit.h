@@ -63,7 +63,9 @@ struct CoarseFit {
 // Fits and judges, and counts what that costs.
 class CoarseFitter {
  public:
-  CoarseFitter(const CheckInput& input, int samples);
+  // `patient`: whatever does not explain the data is begun a second time, from
+  // short segments.
+  CoarseFitter(const CheckInput& input, int samples, bool patient);
 
   const Excerpt& excerpt() const { return excerpt_; }
   double segment_s() const { return segment_s_; }
@@ -92,11 +94,24 @@ class CoarseFitter {
  private:
   std::vector<Run> Half(const Supposition& supposed, int first) const;
   int Samples() const;
+  // The best point from the states of the data: its error over the noise, and
+  // the evaluations that it took.
+  struct Solved {
+    Solution point;
+    double error = 0.0;
+    int evaluations = 0;
+  };
+  Solved SolveFromData(const ShootingProblem& problem,
+                       const Eigen::VectorXd& theta, bool fix_theta,
+                       int iterations) const;
+  Solved SolveFrom(Solution point, const ShootingProblem& problem,
+                   bool fix_theta, int iterations) const;
 
   const Mechanism& mechanism_;
   Excerpt excerpt_;
   EstimationOptions options_;
   std::vector<int> held_runs_;
+  bool patient_ = false;
   double segment_s_ = 0.0, work_ = 0.0;
 };
 

@@ -19,6 +19,9 @@ inline constexpr int kLookSamples = 800;
 // Segments, in radians of the motion: half a period shows stiffness, damping
 // and gravity, and no chaos grows in it.
 inline constexpr double kSegmentRadians = 3.0;
+// The second start begins over so much: a state of the data that is wrong there
+// has not yet led a segment into another minimum.
+inline constexpr double kFirstRadians = 1.0;
 inline constexpr double kShortest = 0.15;  // s; shorter ones show noise only
 inline constexpr int kFewestSamples = 12;  // of a segment: its state takes two
 

@@ -67,21 +67,31 @@ double LeastEquationError(
   constexpr int kIterations = 4;
   constexpr double kDependent = 1e-6;  // of columns, of length 1
   constexpr int kRowsEach = 3;         // of a number that is fitted
+  constexpr double kNothing = 1e-9;    // rounding beside others
   if (windows.empty()) return INFINITY;
   const int joints = static_cast<int>(windows.front()->size());
   const int columns =
       static_cast<int>(windows.front()->front().triangle.cols());
   std::vector<int> counts(joints, 0);
   int rows = 0;
+  RowMatrixXd largest = RowMatrixXd::Zero(joints, columns);
   for (const auto* window : windows) {
     for (int v = 0; v < joints; ++v) {
+      const Eigen::MatrixXd& part = (*window)[v].triangle;
       counts[v] += (*window)[v].rows;
-      rows += static_cast<int>((*window)[v].triangle.rows());
+      rows += static_cast<int>(part.rows());
+      if (part.rows() == 0) continue;
+      largest.row(v) =
+          largest.row(v).cwiseMax(part.cwiseAbs().colwise().maxCoeff());
     }
   }
-  if (rows < columns ||
-      *std::min_element(counts.begin(), counts.end()) < kRowsEach * columns) {
-    return INFINITY;
+  if (rows < columns) return INFINITY;
+  // Every joint has more rows than the columns that act on it can fit.
+  const Eigen::RowVectorXd of_all = largest.colwise().maxCoeff();
+  for (int v = 0; v < joints; ++v) {
+    const auto acting =
+        (largest.row(v).array() > kNothing * of_all.array()).count();
+    if (counts[v] < kRowsEach * acting) return INFINITY;
   }
   const int n = columns - 1;
   std::vector<double> size(joints, 1.0);
@@ -100,7 +110,6 @@ double LeastEquationError(
     if (n > 0) {
       // Columns of one size: what is dependent shows. One that is rounding
       // beside the others says nothing.
-      constexpr double kNothing = 1e-9;
       Eigen::VectorXd scale = all.leftCols(n).colwise().norm();
       const double nothing = kNothing * scale.maxCoeff();
       for (double& s : scale) s = s > nothing ? 1.0 / s : 0.0;

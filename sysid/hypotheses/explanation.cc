@@ -26,6 +26,15 @@ bool IsRough(const RunData& data, const Mechanism& mechanism) {
   return false;
 }
 
+// A gain below zero is another sign of an effort, which is a hypothesis.
+void KeepSigns(CoarseModel* model) {
+  for (FreeParameter& free : model->free) {
+    if (!free.parameter.name.ends_with(".effort_gain")) continue;
+    free.lower = std::max(free.lower, 0.0);
+    free.initial = std::max(free.initial, free.lower);
+  }
+}
+
 // Whether masses, inertias or lengths move with an effect of this kind.
 bool IsOfBodies(const std::string& name) {
   const std::string kind = name.substr(0, name.find('@'));
@@ -38,7 +47,7 @@ bool IsOfBodies(const std::string& name) {
 Competition::Competition(const CheckInput& input, double budget, int samples)
     : input_(input),
       budget_(budget),
-      fitter_(input, samples),
+      fitter_(input, samples, std::isinf(budget)),
       model_(WithFriction(*input.model, *input.free, input.runs)),
       all_(AllHypotheses(input)) {}
 
@@ -125,7 +134,8 @@ void Competition::FitEffects() {
   const int count =
       std::min(kEffects, static_cast<int>(screened.effects.size()));
   for (int i = 0; i < count; ++i) {
-    const CoarseModel with = WithEffect(model, screened.effects[i]);
+    CoarseModel with = WithEffect(model, screened.effects[i]);
+    KeepSigns(&with);
     if (!Affords(FitWork(with, kIterations))) return;
     const std::string name = screened.effects[i].name();
     rivals_.push_back(AsRead(name, IsOfBodies(name), with, kIterations));

@@ -42,7 +42,8 @@ class FirstLook {
   std::vector<std::vector<int>> RunSets() const;
   void Consider(int place, const std::vector<int>& runs, double p,
                 double promise);
-  void ByEquations();
+  // Whether they tell: of a short recording there are too few rows.
+  bool ByEquations();
   void ByCoarseFits();
   void BySecants(const Secants& secants);
 
@@ -92,7 +93,7 @@ void FirstLook::Consider(int place, const std::vector<int>& runs, double p,
   suspects_.push_back({place, Suppose(hypotheses_[place], runs, p), promise});
 }
 
-void FirstLook::ByEquations() {
+bool FirstLook::ByEquations() {
   // Springs and armatures free: nothing that is missing there looks like data.
   const CoarseModel given_bodies = Augmented(all_.model(), false);
   CoarseFitter& fitter = all_.fitter();
@@ -111,6 +112,7 @@ void FirstLook::ByEquations() {
     return LeastEquationError(windows);
   };
   const double given = least(nullptr, {});
+  if (!std::isfinite(given)) return false;
   const std::vector<int> driven = DrivenJoints(all_.input());
   for (int i = 0; i < static_cast<int>(hypotheses_.size()); ++i) {
     const DataHypothesis& hypothesis = hypotheses_[i];
@@ -151,10 +153,11 @@ void FirstLook::ByEquations() {
       }
     }
   }
+  return true;
 }
 
 void FirstLook::ByCoarseFits() {
-  CoarseFitter look(all_.input(), kLookSamples);
+  CoarseFitter look(all_.input(), kLookSamples, false);
   if (look.excerpt().count() < 2) return;
   const auto fit = [&](const Supposition& supposed) {
     const double before = look.work();
@@ -207,24 +210,19 @@ void FirstLook::BySecants(const Secants& secants) {
         }
         const Secant secant = secants.Test(of_runs, p);
         const double size = std::abs(secant.value);
-        if (size < hypothesis.least ||
+        // One that leads beyond what is sought foretells nothing within it.
+        if (size < hypothesis.least || size > hypothesis.most ||
             size < kSignificance * secant.std_error) {
           continue;
         }
-        Consider(i, runs,
-                 std::clamp(secant.value, -hypothesis.most, hypothesis.most),
-                 secant.ratio);
+        Consider(i, runs, secant.value, secant.ratio);
       }
     }
   }
 }
 
 std::vector<Suspect> FirstLook::Run() {
-  if (EquationsTell(all_.input())) {
-    ByEquations();
-  } else {
-    ByCoarseFits();
-  }
+  if (!EquationsTell(all_.input()) || !ByEquations()) ByCoarseFits();
   // Secants at the fit that misses least: what it lacks bends them least.
   const CoarseFit& least = all_.least().fit;
   if (std::isfinite(least.train_error)) {

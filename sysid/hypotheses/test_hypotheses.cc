@@ -203,6 +203,7 @@ void Test(Competition* all, HypothesisReport* report) {
   if (faults.empty()) return;
   const Explanation best = InMoreRuns(Best(faults, *all), all);
   report->findings.push_back(Report(best, faults, *all));
+  report->found = Told(best);
 }
 
 }  // namespace

@@ -1,16 +1,19 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sysid/checks/check.h"
+#include "sysid/hypotheses/data_hypothesis.h"
 
 namespace sysid {
 
 // What hypotheses about the data explain of what a model misses.
 struct HypothesisReport {
   std::vector<Finding> findings;
+  std::optional<Supposition> found;  // of the findings
   // Of the held-out windows of a coarse fit as the data were read, in times the
   // noise. NaN where there is no motion to ask, or none that is smooth.
   double error = std::numeric_limits<double>::quiet_NaN();

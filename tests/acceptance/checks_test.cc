@@ -123,6 +123,58 @@ TEST(PlantedFaults, ALateColumn) {
   ExpectFirst(session, "channel_late", "joint1.q", "--shift joint1.q=0.02");
 }
 
+// Beside the positions the velocities that an encoder's card makes of them.
+Session WithVelocities(Session session) {
+  for (sysid::Run& run : session.runs) {
+    const std::vector<Channel> positions = run.channels;
+    for (const Channel& position : positions) {
+      Channel velocity = position;
+      velocity.kind = ChannelKind::kVelocity;
+      const int n = run.size();
+      for (int k = 0; k < n; ++k) {
+        const int a = std::max(0, k - 1), b = std::min(n - 1, k + 1);
+        velocity.values.row(k) =
+            (position.values.row(b) - position.values.row(a)) /
+            (run.t[b] - run.t[a]);
+      }
+      run.channels.push_back(std::move(velocity));
+    }
+  }
+  return session;
+}
+
+// The numbers show a contradiction only; whose fault it is the motion tells.
+TEST(PlantedFaults, PositionsInDegreesBesideVelocitiesInRadians) {
+  Session session = WithVelocities(Simulated("pendulum2_planar", 3, true));
+  Position(&session, 0, 1) *= 180.0 / 3.14159265358979323846;
+  ExpectFirst(session, "degrees", "joint2.q",
+              "--columns 'joint2.q=joint2.q*0.017453292519943295'");
+  EXPECT_EQ(Check(session).size(), 1u) << Named(Check(session));
+}
+
+TEST(PlantedFaults, VelocitiesInDegreesBesidePositionsInRadians) {
+  Session session = WithVelocities(Simulated("pendulum2_planar", 3, true));
+  for (const int c : {2, 3}) {
+    session.runs[0].channels[c].values *= 180.0 / 3.14159265358979323846;
+  }
+  const std::vector<Finding> findings = Check(session);
+  ASSERT_EQ(findings.size(), 1u) << Named(findings);
+  EXPECT_EQ(findings[0].fault, "velocity_scale");
+  EXPECT_EQ(findings[0].subject, "joint1.qd, joint2.qd");
+}
+
+// An encoder is late with all that it measures.
+TEST(PlantedFaults, ALateSensorOfPositionAndVelocity) {
+  Session session = WithVelocities(Simulated("pendulum2_planar", 3, true));
+  for (const int c : {0, 2}) {
+    RowMatrixXd& y = Position(&session, 0, c);
+    const RowMatrixXd was = y;
+    for (int k = 4; k < y.rows(); ++k) y(k, 0) = was(k - 4, 0);
+  }
+  ExpectFirst(session, "channel_late", "joint1.q, joint1.qd",
+              "--shift joint1.q=0.04,joint1.qd=0.04");
+}
+
 // Two runs of the same model, of other seeds.
 Session TwoRuns() {
   Session session = Simulated("pendulum2_planar", 3, true);

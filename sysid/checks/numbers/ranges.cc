@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/checks/column_fault.h"
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
 #include "sysid/checks/shipped_checks.h"
@@ -26,12 +27,27 @@ double Reach(const Model& model, int link) {
   return reach;
 }
 
+// What a factor mends.
+ColumnFault Multiplied(const Series& series, Finding finding,
+                       const std::string& factor) {
+  ColumnFault fault;
+  fault.finding = std::move(finding);
+  fault.run = series.run;
+  fault.columns = {series.column};
+  fault.fixes = {
+      {{series.column, series.column, [factor](const std::string& source) {
+          return Times(source, factor);
+        }}}};
+  return fault;
+}
+
 }  // namespace
 
 // As the reader does, for runs that did not come through it; a factor in the
 // map says that the user knows (sysid/io/degrees.h).
 void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings) {
   const Mechanism& mechanism = input.model->mechanism();
+  std::vector<ColumnFault> faults;
   for (const Series& series : AllSeries(input)) {
     if (!IsScalarPosition(series.channel->kind)) continue;
     const std::string source = SourceOf(input, series.column);
@@ -42,20 +58,23 @@ void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings) {
         joint, series.run->t,
         std::vector<double>(values.data(), values.data() + values.size()), {});
     if (report.verdict != DegreesVerdict::kPosition) continue;
-    Finding finding = At(series, "degrees", Severity::kWrong);
-    finding.weight = 1e5;
-    finding.evidence = report.reason;
-    finding.consequence = "read as radians, the motion is entirely different";
-    finding.remedies = {ColumnsFlag(
-        input, {{series.column, Times(source, "0.017453292519943295")}})};
-    findings->push_back(finding);
+    ColumnFault fault =
+        Multiplied(series, At(series, "degrees", Severity::kWrong),
+                   "0.017453292519943295");
+    fault.finding.weight = 1e5;
+    fault.finding.evidence = report.reason;
+    fault.finding.consequence =
+        "read as radians, the motion is entirely different";
+    faults.push_back(std::move(fault));
   }
+  AddTogether(input, std::move(faults), findings);
 }
 
 void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
   constexpr double kSlide = 100.0;  // m: no slide of a machine is as long
   constexpr double kFar = 20.0;     // times the reach
   const Mechanism& mechanism = input.model->mechanism();
+  std::vector<ColumnFault> faults;
   for (const Series& series : AllSeries(input)) {
     double limit = 0.0;
     std::string what;
@@ -79,17 +98,18 @@ void CheckRanges(const CheckInput& input, std::vector<Finding>* findings) {
     // A slide that runs so far may be a hinge that goes round under its name:
     // the motion settles it.
     const bool is_slide = IsScalarPosition(series.channel->kind);
-    Finding finding = At(series, "millimetres",
-                         is_slide ? Severity::kNote : Severity::kWrong);
-    finding.weight = 1e4;
-    finding.evidence = what + ShortNumber(range) + " m";
-    finding.consequence =
+    ColumnFault fault =
+        Multiplied(series,
+                   At(series, "millimetres",
+                      is_slide ? Severity::kNote : Severity::kWrong),
+                   "0.001");
+    fault.finding.weight = 1e4;
+    fault.finding.evidence = what + ShortNumber(range) + " m";
+    fault.finding.consequence =
         "read as metres the motion is a thousand times as large";
-    finding.remedies = {ColumnsFlag(
-        input,
-        {{series.column, Times(SourceOf(input, series.column), "0.001")}})};
-    findings->push_back(finding);
+    faults.push_back(std::move(fault));
   }
+  AddTogether(input, std::move(faults), findings);
 }
 
 }  // namespace sysid

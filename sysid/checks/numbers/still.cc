@@ -112,8 +112,11 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
       return rest != longest && (rest.second - rest.first) * window < kWorthIt;
     });
     std::vector<std::pair<double, double>> spans;
+    // A window more at each end: somewhere in it the rest began or ended, and
+    // what was held still there no model follows.
     for (const auto& [from, to] : rests) {
-      spans.push_back({begin + from * window, begin + to * window});
+      spans.push_back({begin + std::max(0, from - 1) * window,
+                       std::min(begin + (to + 1) * window, run->t.back())});
     }
     std::vector<std::string> columns;
     for (const Series& series : of_run) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "sysid/checks/column_fault.h"
 #include "sysid/checks/excerpt.h"
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/series.h"
@@ -76,12 +77,22 @@ double Window(const Pair& pair) {
   return std::max(0.1, 5 * MedianPeriod(pair.qd->run->t));
 }
 
-Finding Of(const Pair& pair, const std::string& fault) {
-  Finding finding = At(*pair.qd, fault, Severity::kWrong);
-  finding.weight = 1e3;  // sure: no model is asked
-  finding.consequence =
+ColumnFault Of(const Pair& pair, const std::string& name) {
+  ColumnFault fault;
+  fault.finding.fault = name;
+  fault.finding.severity = Severity::kWrong;
+  fault.finding.weight = 1e3;  // sure: no model is asked
+  fault.finding.consequence =
       "position and velocity contradict each other: a fit can follow neither";
-  return finding;
+  fault.run = pair.qd->run;
+  fault.columns = {pair.qd->column};
+  return fault;
+}
+
+// A column by an expression of what it is read from.
+ColumnFix Reads(const std::string& column,
+                std::function<std::string(const std::string&)> expression) {
+  return {column, column, std::move(expression)};
 }
 
 std::string Changes(const Pair& pair, const Agreement& as_read) {
@@ -92,13 +103,14 @@ std::string Changes(const Pair& pair, const Agreement& as_read) {
 
 constexpr double kClear = 0.9;   // correlation
 constexpr double kClose = 0.15;  // of a slope to one
+constexpr double kLatest = 0.1;  // s, that is looked for
+constexpr double kGrain = 1e-4;  // s: what a lag is known to
 
 // Another joint's? Joints that move alike agree crosswise and, by some factor,
 // as they are read: what leaves less is the better explanation, and a velocity
 // that is right for its own joint is not another's.
-std::optional<Finding> FindSwapped(const CheckInput& input,
-                                   const std::vector<Pair>& pairs,
-                                   const Pair& pair) {
+std::optional<ColumnFault> FindSwapped(const std::vector<Pair>& pairs,
+                                       const Pair& pair) {
   constexpr double kBetter = 0.25;
   const Agreement as_read = Compare(*pair.q, *pair.qd, 0.0, Window(pair));
   for (const Pair& other : pairs) {
@@ -109,21 +121,23 @@ std::optional<Finding> FindSwapped(const CheckInput& input,
         theirs.as_is > Compare(*other.q, *other.qd, 0.0, Window(pair)).as_is) {
       continue;
     }
-    Finding finding = Of(pair, "velocities_swapped");
-    finding.evidence = Changes(pair, as_read) + ", but " +
-                       ShortNumber(theirs.slope) + " times that of " +
-                       other.qd->column + " (correlation " +
-                       ShortNumber(theirs.correlation) + ")";
-    finding.remedies = {ColumnsFlag(
-        input, {{pair.qd->column, SourceOf(input, other.qd->column)},
-                {other.qd->column, SourceOf(input, pair.qd->column)}})};
-    return finding;
+    ColumnFault fault = Of(pair, "velocities_swapped");
+    fault.finding.evidence = Changes(pair, as_read) + ", but " +
+                             ShortNumber(theirs.slope) + " times that of " +
+                             other.qd->column + " (correlation " +
+                             ShortNumber(theirs.correlation) + ")";
+    const std::string& mine = pair.qd->column;
+    const std::string& its = other.qd->column;
+    const auto as_it_is = [](const std::string& source) { return source; };
+    fault.columns.push_back(its);
+    fault.fixes = {{{mine, its, as_it_is}, {its, mine, as_it_is}}};
+    return fault;
   }
   return std::nullopt;
 }
 
 // The other way round, or in another unit.
-std::optional<Finding> FindScaled(const CheckInput& input, const Pair& pair) {
+std::optional<ColumnFault> FindScaled(const Pair& pair) {
   const Agreement as_read = Compare(*pair.q, *pair.qd, 0.0, Window(pair));
   if (std::abs(as_read.correlation) < kClear ||
       std::abs(as_read.slope - 1.0) < kClose) {
@@ -131,51 +145,67 @@ std::optional<Finding> FindScaled(const CheckInput& input, const Pair& pair) {
   }
   const std::string& q = pair.q->column;
   const std::string& qd = pair.qd->column;
-  const std::string source = SourceOf(input, qd);
-  Finding finding = Of(pair, "velocity_scale");
-  finding.evidence = Changes(pair, as_read);
-  finding.remedies = {
-      ColumnsFlag(input, {{qd, Times(source, ShortNumber(as_read.slope))}})};
+  ColumnFault fault = Of(pair, "velocity_scale");
+  fault.finding.evidence = Changes(pair, as_read);
+  fault.size = as_read.slope;
   if (std::abs(as_read.slope + 1.0) < kClose) {
-    finding.fault = "velocity_flipped";
-    finding.remedies = {ColumnsFlag(input, {{qd, Negated(source)}}),
-                        ColumnsFlag(input, {{q, Negated(SourceOf(input, q))}})};
+    fault.finding.fault = "velocity_flipped";
+    fault.fixes = {{Reads(qd, Negated)}, {Reads(q, Negated)}};
+    return fault;
   }
-  return finding;
+  const auto times = [](double factor) {
+    return [factor](const std::string& source) {
+      return Times(source, ShortNumber(factor));
+    };
+  };
+  fault.fixes = {{Reads(qd, times(as_read.slope))},
+                 {Reads(q, times(1.0 / as_read.slope))}};
+  return fault;
 }
 
 // Out of step: the lag at which they agree best.
-std::optional<Finding> FindLate(const CheckInput& input, const Pair& pair) {
+std::optional<ColumnFault> FindLate(const Pair& pair) {
   const double period = MedianPeriod(pair.qd->run->t);
   const double window = std::max(0.03, 3 * period);
   const double resolution = 0.5 * period;
-  const int most = static_cast<int>(std::max(0.05, 2 * period) / resolution);
-  const double still = Compare(*pair.q, *pair.qd, 0.0, window).misfit;
+  const int most = static_cast<int>(std::max(kLatest, 2 * period) / resolution);
+  const auto misfit_at = [&](double lag) {
+    return Compare(*pair.q, *pair.qd, lag, window).misfit;
+  };
+  const double still = misfit_at(0.0);
   double best = 0.0, misfit = still;
   for (int i = -most; i <= most; ++i) {
     const double lag = i * resolution;
-    const Agreement there = Compare(*pair.q, *pair.qd, lag, window);
-    if (there.misfit >= misfit) continue;
+    const double there = misfit_at(lag);
+    if (there >= misfit) continue;
     best = lag;
-    misfit = there.misfit;
+    misfit = there;
   }
   // A slope over a few samples is half a sample late or early at most.
   if (std::abs(best) < std::max(0.9 * period, 0.006) ||
       !(misfit < 0.5 * still)) {
     return std::nullopt;
   }
+  // The least of the parabola through the least and its neighbours.
+  const double before = misfit_at(best - resolution);
+  const double after = misfit_at(best + resolution);
+  const double bend = before - 2.0 * misfit + after;
+  if (bend > 0.0) {
+    best += std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) * resolution;
+    best = kGrain * std::round(best / kGrain);
+  }
   const std::string& q = pair.q->column;
   const std::string& qd = pair.qd->column;
-  Finding finding = Of(pair, "velocity_late");
-  finding.evidence = qd + " agrees with " + q + " where it is read " +
-                     ShortNumber(1e3 * std::abs(best)) +
-                     (best > 0 ? " ms earlier" : " ms later") +
-                     " (misfit of the changes " +
-                     ShortNumber(100 * std::sqrt(misfit)) + " % instead of " +
-                     ShortNumber(100 * std::sqrt(still)) + " %)";
-  finding.remedies = {ShiftFlag(input, {qd}, best),
-                      ShiftFlag(input, {q}, -best)};
-  return finding;
+  ColumnFault fault = Of(pair, "velocity_late");
+  fault.finding.evidence =
+      qd + " agrees with " + q + " where it is read " +
+      ShortNumber(1e3 * std::abs(best)) +
+      (best > 0 ? " ms earlier" : " ms later") + " (misfit of the changes " +
+      ShortNumber(100 * std::sqrt(misfit)) + " % instead of " +
+      ShortNumber(100 * std::sqrt(still)) + " %)";
+  fault.size = best;
+  fault.fixes = {{{qd, qd, nullptr, best}}, {{q, q, nullptr, -best}}};
+  return fault;
 }
 
 }  // namespace
@@ -183,12 +213,24 @@ std::optional<Finding> FindLate(const CheckInput& input, const Pair& pair) {
 void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
   const std::vector<Series> all = AllSeries(input);
   const std::vector<Pair> pairs = FindPairs(all);
+  std::vector<ColumnFault> faults;
   for (const Pair& pair : pairs) {
-    std::optional<Finding> finding = FindSwapped(input, pairs, pair);
-    if (!finding) finding = FindScaled(input, pair);
-    if (!finding) finding = FindLate(input, pair);
-    if (finding) findings->push_back(*finding);
+    std::optional<ColumnFault> fault = FindSwapped(pairs, pair);
+    if (!fault) fault = FindScaled(pair);
+    if (!fault) fault = FindLate(pair);
+    if (!fault) continue;
+    // Of two that are exchanged the other has told it already.
+    const bool is_told =
+        std::any_of(faults.begin(), faults.end(), [&](const ColumnFault& f) {
+          return f.finding.fault == fault->finding.fault &&
+                 f.run == fault->run &&
+                 std::is_permutation(f.columns.begin(), f.columns.end(),
+                                     fault->columns.begin(),
+                                     fault->columns.end());
+        });
+    if (!is_told) faults.push_back(std::move(*fault));
   }
+  AddTogether(input, std::move(faults), findings);
 }
 
 }  // namespace sysid

@@ -39,25 +39,31 @@ void DelayHypotheses(const CheckInput& input,
         "a lag between columns acts like damping and biases the parameters";
     all->push_back(hypothesis);
   };
-  std::vector<std::string> efforts, columns;
+  std::vector<std::string> efforts;
+  std::vector<std::vector<std::string>> sensors;  // the columns of each
   for (const int j : DrivenJoints(input)) {
     efforts.push_back(mechanism->joints[j].name + ".tau");
   }
   for (size_t j = 0; j < mechanism->joints.size(); ++j) {
     const std::string& name = mechanism->joints[j].name;
     if (Measures(input, ChannelKind::kPosition, static_cast<int>(j))) {
-      columns.push_back(name + ".q");
+      // A velocity is of the same sensor: a lag of one of the two alone the
+      // numbers show (CheckVelocities).
+      sensors.push_back({name + ".q"});
+      if (Measures(input, ChannelKind::kVelocity, static_cast<int>(j))) {
+        sensors.back().push_back(name + ".qd");
+      }
     } else if (Measures(input, ChannelKind::kOrientation,
                         static_cast<int>(j))) {
-      columns.push_back(name + ".qw");
+      sensors.push_back({name + ".qw"});
     }
     if (Measures(input, ChannelKind::kMotorPosition, static_cast<int>(j))) {
-      columns.push_back(name + ".motor_q");
+      sensors.push_back({name + ".motor_q"});
     }
   }
-  // One column alone is early or late beside nothing.
-  if (columns.size() + efforts.size() < 2) return;
-  for (const std::string& column : columns) add({column});
+  // One alone is early or late beside nothing.
+  if (sensors.size() + efforts.size() < 2) return;
+  for (const std::vector<std::string>& columns : sensors) add(columns);
   for (const std::string& effort : efforts) add({effort});
   if (efforts.size() > 1) add(efforts);
 }

@@ -339,6 +339,14 @@ class WithPrograms(unittest.TestCase):
         hit = self._judge(kind, cases.emps)
         self.assertTrue(hit.repaired, hit)
 
+    def test_efforts_of_an_arm_the_other_way_round_are_hit(self):
+        # A short recording of many parameters: few equations for a first
+        # look, and fits that need their second start.
+        kind = next(k for k in readings.KINDS if k.name == "effort_flipped")
+        hit = self._judge(kind, cases.arm7, 3)
+        self.assertTrue(hit.located, hit)
+        self.assertTrue(hit.repaired, hit)
+
     def test_a_fault_of_one_run_of_several_is_hit_there(self):
         case = self.suite.case(cases.cartpole, 1)
         if case is None:

@@ -131,7 +131,7 @@ TEST(StillTest, IsSeenInQuaternions) {
   const std::vector<Finding> findings = rests.Find(CheckStill);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].fault, "still");
-  EXPECT_THAT(findings[0].remedies, ElementsAre("--ignore joint1.q@0:8"));
+  EXPECT_THAT(findings[0].remedies, ElementsAre("--ignore joint1.q@0:8.25"));
 }
 
 // Every joint, and every rest: then nothing is still any more.
@@ -147,10 +147,11 @@ TEST(StillTest, ItsRemedyMendsIt) {
   ASSERT_EQ(findings.size(), 1u);
   ASSERT_EQ(findings[0].remedies.size(), 1u);
   EXPECT_EQ(findings[0].remedies[0],
-            "--ignore slider.q@0:8,slider.q@10:18,hinge.q@0:8,hinge.q@10:18");
+            "--ignore slider.q@0:8.25,slider.q@9.75:18.25,hinge.q@0:8.25,"
+            "hinge.q@9.75:18.25");
   for (Channel& channel : rests.run().channels) {
-    channel.values.topRows(800).setConstant(NAN);
-    channel.values.middleRows(1000, 800).setConstant(NAN);
+    channel.values.topRows(826).setConstant(NAN);
+    channel.values.middleRows(975, 851).setConstant(NAN);
   }
   EXPECT_THAT(rests.Faults(CheckStill), IsEmpty());
 }
@@ -323,7 +324,47 @@ double Qd2(double t) {
 TEST(VelocitiesTest, SwappedOnesOfJointsThatMoveAlikeAreNotScaled) {
   EXPECT_THAT(Alike(Qd1, Qd2).Faults(CheckVelocities), IsEmpty());
   EXPECT_THAT(Alike(Qd2, Qd1).Faults(CheckVelocities),
-              ElementsAre("velocities_swapped", "velocities_swapped"));
+              ElementsAre("velocities_swapped"));
+}
+
+// Each by its own factor, all in one flag; a fault of one run of two is mended
+// in that run alone.
+TEST(VelocitiesTest, WhatIsWrongInTheSameWayIsOneFinding) {
+  const auto times = [](double factor, const Signal& signal) {
+    return [=](double t) { return factor * signal(t); };
+  };
+  const Recording right = Alike(Qd1, Qd2);
+  const Recording rpm = Alike(times(9.549, Qd1), times(9.549, Qd2));
+  const Recording late_a = Alike(Qd1, [](double t) { return Qd2(t - 0.0237); });
+  const auto find = [](Recording a, Recording b) {
+    sysid::Run first = a.run(), second = b.run();
+    first.name = "a.csv";
+    second.name = "b.csv";
+    CheckInput input = a.Input();
+    input.runs = {&first, &second};
+    std::vector<Finding> findings;
+    CheckVelocities(input, &findings);
+    return findings;
+  };
+  std::vector<Finding> findings = find(rpm, rpm);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].subject, "joint1.qd, joint2.qd");
+  EXPECT_EQ(findings[0].file, "");
+  EXPECT_THAT(
+      findings[0].remedies,
+      ElementsAre(::testing::StartsWith("--columns 'joint1.qd=joint1.qd*0.104"),
+                  ::testing::StartsWith("--columns 'joint1.q=joint1.q*9.5")));
+  findings = find(right, rpm);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].file, "b.csv");
+  EXPECT_THAT(
+      findings[0].remedies[0],
+      ::testing::AllOf(
+          ::testing::StartsWith("--columns 'b.csv/joint1.qd=joint1.qd*0.104"),
+          ::testing::HasSubstr(",b.csv/joint2.qd=joint2.qd*0.10")));
+  findings = find(late_a, right);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].remedies[0], "--shift 'a.csv/joint2.qd=0.0237'");
 }
 
 TEST(VelocitiesTest, AScaledOneOfJointsThatMoveAlikeIsNotSwapped) {
