@@ -12,13 +12,6 @@ namespace {
 // Of one cause: what sizes that are estimated from noisy numbers may differ by.
 constexpr double kAlike = 0.05;
 
-bool IsAlike(const ColumnFault& a, const ColumnFault& b) {
-  return a.finding.fault == b.finding.fault &&
-         a.finding.severity == b.finding.severity &&
-         std::abs(a.size - b.size) <=
-             kAlike * std::min(std::abs(a.size), std::abs(b.size));
-}
-
 template <typename T>
 void Append(const std::vector<T>& from, std::vector<T>* to) {
   to->insert(to->end(), from.begin(), from.end());
@@ -41,7 +34,8 @@ std::vector<ColumnFault> JoinedByRun(std::vector<ColumnFault> faults) {
       continue;
     }
     Append(fault.columns, &like->columns);
-    for (size_t i = 0; i < fault.fixes.size(); ++i) {
+    for (size_t i = 0; i < std::min(fault.fixes.size(), like->fixes.size());
+         ++i) {
       Append(fault.fixes[i], &like->fixes[i]);
     }
   }
@@ -52,6 +46,11 @@ std::string FlagOf(const CheckInput& input, const std::vector<ColumnFix>& fix) {
   NewColumns columns;
   std::vector<std::string> late;
   for (const ColumnFix& one : fix) {
+    const bool is_there =  // the clock of all
+        std::any_of(columns.begin(), columns.end(), [&](const auto& column) {
+          return column.first == one.column;
+        });
+    if (is_there) continue;
     if (one.expression) {
       columns.push_back(
           {one.column, one.expression(SourceOf(input, one.from))});
@@ -64,6 +63,13 @@ std::string FlagOf(const CheckInput& input, const std::vector<ColumnFix>& fix) {
 }
 
 }  // namespace
+
+bool IsAlike(const ColumnFault& a, const ColumnFault& b) {
+  return a.finding.fault == b.finding.fault &&
+         a.finding.severity == b.finding.severity &&
+         std::abs(a.size - b.size) <=
+             kAlike * std::min(std::abs(a.size), std::abs(b.size));
+}
 
 void AddTogether(const CheckInput& input, std::vector<ColumnFault> faults,
                  std::vector<Finding>* findings) {

@@ -28,6 +28,10 @@ struct ColumnFault {
   std::vector<std::vector<ColumnFix>> fixes;
 };
 
+// Whether two may have one cause: the same fault, of the same size but for what
+// noise makes of it.
+bool IsAlike(const ColumnFault& a, const ColumnFault& b);
+
 // One finding, with one flag that can be pasted, for what is wrong in the same
 // way: with several columns of a run, and with all runs.
 void AddTogether(const CheckInput& input, std::vector<ColumnFault> faults,

@@ -95,6 +95,12 @@ ColumnFix Reads(const std::string& column,
   return {column, column, std::move(expression)};
 }
 
+std::function<std::string(const std::string&)> Factor(double factor) {
+  return [factor](const std::string& source) {
+    return Times(source, ShortNumber(factor));
+  };
+}
+
 std::string Changes(const Pair& pair, const Agreement& as_read) {
   return "changes of " + pair.q->column + " are " + ShortNumber(as_read.slope) +
          " times the integral of " + pair.qd->column + " (correlation " +
@@ -153,13 +159,8 @@ std::optional<ColumnFault> FindScaled(const Pair& pair) {
     fault.fixes = {{Reads(qd, Negated)}, {Reads(q, Negated)}};
     return fault;
   }
-  const auto times = [](double factor) {
-    return [factor](const std::string& source) {
-      return Times(source, ShortNumber(factor));
-    };
-  };
-  fault.fixes = {{Reads(qd, times(as_read.slope))},
-                 {Reads(q, times(1.0 / as_read.slope))}};
+  fault.fixes = {{Reads(qd, Factor(as_read.slope))},
+                 {Reads(q, Factor(1.0 / as_read.slope))}};
   return fault;
 }
 
@@ -229,6 +230,20 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
                                      fault->columns.end());
         });
     if (!is_told) faults.push_back(std::move(*fault));
+  }
+  // Where every velocity of a run contradicts by one factor, its clock may be
+  // what is wrong.
+  for (ColumnFault& fault : faults) {
+    if (fault.finding.fault != "velocity_scale" || fault.size < 0.0) continue;
+    const auto in_run = std::count_if(
+        pairs.begin(), pairs.end(),
+        [&](const Pair& pair) { return pair.qd->run == fault.run; });
+    const auto alike = std::count_if(
+        faults.begin(), faults.end(), [&](const ColumnFault& other) {
+          return other.run == fault.run && IsAlike(other, fault);
+        });
+    if (alike == in_run)
+      fault.fixes.push_back({Reads("t", Factor(fault.size))});
   }
   AddTogether(input, std::move(faults), findings);
 }

@@ -353,7 +353,8 @@ TEST(VelocitiesTest, WhatIsWrongInTheSameWayIsOneFinding) {
   EXPECT_THAT(
       findings[0].remedies,
       ElementsAre(::testing::StartsWith("--columns 'joint1.qd=joint1.qd*0.104"),
-                  ::testing::StartsWith("--columns 'joint1.q=joint1.q*9.5")));
+                  ::testing::StartsWith("--columns 'joint1.q=joint1.q*9.5"),
+                  ::testing::StartsWith("--columns 't=t*0.104")));
   findings = find(right, rpm);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].file, "b.csv");
