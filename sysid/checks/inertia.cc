@@ -2,6 +2,8 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "sysid/checks/finding.h"
+
 namespace sysid {
 
 Eigen::Matrix3d AboutCentre(const Inertial<double>& body) {
@@ -22,6 +24,17 @@ bool CouldBeAboutJoint(const Inertial<double>& body, double share) {
   // Data sheets round: a moment of the mass may be a little negative.
   return left.eigenvalues()[0] > -0.05 * mr2 &&
          AboutCentre(body).diagonal().minCoeff() > 0.0;
+}
+
+std::string InertialLine(const Inertial<double>& body, const std::string& link,
+                         const std::string& file) {
+  const Eigen::Matrix3d& I = body.inertia;
+  return "in " + file + ", link " + link + ": <mass value=\"" +
+         ShortNumber(body.mass) + "\"/> <inertia ixx=\"" +
+         ShortNumber(I(0, 0)) + "\" ixy=\"" + ShortNumber(I(0, 1)) +
+         "\" ixz=\"" + ShortNumber(I(0, 2)) + "\" iyy=\"" +
+         ShortNumber(I(1, 1)) + "\" iyz=\"" + ShortNumber(I(1, 2)) +
+         "\" izz=\"" + ShortNumber(I(2, 2)) + "\"/>";
 }
 
 }  // namespace sysid

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "models/mechanism.h"
 
 namespace sysid {
@@ -18,5 +20,10 @@ Eigen::Matrix3d AboutCentre(const Inertial<double>& body);
 // kPossible it is worth asking the motion.
 inline constexpr double kPlain = 0.69, kPossible = 0.4;
 bool CouldBeAboutJoint(const Inertial<double>& body, double share);
+
+// What a URDF says of a body, as a fix: "in arm.urdf, link link1: <mass .../>
+// <inertia .../>".
+std::string InertialLine(const Inertial<double>& body, const std::string& link,
+                         const std::string& file);
 
 }  // namespace sysid

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "models/error.h"
+#include "sysid/checks/inertia.h"
 #include "sysid/hypotheses/families/families.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/channel_edits.h"
@@ -128,20 +129,6 @@ NewColumns Expressions(const CheckInput& input, const Supposition& supposed) {
   return columns;
 }
 
-// "in arm.urdf, link link1: <mass .../> <inertia .../>".
-std::string InertialLine(const Model& model, const std::string& link,
-                         const std::string& file) {
-  const Inertial<double>& body =
-      model.nominal().links[model.mechanism().FindLink(link)];
-  const Eigen::Matrix3d I = body.inertia;
-  return "in " + file + ", link " + link + ": <mass value=\"" +
-         ShortNumber(body.mass) + "\"/> <inertia ixx=\"" +
-         ShortNumber(I(0, 0)) + "\" ixy=\"" + ShortNumber(I(0, 1)) +
-         "\" ixz=\"" + ShortNumber(I(0, 2)) + "\" iyy=\"" +
-         ShortNumber(I(1, 1)) + "\" iyz=\"" + ShortNumber(I(1, 2)) +
-         "\" izz=\"" + ShortNumber(I(2, 2)) + "\"/>";
-}
-
 }  // namespace
 
 bool IsOfRun(const std::vector<int>& runs, int run) {
@@ -224,7 +211,9 @@ std::vector<std::string> FixTexts(const CheckInput& input,
     hypothesis.change_model(&changed);
     std::vector<std::string> lines;
     for (const std::string& link : hypothesis.subjects) {
-      lines.push_back(InertialLine(changed, link, input.model_file));
+      const int l = changed.mechanism().FindLink(link);
+      lines.push_back(
+          InertialLine(changed.nominal().links[l], link, input.model_file));
     }
     return lines;
   }

@@ -114,6 +114,16 @@ TEST(PlantedFaults, ExchangedColumnsOfAFreeChain) {
               "--columns joint1.q=joint2.q,joint2.q=joint1.q");
 }
 
+TEST(PlantedFaults, ExchangedColumnsOfBallJoints) {
+  Session session = Simulated("pendulum2", 3, false);
+  Position(&session, 0, 0).swap(Position(&session, 0, 1));
+  ExpectFirst(session, "joints_swapped", "joint1, joint2",
+              "--columns joint1.qw=joint2.qw,joint2.qw=joint1.qw,"
+              "joint1.qx=joint2.qx,joint2.qx=joint1.qx,"
+              "joint1.qy=joint2.qy,joint2.qy=joint1.qy,"
+              "joint1.qz=joint2.qz,joint2.qz=joint1.qz");
+}
+
 // Late by two samples: what stands at t was so two samples before.
 TEST(PlantedFaults, ALateColumn) {
   Session session = Simulated("pendulum2_planar", 3, true);

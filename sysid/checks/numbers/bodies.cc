@@ -52,11 +52,10 @@ void CheckBodies(const CheckInput& input, std::vector<Finding>* findings) {
       finding.consequence =
           "a URDF's inertia is about the centre of mass: one about the joint "
           "counts m r^2 twice";
-      const Eigen::Vector3d centre = AboutCentre(body).diagonal();
-      finding.remedies = {"if so, in " + input.model_file + ": ixx=\"" +
-                          ShortNumber(centre[0]) + "\" iyy=\"" +
-                          ShortNumber(centre[1]) + "\" izz=\"" +
-                          ShortNumber(centre[2]) + "\""};
+      Inertial<double> centred = body;
+      centred.inertia = AboutCentre(body);
+      finding.remedies = {
+          "if so, " + InertialLine(centred, finding.subject, input.model_file)};
       findings->push_back(finding);
       continue;
     }

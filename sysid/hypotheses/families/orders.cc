@@ -8,6 +8,10 @@ void OrderHypotheses(const CheckInput& input,
                      std::vector<DataHypothesis>* all) {
   const Mechanism* mechanism = &input.model->mechanism();
   const std::vector<int> joints = MeasuredJoints(input);
+  std::vector<int> balls;
+  for (int j = 0; j < static_cast<int>(mechanism->joints.size()); ++j) {
+    if (Measures(input, ChannelKind::kOrientation, j)) balls.push_back(j);
+  }
   const auto add = [&](DataFault fault, int a, int b,
                        const std::vector<std::string>& suffixes,
                        const std::string& what) {
@@ -30,6 +34,12 @@ void OrderHypotheses(const CheckInput& input,
         "each joint is fitted to the data of another joint";
     all->push_back(hypothesis);
   };
+  for (size_t i = 0; i < balls.size(); ++i) {
+    for (size_t k = i + 1; k < balls.size(); ++k) {
+      add(DataFault::kJointsSwapped, balls[i], balls[k],
+          {".qw", ".qx", ".qy", ".qz", ".wx", ".wy", ".wz"}, "the columns");
+    }
+  }
   for (size_t i = 0; i < joints.size(); ++i) {
     for (size_t k = i + 1; k < joints.size(); ++k) {
       const int a = joints[i], b = joints[k];

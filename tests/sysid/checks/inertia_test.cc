@@ -31,6 +31,16 @@ TEST(InertiaTest, ARodIsNotTakenForOneAboutItsJointAndTheOtherIs) {
   EXPECT_TRUE(CouldBeAboutJoint(about_joint, kPlain));
 }
 
+TEST(InertiaTest, ALineIsThatOfAUrdf) {
+  Inertial<double> body;
+  body.mass = 0.15;
+  body.inertia << 2, 0.5, 0, 0.5, 3, -1e-5, 0, -1e-5, 4;
+  EXPECT_EQ(InertialLine(body, "arm", "robot.urdf"),
+            "in robot.urdf, link arm: <mass value=\"0.15\"/> <inertia "
+            "ixx=\"2\" ixy=\"0.5\" ixz=\"0\" iyy=\"3\" iyz=\"-1e-05\" "
+            "izz=\"4\"/>");
+}
+
 TEST(InertiaTest, NoLinkOfTheShippedRobotsIsSuspected) {
   for (const std::string& name : ShippedModels()) {
     const Mechanism mechanism = LoadUrdf(FindModel(name));
