@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "sysid/checks/series.h"
+#include "sysid/io/run_rows.h"
 
 namespace sysid {
 namespace {
@@ -39,26 +40,6 @@ std::vector<double> ScaleOf(const Run& run) {
     scale.push_back(high > low ? high - low : 0.0);
   }
   return scale;
-}
-
-// Samples [first, last) of a run.
-Run Slice(const Run& run, int first, int last) {
-  Run slice;
-  slice.name = run.name;
-  slice.t.assign(run.t.begin() + first, run.t.begin() + last);
-  slice.effort = run.effort.middleRows(first, last - first);
-  for (const Input& input : run.inputs) {
-    slice.inputs.push_back(
-        {input.name,
-         input.held,
-         {input.values.begin() + first, input.values.begin() + last}});
-  }
-  for (const Channel& channel : run.channels) {
-    Channel part = channel;
-    part.values = channel.values.middleRows(first, last - first);
-    slice.channels.push_back(std::move(part));
-  }
-  return slice;
 }
 
 // Keeps every stride-th sample; efforts are the means of what they stand for.
@@ -164,7 +145,7 @@ Excerpt::Excerpt(const std::vector<const Run*>& runs, int most_samples) {
     while (to < run.size() && run.t[to] - run.t[place.last - 1] <= kMargin) {
       ++to;
     }
-    windows_.push_back({place.run, Slice(run, from, to), place.first - from,
+    windows_.push_back({place.run, RowsOf(run, from, to), place.first - from,
                         place.last - from});
   }
 }
@@ -176,7 +157,7 @@ std::vector<Run> Excerpt::Windows(const Change& change, bool wide) const {
     if (change) change(window.run, &changed);
     runs.push_back(
         wide ? std::move(changed)
-             : Thin(Slice(changed, window.first, window.last), stride_));
+             : Thin(RowsOf(changed, window.first, window.last), stride_));
   }
   return runs;
 }

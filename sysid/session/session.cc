@@ -8,6 +8,7 @@
 #include "models/urdf/load_urdf.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/read_run.h"
+#include "sysid/io/run_rows.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/free_choice.h"
@@ -242,6 +243,7 @@ Run ReadSessionRun(const Session& session, const std::string& file,
   ApplyEdits(session.edits, mechanism, &run, notices);
   if (!session.edits.ignored.empty()) {
     DropUnmeasured(session.edits.ignored.front().place, &run, notices);
+    BeginMeasured(&run, notices);
   }
   return run;
 }

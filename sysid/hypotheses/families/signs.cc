@@ -20,11 +20,19 @@ void SignHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
     all->push_back(hypothesis);
   };
   const std::vector<int> driven = DrivenJoints(input);
-  std::vector<std::string> efforts;
+  std::vector<std::string> efforts, positions, motions;
   for (const int j : MeasuredJoints(input)) {
     const std::string& name = mechanism->joints[j].name;
+    positions.push_back(name + ".q");
+    for (const std::string& column : MotionColumns(name)) {
+      motions.push_back(column);
+    }
     add(DataFault::kAxisFlipped, MotionColumns(name), {name + ".q"},
         "with the sign of " + name + "'s motion changed");
+  }
+  if (positions.size() > 1) {
+    add(DataFault::kAxisFlipped, motions, positions,
+        "with the sign of every motion changed");
   }
   for (const int j : driven) {
     const std::string& name = mechanism->joints[j].name;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "models/error.h"
+#include "sysid/io/run_rows.h"
 #include "tests/support/error_text.h"
 #include "tests/sysid/io/chain.h"
 
@@ -123,6 +124,26 @@ TEST(ChannelEditsTest, AChannelOfWhichNothingIsLeftWasNotMeasured) {
   Apply("", "joint1.qd@0:100", &run);
   EXPECT_THAT(ErrorText([&] { DropUnmeasured("--ignore", &run, nullptr); }),
               HasSubstr("--ignore: nothing of runs/a.csv is left"));
+}
+
+// A rest before the release that is ignored: no row of it is left to predict.
+TEST(ChannelEditsTest, ARunBeginsWhereSomethingIsMeasured) {
+  sysid::Run run = Recorded(0.01, 0.0, 0.0);
+  const sysid::Run before = run;
+  Apply("", "joint1@0:0.495,joint1.q@1.5:1.6", &run);
+  std::vector<std::string> notices;
+  BeginMeasured(&run, &notices);
+  ASSERT_EQ(run.size(), before.size() - 50);
+  EXPECT_EQ(run.t.front(), before.t[50]);
+  EXPECT_EQ(run.channels[0].values(0, 0), before.channels[0].values(50, 0));
+  EXPECT_EQ(run.effort.row(7), before.effort.row(57));
+  EXPECT_THAT(notices, ElementsAre("runs/a.csv: begins at 0.5 s: nothing "
+                                   "before is measured"));
+  // Missing later is no reason.
+  const sysid::Run cut = run;
+  BeginMeasured(&run, &notices);
+  EXPECT_EQ(run.size(), cut.size());
+  EXPECT_EQ(notices.size(), 1u);
 }
 
 TEST(ChannelEditsTest, AFilesNameMayHaveAnEqualsSign) {
