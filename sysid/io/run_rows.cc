@@ -40,8 +40,7 @@ void BeginMeasured(Run* run, std::vector<std::string>* notices) {
   if (first == 0 || first + 2 > run->size()) return;
   *run = RowsOf(*run, first, run->size());
   if (notices == nullptr) return;
-  notices->push_back(run->name + ": begins at " +
-                     RoundedText(run->t.front()) +
+  notices->push_back(run->name + ": begins at " + RoundedText(run->t.front()) +
                      " s: nothing before is measured");
 }
 

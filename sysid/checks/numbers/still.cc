@@ -111,17 +111,25 @@ void CheckStill(const CheckInput& input, std::vector<Finding>* findings) {
     std::erase_if(rests, [&](const auto& rest) {
       return rest != longest && (rest.second - rest.first) * window < kWorthIt;
     });
-    std::vector<std::pair<double, double>> spans;
     // A window more at each end: somewhere in it the rest began or ended, and
     // what was held still there no model follows.
+    std::sort(rests.begin(), rests.end());
+    std::vector<std::pair<double, double>> spans;
     for (const auto& [from, to] : rests) {
-      spans.push_back({begin + std::max(0, from - 1) * window,
-                       std::min(begin + (to + 1) * window, run->t.back())});
+      const double start = begin + std::max(0, from - 1) * window;
+      const double end = std::min(begin + (to + 1) * window, run->t.back());
+      if (spans.empty() || spans.back().second < start) {
+        spans.push_back({start, end});
+      } else {
+        spans.back().second = end;
+      }
     }
     std::vector<std::string> columns;
-    for (const Series& series : of_run) {
-      if (columns.empty() || columns.back() != series.column) {
-        columns.push_back(series.column);  // the four of a quaternion are one
+    for (const Series& series : MotionSeries(input)) {
+      // Velocities too; the four of a quaternion are one.
+      if (series.run == run &&
+          (columns.empty() || columns.back() != series.column)) {
+        columns.push_back(series.column);
       }
     }
     finding.remedies = {IgnoreFlag(input, run->name, columns, spans)};

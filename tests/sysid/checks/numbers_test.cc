@@ -156,6 +156,19 @@ TEST(StillTest, ItsRemedyMendsIt) {
   EXPECT_THAT(rests.Faults(CheckStill), IsEmpty());
 }
 
+TEST(StillTest, ItsRemedyIsOfVelocitiesToo) {
+  Recording rests("cartpole", EvenTimes(2000, 0.01));
+  rests.Add(kQ, 1, 1e-4,
+            [](double t) { return Swing(std::max(0.0, t - 18.0)); });
+  rests.Add(kQd, 1, 1e-3, [](double t) {
+    return t < 18.0 ? 0.0 : 2 * M_PI * std::cos(2 * M_PI * (t - 18.0));
+  });
+  const std::vector<Finding> findings = rests.Find(CheckStill);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_THAT(findings[0].remedies,
+              ElementsAre("--ignore hinge.q@0:18.25,hinge.qd@0:18.25"));
+}
+
 // At 3.3 Hz a quarter of a second holds one sample.
 TEST(StillTest, OfSlowSamplesNothingIsSaidUnlessTheyAreSmooth) {
   Recording rough("cartpole", EvenTimes(60, 0.3));
