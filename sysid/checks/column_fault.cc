@@ -10,7 +10,7 @@ namespace sysid {
 namespace {
 
 // Of one cause: what sizes that are estimated from noisy numbers may differ by.
-constexpr double kAlike = 0.05;
+constexpr double kAlike = 0.02;
 
 template <typename T>
 void Append(const std::vector<T>& from, std::vector<T>* to) {
