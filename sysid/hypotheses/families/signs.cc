@@ -30,10 +30,6 @@ void SignHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
     add(DataFault::kAxisFlipped, MotionColumns(name), {name + ".q"},
         "with the sign of " + name + "'s motion changed");
   }
-  if (positions.size() > 1) {
-    add(DataFault::kAxisFlipped, motions, positions,
-        "with the sign of every motion changed");
-  }
   for (const int j : driven) {
     const std::string& name = mechanism->joints[j].name;
     efforts.push_back(name + ".tau");
@@ -47,6 +43,12 @@ void SignHypotheses(const CheckInput& input, std::vector<DataHypothesis>* all) {
   if (driven.size() > 1) {
     add(DataFault::kEffortFlipped, efforts, efforts,
         "with the sign of every effort changed");
+  }
+  // Of a machine that is its own mirror image the same as all efforts, which is
+  // the commoner mistake.
+  if (positions.size() > 1) {
+    add(DataFault::kAxisFlipped, motions, positions,
+        "with the sign of every motion changed");
   }
 }
 
