@@ -16,14 +16,6 @@ bool Has(const std::vector<Finding>& findings, const std::string& fault) {
                      [&](const Finding& f) { return f.fault == fault; });
 }
 
-bool IsSame(const Finding& a, const Finding& b) {
-  return a.fault == b.fault && a.file == b.file && a.subject == b.subject;
-}
-bool IsIn(const std::vector<Finding>& findings, const Finding& finding) {
-  return std::any_of(findings.begin(), findings.end(),
-                     [&](const Finding& f) { return IsSame(f, finding); });
-}
-
 // Velocities that contradict positions: the numbers do not tell which of them
 // is wrong, or whether the clock is; the motion of the positions alone does.
 std::vector<Finding> Contradictions(const CheckInput& input) {
@@ -42,8 +34,8 @@ bool IsDoubled(const Run& run, const Channel& channel) {
 }
 
 // The input with even times in the runs whose stamps were found to be wrong
-// (their errors look like all sorts of things), and without velocities where
-// those contradict the positions.
+// (their errors look like all sorts of things), and, where some velocity
+// contradicts its position, without the velocities.
 class Mended {
  public:
   Mended(const CheckInput& input, const std::vector<Finding>& findings,
@@ -116,6 +108,13 @@ void SettleSlowSampling(std::vector<Finding>* numbers,
 }
 
 }  // namespace
+
+bool IsIn(const std::vector<Finding>& findings, const Finding& finding) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) {
+    return f.fault == finding.fault && f.file == finding.file &&
+           f.subject == finding.subject;
+  });
+}
 
 CheckResult CheckData(const CheckInput& input, std::vector<Finding> numbers,
                       double budget) {

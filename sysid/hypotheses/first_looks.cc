@@ -157,7 +157,7 @@ bool FirstLook::ByEquations() {
 }
 
 void FirstLook::ByCoarseFits() {
-  CoarseFitter look(all_.input(), kLookSamples, false);
+  CoarseFitter look(all_.input(), kLookSamples, /*patient=*/false);
   if (look.excerpt().count() < 2) return;
   const auto fit = [&](const Supposition& supposed) {
     const double before = look.work();

@@ -80,12 +80,7 @@ size_t CheckSessionData(Session* session, const FitOutcome& outcome) {
   session->findings = result.findings;
   std::vector<Finding> fresh;
   for (const Finding& finding : result.findings) {
-    const bool known =
-        std::any_of(numbers.begin(), numbers.end(), [&](const Finding& f) {
-          return f.fault == finding.fault && f.file == finding.file &&
-                 f.subject == finding.subject;
-        });
-    if (!known) fresh.push_back(finding);
+    if (!IsIn(numbers, finding)) fresh.push_back(finding);
   }
   Note(fresh, session);
   session->not_checked = result.not_asked.size();

@@ -109,8 +109,9 @@ std::string Changes(const Pair& pair, const Agreement& as_read) {
 
 constexpr double kClear = 0.9;   // correlation
 constexpr double kClose = 0.15;  // of a slope to one
-constexpr double kLatest = 0.1;  // s, that is looked for
-constexpr double kGrain = 1e-4;  // s: what a lag is known to
+constexpr double kLatest = 0.1;  // s: as late as hypotheses of delays look
+// s: a fiftieth of a sample at 200 Hz; nearer no parabola through noise tells.
+constexpr double kGrain = 1e-4;
 
 // Another joint's? Joints that move alike agree crosswise and, by some factor,
 // as they are read: what leaves less is the better explanation, and a velocity
@@ -242,8 +243,9 @@ void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings) {
         faults.begin(), faults.end(), [&](const ColumnFault& other) {
           return other.run == fault.run && IsAlike(other, fault);
         });
-    if (alike == in_run)
+    if (alike == in_run) {
       fault.fixes.push_back({Reads("t", Factor(fault.size))});
+    }
   }
   AddTogether(input, std::move(faults), findings);
 }
