@@ -347,6 +347,12 @@ class WithPrograms(unittest.TestCase):
         self.assertTrue(hit.located, hit)
         self.assertTrue(hit.repaired, hit)
 
+    def test_a_flipped_effort_is_no_gain(self):
+        # A gain of -1 does the same: it must not compete as physics.
+        kind = next(k for k in readings.KINDS if k.name == "effort_flipped")
+        hit = self._judge(kind, cases.pendulum3_planar, 3)
+        self.assertTrue(hit.located, hit)
+
     def test_a_fault_of_one_run_of_several_is_hit_there(self):
         case = self.suite.case(cases.cartpole, 1)
         if case is None:
