@@ -1,5 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
+#include <string>
 
 #include "models/dynamics_tangent.h"
 #include "sysid/diagnosis/base_fit.h"
@@ -185,6 +188,40 @@ void Search::ListTogether() {
   }
   for (CandidateEffect& candidate : ListCandidates(screening, {}, -1)) {
     list(std::move(candidate));
+  }
+}
+
+void Search::ListWhatStayed() {
+  std::vector<CandidateEffect>& candidates = diagnosis_.candidates;
+  const std::set<std::string> stayed = EffectsOf(*model_);
+  std::map<std::string, std::string> gone;  // and why
+  for (const DiagnosisStep& step : diagnosis_.steps) {
+    if (step.removed.empty() || stayed.contains(step.removed)) continue;
+    gone[step.removed] =
+        step.effects.empty()
+            ? "taken out again in a later step"
+            : "replaced by " + step.effects[0] + " in a later step";
+  }
+  for (CandidateEffect& candidate : candidates) {
+    std::erase_if(candidate.indistinguishable_from,
+                  [&](const std::string& name) { return gone.contains(name); });
+    const auto why = gone.find(candidate.screened.name());
+    if (why == gone.end() || !candidate.confirmed) continue;
+    candidate.confirmed->accepted = false;
+    candidate.confirmed->refused = why->second;
+  }
+  auto next = candidates.begin();
+  for (const auto& effect : model_->added) {
+    const auto at = std::find_if(
+        next, candidates.end(), [&](const CandidateEffect& candidate) {
+          return candidate.screened.name() == effect->name();
+        });
+    if (at == candidates.end()) continue;
+    if (!at->confirmed || !at->confirmed->accepted) {
+      at->confirmed = ConfirmedBy(*model_, *effect);
+    }
+    std::rotate(next, at, at + 1);
+    ++next;
   }
 }
 

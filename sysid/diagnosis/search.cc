@@ -269,6 +269,7 @@ void Search::Conclude() {
     }
   } while (AskAlternativesAgain());
   diagnosis_.final = model_;
+  ListWhatStayed();
   // What the first step could not see the later ones did; or took back.
   const bool adequate = diagnosis_.final_verdict == Verdict::kAdequate;
   if (model_->added.empty()) {

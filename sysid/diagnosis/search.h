@@ -71,6 +71,10 @@ class Search {
   // Lists what was kept of them first, and then all that the model as given
   // was screened for: a reader wants to see what else was looked at.
   void ListTogether();
+  // Lists what stayed in the model first, in the order in which it was added,
+  // and refuses what was taken out again: the ranks of the first look
+  // come of a model that may miss several effects.
+  void ListWhatStayed();
   // Effects that were found together, and the model that has them, as a step.
   void Take(std::vector<ScreenedEffect> effects,
             std::shared_ptr<EvaluatedModel> model);

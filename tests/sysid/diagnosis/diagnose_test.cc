@@ -247,6 +247,20 @@ TEST(Diagnose, TakesOutWhatStoodInForOthers) {
   EXPECT_THAT(removed, ElementsAre("viscous_damping@joint1"));
   EXPECT_THAT(diagnosis.added(),
               UnorderedElementsAre(hidden.effects[0], hidden.effects[1]));
+  // The list ends as the search does: what stayed is first and accepted.
+  ASSERT_GE(diagnosis.candidates.size(), 2u);
+  for (int i = 0; i < 2; ++i) {
+    const CandidateEffect& candidate = diagnosis.candidates[i];
+    EXPECT_EQ(candidate.screened.name(), diagnosis.added()[i]);
+    ASSERT_TRUE(candidate.confirmed);
+    EXPECT_TRUE(candidate.confirmed->accepted);
+    EXPECT_THAT(candidate.indistinguishable_from,
+                Not(Contains("viscous_damping@joint1")));
+  }
+  const CandidateEffect* gone = Find(diagnosis, "viscous_damping@joint1");
+  ASSERT_TRUE(gone && gone->confirmed);
+  EXPECT_FALSE(gone->confirmed->accepted);
+  EXPECT_THAT(gone->confirmed->refused, HasSubstr("in a later step"));
   EXPECT_EQ(diagnosis.final_verdict, Verdict::kAdequate);
   EXPECT_LT(diagnosis.last().holdout_error(), 1.1);
   for (const Value& value : hidden.values) {
