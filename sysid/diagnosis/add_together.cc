@@ -7,6 +7,7 @@
 #include "models/dynamics_tangent.h"
 #include "sysid/diagnosis/base_fit.h"
 #include "sysid/diagnosis/equation_look.h"
+#include "sysid/diagnosis/rivals.h"
 #include "sysid/diagnosis/search.h"
 
 // The part of the search that adds effects together, before it goes on one by
@@ -219,6 +220,17 @@ void Search::ListWhatStayed() {
     if (at == candidates.end()) continue;
     if (!at->confirmed || !at->confirmed->accepted) {
       at->confirmed = ConfirmedBy(*model_, *effect);
+    }
+    AddNames(AlternativesTo(effect->name(), diagnosis_.steps),
+             &at->indistinguishable_from);
+    if (at->told_apart_by.empty() && !at->indistinguishable_from.empty()) {
+      const auto other = std::find_if(
+          candidates_.begin(), candidates_.end(), [&](const auto& candidate) {
+            return candidate->name() == at->indistinguishable_from[0];
+          });
+      if (other != candidates_.end()) {
+        at->told_apart_by = ToldApartBy(*effect, **other);
+      }
     }
     std::rotate(next, at, at + 1);
     ++next;

@@ -72,8 +72,8 @@ class Search {
   // was screened for: a reader wants to see what else was looked at.
   void ListTogether();
   // Lists what stayed in the model first, in the order in which it was added,
-  // and refuses what was taken out again: the ranks of the first look
-  // come of a model that may miss several effects.
+  // with what could stand in its place, and refuses what was taken out again:
+  // the ranks of the first look come of a model that may miss several effects.
   void ListWhatStayed();
   // Effects that were found together, and the model that has them, as a step.
   void Take(std::vector<ScreenedEffect> effects,
