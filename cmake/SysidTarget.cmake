@@ -154,11 +154,15 @@ endfunction()
 
 # Files that instantiate the physics on Jets: g++'s limits on inlining would
 # leave calls to Eigen's one-line loops in every product (measured for an ABA on
-# Jets of 24: 25 against 5 microseconds; docs/decisions/0002-jet-widths.md).
+# Jets of 24: 25 against 5 microseconds; docs/decisions/0002-jet-widths.md). A
+# precompiled header brings the limits that it was compiled with, and g++ takes
+# those, without a word.
 function(sysid_kernel_sources)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT SYSID_SANITIZE)
-    set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS
-      "--param=inline-unit-growth=1000;--param=large-function-growth=10000;--param=large-stack-frame-growth=10000;--param=max-inline-insns-single=2000;--param=max-inline-insns-auto=400;--param=large-unit-insns=100000")
+    set_source_files_properties(${ARGN} PROPERTIES
+      COMPILE_OPTIONS
+        "--param=inline-unit-growth=1000;--param=large-function-growth=10000;--param=large-stack-frame-growth=10000;--param=max-inline-insns-single=2000;--param=max-inline-insns-auto=400;--param=large-unit-insns=100000"
+      SKIP_PRECOMPILE_HEADERS ON)
   endif()
 endfunction()
 
