@@ -5,7 +5,9 @@
 #include "glog/logging.h"
 
 namespace sysid {
+namespace {
 
+// Makes the joint fixed, whatever it was; `joint` is of no mechanism yet.
 void HoldStill(double position, Joint* joint) {
   if (joint->held) {  // elsewhere, so far
     joint->type = joint->held->type;
@@ -29,6 +31,8 @@ void HoldStill(double position, Joint* joint) {
   joint->type = JointType::kFixed;
   joint->held = held;
 }
+
+}  // namespace
 
 Mechanism HoldJoints(const Mechanism& mechanism,
                      const std::map<int, double>& positions) {

@@ -15,9 +15,6 @@ namespace sysid {
 // while p_PJ stays the parameter that it was. A ball is held at the identity.
 // What follows a joint that is held (<mimic>) is held where that puts it.
 
-// Makes the joint fixed, whatever it was; `joint` is of no mechanism yet.
-void HoldStill(double position, Joint* joint);
-
 // The mechanism with joints held at positions (index -> rad or m), and with
 // them the mimics that follow them and have no position here.
 Mechanism HoldJoints(const Mechanism& mechanism,

@@ -25,7 +25,7 @@ DEFINE_string(columns, "", "name=expression of the file's columns");
 DEFINE_string(shift, "", "column=seconds that it was recorded late");
 DEFINE_string(lock, "", "joints to hold still, name or name=position");
 DEFINE_string(ignore, "", "column@from:to, taken as not measured");
-DEFINE_string(solver, "", "lm, adam or gmm");
+DEFINE_string(solver, "", "lm, inverse_dynamics, adam or gmm");
 DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
 DEFINE_double(step, 0, "integration step, s");
 DEFINE_double(segment, 0, "length of a shooting segment, s");

@@ -105,9 +105,6 @@ void CheckSolverFlags(const std::string& solver) {
          {"learning_rate", "schedule", "epochs", "huber", "from_rest"}) {
       refuse(flag, "--solver adam and gmm");
     }
-  } else {
-    refuse("loss",
-           "--solver lm and inverse_dynamics; adam and gmm have --huber");
   }
   if (solver == "gmm") return;
   for (const char* flag : {"kernels", "draws", "spread", "online"}) {

@@ -44,8 +44,8 @@ constexpr char kHelp[] =
   --lock 'wheel_*,head=0.3'  joints held still
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation
-  --loss, --segment, --step, --integrator, --solver: those of sysid_fit, so that
-                             its flags can be given as they are
+  --loss, --segment, --step, --integrator, --solver, --check: of sysid_fit, so
+                             that its flags can be given as they are
   --threads N (default: all cores)    --skip_bad_runs
   --json FILE|-              machine-readable result
   --out DIR                  check.json
@@ -108,6 +108,7 @@ int Main() {
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
   request.may_free_nothing = true;
+  request.any_solver = true;  // its own fits are by lm
   Session session = OpenModelSession(request, catalogue);
   std::vector<Refused> refused;
   ReadAll(request.traj, request.skip_bad_runs, &session, &session.runs,

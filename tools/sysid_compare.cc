@@ -128,7 +128,9 @@ int Main(ProcessGroup* group) {
   }
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
-  request.solver = "lm";  // whatever a specification says
+  // Whatever a specification says: all solvers minimise the same.
+  request.solver = "lm";
+  request.loss = "none";
   if (group != nullptr && request.threads == 0) {
     request.threads = group->CoresEach();
   }

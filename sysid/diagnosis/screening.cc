@@ -372,7 +372,6 @@ void Screener::Compare(const std::vector<Weights>& weights,
 Screening Screener::Run() {
   Screening screening;
   screening.error = std::sqrt(squares_ / dof_);
-  screening.independent_samples = independent_;
   for (const Candidate& candidate : candidates_) {
     screening.tests += static_cast<int>(candidate.sets.size());
   }

@@ -46,8 +46,7 @@ struct ScreenedEffect {
 };
 
 struct Screening {
-  double error = 0.0;  // normalised, before
-  double independent_samples = 0.0;
+  double error = 0.0;                   // normalised, before
   int tests = 0;                        // that the p-values corrected for
   std::vector<ScreenedEffect> effects;  // best first
   // Two effects that together gain most, best first.

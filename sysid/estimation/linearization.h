@@ -8,7 +8,8 @@ namespace sysid {
 
 // The least squares of multiple shooting, linearised at a solution: exactly, by
 // the structured tangent or by Jets (SegmentRollout::Linearize). Covariance,
-// identifiability, the choice of the step and the screening read it.
+// identifiability, the choice of the step and the discrepancy read it; a
+// diagnosis has the same columns, and further ones, by LinearizedFit.
 
 // One whitened residual of a run linearised at a point: rows of a segment (all,
 // or their triangular factor), where it is independent those of the belief

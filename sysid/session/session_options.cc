@@ -175,7 +175,14 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
       "rotation") {
     options->orientation = OrientationResidual::kRotation;
   }
-  const std::string loss = ChooseWord(request.loss, spec.loss, "loss").value;
+  const auto [loss, loss_place] = ChooseWord(request.loss, spec.loss, "loss");
+  if (!loss.empty() && loss != "none" &&
+      FindSolver(session->solver).kind == SolverKind::kStochastic) {
+    throw InputError(
+        loss_place, "has no meaning for --solver " + session->solver,
+        "it belongs to --solver lm and inverse_dynamics (--loss none leaves it "
+        "out); adam and gmm have --huber");
+  }
   if (loss == "huber") options->loss = RobustLoss::kHuber;
   if (loss == "cauchy") options->loss = RobustLoss::kCauchy;
   options->loss_scale = spec.loss_scale.value_or(options->loss_scale);

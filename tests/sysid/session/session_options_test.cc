@@ -4,6 +4,7 @@
 
 #include "models/find_model.h"
 #include "models/urdf/load_urdf.h"
+#include "sysid/stochastic/rollout_gradient.h"
 #include "tests/support/error_text.h"
 
 namespace sysid {
@@ -12,6 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::StartsWith;
 
 sysid::Run RunOf(const std::string& name, int samples, double period) {
   sysid::Run run;
@@ -204,6 +206,22 @@ TEST(FillOptions, RefusesSolversThatThereAreNot) {
   EXPECT_EQ(OptionsError(request, spec),
             "--solver: this program has no solver 'gmm'\n"
             "  hint: it fits by lm; sysid_fit has all solvers");
+}
+
+// Theirs would be another loss, and nobody would know.
+TEST(FillOptions, RefusesLossesOfOtherSolvers) {
+  if (!HaveStanMath()) GTEST_SKIP() << "no Stan Math";
+  FitRequest request;
+  request.any_solver = true;
+  request.solver = "adam";
+  FitSpecification spec;
+  spec.loss = Located<std::string>{"huber", "fit.yaml:3:7"};
+  EXPECT_THAT(OptionsError(request, spec),
+              StartsWith("fit.yaml:3:7: has no meaning for --solver adam\n"));
+  request.loss = "none";
+  Session session = EmptySession();
+  FillOptions(request, spec, &session);
+  EXPECT_EQ(session.solver, "adam");
 }
 
 TEST(FillOptions, RefusesChecksThatThereAreNot) {
