@@ -204,8 +204,13 @@ void Search::ListWhatStayed() {
             : "replaced by " + step.effects[0] + " in a later step";
   }
   for (CandidateEffect& candidate : candidates) {
-    std::erase_if(candidate.indistinguishable_from,
-                  [&](const std::string& name) { return gone.contains(name); });
+    const auto is_gone = [&](const std::string& name) {
+      return gone.contains(name);
+    };
+    // It may have been of one that is gone.
+    if (std::erase_if(candidate.indistinguishable_from, is_gone) > 0) {
+      candidate.told_apart_by.clear();
+    }
     const auto why = gone.find(candidate.screened.name());
     if (why == gone.end() || !candidate.confirmed) continue;
     candidate.confirmed->accepted = false;

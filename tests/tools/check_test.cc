@@ -49,6 +49,14 @@ TEST(CheckTest, HelpShowsAnExampleThatRuns) {
   ExpectHelp(ProgramFolder(), SYSID_CHECK, "sysid_check");
 }
 
+TEST(CheckTest, TheSolverOfAFitMayBeGiven) {
+  const ProgramFolder folder;
+  const ProgramResult result = folder.Run(
+      SYSID_CHECK, {"--model", "cartpole", "--traj", kRuns + "cartpole.csv",
+                    "--solver", "inverse_dynamics"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
 TEST(CheckTest, AnEffectMayReadNothingThatIsNotThere) {
   const ProgramFolder folder;
   const ProgramResult result = folder.Run(

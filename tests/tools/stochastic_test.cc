@@ -310,6 +310,26 @@ TEST(Compare, GivesNoDistanceFromWhatIsNotDetermined) {
   }
 }
 
+// All solvers minimise the same, whatever a specification says of one. The loss
+// of this one doubles lm's standard error.
+TEST(Compare, LeavesTheLossOfASpecificationOut) {
+  const ProgramFolder folder;
+  std::vector<Json> of_lm;
+  for (const std::string loss : {"", "loss: {name: huber, scale: 0.1}\n"}) {
+    folder.Write("spec.yaml", "free: [rod.length]\n" + loss);
+    folder.Run(SYSID_COMPARE,
+               kRodAndBob + Arguments{"--spec", "spec.yaml", "--epochs", "3",
+                                      "--json", "comparison.json"});
+    const Json json = Json::parse(folder.Read("comparison.json"));
+    ASSERT_EQ(json["solvers"][0]["solver"], "lm");
+    of_lm.push_back(json["solvers"][0]["parameters"]);
+  }
+  ASSERT_EQ(of_lm[0].size(), 1u);
+  EXPECT_GT(of_lm[0][0]["std_error"], 0.0);
+  EXPECT_NEAR(of_lm[1][0]["std_error"], of_lm[0][0]["std_error"],
+              1e-6 * of_lm[0][0]["std_error"].get<double>());
+}
+
 TEST(Compare, SaysWhereOnlineCutsTheRuns) {
   const ProgramFolder folder;
   const ProgramResult result =
