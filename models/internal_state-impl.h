@@ -41,6 +41,19 @@ void ToMotors(const Workspace<T>& ws, const T* x, T* z_rate, T* q, T* qd,
   }
 }
 
+// z of the state x as it starts (StartStates).
+template <typename T>
+void StartStatesAt(Workspace<T>* ws, const T* held, T* x) {
+  const StateLayout& at = ws->model().layout();
+  std::fill_n(x + at.z(), at.nz(), T(0.0));
+  ws->z = nullptr;
+  Hold<T>(ws, x + at.q(), x + at.qd(), held);
+  for (const auto& effect : ws->state_effects) {
+    effect.hooks->StartState(JointOf(*ws, effect, x + at.q(), x + at.qd()),
+                             effect.p, x + at.z() + effect.first_z);
+  }
+}
+
 // z of the state `to`, which comes with that of `from`, where the way between
 // them says it (MoveState).
 template <typename T>

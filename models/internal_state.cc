@@ -7,16 +7,8 @@
 namespace sysid {
 
 void StartStates(Workspace<double>* ws, const double* held, double* x) {
-  const StateLayout& at = ws->model().layout();
-  if (at.nz() == 0) return;
-  std::fill_n(x + at.z(), at.nz(), 0.0);
-  ws->z = nullptr;
-  internal::Hold<double>(ws, x + at.q(), x + at.qd(), held);
-  for (const auto& effect : ws->state_effects) {
-    effect.hooks->StartState(
-        internal::JointOf(*ws, effect, x + at.q(), x + at.qd()), effect.p,
-        x + at.z() + effect.first_z);
-  }
+  if (ws->model().layout().nz() == 0) return;
+  internal::StartStatesAt<double>(ws, held, x);
 }
 
 void MoveStates(Workspace<double>* ws, const double* before, double* x) {

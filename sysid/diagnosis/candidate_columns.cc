@@ -10,6 +10,7 @@
 #include "glog/logging.h"
 #include "models/error.h"
 #include "models/internal_state.h"
+#include "sysid/diagnosis/candidate_batch.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -21,139 +22,42 @@ namespace {
 constexpr int kSecantSteps = 8;
 constexpr int kMostSecants = 6;
 
-// Columns that are taken together: by parameters of one model that has their
-// effects in it, each off. Off, an effect does nothing, so the derivative by
-// another's parameter is what it is without it.
-class Batch {
- public:
-  explicit Batch(const Model& fitted) : model_(fitted) {}
-
-  // False where a column of a set cannot be had beside those that are there: by
-  // another value of what is searched, by the same parameter, or where one of
-  // them is a secant, which changes the model, so that it is alone.
-  bool TakeIn(const Candidate& candidate, int set, int column) {
-    const std::string& name =
-        candidate.parameters[candidate.ParameterOf(set, column)].name;
-    const ProbeSet& probes = candidate.sets[set];
-    const Probe* probe =
-        column < static_cast<int>(probes.size()) ? &probes[column] : nullptr;
-    const double secant = probe != nullptr ? probe->secant : 0.0;
-    if (secant_ != 0.0 || (secant != 0.0 && !names_.empty()) ||
-        std::find(names_.begin(), names_.end(), name) != names_.end() ||
-        (probe != nullptr && !Admit(candidate, candidate.At(*probe)))) {
+// Writes the derivatives of a segment's errors, SI, into the batch's columns of
+// `out`. False where the dynamics fail.
+bool Evaluate(const CandidateBatch& batch, const LinearizedFit& fit,
+              const LinearizedFit::Segment& at, SegmentScratch* scratch,
+              RowMatrixXd* out) {
+  RolloutOptions options = at.rollout->options();
+  if (batch.has_state() && batch.IsSecant()) {
+    // What it swings at is not what the fit's steps were chosen for.
+    const double longest =
+        fit.problem().data().MedianSamplePeriod() / kSecantSteps;
+    options.step = options.step > 0 ? std::min(options.step, longest) : longest;
+  }
+  const Model& model = batch.model();
+  const SegmentRollout rollout(&model, &batch.map(),
+                               &at.rollout->measurements(), at.rollout->first(),
+                               at.rollout->last(), options);
+  Eigen::VectorXd errors(rollout.num_residuals());
+  std::vector<double> x_end(model.state_size());
+  const Eigen::VectorXd x0 =
+      AdoptState(fit.problem().model(), fit.StateOf(at), model);
+  const std::vector<int>& columns = batch.columns();
+  if (batch.IsSecant()) {
+    const Eigen::VectorXd moved = batch.theta() + batch.Secants();
+    if (!rollout(x0.data(), moved.data(), errors.data(), x_end.data())) {
       return false;
     }
-    secant_ = secant;
-    has_state_ = !candidate.effect->states().empty();
-    names_.push_back(name);
-    columns_.push_back(candidate.first[set] + column);
+    out->col(columns[0]) = (errors - at.errors) / batch.Secants()[0];
     return true;
   }
-
-  // After the last: theta, at the values that the model has.
-  void Close() {
-    map_.emplace(model_, FindParameters(model_, names_, ""), false);
-    theta_.resize(map_->size());
-    for (int i = 0; i < map_->size(); ++i) {
-      theta_[i] = map_->parameters()[i].nominal;
-    }
+  RowMatrixXd J, J_end;
+  if (!rollout.LinearizeByTheta(x0.data(), batch.theta().data(), errors.data(),
+                                x_end.data(), &J, &J_end, scratch)) {
+    return false;
   }
-
-  // Writes the derivatives of a segment's errors, SI, into its columns of
-  // `out`. False where the dynamics fail.
-  bool Evaluate(const LinearizedFit& fit, const LinearizedFit::Segment& at,
-                RowMatrixXd* out) {
-    RolloutOptions options = at.rollout->options();
-    if (has_state_ && secant_ != 0.0) {
-      // What it swings at is not what the fit's steps were chosen for.
-      const double longest =
-          fit.problem().data().MedianSamplePeriod() / kSecantSteps;
-      options.step =
-          options.step > 0 ? std::min(options.step, longest) : longest;
-    }
-    const SegmentRollout rollout(&model_, &*map_, &at.rollout->measurements(),
-                                 at.rollout->first(), at.rollout->last(),
-                                 options);
-    Eigen::VectorXd errors(rollout.num_residuals());
-    std::vector<double> x_end(model_.state_size());
-    const Eigen::VectorXd x0 =
-        AdoptState(fit.problem().model(), fit.StateOf(at), model_);
-    if (secant_ != 0.0) {
-      Eigen::VectorXd moved = theta_;
-      moved[0] += secant_;
-      if (!rollout(x0.data(), moved.data(), errors.data(), x_end.data())) {
-        return false;
-      }
-      out->col(columns_.front()) = (errors - at.errors) / secant_;
-      return true;
-    }
-    RowMatrixXd J, J_end;
-    std::unique_ptr<SegmentScratch> scratch = pool_.Take();
-    const bool ok =
-        rollout.LinearizeByTheta(x0.data(), theta_.data(), errors.data(),
-                                 x_end.data(), &J, &J_end, scratch.get());
-    pool_.Give(std::move(scratch));
-    for (size_t c = 0; ok && c < columns_.size(); ++c) {
-      out->col(columns_[c]) = J.col(c);
-    }
-    return ok;
-  }
-
- private:
-  // Puts the effect into the model, off, its own parameters `at` these values;
-  // false where it is there with others, or another of the batch shares a
-  // parameter with it.
-  bool Admit(const Candidate& candidate, const std::vector<double>& at) {
-    const auto same = values_.find(candidate.effect->name());
-    if (same != values_.end()) return same->second == at;
-    const std::vector<std::string> names = candidate.effect->ParameterNames();
-    for (const std::string& name : names) {
-      if (taken_.contains(name)) return false;
-    }
-    try {
-      model_.AddEffect(candidate.effect);
-    } catch (const InputError&) {
-      return false;
-    }
-    taken_.insert(names.begin(), names.end());
-    values_[candidate.effect->name()] = at;
-    for (size_t p = 0; p < at.size(); ++p) {
-      model_.SetEffectParameter(candidate.parameters[p].name, at[p]);
-    }
-    return true;
-  }
-
-  Model model_;
-  std::vector<std::string> names_;  // of the parameters
-  std::vector<int> columns_;        // of each, among all
-  // Of each effect its own parameters, as they are set.
-  std::map<std::string, std::vector<double>> values_;
-  std::set<std::string> taken_;  // parameters of its effects
-  double secant_ = 0.0;
-  bool has_state_ = false;           // the secant's effect
-  std::optional<ParameterMap> map_;  // points to the model
-  Eigen::VectorXd theta_;
-  ScratchPool pool_;
-};
-
-// Every probe of every candidate, in as few batches as can be.
-std::vector<std::unique_ptr<Batch>> MakeBatches(
-    const Model& fitted, const std::vector<Candidate>& candidates) {
-  std::vector<std::unique_ptr<Batch>> batches;
-  for (const Candidate& candidate : candidates) {
-    for (int s = 0; s < static_cast<int>(candidate.sets.size()); ++s) {
-      for (int i = 0; i < candidate.columns(s); ++i) {
-        const auto takes_in = [&](const auto& batch) {
-          return batch->TakeIn(candidate, s, i);
-        };
-        if (std::any_of(batches.begin(), batches.end(), takes_in)) continue;
-        batches.push_back(std::make_unique<Batch>(fitted));
-        CHECK(takes_in(batches.back()));
-      }
-    }
-  }
-  for (const auto& batch : batches) batch->Close();
-  return batches;
+  for (size_t c = 0; c < columns.size(); ++c) out->col(columns[c]) = J.col(c);
+  return true;
 }
 
 // The whitened errors of each segment from its state, by rolling out with finer
@@ -186,16 +90,6 @@ bool RollOut(const LinearizedFit& fit, const Model& model,
         MakeWhitening(problem, at.run, *at.rollout).Apply(out.data(), {});
         return out.allFinite();
       });
-}
-
-// On a spherical joint whose link is thin, whatever turns it about its own axis
-// is soon saturated: a friction stops that spin long before the derivative at
-// null would have it.
-bool NeedsSecant(const Model& model, const Candidate& candidate) {
-  const int joint = candidate.effect->joint();
-  return joint >= 0 &&
-         model.mechanism().joints[joint].type == JointType::kSpherical &&
-         (candidate.effect->hooks() & (kEffortHook | kJointInertiaHook)) != 0;
 }
 
 // The secant over the size that changes the errors about as much as there is to
@@ -243,16 +137,20 @@ void UseSecant(const LinearizedFit& fit, const Candidate& candidate,
 
 void UseSecants(const LinearizedFit& fit, const Model& fitted,
                 const std::vector<Candidate>& candidates,
+                const std::vector<CandidateSet>& sets,
                 std::vector<Eigen::MatrixXd>* responses) {
   std::vector<Eigen::VectorXd> off;
-  for (const Candidate& candidate : candidates) {
-    if (!NeedsSecant(fitted, candidate)) continue;
+  int column = 0;
+  for (const CandidateSet& at : sets) {
+    const Candidate& candidate = candidates[at.candidate];
+    const int first = column;
+    column += candidate.columns(at.set);
+    if (!Saturates(candidate)) continue;
     if (off.empty() && !RollOut(fit, fitted, &off)) return;
-    for (size_t s = 0; s < candidate.sets.size(); ++s) {
-      for (size_t i = 0; i < candidate.sets[s].size(); ++i) {
-        UseSecant(fit, candidate, candidate.sets[s][i],
-                  candidate.first[s] + static_cast<int>(i), off, responses);
-      }
+    const ProbeSet& probes = candidate.sets[at.set];
+    for (size_t i = 0; i < probes.size(); ++i) {
+      UseSecant(fit, candidate, probes[i], first + static_cast<int>(i), off,
+                responses);
     }
   }
 }
@@ -275,7 +173,6 @@ std::vector<Candidate> MakeCandidates(
     const std::vector<std::shared_ptr<const Effect>>& effects,
     const std::set<std::string>& taken) {
   std::vector<Candidate> candidates;
-  int total = 0;
   for (const auto& effect : effects) {
     if (fitted.effects().Contains(effect->name()) ||
         (effect->Extends() && !Shares(fitted.effects(), *effect))) {
@@ -300,39 +197,43 @@ std::vector<Candidate> MakeCandidates(
     candidate.sets = effect->ProbeSets();
     if (candidate.sets.empty()) candidate.sets.push_back({});
     if (candidate.columns(0) == 0) continue;
-    for (size_t s = 0; s < candidate.sets.size(); ++s) {
-      candidate.first.push_back(total);
-      total += candidate.columns(static_cast<int>(s));
-    }
     candidates.push_back(std::move(candidate));
   }
   return candidates;
 }
 
+bool Saturates(const Candidate& candidate) {
+  const int joint = candidate.effect->joint();
+  return joint >= 0 &&
+         candidate.model.mechanism().joints[joint].type ==
+             JointType::kSpherical &&
+         (candidate.effect->hooks() & (kEffortHook | kJointInertiaHook)) != 0;
+}
+
 std::vector<Eigen::MatrixXd> RespondToCandidates(
     const LinearizedFit& fit, const Model& fitted,
-    const std::vector<Candidate>& candidates) {
-  int total = 0;
-  for (const Candidate& candidate : candidates) {
-    for (size_t s = 0; s < candidate.sets.size(); ++s) {
-      total += candidate.columns(static_cast<int>(s));
-    }
-  }
+    const std::vector<Candidate>& candidates,
+    const std::vector<CandidateSet>& sets) {
+  const int total = CountColumns(candidates, sets);
   const auto& segments = fit.segments();
   std::vector<Eigen::MatrixXd> responses(segments.size());
-  const std::vector<std::unique_ptr<Batch>> batches =
-      MakeBatches(fitted, candidates);
+  const auto batches =
+      MakeBatches(fitted, candidates, sets, CandidateBatch::By::kRollouts);
+  ScratchPool pool;
   ParallelFor(static_cast<int>(segments.size()),
               fit.problem().options().threads, fit.problem().options().stop,
               [&](int s) {
                 const LinearizedFit::Segment& at = *segments[s];
                 RowMatrixXd columns = RowMatrixXd::Zero(at.rows(), total);
-                for (const auto& batch : batches)
-                  batch->Evaluate(fit, at, &columns);
+                std::unique_ptr<SegmentScratch> scratch = pool.Take();
+                for (const auto& batch : batches) {
+                  Evaluate(*batch, fit, at, scratch.get(), &columns);
+                }
+                pool.Give(std::move(scratch));
                 responses[s] = fit.Whiten(at, std::move(columns));
                 return true;
               });
-  UseSecants(fit, fitted, candidates, &responses);
+  UseSecants(fit, fitted, candidates, sets, &responses);
   return responses;
 }
 

@@ -21,7 +21,6 @@ struct Candidate {
   // adjusts and that are not free.
   std::vector<Parameter> parameters;
   std::vector<ProbeSet> sets;  // of own parameters; one empty set if none
-  std::vector<int> first;      // column of each set's first probe
   Model model;                 // fitted, with the effect in it
 
   size_t own() const { return effect->parameters().size(); }
@@ -65,16 +64,29 @@ struct Candidate {
 };
 
 // Those of the effects that the fitted model does not have and that do not move
-// only `taken` parameters (by name); the columns of all are numbered through.
+// only `taken` parameters (by name).
 std::vector<Candidate> MakeCandidates(
     const Model& fitted,
     const std::vector<std::shared_ptr<const Effect>>& effects,
     const std::set<std::string>& taken);
 
-// Rows x columns for each segment, whitened: exact derivatives, or where a law
-// is far from linear over the change that matters, secants.
+// One of the sets of a candidate, by their places.
+struct CandidateSet {
+  int candidate, set;
+};
+
+// Whether a candidate's law is far from linear over the change that matters: on
+// a spherical joint whose link is thin, whatever turns it about its own axis is
+// soon saturated. A friction stops that spin long before the derivative at null
+// would have it.
+bool Saturates(const Candidate& candidate);
+
+// The columns of these sets, one after the other: rows x columns for each
+// segment, whitened. Exact derivatives, or where a law is far from linear over
+// the change that matters, secants.
 std::vector<Eigen::MatrixXd> RespondToCandidates(
     const LinearizedFit& fit, const Model& fitted,
-    const std::vector<Candidate>& candidates);
+    const std::vector<Candidate>& candidates,
+    const std::vector<CandidateSet>& sets);
 
 }  // namespace sysid

@@ -88,23 +88,21 @@ std::vector<ParameterForces> ForcesOf(const EvaluatedModel& evaluated,
       model,
       FindParameters(model, screened.effect->ParameterNames(), "candidate"),
       false);
-  Eigen::VectorXd off(map.size());
-  for (int i = 0; i < map.size(); ++i) off[i] = map.parameters()[i].nominal;
-  Eigen::VectorXd on = off;
-  for (const ExpectedParameter& expected : screened.parameters) {
-    for (int i = 0; i < map.size(); ++i) {
-      if (map.parameters()[i].name != expected.name) continue;
-      on[i] = expected.value;
-      off[i] = expected.searched ? expected.value : expected.null_value;
+  Eigen::VectorXd on(map.size());
+  for (int i = 0; i < map.size(); ++i) {
+    const Parameter& parameter = map.parameters()[i];
+    on[i] = parameter.nominal;
+    for (const ExpectedParameter& expected : screened.parameters) {
+      if (parameter.name == expected.name) on[i] = expected.value;
     }
   }
   const auto& segments = response.fit().segments();
   std::vector<ParameterForces> forces(segments.size());
   ParallelFor(static_cast<int>(segments.size()),
               evaluated.problem->options().threads, [&](int s) {
-                forces[s] = DifferenceOfForces(model, map, off, on,
-                                               *segments[s]->rollout,
-                                               response.tangent(s));
+                ForceDifference difference(evaluated.fit.model, model, map, on);
+                forces[s] = difference.Along(*segments[s]->rollout,
+                                             response.tangent(s));
                 return true;
               });
   return forces;

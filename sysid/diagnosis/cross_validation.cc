@@ -147,11 +147,11 @@ CrossValidation CrossValidate(const LinearizedFit& fit) {
     fold_of.push_back(by_run ? segment->run : stretch_of.back());
   }
   for (int first = 0, end = 0; first < count; first = end) {
-    const int rank = static_cast<int>(segments[first]->theta_basis.cols());
+    const int rank = fit.theta_basis().rank();
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(rank, rank);
     Eigen::VectorXd g = Eigen::VectorXd::Zero(rank);
     for (; end < count && fold_of[end] == fold_of[first]; ++end) {
-      const Eigen::MatrixXd& B = segments[end]->theta_basis;
+      const Eigen::MatrixXd& B = fit.theta_basis().of(end);
       H.noalias() += B.transpose() * B;
       g.noalias() += B.transpose() * segments[end]->r;
     }
@@ -165,7 +165,7 @@ CrossValidation CrossValidate(const LinearizedFit& fit) {
     }
     for (int s = first; s < end; ++s) {
       const Eigen::VectorXd e =
-          segments[s]->r + segments[s]->theta_basis * change;
+          segments[s]->r + fit.theta_basis().of(s) * change;
       const int rows = segments[s]->rows();
       Stretch& stretch = result.stretches[stretch_of[s]];
       stretch.squares += e.head(rows).squaredNorm();

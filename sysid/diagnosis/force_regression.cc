@@ -31,8 +31,9 @@ ParameterForces ForcesOf(const ForceResponse& response, int s,
   const LinearizedFit& fit = response.fit();
   const SegmentRollout& rollout = *fit.segments()[s]->rollout;
   const ParameterForces by_theta =
-      ForcesOfParameters(fit.problem().model(), fit.problem().map(),
-                         fit.point().theta, rollout, response.tangent(s));
+      ForceDerivatives(fit.problem().model(), fit.problem().map(),
+                       fit.point().theta)
+          .Along(rollout, response.tangent(s));
   ParameterForces forces = ParameterForces::Zero(rollout, 1);
   forces.direct = by_theta.direct * dtheta;
   for (size_t i = 0; i < forces.f.size(); ++i) {

@@ -37,6 +37,20 @@ std::vector<ForceKnots> PlaceKnots(const LinearizedFit& fit) {
   return all;
 }
 
+// The columns that are not zero all along: what a measurement alone tells of
+// moves nothing.
+std::vector<int> ActingColumns(const ParameterForces& forces) {
+  Eigen::RowVectorXd most = Eigen::RowVectorXd::Zero(forces.direct.cols());
+  for (const RowMatrixXd& f : forces.f) {
+    most = most.cwiseMax(f.cwiseAbs().colwise().maxCoeff());
+  }
+  std::vector<int> acting;
+  for (int c = 0; c < most.size(); ++c) {
+    if (most[c] != 0.0) acting.push_back(c);
+  }
+  return acting;
+}
+
 }  // namespace
 
 ForceResponse::ForceResponse(const LinearizedFit& fit)
@@ -61,27 +75,32 @@ Eigen::MatrixXd ForceResponse::Respond(int s,
   const LinearizedFit::Segment& segment = *fit_.segments()[s];
   const SegmentRollout& rollout = *segment.rollout;
   const SegmentTangent& tangent = tangents_[s];
-  const int columns = static_cast<int>(forces.direct.cols());
+  const std::vector<int> acting = ActingColumns(forces);
+  const int columns = static_cast<int>(acting.size());
   const int n = fit_.problem().model().tangent_size();
-  RowMatrixXd out = forces.direct;
+  RowMatrixXd moved = RowMatrixXd::Zero(forces.direct.rows(), columns);
   RowMatrixXd dx = RowMatrixXd::Zero(n, columns), next(n, columns);
   const std::vector<SegmentRow>& rows = rollout.rows();
   size_t row = 0;
-  int first = 0;
   for (int k = rollout.first(); k <= rollout.last(); ++k) {
-    int size = 0;  // errors at this sample
     for (; row < rows.size() && rows[row].sample == k; ++row) {
-      size += rows[row].size;
+      const int last = rows[row].first + rows[row].size;
+      for (int e = rows[row].first; e < last; ++e) {
+        // Of most sensors one joint's position is all that they see.
+        for (int j = 0; j < n; ++j) {
+          const double c = tangent.C(e, j);
+          if (c != 0.0) moved.row(e) += c * dx.row(j);
+        }
+      }
     }
-    out.middleRows(first, size).noalias() +=
-        tangent.C.middleRows(first, size) * dx;
-    first += size;
     if (k == rollout.last()) break;
     const int i = k - rollout.first();
     next.noalias() = tangent.A[i] * dx;
-    next.noalias() += tangent.B[i] * forces.f[i];
+    next.noalias() += tangent.B[i] * forces.f[i](Eigen::all, acting);
     dx.swap(next);
   }
+  RowMatrixXd out = forces.direct;
+  out(Eigen::all, acting) += moved;
   return fit_.Whiten(segment, std::move(out));
 }
 

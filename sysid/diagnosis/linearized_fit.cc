@@ -152,59 +152,71 @@ Eigen::VectorXd LinearizedFit::StateAgainst(
 }
 
 void LinearizedFit::ProjectResiduals() {
-  const int n = static_cast<int>(kept_.size());
-  Eigen::VectorXd prior = Eigen::VectorXd::Zero(n);
-  for (int i = 0; i < n; ++i) {
-    const auto& belief = problem_.free()[kept_[i]].prior;
-    if (belief) prior[i] = 1.0 / (belief->std * belief->std);
-  }
-  const Processes& all = problem_.processes();
-  Totals totals(n * n);
+  std::vector<Eigen::MatrixXd> theta, r;
   for (const auto& segment : segments_) {
-    totals.Add(0, segment->theta.transpose() * segment->theta);
-  }
-  Eigen::MatrixXd N = totals.Over(all).reshaped(n, n);
-  N += prior.asDiagonal();
-  const Eigen::MatrixXd V = InverseRoot(N);
-  theta_rank_ = static_cast<int>(V.cols());
-  // Theta V is orthonormal but for what the conditioning of N loses; the
-  // Cholesky factor of what its product is mends that.
-  Totals products(theta_rank_ * theta_rank_);
-  for (const auto& segment : segments_) {
-    segment->theta_basis = segment->theta * V;
-    products.Add(0, segment->theta_basis.transpose() * segment->theta_basis);
-  }
-  Eigen::MatrixXd product =
-      products.Over(all).reshaped(theta_rank_, theta_rank_);
-  product += V.transpose() * prior.asDiagonal() * V;
-  const Eigen::LLT<Eigen::MatrixXd> factor(product);
-  std::vector<Eigen::MatrixXd> r;
-  for (const auto& segment : segments_) {
-    factor.matrixU().solveInPlace<Eigen::OnTheRight>(segment->theta_basis);
+    theta.push_back(segment->theta);
     r.push_back(segment->r);
   }
+  theta_ = Span(theta);
   ProjectOutTheta(&r);
   for (size_t s = 0; s < segments_.size(); ++s) segments_[s]->r = r[s];
 }
 
-void LinearizedFit::ProjectOutTheta(
-    std::vector<Eigen::MatrixXd>* columns) const {
-  if (theta_rank_ == 0) return;
-  const Processes& all = problem_.processes();
-  const int count = static_cast<int>(segments_.size());
+ThetaBasis LinearizedFit::Span(
+    const std::vector<Eigen::MatrixXd>& theta) const {
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(kept_.size());
+  for (size_t i = 0; i < kept_.size(); ++i) {
+    const auto& belief = problem_.free()[kept_[i]].prior;
+    if (belief) prior[i] = 1.0 / (belief->std * belief->std);
+  }
+  ThetaBasis basis;
+  basis.Span(theta, prior, problem_.processes());
+  return basis;
+}
+
+void ThetaBasis::Span(const std::vector<Eigen::MatrixXd>& theta,
+                      const Eigen::VectorXd& prior, const Processes& all) {
+  const int n = static_cast<int>(prior.size());
+  Totals totals(n * n);
+  for (const Eigen::MatrixXd& part : theta) {
+    totals.Add(0, part.transpose() * part);
+  }
+  Eigen::MatrixXd N = totals.Over(all).reshaped(n, n);
+  N += prior.asDiagonal();
+  const Eigen::MatrixXd V = InverseRoot(N);
+  rank_ = static_cast<int>(V.cols());
+  // Theta V is orthonormal but for what the conditioning of N loses; the
+  // Cholesky factor of what its product is mends that.
+  Totals products(rank_ * rank_);
+  columns_.clear();
+  for (const Eigen::MatrixXd& part : theta) {
+    columns_.push_back(part * V);
+    products.Add(0, columns_.back().transpose() * columns_.back());
+  }
+  Eigen::MatrixXd product = products.Over(all).reshaped(rank_, rank_);
+  product += V.transpose() * prior.asDiagonal() * V;
+  const Eigen::LLT<Eigen::MatrixXd> factor(product);
+  for (Eigen::MatrixXd& part : columns_) {
+    factor.matrixU().solveInPlace<Eigen::OnTheRight>(part);
+  }
+}
+
+void ThetaBasis::ProjectOut(const Processes& all, int threads,
+                            std::vector<Eigen::MatrixXd>* columns) const {
+  if (rank_ == 0) return;
+  const int count = static_cast<int>(columns_.size());
   const int width = static_cast<int>(
       MaxOver(all, columns->empty() ? 0.0 : columns->front().cols()));
-  const int threads = problem_.options().threads;
   std::vector<Eigen::MatrixXd> inner(count);
   ParallelFor(count, threads, [&](int s) {
-    inner[s].noalias() = segments_[s]->theta_basis.transpose() * (*columns)[s];
+    inner[s].noalias() = columns_[s].transpose() * (*columns)[s];
     return true;
   });
-  Totals totals(theta_rank_ * width);
+  Totals totals(rank_ * width);
   for (const Eigen::MatrixXd& one : inner) totals.Add(0, one);
-  const Eigen::MatrixXd sum = totals.Over(all).reshaped(theta_rank_, width);
+  const Eigen::MatrixXd sum = totals.Over(all).reshaped(rank_, width);
   ParallelFor(count, threads, [&](int s) {
-    (*columns)[s].noalias() -= segments_[s]->theta_basis * sum;
+    (*columns)[s].noalias() -= columns_[s] * sum;
     return true;
   });
 }
@@ -223,7 +235,7 @@ double LinearizedFit::DegreesOfFreedom() const {
   for (const auto& segment : segments_) {
     dof += segment->numbers() - ObservedStateDof(problem_);
   }
-  return std::max(1.0, SumOver(problem_.processes(), dof) - theta_rank_);
+  return std::max(1.0, SumOver(problem_.processes(), dof) - theta_.rank());
 }
 
 double LinearizedFit::SumOfSquares() const {

@@ -9,6 +9,25 @@
 
 namespace sysid {
 
+// Columns that span those of Theta, orthonormal over all segments of all
+// processes.
+class ThetaBasis {
+ public:
+  // Of columns without the states, one matrix a segment; a column's prior is
+  // 1 / sigma^2, 0 where it has none.
+  void Span(const std::vector<Eigen::MatrixXd>& theta,
+            const Eigen::VectorXd& prior, const Processes& all);
+  // Takes it out of columns of the segments.
+  void ProjectOut(const Processes& all, int threads,
+                  std::vector<Eigen::MatrixXd>* columns) const;
+  int rank() const { return rank_; }
+  const Eigen::MatrixXd& of(int segment) const { return columns_[segment]; }
+
+ private:
+  std::vector<Eigen::MatrixXd> columns_;
+  int rank_ = 0;
+};
+
 // A fit of independent segments, linearised once: all that a diagnosis asks of
 // it (candidates, unexplained forces) are further columns of the same least
 // squares
@@ -38,9 +57,7 @@ class LinearizedFit {
     Eigen::MatrixXd basis;
     Eigen::MatrixXd R;      // S = basis R
     Eigen::MatrixXd theta;  // Theta without the states
-    // Columns that span it, orthonormal over all segments.
-    Eigen::MatrixXd theta_basis;
-    Eigen::VectorXd r;  // without states and Theta
+    Eigen::VectorXd r;      // without states and Theta
     int rows() const { return static_cast<int>(errors.size()); }
     double numbers() const;  // measured, that are independent
   };
@@ -71,7 +88,16 @@ class LinearizedFit {
                                const Eigen::VectorXd& errors) const;
 
   // Takes Theta out of columns, one matrix a segment.
-  void ProjectOutTheta(std::vector<Eigen::MatrixXd>* columns) const;
+  void ProjectOutTheta(std::vector<Eigen::MatrixXd>* columns) const {
+    theta_.ProjectOut(problem_.processes(), problem_.options().threads,
+                      columns);
+  }
+  const ThetaBasis& theta_basis() const { return theta_; }
+  // Of other columns of the parameters that Theta has, without the states: what
+  // spans them and what is believed.
+  ThetaBasis Span(const std::vector<Eigen::MatrixXd>& theta) const;
+  // Places of these parameters in theta.
+  const std::vector<int>& kept() const { return kept_; }
 
   // Numbers measured, less those fitted.
   double DegreesOfFreedom() const;
@@ -89,7 +115,7 @@ class LinearizedFit {
   std::vector<std::unique_ptr<Segment>> segments_;
   std::vector<int> kept_;  // places in theta that Theta has
   Eigen::VectorXd moved_;  // of theta, by what is taken back
-  int theta_rank_ = 0;
+  ThetaBasis theta_;
 };
 
 }  // namespace sysid

@@ -8,6 +8,9 @@
 #include <set>
 
 #include "sysid/diagnosis/candidate_columns.h"
+#include "sysid/diagnosis/candidate_weights.h"
+#include "sysid/diagnosis/columns_by_forces.h"
+#include "sysid/diagnosis/grid_choice.h"
 #include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/parallel.h"
 
@@ -18,61 +21,6 @@ constexpr double kSignificance = 0.01;  // of `detectable`
 constexpr double kPower = 0.8;
 constexpr int kMostPairs = 10;  // that are kept
 
-// The weights of some columns of a candidate that its bounds allow.
-struct Weights {
-  int set = 0;
-  std::vector<int> identifiable;  // columns of the set, given the data
-  std::vector<int> active;        // those that the bounds leave
-  Eigen::VectorXd alpha;          // of those
-  double score = 0.0;
-};
-
-// Values of the candidate's parameters.
-std::vector<double> Values(const Candidate& candidate, const Weights& weights) {
-  const ProbeSet& probes = candidate.sets[weights.set];
-  std::vector<double> alpha(candidate.columns(weights.set), 0.0);
-  for (size_t i = 0; i < weights.active.size(); ++i) {
-    alpha[weights.active[i]] = weights.alpha[i];
-  }
-  std::vector<double> values;
-  if (!probes.empty()) {
-    const std::vector<double> none(probes.size(), 0.0);
-    const std::vector<double> from = candidate.effect->FromProbes(probes, none);
-    values = candidate.effect->FromProbes(
-        probes, {alpha.begin(), alpha.begin() + probes.size()});
-    for (size_t p = 0; p < values.size(); ++p) {
-      if (candidate.IsSearched(p)) continue;
-      values[p] += candidate.parameters[p].nominal - from[p];
-    }
-  }
-  for (size_t i = probes.size(); i < alpha.size(); ++i) {
-    values.push_back(candidate.parameters[values.size()].nominal + alpha[i]);
-  }
-  return values;
-}
-
-bool Feasible(const Candidate& candidate, const Weights& weights) {
-  const std::vector<double> values = Values(candidate, weights);
-  for (size_t i = 0; i < values.size(); ++i) {
-    const Parameter& parameter = candidate.parameters[i];
-    if (values[i] < parameter.lower || values[i] > parameter.upper) {
-      return false;
-    }
-  }
-  return candidate.effect
-      ->Implausible({values.begin(), values.begin() + candidate.own()})
-      .empty();
-}
-
-// The active columns among those of all candidates.
-std::vector<int> Global(const Candidate& candidate, const Weights& weights) {
-  std::vector<int> columns;
-  for (const int i : weights.active) {
-    columns.push_back(candidate.first[weights.set] + i);
-  }
-  return columns;
-}
-
 class Screener {
  public:
   Screener(const LinearizedFit& fit, const Model& fitted,
@@ -81,21 +29,39 @@ class Screener {
   Screening Run();
 
  private:
-  void ComputeColumns();
-  Weights Best(const Candidate& candidate) const;
+  void TakeColumns(const std::vector<CandidateSet>& sets,
+                   std::vector<Eigen::MatrixXd> responses,
+                   const ThetaBasis& theta);
+  void TakeExactColumns(const std::vector<CandidateSet>& sets) {
+    if (sets.empty()) return;
+    TakeColumns(sets, RespondToCandidates(fit_, fitted_, candidates_, sets),
+                fit_.theta_basis());
+  }
+  Weights Best(const CandidateSet& at) const;
+  std::vector<int> Order(const std::vector<Weights>& best) const;
+  std::vector<int> Leaders(const std::vector<Weights>& best) const;
+  // The active columns of a candidate, among those in A.
+  std::vector<int> Global(int candidate, const Weights& weights) const {
+    std::vector<int> columns = weights.active;
+    for (int& column : columns) column += first_[candidate];
+    return columns;
+  }
   Eigen::MatrixXd Gram(const std::vector<int>& columns) const;
-  ScreenedEffect Describe(const Candidate& candidate, const Weights& weights,
-                          int tests) const;
+  ScreenedEffect Describe(int i, const Weights& weights, int tests) const;
   void Compare(const std::vector<Weights>& weights, Screening* screening) const;
   int Threads() const { return fit_.problem().options().threads; }
   const std::stop_token& Stop() const { return fit_.problem().options().stop; }
   double PredictedError(double score, int dof) const;
   double Criterion(double score, int dof) const;
+  double CriterionOf(const Weights& weights) const {
+    return Criterion(weights.score, static_cast<int>(weights.active.size()));
+  }
 
   const LinearizedFit& fit_;
   const Model& fitted_;
   std::set<std::string> free_;  // names of parameters
   std::vector<Candidate> candidates_;
+  std::vector<int> first_;            // column of each candidate's set in A
   std::vector<Eigen::MatrixXd> A_;    // per segment, projected
   Eigen::VectorXd unprojected_;       // squared lengths of the columns before
   Eigen::VectorXd b_;                 // A' r
@@ -118,26 +84,31 @@ Screener::Screener(const LinearizedFit& fit, const Model& fitted,
   independent_ = std::max(10.0, dof_ / fit.AutocorrelationTime());
 }
 
-void Screener::ComputeColumns() {
+// Puts the columns of these sets, one after the other, to their places in A.
+void Screener::TakeColumns(const std::vector<CandidateSet>& sets,
+                           std::vector<Eigen::MatrixXd> responses,
+                           const ThetaBasis& theta) {
   const auto& segments = fit_.segments();
   const int count = static_cast<int>(segments.size());
-  std::vector<Eigen::MatrixXd> responses =
-      RespondToCandidates(fit_, fitted_, candidates_);
-  const int total = static_cast<int>(responses.front().cols());
-  A_.resize(count);
-  unprojected_ = Eigen::VectorXd::Zero(total);
+  std::vector<int> places;
+  for (const CandidateSet& at : sets) {
+    for (int i = 0; i < candidates_[at.candidate].columns(at.set); ++i) {
+      places.push_back(first_[at.candidate] + i);
+    }
+  }
+  unprojected_(places).setZero();
   for (const Eigen::MatrixXd& response : responses) {
-    unprojected_ += response.colwise().squaredNorm().transpose();
+    unprojected_(places) += response.colwise().squaredNorm().transpose();
   }
   ParallelFor(count, Threads(), Stop(), [&](int s) {
-    A_[s] = fit_.WithoutStates(*segments[s], responses[s]);
-    responses[s].resize(0, 0);
+    responses[s] = fit_.WithoutStates(*segments[s], responses[s]);
     return true;
   });
-  fit_.ProjectOutTheta(&A_);
-  b_ = Eigen::VectorXd::Zero(total);
+  theta.ProjectOut(fit_.problem().processes(), Threads(), &responses);
+  b_(places).setZero();
   for (int s = 0; s < count; ++s) {
-    b_.noalias() += A_[s].transpose() * segments[s]->r;
+    b_(places) += responses[s].transpose() * segments[s]->r;
+    A_[s](Eigen::all, places) = responses[s];
   }
 }
 
@@ -151,88 +122,12 @@ Eigen::MatrixXd Screener::Gram(const std::vector<int>& columns) const {
   return C.selfadjointView<Eigen::Lower>();
 }
 
-// The weights of the set that gains most within the bounds: of all columns that
-// the data tells of, or of fewer where those leave the bounds.
-Weights Screener::Best(const Candidate& candidate) const {
-  // A column of which projecting leaves less than this (squared) is what
-  // states, free parameters or the columns before it explain already.
-  constexpr double kAlias = 1e-7;
-  constexpr double kClear = 9.0;     // of the variance that remains
-  constexpr double kMostSize = 1e4;  // times the typical one
-  Weights best;
-  best.score = -1.0;
-  for (int s = 0; s < static_cast<int>(candidate.sets.size()); ++s) {
-    const int count = candidate.columns(s);
-    std::vector<int> all(count);
-    std::iota(all.begin(), all.end(), candidate.first[s]);
-    const Eigen::MatrixXd C = Gram(all);
-    // Pivoted: the column that is clearest goes first.
-    std::vector<int> kept;
-    Eigen::VectorXd left(count);
-    const int probes = static_cast<int>(candidate.sets[s].size());
-    for (int i = 0; i < count; ++i) {
-      const double own = unprojected_[candidate.first[s] + i];
-      left[i] = own > 0 ? C(i, i) / own : 0.0;
-      // A probe's parameter would not show at any size, nor its law at its
-      // secant; a nominal value the data knows worse than by its own size,
-      // unless it asks for many times that (the inertia of what was taken for a
-      // point).
-      const bool probe = i < probes;
-      const double most = std::max(
-          candidate.parameters[candidate.ParameterOf(s, i)].typical_scale *
-              (probe ? kMostSize : 1.0),
-          probe ? std::abs(candidate.sets[s][i].secant) : 0.0);
-      const double gain = std::pow(b_[candidate.first[s] + i], 2) / C(i, i);
-      const bool asked = !probe && gain > kClear * squares_ / dof_;
-      if (!(C(i, i) * most * most > 1.0) && !asked) left[i] = 0.0;
-    }
-    std::vector<int> order(count);
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return left[a] > left[b]; });
-    for (const int i : order) {
-      if (!(left[i] > kAlias)) continue;
-      std::vector<int> with = kept;
-      with.push_back(i);
-      const Eigen::MatrixXd part = C(with, with);
-      const Eigen::VectorXd scale = part.diagonal().cwiseSqrt().cwiseInverse();
-      const Eigen::MatrixXd scaled =
-          scale.asDiagonal() * part * scale.asDiagonal();
-      const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-      if (llt.info() != Eigen::Success) continue;
-      const double pivot = llt.matrixL()(with.size() - 1, with.size() - 1);
-      if (pivot * pivot > 1e-4) kept = with;
-    }
-    // A parameter that comes out of several probes (a reference) needs them
-    // all: with one of them it would be some other effect in disguise.
-    const int identifiable_probes = static_cast<int>(std::count_if(
-        kept.begin(), kept.end(), [&](int i) { return i < probes; }));
-    if (candidate.ComesOfAllProbes() && identifiable_probes < probes) continue;
-    // All subsets, the whole first.
-    const int n = static_cast<int>(kept.size());
-    for (int mask = (1 << n) - 1; mask > 0; --mask) {
-      Weights weights;
-      weights.set = s;
-      weights.identifiable = kept;
-      for (int i = 0; i < n; ++i) {
-        if (mask & (1 << i)) weights.active.push_back(kept[i]);
-      }
-      const std::vector<int> global = Global(candidate, weights);
-      const Eigen::VectorXd b = b_(global);
-      weights.alpha = -C(weights.active, weights.active).ldlt().solve(b);
-      weights.score = -weights.alpha.dot(b);
-      if (!Feasible(candidate, weights)) continue;
-      if (weights.score > best.score) best = weights;
-      if (mask == (1 << n) - 1) break;  // nothing gains more than all
-    }
-    if (best.score < 0 && n > 0) {  // the bounds leave nothing but null
-      best.set = s;
-      best.identifiable = best.active = kept;
-      best.alpha = Eigen::VectorXd::Zero(n);
-      best.score = 0.0;
-    }
-  }
-  return best;
+Weights Screener::Best(const CandidateSet& at) const {
+  std::vector<int> columns(candidates_[at.candidate].columns(at.set));
+  std::iota(columns.begin(), columns.end(), first_[at.candidate]);
+  return BestWeights(candidates_[at.candidate], at.set,
+                     {Gram(columns), b_(columns), unprojected_(columns)},
+                     squares_ / dof_);
 }
 
 double Screener::PredictedError(double score, int dof) const {
@@ -244,15 +139,16 @@ double Screener::Criterion(double score, int dof) const {
   return independent_ * std::log(left) + dof * std::log(independent_);
 }
 
-ScreenedEffect Screener::Describe(const Candidate& candidate,
-                                  const Weights& weights, int tests) const {
+ScreenedEffect Screener::Describe(int i, const Weights& weights,
+                                  int tests) const {
+  const Candidate& candidate = candidates_[i];
   ScreenedEffect out;
   out.effect = candidate.effect;
   out.dof = static_cast<int>(weights.active.size());
   out.score = weights.score;
   out.predicted_error = PredictedError(weights.score, out.dof);
   out.criterion = Criterion(weights.score, out.dof);
-  const std::vector<int> columns = Global(candidate, weights);
+  const std::vector<int> columns = Global(i, weights);
   const auto& segments = fit_.segments();
   BlockScores left(segments.size(), out.dof);
   for (size_t s = 0; s < segments.size(); ++s) {
@@ -264,14 +160,14 @@ ScreenedEffect Screener::Describe(const Candidate& candidate,
                   std::max(1.0, dof_ - out.dof));
   out.p_value = std::min(1.0, test.p_value * tests);
   // To the parameters: covariance through the derivative of the values.
-  const std::vector<double> values = Values(candidate, weights);
+  const std::vector<double> values = ValuesOf(candidate, weights);
   Eigen::MatrixXd D(values.size(), out.dof);
   for (int i = 0; i < out.dof; ++i) {
     Weights moved = weights;
     const double step =
         1e-3 * std::max(std::sqrt(test.covariance(i, i)), 1e-12);
     moved.alpha[i] += step;
-    const std::vector<double> there = Values(candidate, moved);
+    const std::vector<double> there = ValuesOf(candidate, moved);
     for (size_t v = 0; v < values.size(); ++v) {
       D(v, i) = (there[v] - values[v]) / step;
     }
@@ -322,7 +218,7 @@ void Screener::Compare(const std::vector<Weights>& weights,
   std::vector<int> columns;
   std::vector<std::vector<int>> own(n);  // of a candidate, among `columns`
   for (int i = 0; i < n; ++i) {
-    for (const int column : Global(candidates_[i], weights[i])) {
+    for (const int column : Global(i, weights[i])) {
       own[i].push_back(static_cast<int>(columns.size()));
       columns.push_back(column);
     }
@@ -369,6 +265,31 @@ void Screener::Compare(const std::vector<Weights>& weights,
   }
 }
 
+// Candidates of which something shows, best first.
+std::vector<int> Screener::Order(const std::vector<Weights>& best) const {
+  std::vector<int> order(best.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::erase_if(order, [&](int i) { return best[i].active.empty(); });
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return CriterionOf(best[a]) < CriterionOf(best[b]);
+  });
+  return order;
+}
+
+// The first candidates, of which more is expected than what their parameters
+// cost: so many that their columns are one pass of the widest Jets.
+std::vector<int> Screener::Leaders(const std::vector<Weights>& best) const {
+  constexpr int kColumns = 24;
+  std::vector<int> leaders;
+  int columns = 0;
+  for (const int i : Order(best)) {
+    columns += candidates_[i].columns(best[i].set);
+    if (columns > kColumns || !(CriterionOf(best[i]) < 0.0)) break;
+    leaders.push_back(i);
+  }
+  return leaders;
+}
+
 Screening Screener::Run() {
   Screening screening;
   screening.error = std::sqrt(squares_ / dof_);
@@ -376,33 +297,55 @@ Screening Screener::Run() {
     screening.tests += static_cast<int>(candidate.sets.size());
   }
   if (candidates_.empty()) return screening;
-  ComputeColumns();
+  const auto& segments = fit_.segments();
+  const ColumnsByForces by_forces(fit_, fitted_);
+  const std::vector<CandidateSet> chosen =
+      ChooseSets(fit_, fitted_, by_forces, candidates_, squares_ / dof_);
+  int columns = 0;
+  std::vector<CandidateSet> plain, exact;
+  for (const CandidateSet& at : chosen) {
+    first_.push_back(columns);
+    columns += candidates_[at.candidate].columns(at.set);
+    (Saturates(candidates_[at.candidate]) ? exact : plain).push_back(at);
+  }
+  unprojected_.resize(columns);
+  b_.resize(columns);
+  A_.resize(segments.size());
+  std::vector<Eigen::MatrixXd> responses(segments.size());
+  for (size_t s = 0; s < segments.size(); ++s) {
+    A_[s].resize(segments[s]->basis.rows(), columns);
+  }
+  by_forces.ForEachSegment(
+      candidates_, plain,
+      [&](int s, const Eigen::MatrixXd& A) { responses[s] = A; });
+  TakeColumns(plain, std::move(responses), by_forces.theta_basis());
+  TakeExactColumns(exact);
   std::vector<Weights> best(candidates_.size());
   ParallelFor(static_cast<int>(best.size()), Threads(), Stop(), [&](int i) {
-    best[i] = Best(candidates_[i]);
+    best[i] = Best(chosen[i]);
     return true;
   });
-  // Best first.
-  const auto criterion = [&](int i) {
-    return Criterion(best[i].score, static_cast<int>(best[i].active.size()));
-  };
-  std::vector<int> order(best.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::erase_if(order, [&](int i) { return best[i].active.empty(); });
-  std::stable_sort(order.begin(), order.end(),
-                   [&](int a, int b) { return criterion(a) < criterion(b); });
+  std::vector<CandidateSet> leaders;
+  for (const int i : Leaders(best)) {
+    if (!Saturates(candidates_[i])) leaders.push_back(chosen[i]);
+  }
+  TakeExactColumns(leaders);
+  for (const CandidateSet& at : leaders) best[at.candidate] = Best(at);
+  const std::vector<int> order = Order(best);
   std::vector<Weights> weights;
   std::vector<Candidate> identifiable;
+  std::vector<int> first;
   for (const int i : order) {
     weights.push_back(std::move(best[i]));
     identifiable.push_back(std::move(candidates_[i]));
+    first.push_back(first_[i]);
   }
   candidates_ = std::move(identifiable);
+  first_ = std::move(first);
   screening.effects.resize(candidates_.size());
   ParallelFor(static_cast<int>(candidates_.size()), Threads(), Stop(),
               [&](int i) {
-                screening.effects[i] =
-                    Describe(candidates_[i], weights[i], screening.tests);
+                screening.effects[i] = Describe(i, weights[i], screening.tests);
                 return true;
               });
   Compare(weights, &screening);

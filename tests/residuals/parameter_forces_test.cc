@@ -83,7 +83,7 @@ class Columns {
 
   const MatrixXd& exact() const { return exact_; }
   ParameterForces Forces() const {
-    return ForcesOfParameters(model_, map_, theta_, rollout_, tangent_);
+    return ForceDerivatives(model_, map_, theta_).Along(rollout_, tangent_);
   }
   MatrixXd ByForces() const { return Respond(Forces()); }
   const SegmentRollout& rollout() const { return rollout_; }

@@ -59,6 +59,16 @@ const ExpectedParameter& Expected(const ScreenedEffect& effect,
   return none;
 }
 
+std::vector<CandidateSet> AllSets(const std::vector<Candidate>& candidates) {
+  std::vector<CandidateSet> sets;
+  for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
+    for (int s = 0; s < static_cast<int>(candidates[i].sets.size()); ++s) {
+      sets.push_back({i, s});
+    }
+  }
+  return sets;
+}
+
 // Every candidate's columns are its own, whoever else is asked: those that are
 // taken from one model together do not see each other.
 // But for the error of the steps: a dry friction that is off still cuts them
@@ -77,16 +87,17 @@ TEST(CandidateColumns, DoNotDependOnTheOthers) {
   ASSERT_TRUE(linearized.Valid());
   const auto effects = AllCandidates(problem.model);
   const std::vector<Candidate> all = MakeCandidates(fit.model, effects, {});
-  const auto together = RespondToCandidates(linearized, fit.model, all);
+  const auto together =
+      RespondToCandidates(linearized, fit.model, all, AllSets(all));
   int asked = 0;
   for (const Candidate& candidate : all) {
     SCOPED_TRACE(candidate.effect->name());
     const auto one = MakeCandidates(fit.model, {candidate.effect}, {});
     ASSERT_EQ(one.size(), 1u);
-    const auto alone = RespondToCandidates(linearized, fit.model, one);
-    const int first = candidate.first.front();
+    const auto alone =
+        RespondToCandidates(linearized, fit.model, one, AllSets(one));
     for (size_t s = 0; s < alone.size(); ++s) {
-      const auto columns = together[s].middleCols(first, alone[s].cols());
+      const auto columns = together[s].middleCols(asked, alone[s].cols());
       EXPECT_LE((columns - alone[s]).norm(), 1e-5 * alone[s].norm());
     }
     asked += static_cast<int>(alone.front().cols());

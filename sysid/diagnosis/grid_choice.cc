@@ -1,0 +1,132 @@
+#include "sysid/diagnosis/grid_choice.h"
+
+#include "sysid/diagnosis/candidate_weights.h"
+
+namespace sysid {
+namespace {
+
+// So many at a time that those of a segment stay in the processor's cache, and
+// that nothing grows with the grids.
+constexpr int kColumnsAtOnce = 256;
+
+// What columns of some sets of candidates, one after the other, are to the
+// errors: products of each set and, to take Theta out of them, of its basis Q,
+//   A' A - (Q' A)' (Q' A) = A' (1 - Q Q') A.
+class Products {
+ public:
+  Products(const std::vector<Candidate>& candidates,
+           const std::vector<CandidateSet>& sets, int rank) {
+    int columns = 0;
+    for (const CandidateSet& at : sets) {
+      const int size = candidates[at.candidate].columns(at.set);
+      first_.push_back(columns);
+      C_.push_back(Eigen::MatrixXd::Zero(size, size));
+      columns += size;
+    }
+    own_ = b_ = Eigen::VectorXd::Zero(columns);
+    inner_ = Eigen::MatrixXd::Zero(rank, columns);
+  }
+
+  // Of a segment: its columns, and what is left of them without its states.
+  void Set(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& A,
+           const Eigen::VectorXd& r, const Eigen::MatrixXd& Q) {
+    own_ = columns.colwise().squaredNorm().transpose();
+    b_.noalias() = A.transpose() * r;
+    inner_.noalias() = Q.transpose() * A;
+    for (size_t i = 0; i < C_.size(); ++i) {
+      const auto part = A.middleCols(first_[i], C_[i].cols());
+      C_[i].noalias() = part.transpose() * part;
+    }
+  }
+  void Add(const Products& other) {
+    own_ += other.own_;
+    b_ += other.b_;
+    inner_ += other.inner_;
+    for (size_t i = 0; i < C_.size(); ++i) C_[i] += other.C_[i];
+  }
+
+  ColumnProducts Of(int set) const {
+    const int first = first_[set], size = static_cast<int>(C_[set].cols());
+    const auto inner = inner_.middleCols(first, size);
+    return {C_[set] - inner.transpose() * inner, b_.segment(first, size),
+            own_.segment(first, size)};
+  }
+
+ private:
+  std::vector<int> first_;  // of each set's columns
+  std::vector<Eigen::MatrixXd> C_;
+  Eigen::VectorXd own_, b_;
+  Eigen::MatrixXd inner_;
+};
+
+Products SumOver(std::vector<Products> segments) {
+  Products sum = std::move(segments.front());
+  for (size_t s = 1; s < segments.size(); ++s) sum.Add(segments[s]);
+  return sum;
+}
+
+}  // namespace
+
+std::vector<CandidateSet> ChooseSets(const LinearizedFit& fit,
+                                     const Model& fitted,
+                                     const ColumnsByForces& by_forces,
+                                     const std::vector<Candidate>& candidates,
+                                     double variance) {
+  const auto& segments = fit.segments();
+  std::vector<CandidateSet> chosen;
+  std::vector<double> score(candidates.size(), -1.0);
+  const auto choose = [&](const std::vector<CandidateSet>& sets,
+                          const Products& products) {
+    for (size_t i = 0; i < sets.size(); ++i) {
+      const Weights weights =
+          BestWeights(candidates[sets[i].candidate], sets[i].set,
+                      products.Of(static_cast<int>(i)), variance);
+      if (!(weights.score > score[sets[i].candidate])) continue;
+      score[sets[i].candidate] = weights.score;
+      chosen[sets[i].candidate] = sets[i];
+    }
+  };
+  const auto look = [&](const std::vector<CandidateSet>& sets, bool exactly) {
+    const ThetaBasis& theta =
+        exactly ? fit.theta_basis() : by_forces.theta_basis();
+    std::vector<Products> parts(segments.size(),
+                                Products(candidates, sets, theta.rank()));
+    const auto visit = [&](int s, const Eigen::MatrixXd& columns) {
+      parts[s].Set(columns, fit.WithoutStates(*segments[s], columns),
+                   segments[s]->r, theta.of(s));
+    };
+    if (exactly) {
+      const auto columns = RespondToCandidates(fit, fitted, candidates, sets);
+      for (size_t s = 0; s < segments.size(); ++s) {
+        visit(static_cast<int>(s), columns[s]);
+      }
+    } else {
+      by_forces.ForEachSegment(candidates, sets, visit);
+    }
+    choose(sets, SumOver(std::move(parts)));
+  };
+  std::vector<CandidateSet> some, exact;
+  int columns = 0;
+  for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
+    chosen.push_back({i, 0});
+    const int count = static_cast<int>(candidates[i].sets.size());
+    if (count == 1) continue;
+    for (int s = 0; s < count; ++s) {
+      if (Saturates(candidates[i])) {
+        exact.push_back({i, s});
+        continue;
+      }
+      some.push_back({i, s});
+      columns += candidates[i].columns(s);
+      if (columns < kColumnsAtOnce) continue;
+      look(some, false);
+      some.clear();
+      columns = 0;
+    }
+  }
+  if (!some.empty()) look(some, false);
+  if (!exact.empty()) look(exact, true);
+  return chosen;
+}
+
+}  // namespace sysid
