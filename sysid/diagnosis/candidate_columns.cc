@@ -2,12 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
-#include <optional>
-#include <set>
 
-#include "glog/logging.h"
 #include "models/error.h"
 #include "models/internal_state.h"
 #include "sysid/diagnosis/candidate_batch.h"
@@ -219,17 +215,17 @@ std::vector<Eigen::MatrixXd> RespondToCandidates(
   std::vector<Eigen::MatrixXd> responses(segments.size());
   const auto batches =
       MakeBatches(fitted, candidates, sets, CandidateBatch::By::kRollouts);
-  ScratchPool pool;
+  std::vector<ScratchPool> pools(batches.size());
   ParallelFor(static_cast<int>(segments.size()),
               fit.problem().options().threads, fit.problem().options().stop,
               [&](int s) {
                 const LinearizedFit::Segment& at = *segments[s];
                 RowMatrixXd columns = RowMatrixXd::Zero(at.rows(), total);
-                std::unique_ptr<SegmentScratch> scratch = pool.Take();
-                for (const auto& batch : batches) {
-                  Evaluate(*batch, fit, at, scratch.get(), &columns);
+                for (size_t b = 0; b < batches.size(); ++b) {
+                  std::unique_ptr<SegmentScratch> scratch = pools[b].Take();
+                  Evaluate(*batches[b], fit, at, scratch.get(), &columns);
+                  pools[b].Give(std::move(scratch));
                 }
-                pool.Give(std::move(scratch));
                 responses[s] = fit.Whiten(at, std::move(columns));
                 return true;
               });

@@ -121,4 +121,23 @@ Weights BestWeights(const Candidate& candidate, int set,
   return best;
 }
 
+double GainOf(const Candidate& candidate, const Weights& weights,
+              const ColumnProducts& products) {
+  const std::vector<double> values = ValuesOf(candidate, weights);
+  const ProbeSet& probes = candidate.sets[weights.set];
+  Eigen::VectorXd alpha = weights.alpha;
+  for (size_t i = 0; i < weights.active.size(); ++i) {
+    const int column = weights.active[i];
+    if (column >= static_cast<int>(probes.size()) ||
+        probes[column].secant == 0.0) {
+      continue;
+    }
+    const size_t along = probes[column].along;
+    alpha[i] = values[along] - candidate.At(probes[column])[along];
+  }
+  // |r|^2 - |r + A alpha|^2.
+  const Eigen::MatrixXd C = products.C(weights.active, weights.active);
+  return -alpha.dot(2.0 * products.b(weights.active) + C * alpha);
+}
+
 }  // namespace sysid

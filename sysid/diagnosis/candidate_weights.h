@@ -34,4 +34,10 @@ bool Feasible(const Candidate& candidate, const Weights& weights);
 Weights BestWeights(const Candidate& candidate, int set,
                     const ColumnProducts& products, double variance);
 
+// The drop of the sum of squares with the values that the law has by these
+// weights. It is the score but for a law that is its probe's, whatever the
+// weight of that (a limit, a stiffness): to be compared among its probes.
+double GainOf(const Candidate& candidate, const Weights& weights,
+              const ColumnProducts& products);
+
 }  // namespace sysid

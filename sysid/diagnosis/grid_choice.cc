@@ -1,5 +1,7 @@
 #include "sysid/diagnosis/grid_choice.h"
 
+#include <limits>
+
 #include "sysid/diagnosis/candidate_weights.h"
 
 namespace sysid {
@@ -74,15 +76,19 @@ std::vector<CandidateSet> ChooseSets(const LinearizedFit& fit,
                                      double variance) {
   const auto& segments = fit.segments();
   std::vector<CandidateSet> chosen;
-  std::vector<double> score(candidates.size(), -1.0);
+  std::vector<double> gain(candidates.size(),
+                           -std::numeric_limits<double>::infinity());
   const auto choose = [&](const std::vector<CandidateSet>& sets,
                           const Products& products) {
     for (size_t i = 0; i < sets.size(); ++i) {
+      const Candidate& candidate = candidates[sets[i].candidate];
+      const ColumnProducts of_set = products.Of(static_cast<int>(i));
       const Weights weights =
-          BestWeights(candidates[sets[i].candidate], sets[i].set,
-                      products.Of(static_cast<int>(i)), variance);
-      if (!(weights.score > score[sets[i].candidate])) continue;
-      score[sets[i].candidate] = weights.score;
+          BestWeights(candidate, sets[i].set, of_set, variance);
+      if (weights.active.empty()) continue;
+      const double gained = GainOf(candidate, weights, of_set);
+      if (!(gained > gain[sets[i].candidate])) continue;
+      gain[sets[i].candidate] = gained;
       chosen[sets[i].candidate] = sets[i];
     }
   };

@@ -7,7 +7,7 @@
 
 namespace sysid {
 
-// The set of each candidate that gains most by (7.4): of those with a grid by
+// The set of each candidate that gains most (GainOf): of those with a grid by
 // forces held between samples, of those that saturate exactly. `variance` is
 // that of the numbers that remain.
 std::vector<CandidateSet> ChooseSets(const LinearizedFit& fit,
