@@ -1,6 +1,6 @@
 #include "sysid/diagnosis/grid_choice.h"
 
-#include <limits>
+#include <algorithm>
 
 #include "sysid/diagnosis/candidate_weights.h"
 
@@ -67,29 +67,47 @@ Products SumOver(std::vector<Products> segments) {
   return sum;
 }
 
+struct SetGain {
+  int set;
+  double gain;
+};
+
+// The places of those that may be the best, which comes first.
+std::vector<int> Rank(std::vector<SetGain> gains, double close) {
+  if (gains.empty()) return {0};
+  std::stable_sort(
+      gains.begin(), gains.end(),
+      [](const SetGain& a, const SetGain& b) { return a.gain > b.gain; });
+  std::vector<int> sets = {gains.front().set};
+  for (size_t i = 1; i < gains.size(); ++i) {
+    if (gains[i].gain >= close * gains.front().gain) {
+      sets.push_back(gains[i].set);
+    }
+  }
+  return sets;
+}
+
 }  // namespace
 
-std::vector<CandidateSet> ChooseSets(const LinearizedFit& fit,
-                                     const Model& fitted,
-                                     const ColumnsByForces& by_forces,
-                                     const std::vector<Candidate>& candidates,
-                                     double variance) {
+std::vector<std::vector<int>> ChooseSets(
+    const LinearizedFit& fit, const Model& fitted,
+    const ColumnsByForces& by_forces, const std::vector<Candidate>& candidates,
+    double variance) {
+  // Forces are off by a tenth of a column's length, and so is what it gains by
+  // a fifth.
+  constexpr double kClose = 0.8;
   const auto& segments = fit.segments();
-  std::vector<CandidateSet> chosen;
-  std::vector<double> gain(candidates.size(),
-                           -std::numeric_limits<double>::infinity());
-  const auto choose = [&](const std::vector<CandidateSet>& sets,
-                          const Products& products) {
+  std::vector<std::vector<SetGain>> gains(candidates.size());
+  const auto weigh = [&](const std::vector<CandidateSet>& sets,
+                         const Products& products) {
     for (size_t i = 0; i < sets.size(); ++i) {
       const Candidate& candidate = candidates[sets[i].candidate];
       const ColumnProducts of_set = products.Of(static_cast<int>(i));
       const Weights weights =
           BestWeights(candidate, sets[i].set, of_set, variance);
       if (weights.active.empty()) continue;
-      const double gained = GainOf(candidate, weights, of_set);
-      if (!(gained > gain[sets[i].candidate])) continue;
-      gain[sets[i].candidate] = gained;
-      chosen[sets[i].candidate] = sets[i];
+      gains[sets[i].candidate].push_back(
+          {sets[i].set, GainOf(candidate, weights, of_set)});
     }
   };
   const auto look = [&](const std::vector<CandidateSet>& sets, bool exactly) {
@@ -109,12 +127,11 @@ std::vector<CandidateSet> ChooseSets(const LinearizedFit& fit,
     } else {
       by_forces.ForEachSegment(candidates, sets, visit);
     }
-    choose(sets, SumOver(std::move(parts)));
+    weigh(sets, SumOver(std::move(parts)));
   };
   std::vector<CandidateSet> some, exact;
   int columns = 0;
   for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
-    chosen.push_back({i, 0});
     const int count = static_cast<int>(candidates[i].sets.size());
     if (count == 1) continue;
     for (int s = 0; s < count; ++s) {
@@ -132,6 +149,11 @@ std::vector<CandidateSet> ChooseSets(const LinearizedFit& fit,
   }
   if (!some.empty()) look(some, false);
   if (!exact.empty()) look(exact, true);
+  std::vector<std::vector<int>> chosen;
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    chosen.push_back(Rank(std::move(gains[i]), kClose));
+    if (Saturates(candidates[i])) chosen.back().resize(1);
+  }
   return chosen;
 }
 

@@ -7,13 +7,13 @@
 
 namespace sysid {
 
-// The set of each candidate that gains most (GainOf): of those with a grid by
-// forces held between samples, of those that saturate exactly. `variance` is
-// that of the numbers that remain.
-std::vector<CandidateSet> ChooseSets(const LinearizedFit& fit,
-                                     const Model& fitted,
-                                     const ColumnsByForces& by_forces,
-                                     const std::vector<Candidate>& candidates,
-                                     double variance);
+// The sets of each candidate that may gain most (GainOf), best first: of those
+// with a grid by forces held between samples, which do not tell apart what
+// gains alike; of those that saturate the best one, exactly. `variance` is that
+// of the numbers that remain.
+std::vector<std::vector<int>> ChooseSets(
+    const LinearizedFit& fit, const Model& fitted,
+    const ColumnsByForces& by_forces, const std::vector<Candidate>& candidates,
+    double variance);
 
 }  // namespace sysid

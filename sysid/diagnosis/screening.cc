@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -29,17 +30,28 @@ class Screener {
   Screening Run();
 
  private:
-  void TakeColumns(const std::vector<CandidateSet>& sets,
-                   std::vector<Eigen::MatrixXd> responses,
-                   const ThetaBasis& theta);
-  void TakeExactColumns(const std::vector<CandidateSet>& sets) {
+  // Columns of some sets, one after the other, without states and Theta.
+  struct Columns {
+    std::vector<CandidateSet> sets;
+    std::vector<int> first;          // of each set
+    std::vector<Eigen::MatrixXd> A;  // per segment
+    Eigen::VectorXd own, b;          // as in ColumnProducts
+  };
+  Columns Project(const std::vector<CandidateSet>& sets,
+                  std::vector<Eigen::MatrixXd> responses,
+                  const ThetaBasis& theta) const;
+  ColumnProducts ProductsOf(const Columns& columns, size_t set) const;
+  void Take(const Columns& columns, size_t set, Weights weights);
+  void TakeBest(const Columns& columns);
+  void TakeExactly(const std::vector<CandidateSet>& sets) {
     if (sets.empty()) return;
-    TakeColumns(sets, RespondToCandidates(fit_, fitted_, candidates_, sets),
-                fit_.theta_basis());
+    TakeBest(Project(sets,
+                     RespondToCandidates(fit_, fitted_, candidates_, sets),
+                     fit_.theta_basis()));
   }
-  Weights Best(const CandidateSet& at) const;
-  std::vector<int> Order(const std::vector<Weights>& best) const;
-  std::vector<int> Leaders(const std::vector<Weights>& best) const;
+  std::vector<int> Order() const;
+  std::vector<CandidateSet> Leaders(
+      const std::vector<std::vector<int>>& sets) const;
   // The active columns of a candidate, among those in A.
   std::vector<int> Global(int candidate, const Weights& weights) const {
     std::vector<int> columns = weights.active;
@@ -61,9 +73,9 @@ class Screener {
   const Model& fitted_;
   std::set<std::string> free_;  // names of parameters
   std::vector<Candidate> candidates_;
-  std::vector<int> first_;            // column of each candidate's set in A
+  std::vector<Weights> best_;         // of each
+  std::vector<int> first_;            // column of its set in A
   std::vector<Eigen::MatrixXd> A_;    // per segment, projected
-  Eigen::VectorXd unprojected_;       // squared lengths of the columns before
   Eigen::VectorXd b_;                 // A' r
   double squares_ = 0.0, dof_ = 0.0;  // of r
   double independent_ = 0.0;
@@ -84,32 +96,76 @@ Screener::Screener(const LinearizedFit& fit, const Model& fitted,
   independent_ = std::max(10.0, dof_ / fit.AutocorrelationTime());
 }
 
-// Puts the columns of these sets, one after the other, to their places in A.
-void Screener::TakeColumns(const std::vector<CandidateSet>& sets,
-                           std::vector<Eigen::MatrixXd> responses,
-                           const ThetaBasis& theta) {
+Screener::Columns Screener::Project(const std::vector<CandidateSet>& sets,
+                                    std::vector<Eigen::MatrixXd> responses,
+                                    const ThetaBasis& theta) const {
   const auto& segments = fit_.segments();
   const int count = static_cast<int>(segments.size());
-  std::vector<int> places;
+  Columns out;
+  out.sets = sets;
+  int total = 0;
   for (const CandidateSet& at : sets) {
-    for (int i = 0; i < candidates_[at.candidate].columns(at.set); ++i) {
-      places.push_back(first_[at.candidate] + i);
-    }
+    out.first.push_back(total);
+    total += candidates_[at.candidate].columns(at.set);
   }
-  unprojected_(places).setZero();
+  out.own = out.b = Eigen::VectorXd::Zero(total);
   for (const Eigen::MatrixXd& response : responses) {
-    unprojected_(places) += response.colwise().squaredNorm().transpose();
+    out.own += response.colwise().squaredNorm().transpose();
   }
+  out.A = std::move(responses);
   ParallelFor(count, Threads(), Stop(), [&](int s) {
-    responses[s] = fit_.WithoutStates(*segments[s], responses[s]);
+    out.A[s] = fit_.WithoutStates(*segments[s], out.A[s]);
     return true;
   });
-  theta.ProjectOut(fit_.problem().processes(), Threads(), &responses);
-  b_(places).setZero();
+  theta.ProjectOut(fit_.problem().processes(), Threads(), &out.A);
   for (int s = 0; s < count; ++s) {
-    b_(places) += responses[s].transpose() * segments[s]->r;
-    A_[s](Eigen::all, places) = responses[s];
+    out.b.noalias() += out.A[s].transpose() * segments[s]->r;
   }
+  return out;
+}
+
+ColumnProducts Screener::ProductsOf(const Columns& columns, size_t set) const {
+  const CandidateSet& at = columns.sets[set];
+  const int first = columns.first[set];
+  const int size = candidates_[at.candidate].columns(at.set);
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(size, size);
+  for (const Eigen::MatrixXd& A : columns.A) {
+    const auto part = A.middleCols(first, size);
+    C.noalias() += part.transpose() * part;
+  }
+  return {C, columns.b.segment(first, size), columns.own.segment(first, size)};
+}
+
+// Puts a set's columns to the place of its candidate.
+void Screener::Take(const Columns& columns, size_t set, Weights weights) {
+  const CandidateSet& at = columns.sets[set];
+  const int from = columns.first[set], to = first_[at.candidate];
+  const int size = candidates_[at.candidate].columns(at.set);
+  for (size_t s = 0; s < A_.size(); ++s) {
+    A_[s].middleCols(to, size) = columns.A[s].middleCols(from, size);
+  }
+  b_.segment(to, size) = columns.b.segment(from, size);
+  best_[at.candidate] = std::move(weights);
+}
+
+// Of each candidate the set that gains most.
+void Screener::TakeBest(const Columns& columns) {
+  std::vector<Weights> weights(columns.sets.size());
+  std::vector<double> gains(columns.sets.size());
+  ParallelFor(static_cast<int>(columns.sets.size()), Threads(), [&](int i) {
+    const CandidateSet& at = columns.sets[i];
+    const Candidate& candidate = candidates_[at.candidate];
+    const ColumnProducts products = ProductsOf(columns, i);
+    weights[i] = BestWeights(candidate, at.set, products, squares_ / dof_);
+    gains[i] = GainOf(candidate, weights[i], products);
+    return true;
+  });
+  std::map<int, size_t> best;  // of a candidate, among the sets
+  for (size_t i = 0; i < columns.sets.size(); ++i) {
+    const auto [at, first] = best.try_emplace(columns.sets[i].candidate, i);
+    if (!first && gains[i] > gains[at->second]) at->second = i;
+  }
+  for (const auto& [candidate, set] : best) Take(columns, set, weights[set]);
 }
 
 Eigen::MatrixXd Screener::Gram(const std::vector<int>& columns) const {
@@ -120,14 +176,6 @@ Eigen::MatrixXd Screener::Gram(const std::vector<int>& columns) const {
     C.selfadjointView<Eigen::Lower>().rankUpdate(part.transpose());
   }
   return C.selfadjointView<Eigen::Lower>();
-}
-
-Weights Screener::Best(const CandidateSet& at) const {
-  std::vector<int> columns(candidates_[at.candidate].columns(at.set));
-  std::iota(columns.begin(), columns.end(), first_[at.candidate]);
-  return BestWeights(candidates_[at.candidate], at.set,
-                     {Gram(columns), b_(columns), unprojected_(columns)},
-                     squares_ / dof_);
 }
 
 double Screener::PredictedError(double score, int dof) const {
@@ -266,26 +314,31 @@ void Screener::Compare(const std::vector<Weights>& weights,
 }
 
 // Candidates of which something shows, best first.
-std::vector<int> Screener::Order(const std::vector<Weights>& best) const {
-  std::vector<int> order(best.size());
+std::vector<int> Screener::Order() const {
+  std::vector<int> order(best_.size());
   std::iota(order.begin(), order.end(), 0);
-  std::erase_if(order, [&](int i) { return best[i].active.empty(); });
+  std::erase_if(order, [&](int i) { return best_[i].active.empty(); });
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return CriterionOf(best[a]) < CriterionOf(best[b]);
+    return CriterionOf(best_[a]) < CriterionOf(best_[b]);
   });
   return order;
 }
 
-// The first candidates, of which more is expected than what their parameters
-// cost: so many that their columns are one pass of the widest Jets.
-std::vector<int> Screener::Leaders(const std::vector<Weights>& best) const {
+// The sets of the first candidates, of which more is expected than what their
+// parameters cost: so many that their columns are one pass of the widest Jets.
+std::vector<CandidateSet> Screener::Leaders(
+    const std::vector<std::vector<int>>& sets) const {
   constexpr int kColumns = 24;
-  std::vector<int> leaders;
+  std::vector<CandidateSet> leaders;
   int columns = 0;
-  for (const int i : Order(best)) {
-    columns += candidates_[i].columns(best[i].set);
-    if (columns > kColumns || !(CriterionOf(best[i]) < 0.0)) break;
-    leaders.push_back(i);
+  for (const int i : Order()) {
+    if (!(CriterionOf(best_[i]) < 0.0)) break;
+    if (Saturates(candidates_[i])) continue;  // exact already
+    for (const int set : sets[i]) {
+      columns += candidates_[i].columns(set);
+      if (columns > kColumns) return leaders;
+      leaders.push_back({i, set});
+    }
   }
   return leaders;
 }
@@ -299,44 +352,37 @@ Screening Screener::Run() {
   if (candidates_.empty()) return screening;
   const auto& segments = fit_.segments();
   const ColumnsByForces by_forces(fit_, fitted_);
-  const std::vector<CandidateSet> chosen =
+  const std::vector<std::vector<int>> sets =
       ChooseSets(fit_, fitted_, by_forces, candidates_, squares_ / dof_);
   int columns = 0;
   std::vector<CandidateSet> plain, exact;
-  for (const CandidateSet& at : chosen) {
+  for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) {
     first_.push_back(columns);
-    columns += candidates_[at.candidate].columns(at.set);
-    (Saturates(candidates_[at.candidate]) ? exact : plain).push_back(at);
+    int most = 0;
+    for (const int set : sets[i]) {
+      most = std::max(most, candidates_[i].columns(set));
+    }
+    columns += most;
+    (Saturates(candidates_[i]) ? exact : plain).push_back({i, sets[i].front()});
   }
-  unprojected_.resize(columns);
-  b_.resize(columns);
-  A_.resize(segments.size());
+  best_.resize(candidates_.size());
+  b_ = Eigen::VectorXd::Zero(columns);
+  for (const auto& segment : segments) {
+    A_.push_back(Eigen::MatrixXd::Zero(segment->basis.rows(), columns));
+  }
   std::vector<Eigen::MatrixXd> responses(segments.size());
-  for (size_t s = 0; s < segments.size(); ++s) {
-    A_[s].resize(segments[s]->basis.rows(), columns);
-  }
   by_forces.ForEachSegment(
       candidates_, plain,
       [&](int s, const Eigen::MatrixXd& A) { responses[s] = A; });
-  TakeColumns(plain, std::move(responses), by_forces.theta_basis());
-  TakeExactColumns(exact);
-  std::vector<Weights> best(candidates_.size());
-  ParallelFor(static_cast<int>(best.size()), Threads(), Stop(), [&](int i) {
-    best[i] = Best(chosen[i]);
-    return true;
-  });
-  std::vector<CandidateSet> leaders;
-  for (const int i : Leaders(best)) {
-    if (!Saturates(candidates_[i])) leaders.push_back(chosen[i]);
-  }
-  TakeExactColumns(leaders);
-  for (const CandidateSet& at : leaders) best[at.candidate] = Best(at);
-  const std::vector<int> order = Order(best);
+  TakeBest(Project(plain, std::move(responses), by_forces.theta_basis()));
+  TakeExactly(exact);
+  TakeExactly(Leaders(sets));
+  const std::vector<int> order = Order();
   std::vector<Weights> weights;
   std::vector<Candidate> identifiable;
   std::vector<int> first;
   for (const int i : order) {
-    weights.push_back(std::move(best[i]));
+    weights.push_back(std::move(best_[i]));
     identifiable.push_back(std::move(candidates_[i]));
     first.push_back(first_[i]);
   }
