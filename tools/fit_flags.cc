@@ -106,9 +106,12 @@ std::string FlagWith(const std::string& flag, const std::string& more) {
   return value.empty() ? "" : " --" + flag + " " + ShellWord(value);
 }
 
-std::string SimulationFromFlags(const NextExperiment& experiment) {
-  std::string command =
-      "sysid_simulate --model " + ShellWord(FlagText("model"));
+std::string SimulationFromFlags(const Session& session,
+                                const NextExperiment& experiment) {
+  // The specification may have the model.
+  std::string model = FlagText("model");
+  if (model.empty()) model = session.model_file;
+  std::string command = "sysid_simulate --model " + ShellWord(model);
   for (const auto& [name, value] : experiment.flags) {
     command += " --" + name + " " + ShellWord(value);
   }

@@ -27,7 +27,8 @@ std::string CommandFromFlags(const std::string& program);
 std::string FlagWith(const std::string& flag, const std::string& more);
 
 // The command of sysid_simulate that makes the motion of an experiment.
-std::string SimulationFromFlags(const NextExperiment& experiment);
+std::string SimulationFromFlags(const Session& session,
+                                const NextExperiment& experiment);
 
 // What the page of a program shows beside its models; `train` and `holdout`
 // are yet to be set.

@@ -179,7 +179,7 @@ int Main(ProcessGroup* group) {
   if (experiment) {
     next.experiment_words = ExperimentWords(*experiment);
     if (!experiment->flags.empty()) {
-      next.experiment = SimulationFromFlags(*experiment);
+      next.experiment = SimulationFromFlags(session, *experiment);
     }
   }
   const std::string json = DiagnosisJson(session, diagnosis, fitted, next);

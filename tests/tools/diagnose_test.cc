@@ -300,6 +300,14 @@ TEST_F(DiagnoseTest, SaysWhichRecordingWouldDecide) {
   for (std::string word; words >> word;) arguments.push_back(word);
   SimulateInto(*folder_, "planned_motion.csv", arguments);
   EXPECT_FALSE(folder_->Read("planned_motion.csv").empty());
+
+  // The same of a model that the specification names.
+  folder_->Write("slow.yaml", "model: pendulum2_planar\n");
+  const ProgramResult by_spec =
+      Diagnose({"--spec", "slow.yaml", "--traj", "slow.csv", "--auto",
+                "--candidates", "viscous_damping,quadratic_drag"});
+  EXPECT_EQ(by_spec.exit_code, 0);
+  EXPECT_THAT(by_spec.out, HasSubstr("sysid_simulate --model /"));
 }
 
 TEST_F(DiagnoseTest, ConsidersWhatItIsToldTo) {
