@@ -27,7 +27,7 @@ bool CandidateBatch::TakeIn(const Candidate& candidate, int set, int column) {
   }
   secants_.push_back(secant);
   alone_.push_back(joint);
-  has_state_ = !candidate.effect->states().empty();
+  has_state_ |= !candidate.effect->states().empty();
   names_.push_back(name);
   return true;
 }

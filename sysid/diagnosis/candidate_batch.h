@@ -42,7 +42,7 @@ class CandidateBatch {
   Eigen::VectorXd Secants() const {
     return Eigen::Map<const Eigen::VectorXd>(secants_.data(), secants_.size());
   }
-  // Whether the secant's effect has a state of its own.
+  // Whether one of its effects has a state of its own.
   bool has_state() const { return has_state_; }
 
  private:

@@ -47,26 +47,33 @@ class BatchForces {
 }  // namespace
 
 ColumnsByForces::ColumnsByForces(const LinearizedFit& fit, const Model& fitted)
-    : fit_(fit), fitted_(fitted), response_(fit) {
+    : fit_(fit), fitted_(fitted), response_(fit), says_(response_.Valid()) {
+  const EffectSet& effects = fitted.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    if ((effects.effect(i).hooks() & (kStateRateHook | kLimitHook)) != 0) {
+      says_ = false;
+    }
+  }
+  if (!says_) return;
   const ShootingProblem& problem = fit.problem();
   const auto& segments = fit.segments();
   std::vector<Eigen::MatrixXd> theta(segments.size());
-  ParallelFor(static_cast<int>(segments.size()), problem.options().threads,
-              [&](int s) {
-                const LinearizedFit::Segment& at = *segments[s];
-                ParameterForces forces =
-                    ParameterForces::Zero(*at.rollout, problem.map().size());
-                if (response_.Valid()) {
-                  forces = ForceDerivatives(problem.model(), problem.map(),
-                                            fit.point().theta)
-                               .Along(*at.rollout, response_.tangent(s));
-                }
-                const Eigen::MatrixXd columns =
-                    fit.WithoutStates(at, response_.Respond(s, forces));
-                theta[s] = columns(Eigen::all, fit.kept());
-                return true;
-              });
+  ParallelFor(
+      static_cast<int>(segments.size()), problem.options().threads, [&](int s) {
+        const LinearizedFit::Segment& at = *segments[s];
+        const ParameterForces forces =
+            ForceDerivatives(problem.model(), problem.map(), fit.point().theta)
+                .Along(*at.rollout, response_.tangent(s));
+        const Eigen::MatrixXd columns =
+            fit.WithoutStates(at, response_.Respond(s, forces));
+        theta[s] = columns(Eigen::all, fit.kept());
+        return true;
+      });
   theta_ = fit.Span(theta);
+}
+
+bool ColumnsByForces::Says(const Candidate& candidate) const {
+  return says_ && !Saturates(candidate);
 }
 
 void ColumnsByForces::ForEachSegment(
@@ -90,7 +97,6 @@ void ColumnsByForces::ForEachSegment(
       }
     }
     for (const auto& of_batch : scratch[t]) {
-      if (!response_.Valid()) break;
       of_batch->Write(rollout, response_.tangent(s), &forces);
     }
     visit(s, response_.Respond(s, forces));

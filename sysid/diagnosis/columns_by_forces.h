@@ -16,8 +16,14 @@ class ColumnsByForces {
   // Both must outlive it.
   ColumnsByForces(const LinearizedFit& fit, const Model& fitted);
 
+  // Whether forces stand for what a candidate does. They do not where it
+  // saturates, nor where what acts on a joint does so through a drive of the
+  // fitted model that has states or a limit: those are what they are along the
+  // motion. And not where the dynamics fail.
+  bool Says(const Candidate& candidate) const;
+
   // Calls visit(s, columns) for each segment s, from several threads at a time,
-  // with what RespondToCandidates has of it. Zero where the dynamics fail.
+  // with what RespondToCandidates has of it.
   void ForEachSegment(
       const std::vector<Candidate>& candidates,
       const std::vector<CandidateSet>& sets,
@@ -31,6 +37,7 @@ class ColumnsByForces {
   const LinearizedFit& fit_;
   const Model& fitted_;
   ForceResponse response_;
+  bool says_;  // of candidates that do not saturate
   ThetaBasis theta_;
 };
 

@@ -1,6 +1,7 @@
 #include "sysid/diagnosis/grid_choice.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "sysid/diagnosis/candidate_weights.h"
 
@@ -13,7 +14,8 @@ constexpr int kColumnsAtOnce = 256;
 
 // What columns of some sets of candidates, one after the other, are to the
 // errors: products of each set and, to take Theta out of them, of its basis Q,
-//   A' A - (Q' A)' (Q' A) = A' (1 - Q Q') A.
+//   A' (1 - Q Q') A = A' A - (Q' A)' (Q' A),
+//   A' (1 - Q Q') r = A' r - (Q' A)' (Q' r).
 class Products {
  public:
   Products(const std::vector<Candidate>& candidates,
@@ -27,6 +29,7 @@ class Products {
     }
     own_ = b_ = Eigen::VectorXd::Zero(columns);
     inner_ = Eigen::MatrixXd::Zero(rank, columns);
+    inner_r_ = Eigen::VectorXd::Zero(rank);
   }
 
   // Of a segment: its columns, and what is left of them without its states.
@@ -35,6 +38,7 @@ class Products {
     own_ = columns.colwise().squaredNorm().transpose();
     b_.noalias() = A.transpose() * r;
     inner_.noalias() = Q.transpose() * A;
+    inner_r_.noalias() = Q.transpose() * r;
     for (size_t i = 0; i < C_.size(); ++i) {
       const auto part = A.middleCols(first_[i], C_[i].cols());
       C_[i].noalias() = part.transpose() * part;
@@ -44,20 +48,22 @@ class Products {
     own_ += other.own_;
     b_ += other.b_;
     inner_ += other.inner_;
+    inner_r_ += other.inner_r_;
     for (size_t i = 0; i < C_.size(); ++i) C_[i] += other.C_[i];
   }
 
   ColumnProducts Of(int set) const {
     const int first = first_[set], size = static_cast<int>(C_[set].cols());
     const auto inner = inner_.middleCols(first, size);
-    return {C_[set] - inner.transpose() * inner, b_.segment(first, size),
+    return {C_[set] - inner.transpose() * inner,
+            b_.segment(first, size) - inner.transpose() * inner_r_,
             own_.segment(first, size)};
   }
 
  private:
   std::vector<int> first_;  // of each set's columns
   std::vector<Eigen::MatrixXd> C_;
-  Eigen::VectorXd own_, b_;
+  Eigen::VectorXd own_, b_, inner_r_;
   Eigen::MatrixXd inner_;
 };
 
@@ -90,16 +96,23 @@ std::vector<int> Rank(std::vector<SetGain> gains, double close) {
 }  // namespace
 
 std::vector<std::vector<int>> ChooseSets(
-    const LinearizedFit& fit, const Model& fitted,
-    const ColumnsByForces& by_forces, const std::vector<Candidate>& candidates,
-    double variance) {
+    const LinearizedFit& fit, const ColumnsByForces& by_forces,
+    const std::vector<Candidate>& candidates, double variance) {
   // Forces are off by a tenth of a column's length, and so is what it gains by
   // a fifth.
   constexpr double kClose = 0.8;
   const auto& segments = fit.segments();
+  const ThetaBasis& theta = by_forces.theta_basis();
   std::vector<std::vector<SetGain>> gains(candidates.size());
-  const auto weigh = [&](const std::vector<CandidateSet>& sets,
-                         const Products& products) {
+  const auto look = [&](const std::vector<CandidateSet>& sets) {
+    std::vector<Products> parts(segments.size(),
+                                Products(candidates, sets, theta.rank()));
+    by_forces.ForEachSegment(
+        candidates, sets, [&](int s, const Eigen::MatrixXd& columns) {
+          parts[s].Set(columns, fit.WithoutStates(*segments[s], columns),
+                       segments[s]->r, theta.of(s));
+        });
+    const Products products = SumOver(std::move(parts));
     for (size_t i = 0; i < sets.size(); ++i) {
       const Candidate& candidate = candidates[sets[i].candidate];
       const ColumnProducts of_set = products.Of(static_cast<int>(i));
@@ -110,49 +123,29 @@ std::vector<std::vector<int>> ChooseSets(
           {sets[i].set, GainOf(candidate, weights, of_set)});
     }
   };
-  const auto look = [&](const std::vector<CandidateSet>& sets, bool exactly) {
-    const ThetaBasis& theta =
-        exactly ? fit.theta_basis() : by_forces.theta_basis();
-    std::vector<Products> parts(segments.size(),
-                                Products(candidates, sets, theta.rank()));
-    const auto visit = [&](int s, const Eigen::MatrixXd& columns) {
-      parts[s].Set(columns, fit.WithoutStates(*segments[s], columns),
-                   segments[s]->r, theta.of(s));
-    };
-    if (exactly) {
-      const auto columns = RespondToCandidates(fit, fitted, candidates, sets);
-      for (size_t s = 0; s < segments.size(); ++s) {
-        visit(static_cast<int>(s), columns[s]);
-      }
-    } else {
-      by_forces.ForEachSegment(candidates, sets, visit);
-    }
-    weigh(sets, SumOver(std::move(parts)));
-  };
-  std::vector<CandidateSet> some, exact;
+  std::vector<CandidateSet> some;
   int columns = 0;
   for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
     const int count = static_cast<int>(candidates[i].sets.size());
-    if (count == 1) continue;
+    if (count == 1 || !by_forces.Says(candidates[i])) continue;
     for (int s = 0; s < count; ++s) {
-      if (Saturates(candidates[i])) {
-        exact.push_back({i, s});
-        continue;
-      }
       some.push_back({i, s});
       columns += candidates[i].columns(s);
       if (columns < kColumnsAtOnce) continue;
-      look(some, false);
+      look(some);
       some.clear();
       columns = 0;
     }
   }
-  if (!some.empty()) look(some, false);
-  if (!exact.empty()) look(exact, true);
+  if (!some.empty()) look(some);
   std::vector<std::vector<int>> chosen;
   for (size_t i = 0; i < candidates.size(); ++i) {
-    chosen.push_back(Rank(std::move(gains[i]), kClose));
-    if (Saturates(candidates[i])) chosen.back().resize(1);
+    if (by_forces.Says(candidates[i])) {
+      chosen.push_back(Rank(std::move(gains[i]), kClose));
+      continue;
+    }
+    chosen.emplace_back(candidates[i].sets.size());
+    std::iota(chosen.back().begin(), chosen.back().end(), 0);
   }
   return chosen;
 }

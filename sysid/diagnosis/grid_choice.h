@@ -7,13 +7,12 @@
 
 namespace sysid {
 
-// The sets of each candidate that may gain most (GainOf), best first: of those
-// with a grid by forces held between samples, which do not tell apart what
-// gains alike; of those that saturate the best one, exactly. `variance` is that
-// of the numbers that remain.
+// The sets of each candidate that may gain most (GainOf), best first: by forces
+// held between samples, which do not tell apart what gains alike; all of those
+// of which forces say nothing (by_forces.Says). `variance` is that of the
+// numbers that remain.
 std::vector<std::vector<int>> ChooseSets(
-    const LinearizedFit& fit, const Model& fitted,
-    const ColumnsByForces& by_forces, const std::vector<Candidate>& candidates,
-    double variance);
+    const LinearizedFit& fit, const ColumnsByForces& by_forces,
+    const std::vector<Candidate>& candidates, double variance);
 
 }  // namespace sysid

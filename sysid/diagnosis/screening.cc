@@ -45,6 +45,7 @@ class Screener {
   void TakeBest(const Columns& columns);
   void TakeExactly(const std::vector<CandidateSet>& sets) {
     if (sets.empty()) return;
+    for (const CandidateSet& at : sets) exact_[at.candidate] = true;
     TakeBest(Project(sets,
                      RespondToCandidates(fit_, fitted_, candidates_, sets),
                      fit_.theta_basis()));
@@ -74,6 +75,7 @@ class Screener {
   std::set<std::string> free_;  // names of parameters
   std::vector<Candidate> candidates_;
   std::vector<Weights> best_;         // of each
+  std::vector<bool> exact_;           // whether its columns are
   std::vector<int> first_;            // column of its set in A
   std::vector<Eigen::MatrixXd> A_;    // per segment, projected
   Eigen::VectorXd b_;                 // A' r
@@ -157,7 +159,9 @@ void Screener::TakeBest(const Columns& columns) {
     const Candidate& candidate = candidates_[at.candidate];
     const ColumnProducts products = ProductsOf(columns, i);
     weights[i] = BestWeights(candidate, at.set, products, squares_ / dof_);
-    gains[i] = GainOf(candidate, weights[i], products);
+    gains[i] = weights[i].active.empty()
+                   ? -std::numeric_limits<double>::infinity()
+                   : GainOf(candidate, weights[i], products);
     return true;
   });
   std::map<int, size_t> best;  // of a candidate, among the sets
@@ -325,19 +329,29 @@ std::vector<int> Screener::Order() const {
 }
 
 // The sets of the first candidates, of which more is expected than what their
-// parameters cost: so many that their columns are one pass of the widest Jets.
+// parameters cost, to be compared exactly: their best ones first.
 std::vector<CandidateSet> Screener::Leaders(
     const std::vector<std::vector<int>>& sets) const {
+  // So many columns of the best sets, and of all sets twice as many: about a
+  // dozen candidates, more than a search refits.
   constexpr int kColumns = 24;
   std::vector<CandidateSet> leaders;
   int columns = 0;
   for (const int i : Order()) {
     if (!(CriterionOf(best_[i]) < 0.0)) break;
-    if (Saturates(candidates_[i])) continue;  // exact already
-    for (const int set : sets[i]) {
-      columns += candidates_[i].columns(set);
+    if (exact_[i]) continue;
+    columns += candidates_[i].columns(sets[i].front());
+    if (columns > kColumns) break;
+    leaders.push_back({i, sets[i].front()});
+  }
+  columns = 0;
+  const size_t count = leaders.size();
+  for (size_t l = 0; l < count; ++l) {
+    const int i = leaders[l].candidate;
+    for (size_t k = 1; k < sets[i].size(); ++k) {
+      columns += candidates_[i].columns(sets[i][k]);
       if (columns > kColumns) return leaders;
-      leaders.push_back({i, set});
+      leaders.push_back({i, sets[i][k]});
     }
   }
   return leaders;
@@ -349,11 +363,11 @@ Screening Screener::Run() {
   for (const Candidate& candidate : candidates_) {
     screening.tests += static_cast<int>(candidate.sets.size());
   }
-  if (candidates_.empty()) return screening;
   const auto& segments = fit_.segments();
+  if (candidates_.empty() || segments.empty()) return screening;
   const ColumnsByForces by_forces(fit_, fitted_);
   const std::vector<std::vector<int>> sets =
-      ChooseSets(fit_, fitted_, by_forces, candidates_, squares_ / dof_);
+      ChooseSets(fit_, by_forces, candidates_, squares_ / dof_);
   int columns = 0;
   std::vector<CandidateSet> plain, exact;
   for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) {
@@ -363,21 +377,38 @@ Screening Screener::Run() {
       most = std::max(most, candidates_[i].columns(set));
     }
     columns += most;
-    (Saturates(candidates_[i]) ? exact : plain).push_back({i, sets[i].front()});
+    if (by_forces.Says(candidates_[i])) {
+      plain.push_back({i, sets[i].front()});
+    } else {
+      for (const int set : sets[i]) exact.push_back({i, set});
+    }
   }
   best_.resize(candidates_.size());
+  exact_.resize(candidates_.size(), false);
   b_ = Eigen::VectorXd::Zero(columns);
   for (const auto& segment : segments) {
     A_.push_back(Eigen::MatrixXd::Zero(segment->basis.rows(), columns));
   }
-  std::vector<Eigen::MatrixXd> responses(segments.size());
-  by_forces.ForEachSegment(
-      candidates_, plain,
-      [&](int s, const Eigen::MatrixXd& A) { responses[s] = A; });
-  TakeBest(Project(plain, std::move(responses), by_forces.theta_basis()));
+  if (!plain.empty()) {
+    std::vector<Eigen::MatrixXd> responses(segments.size());
+    by_forces.ForEachSegment(
+        candidates_, plain,
+        [&](int s, const Eigen::MatrixXd& A) { responses[s] = A; });
+    TakeBest(Project(plain, std::move(responses), by_forces.theta_basis()));
+  }
   TakeExactly(exact);
   TakeExactly(Leaders(sets));
-  const std::vector<int> order = Order();
+  std::vector<int> order = Order();
+  // One that leads since others have lost by being exact.
+  while (!order.empty() && !exact_[order.front()] &&
+         CriterionOf(best_[order.front()]) < 0.0) {
+    std::vector<CandidateSet> first;
+    for (const int set : sets[order.front()]) {
+      first.push_back({order.front(), set});
+    }
+    TakeExactly(first);
+    order = Order();
+  }
   std::vector<Weights> weights;
   std::vector<Candidate> identifiable;
   std::vector<int> first;
