@@ -36,8 +36,8 @@ class ThetaBasis {
 //
 // whitened, S by the states of the segments (block by block), Theta by the free
 // parameters, A by whatever is asked. States and free parameters are projected
-// out, r and A that remain are orthogonal to them. S, Theta and the candidates'
-// columns are exact derivatives (SegmentRollout::Linearize).
+// out, r and A that remain are orthogonal to them. S and Theta are exact
+// derivatives (SegmentRollout::Linearize).
 class LinearizedFit {
  public:
   // The problem and the point must outlive it. Valid() is false where the
