@@ -21,8 +21,9 @@
 
 // What grows with the data: Levenberg-Marquardt over one swing of
 // pendulum2_planar at 100 Hz, two lengths, in segments of 0.5 s, from a
-// thousand samples to a million. `--plot=FILE` draws the curves
-// (docs/performance.md).
+// thousand samples to a million; `growth_states` with a presliding friction on
+// both joints, so that the state has two numbers more. `--plot=FILE` draws the
+// curves of the first (docs/performance.md).
 //
 // Counters:
 //   ns_sample   of CPU for each sample and linearisation (the start and three
@@ -40,7 +41,7 @@ constexpr int kIterations = 3;
 struct Growth {
   double ns = 0.0, bytes = 0.0;  // for each sample
 };
-// Of every line, by samples.
+// Of every line without states, by samples.
 std::map<int, Growth>& Measured() {
   static auto& measured = *new std::map<int, Growth>;
   return measured;
@@ -61,11 +62,22 @@ double PeakBytes() {
   return 0.0;
 }
 
-Growth Measure(int samples, int rounds) {
+Model Swing(bool with_states) {
+  if (!with_states) return Shipped("pendulum2_planar");
+  std::vector<std::string> effects;
+  std::vector<Value> values;
+  for (const std::string joint : {"joint1", "joint2"}) {
+    effects.push_back("presliding_friction@" + joint);
+    values.push_back({joint + ".presliding_friction", 0.002});
+    values.push_back({joint + ".presliding_length", 0.05});
+  }
+  return Shipped("pendulum2_planar", effects, values);
+}
+
+Growth Measure(const Model& model, int samples, int rounds) {
   malloc_trim(0);  // what an earlier one has freed
   ForgetPeak();
   const double before = PeakBytes();
-  const Model model = Shipped("pendulum2_planar");
   SimulationOptions simulation;
   simulation.duration = samples / kRate;
   simulation.rate = kRate;
@@ -99,13 +111,14 @@ Growth Measure(int samples, int rounds) {
   return {1e9 * best / samples, (PeakBytes() - before) / samples};
 }
 
-void Grow(benchmark::State& state) {
+void Grow(benchmark::State& state, bool with_states) {
   const int samples = static_cast<int>(state.range(0));
+  const Model model = Swing(with_states);
   Growth grown;
-  for (auto _ : state) grown = Measure(samples, 3);
+  for (auto _ : state) grown = Measure(model, samples, 3);
   state.counters["ns_sample"] = grown.ns;
   state.counters["B_sample"] = grown.bytes;
-  Measured()[samples] = grown;
+  if (!with_states) Measured()[samples] = grown;
 }
 
 // --- The plot ---------------------------------------------------------------
@@ -155,13 +168,16 @@ int main(int argc, char** argv) {
   }
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
-  benchmark::RegisterBenchmark("growth", sysid::Grow)
-      ->RangeMultiplier(10)
-      ->Range(1000, 1000000)
-      ->Iterations(1)
-      ->Unit(benchmark::kMillisecond);
-  // What a process loads once is not of the data.
-  sysid::Measure(1000, 1);
+  for (const bool with_states : {false, true}) {
+    benchmark::RegisterBenchmark(with_states ? "growth_states" : "growth",
+                                 sysid::Grow, with_states)
+        ->RangeMultiplier(10)
+        ->Range(1000, 1000000)
+        ->Iterations(1)
+        ->Unit(benchmark::kMillisecond);
+    // What a process loads once is not of the data.
+    sysid::Measure(sysid::Swing(with_states), 1000, 1);
+  }
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();
   if (!plot.empty()) std::ofstream(plot) << sysid::Plot();

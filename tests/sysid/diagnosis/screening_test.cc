@@ -105,6 +105,26 @@ TEST(CandidateColumns, DoNotDependOnTheOthers) {
   EXPECT_EQ(asked, together.front().cols());
 }
 
+// Of a drive with states of its own forces along the motion say nothing: the
+// spring gives what its bend says, whatever the effort.
+TEST(Screening, SeesWhatActsThroughAnElasticDrive) {
+  const std::string drive = "joint_elasticity@joint1";
+  const std::vector<Value> soft{{"joint1.drive_stiffness", 30.0},
+                                {"joint1.drive_damping", 0.3},
+                                {"joint1.motor_inertia", 0.03}};
+  std::vector<Value> values = soft;
+  values.push_back({"joint1.effort_gain", 0.3});
+  const Model truth =
+      Shipped("pendulum2_planar", {drive, "effort_gain@joint1"}, values);
+  const Screened screened(
+      MakeProblem(Shipped("pendulum2_planar", {drive}, soft), kLengths,
+                  {Record(truth, 1, {.duration = 2.0, .level = 0.5}),
+                   Record(truth, 2, {.duration = 2.0, .level = 0.5})}));
+  const ScreenedEffect& gain = screened.Effect("effort_gain@joint1");
+  EXPECT_LE(screened.Find("effort_gain@joint1"), 2);
+  EXPECT_LT(gain.predicted_error, 0.8 * screened.screening.error);
+}
+
 // One hidden effect of a machine, small enough that first order holds.
 struct Planted {
   std::string robot, effect, parameter;
