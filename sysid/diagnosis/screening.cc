@@ -21,6 +21,9 @@ namespace {
 constexpr double kSignificance = 0.01;  // of `detectable`
 constexpr double kPower = 0.8;
 constexpr int kMostPairs = 10;  // that are kept
+// So many columns of the best sets, and of all sets twice as many: about a
+// dozen candidates, more than a search refits.
+constexpr int kExactColumns = 24;
 
 class Screener {
  public:
@@ -332,16 +335,13 @@ std::vector<int> Screener::Order() const {
 // parameters cost, to be compared exactly: their best ones first.
 std::vector<CandidateSet> Screener::Leaders(
     const std::vector<std::vector<int>>& sets) const {
-  // So many columns of the best sets, and of all sets twice as many: about a
-  // dozen candidates, more than a search refits.
-  constexpr int kColumns = 24;
   std::vector<CandidateSet> leaders;
   int columns = 0;
   for (const int i : Order()) {
     if (!(CriterionOf(best_[i]) < 0.0)) break;
     if (exact_[i]) continue;
     columns += candidates_[i].columns(sets[i].front());
-    if (columns > kColumns) break;
+    if (columns > kExactColumns) break;
     leaders.push_back({i, sets[i].front()});
   }
   columns = 0;
@@ -350,7 +350,7 @@ std::vector<CandidateSet> Screener::Leaders(
     const int i = leaders[l].candidate;
     for (size_t k = 1; k < sets[i].size(); ++k) {
       columns += candidates_[i].columns(sets[i][k]);
-      if (columns > kColumns) return leaders;
+      if (columns > kExactColumns) return leaders;
       leaders.push_back({i, sets[i][k]});
     }
   }
@@ -365,9 +365,23 @@ Screening Screener::Run() {
   }
   const auto& segments = fit_.segments();
   if (candidates_.empty() || segments.empty()) return screening;
+  int points = 0;  // columns of all sets
+  for (const Candidate& candidate : candidates_) {
+    for (size_t set = 0; set < candidate.sets.size(); ++set) {
+      points += candidate.columns(static_cast<int>(set));
+    }
+  }
+  const bool few = points <= 2 * kExactColumns;  // all of them exactly
   const ColumnsByForces by_forces(fit_, fitted_);
-  const std::vector<std::vector<int>> sets =
-      ChooseSets(fit_, by_forces, candidates_, squares_ / dof_);
+  std::vector<std::vector<int>> sets(candidates_.size());
+  if (few) {
+    for (size_t i = 0; i < candidates_.size(); ++i) {
+      sets[i].resize(candidates_[i].sets.size());
+      std::iota(sets[i].begin(), sets[i].end(), 0);
+    }
+  } else {
+    sets = ChooseSets(fit_, by_forces, candidates_, squares_ / dof_);
+  }
   int columns = 0;
   std::vector<CandidateSet> plain, exact;
   for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) {
@@ -377,7 +391,7 @@ Screening Screener::Run() {
       most = std::max(most, candidates_[i].columns(set));
     }
     columns += most;
-    if (by_forces.Says(candidates_[i])) {
+    if (!few && by_forces.Says(candidates_[i])) {
       plain.push_back({i, sets[i].front()});
     } else {
       for (const int set : sets[i]) exact.push_back({i, set});
