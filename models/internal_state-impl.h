@@ -69,5 +69,16 @@ void MoveStatesAlong(const Workspace<T>& ws, const T* from, T* to) {
   }
 }
 
+// The same of a whole step: z of `to` that a way says comes as that of `from`.
+template <typename T>
+void MoveStatesFrom(const Workspace<T>& ws, const T* from, T* to) {
+  for (const auto& effect : ws.state_effects) {
+    if (!effect.moves) continue;
+    const int first = ws.model().layout().z() + effect.first_z;
+    std::copy_n(from + first, effect.states, to + first);
+  }
+  MoveStatesAlong<T>(ws, from, to);
+}
+
 }  // namespace internal
 }  // namespace sysid

@@ -12,13 +12,7 @@ void StartStates(Workspace<double>* ws, const double* held, double* x) {
 }
 
 void MoveStates(Workspace<double>* ws, const double* before, double* x) {
-  const StateLayout& at = ws->model().layout();
-  for (const auto& effect : ws->state_effects) {
-    if (!effect.moves) continue;
-    const int first = at.z() + effect.first_z;
-    std::copy_n(before + first, effect.states, x + first);
-  }
-  internal::MoveStatesAlong<double>(*ws, before, x);
+  internal::MoveStatesFrom<double>(*ws, before, x);
 }
 
 bool SameStates(const Model& a, const Model& b) {

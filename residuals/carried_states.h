@@ -69,16 +69,19 @@ class CarriedStates {
       for (int i = at.z(); i < at.size(); ++i) {
         middle[i] = 0.5 * (x[i] + next[i]);
       }
-      Move(x, middle);
-      Move(middle, next);
+      internal::MoveStatesFrom<T>(*ws_, x, middle);
+      internal::MoveStatesFrom<T>(*ws_, middle, next);
     }
     UseMotion(motion_middle, middle);
     UseMotion(motion_next, next);
   }
 
  private:
-  static constexpr double kMove = 1e-6;  // of a typical size, for J
-  static constexpr int kMostStates = 8;  // of one effect: no allocation
+  // Of a state's typical size, for J: far above rounding, far below the size.
+  // The method keeps its order with any J.
+  static constexpr double kMove = 1e-6;
+  // Of one effect, so that a step allocates nothing; those shipped have two.
+  static constexpr int kMostStates = 8;
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0,
                               kMostStates, kMostStates>;
 
@@ -92,17 +95,6 @@ class CarriedStates {
       if (known_[i] >= 0) x[first + i] = T(motion[first + known_[i]]);
     }
   }
-  // States that the way from one to the other says.
-  void Move(const T* from, T* to) const {
-    const int first = ws_->model().layout().z();
-    for (const auto& effect : ws_->state_effects) {
-      if (!effect.moves) continue;
-      const int z = first + effect.first_z;
-      std::copy_n(from + z, effect.states, to + z);
-    }
-    internal::MoveStatesAlong<T>(*ws_, from, to);
-  }
-
   void Rates(const T* x, const T* z, const T* held, T* f) {
     const StateLayout& at = ws_->model().layout();
     ws_->z = z;
@@ -136,10 +128,9 @@ class CarriedStates {
   // J of each effect, at z: the j-th states of all are moved together.
   void Differentiate(const T* x, const T* z, const T* held) {
     const auto& states = ws_->model().effects().states();
-    bool more = true;
-    for (int j = 0; more; ++j) {
+    for (int j = 0;; ++j) {
       std::copy_n(z, moved_.size(), moved_.begin());
-      more = false;
+      bool more = false;
       for (const auto& effect : ws_->state_effects) {
         if (effect.moves || j >= effect.states) continue;
         const int place = effect.first_z + j;
@@ -162,7 +153,9 @@ class CarriedStates {
 
   // (1 - gh J)^-1 of each effect.
   void Invert(double gh) {
-    for (Small& J : J_) {
+    for (size_t e = 0; e < J_.size(); ++e) {
+      if (ws_->state_effects[e].moves) continue;
+      Small& J = J_[e];
       J *= -gh;
       J.diagonal().array() += 1.0;
       if (J.rows() == 2) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "sysid/diagnosis/candidate_columns.h"
@@ -21,8 +22,8 @@ namespace {
 constexpr double kSignificance = 0.01;  // of `detectable`
 constexpr double kPower = 0.8;
 constexpr int kMostPairs = 10;  // that are kept
-// So many columns of the best sets, and of all sets twice as many: about a
-// dozen candidates, more than a search refits.
+// So many columns of the best sets are made exact, and of all sets twice as
+// many: about a dozen candidates, more than a search refits.
 constexpr int kExactColumns = 24;
 
 class Screener {
@@ -53,6 +54,7 @@ class Screener {
                      RespondToCandidates(fit_, fitted_, candidates_, sets),
                      fit_.theta_basis()));
   }
+  void ChooseColumns();
   std::vector<int> Order() const;
   std::vector<CandidateSet> Leaders(
       const std::vector<std::vector<int>>& sets) const;
@@ -357,76 +359,76 @@ std::vector<CandidateSet> Screener::Leaders(
   return leaders;
 }
 
-Screening Screener::Run() {
-  Screening screening;
-  screening.error = std::sqrt(squares_ / dof_);
-  for (const Candidate& candidate : candidates_) {
-    screening.tests += static_cast<int>(candidate.sets.size());
-  }
-  const auto& segments = fit_.segments();
-  if (candidates_.empty() || segments.empty()) return screening;
+// Sets best_, and what the best sets of the candidates are to the errors.
+void Screener::ChooseColumns() {
+  const int count = static_cast<int>(candidates_.size());
+  std::vector<std::vector<int>> sets(count);
   int points = 0;  // columns of all sets
-  for (const Candidate& candidate : candidates_) {
-    for (size_t set = 0; set < candidate.sets.size(); ++set) {
-      points += candidate.columns(static_cast<int>(set));
-    }
+  for (int i = 0; i < count; ++i) {
+    sets[i].resize(candidates_[i].sets.size());
+    std::iota(sets[i].begin(), sets[i].end(), 0);
+    for (const int set : sets[i]) points += candidates_[i].columns(set);
   }
-  const bool few = points <= 2 * kExactColumns;  // all of them exactly
-  const ColumnsByForces by_forces(fit_, fitted_);
-  std::vector<std::vector<int>> sets(candidates_.size());
-  if (few) {
-    for (size_t i = 0; i < candidates_.size(); ++i) {
-      sets[i].resize(candidates_[i].sets.size());
-      std::iota(sets[i].begin(), sets[i].end(), 0);
-    }
-  } else {
-    sets = ChooseSets(fit_, by_forces, candidates_, squares_ / dof_);
+  std::optional<ColumnsByForces> by_forces;  // none: all are exact
+  if (points > 2 * kExactColumns) {
+    by_forces.emplace(fit_, fitted_);
+    sets = ChooseSets(fit_, *by_forces, candidates_, squares_ / dof_);
   }
   int columns = 0;
   std::vector<CandidateSet> plain, exact;
-  for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) {
+  for (int i = 0; i < count; ++i) {
     first_.push_back(columns);
     int most = 0;
     for (const int set : sets[i]) {
       most = std::max(most, candidates_[i].columns(set));
     }
     columns += most;
-    if (!few && by_forces.Says(candidates_[i])) {
+    if (by_forces && by_forces->Says(candidates_[i])) {
       plain.push_back({i, sets[i].front()});
     } else {
       for (const int set : sets[i]) exact.push_back({i, set});
     }
   }
-  best_.resize(candidates_.size());
-  exact_.resize(candidates_.size(), false);
+  best_.resize(count);
+  exact_.resize(count, false);
   b_ = Eigen::VectorXd::Zero(columns);
-  for (const auto& segment : segments) {
+  for (const auto& segment : fit_.segments()) {
     A_.push_back(Eigen::MatrixXd::Zero(segment->basis.rows(), columns));
   }
   if (!plain.empty()) {
-    std::vector<Eigen::MatrixXd> responses(segments.size());
-    by_forces.ForEachSegment(
+    std::vector<Eigen::MatrixXd> responses(fit_.segments().size());
+    by_forces->ForEachSegment(
         candidates_, plain,
         [&](int s, const Eigen::MatrixXd& A) { responses[s] = A; });
-    TakeBest(Project(plain, std::move(responses), by_forces.theta_basis()));
+    TakeBest(Project(plain, std::move(responses), by_forces->theta_basis()));
   }
   TakeExactly(exact);
   TakeExactly(Leaders(sets));
-  std::vector<int> order = Order();
   // One that leads since others have lost by being exact.
-  while (!order.empty() && !exact_[order.front()] &&
-         CriterionOf(best_[order.front()]) < 0.0) {
+  for (std::vector<int> order = Order();
+       !order.empty() && !exact_[order.front()] &&
+       CriterionOf(best_[order.front()]) < 0.0;
+       order = Order()) {
     std::vector<CandidateSet> first;
     for (const int set : sets[order.front()]) {
       first.push_back({order.front(), set});
     }
     TakeExactly(first);
-    order = Order();
   }
+}
+
+Screening Screener::Run() {
+  Screening screening;
+  screening.error = std::sqrt(squares_ / dof_);
+  for (const Candidate& candidate : candidates_) {
+    screening.tests += static_cast<int>(candidate.sets.size());
+  }
+  if (candidates_.empty() || fit_.segments().empty()) return screening;
+  ChooseColumns();
   std::vector<Weights> weights;
   std::vector<Candidate> identifiable;
   std::vector<int> first;
-  for (const int i : order) {
+  for (const int i : Order()) {
     weights.push_back(std::move(best_[i]));
     identifiable.push_back(std::move(candidates_[i]));
     first.push_back(first_[i]);
