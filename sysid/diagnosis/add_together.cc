@@ -49,6 +49,11 @@ Confirmation ConfirmedBy(const EvaluatedModel& model, const Effect& effect) {
   confirmed.train = model.train_error();
   confirmed.holdout = model.holdout_error();
   confirmed.cv = model.cv;
+  confirmed.segment_s = model.fit.segment_s;
+  for (const auto& other : model.added) {
+    if (other->name() == effect.name()) continue;
+    confirmed.together_with.push_back(other->name());
+  }
   confirmed.accepted = true;
   confirmed.parameters = EstimatesOf(model, {&effect});
   return confirmed;

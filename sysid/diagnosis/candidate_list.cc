@@ -36,12 +36,13 @@ Confirmation ConfirmationOf(const Screening& screening,
   confirmed.train = refit.after->train_error();
   confirmed.holdout = refit.after->holdout_error();
   confirmed.cv = refit.after->cv;
+  confirmed.segment_s = refit.after->fit.segment_s;
   confirmed.parameters = EstimatesOf(*refit.after, {effect.effect.get()});
   confirmed.accepted = refit.accepted();
   confirmed.refused = refit.refused;
   if (refit.effects.size() == 2) {
-    confirmed.together_with =
-        screening.effects[refit.effects[1 - which]].name();
+    confirmed.together_with = {
+        screening.effects[refit.effects[1 - which]].name()};
   }
   return confirmed;
 }
@@ -75,6 +76,11 @@ std::string ToldApartBy(const Screening& screening, int a, int b) {
 }
 
 }  // namespace
+
+bool IsOverSegmentsOf(const Fit& fit, const Confirmation& confirmed) {
+  constexpr double kSame = 0.01;  // of a length: segments end at samples
+  return std::abs(confirmed.segment_s - fit.segment_s) <= kSame * fit.segment_s;
+}
 
 std::string ToldApartBy(const Effect& one, const Effect& other) {
   if (one.ShowsIn() == other.ShowsIn()) {

@@ -15,11 +15,17 @@ namespace sysid {
 struct Confirmation {
   double train = 0.0, holdout = 0.0;  // normalised errors
   CrossValidation cv;
-  std::string together_with;  // another effect, where only both help
+  double segment_s = 0.0;  // over which they are
+  // The effects that were added with it: another one, where only both help, or
+  // the others of the model in which the search ended.
+  std::vector<std::string> together_with;
   std::vector<ParameterEstimate> parameters;  // the effect's
   bool accepted = false;
   std::string refused;  // why, where it was not accepted
 };
+
+// Whether its errors are over segments as long as those of a fit.
+bool IsOverSegmentsOf(const Fit& fit, const Confirmation& confirmed);
 
 struct CandidateEffect {
   ScreenedEffect screened;

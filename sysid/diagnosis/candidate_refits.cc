@@ -92,7 +92,7 @@ std::string WhyRefused(const DiagnosisProblem& problem,
   // Such as an inertia so large that its joint rests, whatever its size.
   for (const ScreenedEffect& effect : refit.expected) {
     if (PValueOf(*effect.effect, problem.model, after.fit) > kSignificant) {
-      return effect.name() + " is not determined where its refit ended";
+      return "this data does not determine " + effect.name();
     }
   }
   if (!IsWorse(before.cv, after.cv, tried)) {

@@ -65,7 +65,8 @@ Json Candidate(const CandidateEffect& candidate) {
     json["confirmed"] = {{"train", Finite(c.train)},
                          {"holdout", Finite(c.holdout)},
                          {"parameters", Values(c.parameters)},
-                         {"together_with", c.together_with},
+                         {"segment_s", Finite(c.segment_s)},
+                         {"together_with", Join(c.together_with, ",")},
                          {"accepted", c.accepted},
                          {"refused", c.refused}};
   }

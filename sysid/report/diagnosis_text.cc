@@ -153,9 +153,14 @@ std::string WhichText(const Diagnosis& diagnosis) {
                    Probability(c.screened.p_value).c_str()) +
             Expected(c.screened) + "\n";
     if (c.confirmed && !c.confirmed->together_with.empty()) {
-      text += Format("  %-*s refitted together with ", static_cast<int>(width),
-                     "") +
-              c.confirmed->together_with + "\n";
+      text +=
+          Format("  %-*s refitted together with ", static_cast<int>(width),
+                 "") +
+          Join(c.confirmed->together_with) +
+          (IsOverSegmentsOf(diagnosis.base.fit, *c.confirmed)
+               ? ""
+               : Format(", over segments of %.3g s", c.confirmed->segment_s)) +
+          "\n";
     }
     if (c.confirmed && !c.confirmed->accepted) {
       text += Format("  %-*s rejected: ", static_cast<int>(width), "") +

@@ -55,8 +55,8 @@ std::string ExperimentWords(const NextExperiment& experiment) {
     words += "; " + Join(group, ", ") + " look alike in all such motions";
   }
   return words +
-         ". Record it (the file has its start and efforts), and diagnose the "
-         "old and the new recording together";
+         ". Record it (the file has its start, and its efforts where there are "
+         "any), and diagnose the old and the new recording together";
 }
 
 }  // namespace sysid

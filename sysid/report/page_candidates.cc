@@ -13,11 +13,14 @@ Json Expected(const ExpectedParameter& p) {
           {"detectable", p.searched ? Json(nullptr) : Finite(p.detectable)}};
 }
 
-Json Confirmed(const Confirmation& confirmed) {
+Json Confirmed(const Fit& fit, const Confirmation& confirmed) {
   const auto estimate = [](const ParameterEstimate& p) -> Json {
     return {{"name", p.name}, {"unit", p.unit}, {"value", Finite(p.value)}};
   };
-  return {{"train", Finite(confirmed.train)},
+  return {{"segment_s", IsOverSegmentsOf(fit, confirmed)
+                            ? Json(nullptr)
+                            : Finite(confirmed.segment_s)},
+          {"train", Finite(confirmed.train)},
           {"holdout", Finite(confirmed.holdout)},
           {"crossValidation", CrossValidationJson(confirmed.cv)},
           {"togetherWith", confirmed.together_with},
@@ -35,13 +38,13 @@ std::string WhyNoPrediction(const ScreenedEffect& screened, double error) {
              : "the model is too far from this data for a prediction";
 }
 
-// The effect, with the other where only both help.
+// The effect, with those that were added with it.
 std::string ToAdd(const CandidateEffect& candidate) {
   const std::string name = candidate.screened.name();
   if (!candidate.confirmed || candidate.confirmed->together_with.empty()) {
     return name;
   }
-  return name + "," + candidate.confirmed->together_with;
+  return name + "," + Join(candidate.confirmed->together_with, ",");
 }
 
 }  // namespace
@@ -78,7 +81,8 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
          why.empty() ? Finite(screened.predicted_error) : Json(nullptr)},
         {"noPrediction", why},
         {"expected", List(screened.parameters, Expected)},
-        {"confirmed", confirmed ? Confirmed(*confirmed) : Json(nullptr)},
+        {"confirmed",
+         confirmed ? Confirmed(diagnosis.base.fit, *confirmed) : Json(nullptr)},
         {"accepted", confirmed != nullptr && confirmed->accepted},
         {"refused", confirmed ? confirmed->refused : ""},
         {"indistinguishableFrom", candidate.indistinguishable_from},

@@ -194,8 +194,8 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
   CheckDecidable(problem, notices);
   const int n = Thin(&problem);
   if (n > 1) {
-    notices->push_back("the search takes one sample of " + std::to_string(n) +
-                       "; the last fit takes all");
+    notices->push_back("the search uses one sample in " + std::to_string(n) +
+                       "; the last fit uses all");
   }
   return problem;
 }

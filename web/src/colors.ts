@@ -5,7 +5,7 @@ export const kOkabeIto = [
   '#0072B2', '#D55E00', '#009E73', '#CC79A7', '#E69F00', '#56B4E9', '#7F6A00',
 ];
 
-const kModelColors = 7; // --model-0, ... of style.css
+const kModelColors = 6; // --model-0, ... of style.css; no grey, what was measured is black
 
 // The variable of a model's colour, the same whatever else is shown; of two
 // models the second has another one where they would share it.

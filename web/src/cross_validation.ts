@@ -1,6 +1,6 @@
 // Errors by cross-validation: two models stretch by stretch, and the path of a
 // search (docs/theory.md, section 7).
-import {modelWithId} from './data';
+import {modelWithId, withOthers} from './data';
 import {fmt} from './format';
 import type {CrossValidationData, ModelData, PageData, ParameterData, StepData} from './page_data';
 
@@ -138,6 +138,6 @@ export function evidenceOf(page: PageData, model: ModelData, way: StepData[]): E
   if (!first?.accepted || !first.confirmed || way.length) return found;
   const {confirmed} = first;
   const own = confirmed.parameters.map(p => ({...p, stdError: first.expected.find(e => e.name === p.name)?.stdError ?? null}));
-  return [{effects: [`${first.effect}@${first.target}`, ...(confirmed.togetherWith ? [confirmed.togetherWith] : [])],
+  return [{effects: withOthers(first),
     instead: [], parameters: own, without: model.crossValidation ?? null, with: confirmed.crossValidation ?? null}];
 }

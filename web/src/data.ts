@@ -224,6 +224,9 @@ export function candidateName(c: CandidateData): string {
   return `${c.effect}@${c.target}`;
 }
 
+// The candidate and the effects that were added with it in its refit.
+export const withOthers = (c: CandidateData): string[] => [candidateName(c), ...c.confirmed?.togetherWith ?? []];
+
 export function forceName(f: ForceData): string {
   return f.component ? `${f.joint}, ${f.component}` : f.joint;
 }

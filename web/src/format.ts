@@ -23,6 +23,9 @@ export function unitText(unit: string): string {
   return unit === '-' ? '' : unit.replaceAll('^2', '²').replaceAll('^3', '³');
 }
 
+// Of an axis: a joint's force is a torque where its unit is.
+export const forceLabel = (unit: string): string => `${unit === 'N m' ? 'torque' : 'force'}, ${unitText(unit)}`;
+
 // An error as a multiple of the noise, with its zeros: 1.00.
 export function fmtError(x: number | null | undefined): string {
   if (x === null || x === undefined || !Number.isFinite(x)) return '–';

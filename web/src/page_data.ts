@@ -229,7 +229,8 @@ export interface CandidateData {
     holdout: number | null;
     crossValidation: CrossValidationData | null;
     parameters: { name: string; unit: string; value: number }[];
-    togetherWith: string; // "", or the other effect, where only both help; `command` adds both
+    segment_s: number | null; // over which these errors are; null: over those of the model
+    togetherWith: string[]; // that were added with it; `command` adds all
   } | null;
   accepted: boolean;
   refused: string; // why a refit was not accepted, "" else

@@ -101,7 +101,7 @@ TEST(WhyRefused, AnInertiaThatOnlyHoldsItsJointIsNotDetermined) {
   refit.after = EvaluateWith(problem, base, {&expected}, problem.options);
   ASSERT_LT(refit.after->train_error(), 0.5 * base.train_error());
   EXPECT_EQ(WhyRefused(problem, base, refit, 1),
-            "armature@joint1 is not determined where its refit ended");
+            "this data does not determine armature@joint1");
 }
 
 // Segments whose spins went astray stay there; whole runs tell.

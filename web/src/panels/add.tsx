@@ -1,7 +1,8 @@
 // Panel 6: add an effect, remove it again, and see the error fall.
 import type {ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
-import {candidateName, modelWithId, prediction, wayTo} from '../data';
+import {sameSegments} from '../cross_validation';
+import {candidateName, modelWithId, prediction, wayTo, withOthers} from '../data';
 import {fmtError, fmtTimes, fmtUnit} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {Waterfall, type Fall} from '../plots/waterfall';
@@ -77,11 +78,7 @@ function Offers({model, children}: {model: ModelData; children: ComponentChildre
   </>;
 }
 
-// With the other effect where only both help.
-function toAdd(c: CandidateData): string {
-  const other = c.confirmed?.togetherWith;
-  return other ? `${candidateName(c)},${other}` : candidateName(c);
-}
+const toAdd = (c: CandidateData): string => withOthers(c).join(',');
 
 // The same runs and options; what only its program knows left out.
 export function studioCommand(page: PageData): string {
@@ -179,10 +176,12 @@ function TwoModels({page, m}: {page: PageData; m: number}) {
       <caption>{a.title} beside {b.title}</caption>
       <thead><tr><th scope="col" /><th scope="col" class="number">{a.title}</th><th scope="col" class="number">{b.title}</th></tr></thead>
       <tbody>
-        <tr><th scope="row">error of fitted runs</th><td class="number">{fmtTimes(a.trainError)}</td><td class="number">{fmtTimes(b.trainError)}</td></tr>
-        <tr><th scope="row">error of held-out runs</th><td class="number">{fmtTimes(a.holdoutError)}</td><td class="number">{fmtTimes(b.holdoutError)}</td></tr>
+        <tr><th scope="row">error of fitted data</th><td class="number">{fmtTimes(a.trainError)}</td><td class="number">{fmtTimes(b.trainError)}</td></tr>
+        <tr><th scope="row">of held-out data</th><td class="number">{fmtTimes(a.holdoutError)}</td><td class="number">{fmtTimes(b.holdoutError)}</td></tr>
+        <tr><th scope="row">over segments of</th><td class="number">{fmtUnit(a.segment_s, 's', 3)}</td><td class="number">{fmtUnit(b.segment_s, 's', 3)}</td></tr>
         {names.map(n => <tr key={n}><th scope="row">{n}</th><td class="number">{value(a, n)}</td><td class="number">{value(b, n)}</td></tr>)}
       </tbody>
     </table></div>
+    {!sameSegments(a.segment_s, b.segment_s) && <p class="note">Errors grow along a segment, so that these are not comparable; each step of the path above compares over one length.</p>}
   </>;
 }

@@ -1,12 +1,12 @@
 // Of panel 1: what speaks for each effect, and what else would explain the data.
 import {compareStretches, evidenceOf, factorOf, fmtCrossValidation, sameEffects, type Evidence} from '../cross_validation';
-import {candidateName, modelWithId, wayTo} from '../data';
+import {modelWithId, wayTo, withOthers} from '../data';
 import {fmt, list, sentence, unitText} from '../format';
 import type {CrossValidationData, ModelData, PageData} from '../page_data';
 import {Command} from './panel';
 
 const kHow = 'Errors are those of cross-validation: of data that the parameters were not fitted to, × noise, ± standard error. '
-  + 'The ratio is the error without the effect, all else fitted again, over that with it, with its 95 % interval: where that holds 1, the data do not show that the effect is there.';
+  + 'The ratio is the error without the effect, all else fitted again, over that with it, with its 95 % interval: if that contains 1, the data do not show that the effect is there.';
 
 // The model in which the steps end, where they begin with the one that is shown.
 function endOf(page: PageData, model: ModelData): ModelData {
@@ -63,7 +63,7 @@ export function Rivals({page, model}: {page: PageData; model: ModelData}) {
           </tr>;
         })}</tbody>
       </table></div>
-      <p class="note">Each predicts unseen data as well as the first, within one standard error. Record such a motion, and ask again with that recording among the runs.</p>
+      <p class="note">Each predicts unseen data as well as the first: stretches of time within one standard error, or whole runs, as one trajectory each, within a twentieth of the error. No ratio (–): it was not refitted, since it acts like the first in this data. Record such a motion, and ask again with that recording among the runs.</p>
       {model.nextExperiment && <>
         <p>The next experiment: {model.nextExperiment.words}.</p>
         {model.nextExperiment.command && <Command text={model.nextExperiment.command} label="command of the next experiment" />}
@@ -75,7 +75,7 @@ export function Rivals({page, model}: {page: PageData; model: ModelData}) {
 // Of the model with these effects: one of the search, or the refit of a candidate.
 function crossValidationOf(page: PageData, model: ModelData, effects: string[]): CrossValidationData | null {
   const same = (names: string[]) => sameEffects(names, effects);
-  const refit = model.candidates.find(c => c.confirmed && same([candidateName(c), ...(c.confirmed.togetherWith ? [c.confirmed.togetherWith] : [])]));
+  const refit = model.candidates.find(c => c.confirmed && same(withOthers(c)));
   if (refit?.confirmed?.crossValidation) return refit.confirmed.crossValidation;
   return [...page.models].reverse().find(m => m.crossValidation && same(m.effects))?.crossValidation ?? null;
 }

@@ -5,7 +5,7 @@ import {cividis, errorFraction, kOkabeIto, modelColor} from '../colors';
 import {
   candidateName, decode, errorMap, forceName, jointError, leastError, meanSquare, positionUnit, prediction, runLabel, tilt,
 } from '../data';
-import {list, unitText} from '../format';
+import {forceLabel, list} from '../format';
 import type {ForceData, JointData, ModelData, PageData} from '../page_data';
 import {ErrorScale, HeatMap} from '../plots/heat_map';
 import {XyChart, type Layer} from '../plots/xy_chart';
@@ -161,7 +161,7 @@ function Force({page, model}: {page: PageData; model: ModelData}) {
           const layers = forceLayers(model, place, quantity, laws.filter(c => on.includes(candidateName(c))), laws);
           return layers
             ? <XyChart key={quantity} title={`Unexplained force of ${place} against ${quantity}`}
-                xLabel={quantityName(page, model, place, quantity)} yLabel={`force, ${unitText(unitOf(model, place))}`} layers={layers} rules={[{y: 0, label: ''}]} />
+                xLabel={quantityName(page, model, place, quantity)} yLabel={forceLabel(unitOf(model, place))} layers={layers} rules={[{y: 0, label: ''}]} />
             : <Empty key={quantity}>No {quantity} of {place} was recorded, so that nothing can be drawn against it.</Empty>;
         })}
       </div>

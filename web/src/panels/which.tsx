@@ -1,7 +1,7 @@
 // Panel 5: which effect is missing.
 import {useState} from 'preact/hooks';
-import {candidateName, forceName, lawQuantity, meanSquare} from '../data';
-import {fmt, fmtError, fmtP, fmtUnit, list, unitText} from '../format';
+import {candidateName, forceName, lawQuantity, meanSquare, withOthers} from '../data';
+import {fmt, fmtError, fmtP, fmtUnit, forceLabel, list, unitText} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
 import {current, useStore} from '../state';
@@ -11,7 +11,7 @@ import {DataTable, Empty, Panel, type Column} from './panel';
 
 const kHow = 'Each row is an effect that the model could lack. Predicted is the error (× noise) that a refit with it should reach, by a linearisation; confirmed is what a refit did reach, first on the fitted runs, then on the held-out ones. '
   + 'The p-value is the chance of such a score where the effect is absent, to first order too: far from the noise it says little, and the refit decides. '
-  + 'Believe what is accepted: it lowers the held-out error, and its parameters are plausible and clear of none.';
+  + 'Accepted: it lowers the error of held-out data, and its parameters are plausible and significantly different from zero.';
 
 export function Which({page}: {page: PageData}) {
   const model = page.models[useStore(current)];
@@ -36,7 +36,7 @@ export function Which({page}: {page: PageData}) {
         <button type="button" onClick={() => setOpen(new Set(all))}>Show all pictures</button>
         <button type="button" onClick={() => setOpen(new Set())}>Hide all pictures</button>
       </p>
-      <DataTable caption={`Candidates, best first; model: ${model.title}`} rows={model.candidates} rowKey={candidateName}
+      <DataTable caption={`Candidates, those that were accepted first; model: ${model.title}`} rows={model.candidates} rowKey={candidateName}
         columns={columns(shown, toggle, page.live && model.verdict !== 'adequate' ? model : null)}
         detail={c => shown.has(candidateName(c)) ? <Picture page={page} model={model} candidate={c} /> : null} />
     </Panel>
@@ -60,7 +60,7 @@ function columns(shown: Set<string>, toggle: (name: string) => void, to: ModelDa
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
       {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{c.refused && <span class="badge">rejected</span>}
-      <span class="law">{c.law}</span>{c.refused && <span class="note">rejected: {c.refused}</span>}
+      <span class="law">{c.law}</span>{c.refused && <span class="note">{c.refused}</span>}
       {to && <><AddButton model={to} candidate={c} />{' '}</>}
       <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
         {shown.has(candidateName(c)) ? 'Hide picture' : 'Show picture'}<span class="hidden"> of {candidateName(c)}</span></button></>},
@@ -70,7 +70,7 @@ function columns(shown: Set<string>, toggle: (name: string) => void, to: ModelDa
         <span class="whole">{e.stdError !== null && `± ${fmt(1.96 * e.stdError, 2)} `}{unitText(e.unit)}</span>
         {e.detectable !== null && <span class="note">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
     {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => <>{fmtP(c.pValue)}{c.accepted && c.pValue !== null && c.pValue > 0.01 && <span class="note">the refit decides</span>}</>},
-    {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => fmtError(c.confirmed?.train)},
+    {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => <>{fmtError(c.confirmed?.train)}{withOthers(c).length > 1 && <span class="note">with {list(withOthers(c).slice(1))}</span>}{c.confirmed?.segment_s && <span class="note">over segments of {fmt(c.confirmed.segment_s, 3)} s</span>}</>},
     {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
     {key: 'same', name: 'indistinguishable from', cell: c => c.indistinguishableFrom.length
       ? <>{list(c.indistinguishableFrom)}{c.separatedBy && <span class="note">{c.separatedBy}</span>}</> : '–'},
@@ -85,7 +85,7 @@ function Picture({page, model, candidate}: {page: PageData; model: ModelData; ca
   return (
     <div>
       {candidate.confirmed && <p class="note">After the refit: {list(candidate.confirmed.parameters.map(
-        p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}{candidate.confirmed.togetherWith && `, together with ${candidate.confirmed.togetherWith}, as neither helps alone`}.</p>}
+        p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}{candidate.confirmed.togetherWith && `, together with ${list(withOthers(candidate).slice(1))}`}.</p>}
       {places.length === 0 && <Empty>{name} does not act as a force on a joint that can be drawn, or no unexplained force was found: judge it by its errors.</Empty>}
       <div class="grid-of-charts">
         {places.map(place => {
@@ -93,7 +93,7 @@ function Picture({page, model, candidate}: {page: PageData; model: ModelData; ca
           const used = forceLayers(model, place, quantity, [candidate], [candidate]) ? quantity : 'velocity';
           const layers = forceLayers(model, place, used, [candidate], [candidate]);
           return layers && <XyChart key={place} title={`Unexplained force of ${place}, and ${name} with its expected parameters`}
-            xLabel={quantityName(page, model, place, used)} yLabel={`force, ${unitText(unit)}`} layers={layers} rules={[{y: 0, label: ''}]} />;
+            xLabel={quantityName(page, model, place, used)} yLabel={forceLabel(unit)} layers={layers} rules={[{y: 0, label: ''}]} />;
         })}
       </div>
     </div>

@@ -103,7 +103,7 @@ test('a candidate that promises no fall has no prediction, and says why', {skip}
 test('a rejected candidate says so, and why, unasked', {skip}, () =>
   visit('planar.html', planarPage(), async page => {
     const row = page.locator('#which tbody tr').filter({hasText: 'viscous_damping'}).first();
-    assert.match(await row.innerText(), /rejected\s.*rejected: the held-out error falls less/s);
+    assert.match(await row.innerText(), /rejected\s.*the held-out error falls less/s);
   }));
 
 test('the error against the horizon stands beside what noise makes of it', {skip}, () =>
@@ -339,7 +339,7 @@ test('each candidate has its picture, or says why not', {skip}, () =>
     assert.equal(await page.locator('#which svg[role=img]').count(), 3);
     assert.equal(await page.locator('#which .detail .empty').count(), 2);
     const label = await page.locator('#which svg[role=img]').first().getAttribute('aria-label');
-    assert.match(label, /force, N m against velocity, rad\/s/);
+    assert.match(label, /torque, N m against velocity, rad\/s/);
   }));
 
 test('the waterfall tells the step, predicted and achieved', {skip}, () =>
