@@ -77,11 +77,6 @@ std::string ToldApartBy(const Screening& screening, int a, int b) {
 
 }  // namespace
 
-bool IsOverSegmentsOf(const Fit& fit, const Confirmation& confirmed) {
-  constexpr double kSame = 0.01;  // of a length: segments end at samples
-  return std::abs(confirmed.segment_s - fit.segment_s) <= kSame * fit.segment_s;
-}
-
 std::string ToldApartBy(const Effect& one, const Effect& other) {
   if (one.ShowsIn() == other.ShowsIn()) {
     return "they differ only in how they grow over " + one.ShowsIn() +

@@ -24,9 +24,6 @@ struct Confirmation {
   std::string refused;  // why, where it was not accepted
 };
 
-// Whether its errors are over segments as long as those of a fit.
-bool IsOverSegmentsOf(const Fit& fit, const Confirmation& confirmed);
-
 struct CandidateEffect {
   ScreenedEffect screened;
   std::optional<Confirmation> confirmed;

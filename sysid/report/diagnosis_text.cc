@@ -157,7 +157,7 @@ std::string WhichText(const Diagnosis& diagnosis) {
           Format("  %-*s refitted together with ", static_cast<int>(width),
                  "") +
           Join(c.confirmed->together_with) +
-          (IsOverSegmentsOf(diagnosis.base.fit, *c.confirmed)
+          (c.confirmed->segment_s == diagnosis.base.fit.segment_s
                ? ""
                : Format(", over segments of %.3g s", c.confirmed->segment_s)) +
           "\n";

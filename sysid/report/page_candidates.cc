@@ -13,13 +13,11 @@ Json Expected(const ExpectedParameter& p) {
           {"detectable", p.searched ? Json(nullptr) : Finite(p.detectable)}};
 }
 
-Json Confirmed(const Fit& fit, const Confirmation& confirmed) {
+Json Confirmed(const Confirmation& confirmed) {
   const auto estimate = [](const ParameterEstimate& p) -> Json {
     return {{"name", p.name}, {"unit", p.unit}, {"value", Finite(p.value)}};
   };
-  return {{"segment_s", IsOverSegmentsOf(fit, confirmed)
-                            ? Json(nullptr)
-                            : Finite(confirmed.segment_s)},
+  return {{"segment_s", Finite(confirmed.segment_s)},
           {"train", Finite(confirmed.train)},
           {"holdout", Finite(confirmed.holdout)},
           {"crossValidation", CrossValidationJson(confirmed.cv)},
@@ -81,8 +79,7 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
          why.empty() ? Finite(screened.predicted_error) : Json(nullptr)},
         {"noPrediction", why},
         {"expected", List(screened.parameters, Expected)},
-        {"confirmed",
-         confirmed ? Confirmed(diagnosis.base.fit, *confirmed) : Json(nullptr)},
+        {"confirmed", confirmed ? Confirmed(*confirmed) : Json(nullptr)},
         {"accepted", confirmed != nullptr && confirmed->accepted},
         {"refused", confirmed ? confirmed->refused : ""},
         {"indistinguishableFrom", candidate.indistinguishable_from},

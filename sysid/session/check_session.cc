@@ -86,7 +86,7 @@ size_t CheckSessionData(Session* session, const FitOutcome& outcome) {
   session->not_checked = result.not_asked.size();
   if (!result.not_asked.empty()) {
     session->notices.push_back(
-        "not tested, to take no more than a quarter of the fit's time: " +
+        "not tested, as checks take a quarter of the fit's time at most: " +
         Names(result.not_asked) + "; sysid_check tests all");
   }
   return before;

@@ -229,7 +229,7 @@ export interface CandidateData {
     holdout: number | null;
     crossValidation: CrossValidationData | null;
     parameters: { name: string; unit: string; value: number }[];
-    segment_s: number | null; // over which these errors are; null: over those of the model
+    segment_s: number; // over which these errors are
     togetherWith: string[]; // that were added with it; `command` adds all
   } | null;
   accepted: boolean;

@@ -169,13 +169,13 @@ function candidates(force) {
   });
   return [
     make('coulomb_friction', 'joint2', '-c sign(qd), smoothed', 1.04, 'joint2.friction', 'N m', kFriction, {
-      confirmed: {train: 1.002, holdout: 1.01, crossValidation: null, segment_s: null, togetherWith: [], parameters: [{name: 'joint2.friction', unit: 'N m', value: 0.04998}]},
+      confirmed: {train: 1.002, holdout: 1.01, crossValidation: null, segment_s: kSegment_s, togetherWith: [], parameters: [{name: 'joint2.friction', unit: 'N m', value: 0.04998}]},
       accepted: true, indistinguishableFrom: ['stribeck_friction@joint2'],
       separatedBy: 'stribeck_friction@joint2 is identified by very slow beside fast motion of the joint',
       force: law(v => -kFriction * Math.tanh(v / 0.01)),
     }),
     make('viscous_damping', 'joint2', '-d qd', 3.4, 'joint2.damping', 'N m s/rad', 0.0173, {
-      confirmed: {train: 3.5, holdout: 4.1, crossValidation: null, segment_s: null, togetherWith: [], parameters: [{name: 'joint2.damping', unit: 'N m s/rad', value: 0.018}]},
+      confirmed: {train: 3.5, holdout: 4.1, crossValidation: null, segment_s: kSegment_s, togetherWith: [], parameters: [{name: 'joint2.damping', unit: 'N m s/rad', value: 0.018}]},
       refused: 'the held-out error falls less than another effect lets it',
       force: law(v => -0.0173 * v),
     }),

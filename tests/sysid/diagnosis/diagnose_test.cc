@@ -254,6 +254,16 @@ TEST(Diagnose, TakesOutWhatStoodInForOthers) {
     EXPECT_EQ(candidate.screened.name(), diagnosis.added()[i]);
     ASSERT_TRUE(candidate.confirmed);
     EXPECT_TRUE(candidate.confirmed->accepted);
+    // Its errors are those of the last model only where it says so.
+    const bool together = !candidate.confirmed->together_with.empty();
+    const EvaluatedModel& of = together ? diagnosis.last() : diagnosis.base;
+    EXPECT_EQ(candidate.confirmed->segment_s, of.fit.segment_s);
+    if (together) {
+      EXPECT_THAT(candidate.confirmed->together_with,
+                  ElementsAre(diagnosis.added()[1 - i]));
+    }
+    EXPECT_EQ(together,
+              candidate.confirmed->train == diagnosis.last().train_error());
     EXPECT_THAT(candidate.indistinguishable_from,
                 Not(Contains("viscous_damping@joint1")));
   }

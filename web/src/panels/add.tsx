@@ -177,7 +177,7 @@ function TwoModels({page, m}: {page: PageData; m: number}) {
       <thead><tr><th scope="col" /><th scope="col" class="number">{a.title}</th><th scope="col" class="number">{b.title}</th></tr></thead>
       <tbody>
         <tr><th scope="row">error of fitted data</th><td class="number">{fmtTimes(a.trainError)}</td><td class="number">{fmtTimes(b.trainError)}</td></tr>
-        <tr><th scope="row">of held-out data</th><td class="number">{fmtTimes(a.holdoutError)}</td><td class="number">{fmtTimes(b.holdoutError)}</td></tr>
+        <tr><th scope="row">error of held-out data</th><td class="number">{fmtTimes(a.holdoutError)}</td><td class="number">{fmtTimes(b.holdoutError)}</td></tr>
         <tr><th scope="row">over segments of</th><td class="number">{fmtUnit(a.segment_s, 's', 3)}</td><td class="number">{fmtUnit(b.segment_s, 's', 3)}</td></tr>
         {names.map(n => <tr key={n}><th scope="row">{n}</th><td class="number">{value(a, n)}</td><td class="number">{value(b, n)}</td></tr>)}
       </tbody>

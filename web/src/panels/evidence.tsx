@@ -1,8 +1,8 @@
 // Of panel 1: what speaks for each effect, and what else would explain the data.
-import {compareStretches, evidenceOf, factorOf, fmtCrossValidation, sameEffects, type Evidence} from '../cross_validation';
+import {compareStretches, evidenceOf, factorOf, fmtCrossValidation, sameEffects, sameSegments, type Evidence} from '../cross_validation';
 import {modelWithId, wayTo, withOthers} from '../data';
 import {fmt, list, sentence, unitText} from '../format';
-import type {CrossValidationData, ModelData, PageData} from '../page_data';
+import type {CandidateData, CrossValidationData, ModelData, PageData} from '../page_data';
 import {Command} from './panel';
 
 const kHow = 'Errors are those of cross-validation: of data that the parameters were not fitted to, × noise, ± standard error. '
@@ -70,6 +70,17 @@ export function Rivals({page, model}: {page: PageData; model: ModelData}) {
       </>}
     </div>
   );
+}
+
+// What else a candidate's refit is of: effects that were added with it, and
+// segments of another length than the model's.
+export function ofRefit(model: ModelData, candidate: CandidateData): string[] {
+  const {confirmed} = candidate;
+  if (!confirmed) return [];
+  return [
+    ...(confirmed.togetherWith.length ? [`together with ${list(confirmed.togetherWith)}`] : []),
+    ...(sameSegments(confirmed.segment_s, model.segment_s) ? [] : [`over segments of ${fmt(confirmed.segment_s, 3)} s`]),
+  ];
 }
 
 // Of the model with these effects: one of the search, or the refit of a candidate.

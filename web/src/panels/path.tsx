@@ -1,6 +1,6 @@
 // Of panel 6: the path of models, their cross-validated error against the number
 // of effects.
-import {pathOf, type PathPoint} from '../cross_validation';
+import {pathOf, sameSegments, type PathPoint} from '../cross_validation';
 import {candidateName, modelWithId, withOthers} from '../data';
 import type {CandidateData, ModelData, PageData, StepData} from '../page_data';
 import {XyChart, type Layer, type Mark} from '../plots/xy_chart';
@@ -42,6 +42,6 @@ export function Path({page, way, end}: {page: PageData; way: StepData[]; end: Mo
 function otherRefits(page: PageData, way: StepData[], start: PathPoint): {effects: number; cv: PathPoint['cv']}[] {
   const from = modelWithId(page, start.model)!, first = modelWithId(page, way[0].model);
   const count = (c: CandidateData) => from.effects.length + withOthers(c).length;
-  return from.candidates.filter(c => c.confirmed?.crossValidation && c.confirmed.segment_s === null && !first?.effects.includes(candidateName(c)))
+  return from.candidates.filter(c => c.confirmed?.crossValidation && sameSegments(c.confirmed.segment_s, from.segment_s) && !first?.effects.includes(candidateName(c)))
     .map(c => ({effects: count(c), cv: c.confirmed!.crossValidation!}));
 }

@@ -1,10 +1,10 @@
 // Panel 1: how good is the model, in one sentence and a few numbers.
 import type {ComponentChildren} from 'preact';
-import {candidateName, errorsOver, positionUnit, prediction, runLabel, withOthers, worstChannel, worstSegment} from '../data';
+import {candidateName, errorsOver, positionUnit, prediction, runLabel, worstChannel, worstSegment} from '../data';
 import {fmt, fmtError, fmtPercent, fmtTime, fmtTimes, fmtUnit, list, sentence} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {current, setCursor, setRun, setZoom, useStore} from '../state';
-import {HowSure, Rivals} from './evidence';
+import {HowSure, ofRefit, Rivals} from './evidence';
 import {Panel} from './panel';
 
 const kWords = {
@@ -16,7 +16,7 @@ export function Verdict({page}: {page: PageData}) {
   const first = model.candidates[0];
   return (
     <Panel id="verdict" title="1 Verdict" wide
-      how="Errors are multiples of the measurement noise: 1 × noise is as good as the sensor allows, 5 × noise is an error of five times that, which the model is to blame for. Held-out data were not fitted by the search.">
+      how="Errors are multiples of the measurement noise: 1 × noise is as good as the sensor allows, with 5 × noise the model is wrong. Held-out data were not fitted by the search.">
       <Distrust model={model} />
       <p class="sentence">
         {model.verdict && <strong class={`badge ${model.verdict}`}>{kWords[model.verdict]}</strong>} {model.sentence}
@@ -124,8 +124,7 @@ function WorstTile({page, model}: {page: PageData; model: ModelData}) {
 function FirstTile({model, first}: {model: ModelData; first: CandidateData}) {
   const confirmed = first.confirmed && `after a refit: ${fmtTimes(first.confirmed.train)}`
     + (first.confirmed.holdout === null ? '' : `, held out ${fmtTimes(first.confirmed.holdout)}`)
-    + (first.confirmed.togetherWith.length ? `, together with ${list(withOthers(first).slice(1))}` : '')
-    + (first.confirmed.segment_s ? `, over segments of ${fmt(first.confirmed.segment_s, 3)} s` : '');
+    + ofRefit(model, first).map(words => `, ${words}`).join('');
   return (
     <Tile name={model.verdict === 'missing_effect' ? 'First missing effect'
       : model.verdict === 'undecided' ? 'First of several candidates' : 'Best candidate, which does not explain it'}

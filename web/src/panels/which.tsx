@@ -1,11 +1,12 @@
 // Panel 5: which effect is missing.
 import {useState} from 'preact/hooks';
-import {candidateName, forceName, lawQuantity, meanSquare, withOthers} from '../data';
+import {candidateName, forceName, lawQuantity, meanSquare} from '../data';
 import {fmt, fmtError, fmtP, fmtUnit, forceLabel, list, unitText} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
 import {current, useStore} from '../state';
 import {AddButton} from './add';
+import {ofRefit} from './evidence';
 import {forceLayers, quantityName} from './force_layers';
 import {DataTable, Empty, Panel, type Column} from './panel';
 
@@ -37,7 +38,7 @@ export function Which({page}: {page: PageData}) {
         <button type="button" onClick={() => setOpen(new Set())}>Hide all pictures</button>
       </p>
       <DataTable caption={`Candidates, those that were accepted first; model: ${model.title}`} rows={model.candidates} rowKey={candidateName}
-        columns={columns(shown, toggle, page.live && model.verdict !== 'adequate' ? model : null)}
+        columns={columns(model, shown, toggle, page.live && model.verdict !== 'adequate' ? model : null)}
         detail={c => shown.has(candidateName(c)) ? <Picture page={page} model={model} candidate={c} /> : null} />
     </Panel>
   );
@@ -56,7 +57,7 @@ export function noCandidates(page: PageData, model: ModelData): string {
 }
 
 // `to`: the model to which a button adds the candidate; null: no button.
-function columns(shown: Set<string>, toggle: (name: string) => void, to: ModelData | null): Column<CandidateData>[] {
+function columns(model: ModelData, shown: Set<string>, toggle: (name: string) => void, to: ModelData | null): Column<CandidateData>[] {
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
       {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{c.refused && <span class="badge">rejected</span>}
@@ -70,7 +71,7 @@ function columns(shown: Set<string>, toggle: (name: string) => void, to: ModelDa
         <span class="whole">{e.stdError !== null && `± ${fmt(1.96 * e.stdError, 2)} `}{unitText(e.unit)}</span>
         {e.detectable !== null && <span class="note">detectable from {fmtUnit(e.detectable, e.unit, 2)}</span>}</li>)}</ul>},
     {key: 'p', name: 'p-value', number: true, sort: c => c.pValue, cell: c => <>{fmtP(c.pValue)}{c.accepted && c.pValue !== null && c.pValue > 0.01 && <span class="note">the refit decides</span>}</>},
-    {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => <>{fmtError(c.confirmed?.train)}{withOthers(c).length > 1 && <span class="note">with {list(withOthers(c).slice(1))}</span>}{c.confirmed?.segment_s && <span class="note">over segments of {fmt(c.confirmed.segment_s, 3)} s</span>}</>},
+    {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => <>{fmtError(c.confirmed?.train)}{ofRefit(model, c).map(words => <span class="note" key={words}>{words}</span>)}</>},
     {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
     {key: 'same', name: 'indistinguishable from', cell: c => c.indistinguishableFrom.length
       ? <>{list(c.indistinguishableFrom)}{c.separatedBy && <span class="note">{c.separatedBy}</span>}</> : '–'},
@@ -85,7 +86,7 @@ function Picture({page, model, candidate}: {page: PageData; model: ModelData; ca
   return (
     <div>
       {candidate.confirmed && <p class="note">After the refit: {list(candidate.confirmed.parameters.map(
-        p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}{candidate.confirmed.togetherWith && `, together with ${list(withOthers(candidate).slice(1))}`}.</p>}
+        p => `${p.name} ${fmtUnit(p.value, p.unit)}`))}{ofRefit(model, candidate).map(words => `, ${words}`)}.</p>}
       {places.length === 0 && <Empty>{name} does not act as a force on a joint that can be drawn, or no unexplained force was found: judge it by its errors.</Empty>}
       <div class="grid-of-charts">
         {places.map(place => {

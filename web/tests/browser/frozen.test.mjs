@@ -106,6 +106,17 @@ test('a rejected candidate says so, and why, unasked', {skip}, () =>
     assert.match(await row.innerText(), /rejected\s.*the held-out error falls less/s);
   }));
 
+test('a refit says what it is of only where that is more than the candidate over these segments', {skip}, () => {
+  const data = planarPage();
+  Object.assign(data.models[0].candidates[1].confirmed, {togetherWith: ['gravity_tilt@base'], segment_s: 4});
+  return visit('refits.html', data, async page => {
+    await page.getByRole('button', {name: 'Show all pictures'}).click();
+    const words = await text(page, '#which');
+    assert.match(words, /After the refit: joint2\.friction 0\.04998 N m\./);
+    assert.match(words, /After the refit: joint2\.damping 0\.018 N m s\/rad, together with gravity_tilt@base, over segments of 4 s\./);
+  });
+});
+
 test('the error against the horizon stands beside what noise makes of it', {skip}, () =>
   visit('planar.html', planarPage(), async page => {
     const where = await text(page, '#where');
