@@ -320,6 +320,16 @@ void DynamicsTangent::EffortColumns(const ParameterColumns& theta,
       if (by.moves) lanes_[law.body].tau += law.by_p[j] * by.d;
     }
   }
+  if (moved.dbeside == nullptr) return;
+  for (size_t i = 0; i < lanes_.size(); ++i) {
+    const Body& body = model_->bodies()[i];
+    const Lanes* beside = moved.dbeside + body.v_index;
+    if (body.type == JointType::kSpherical) {
+      lanes_[i].tau += ws_->bodies[i].R_WB * Load3(beside);
+    } else {
+      lanes_[i].tau.x += *beside;
+    }
+  }
 }
 
 // (2.22), (2.23), inwards.

@@ -56,9 +56,11 @@ class DynamicsTangent {
                 const double* qdd);
 
   // By how much eight columns move what qdd depends on: nv lanes each of dq and
-  // dqd, held_size of dheld, or null where what is held stays, and nz of dz.
+  // dqd, held_size of dheld, or null where what is held stays, nz of dz, and nv
+  // of efforts beside these (Workspace::beside), or null where there are none.
   struct Moved {
     const Lanes *dq, *dqd, *dheld, *dz;
+    const Lanes* dbeside = nullptr;
   };
   // Eight columns: nv lanes out.
   void Columns(const ParameterColumns& theta, const Moved& by, Lanes* dqdd);

@@ -5,21 +5,42 @@
 
 namespace sysid {
 
-std::string ToString(Integrator integrator) {
-  return integrator == Integrator::kRungeKutta4 ? "rk4" : "semi_implicit_euler";
+namespace {
+
+// In the order of the enumeration.
+struct Entry {
+  Integrator integrator;
+  const char* name;
+  int order;
+};
+constexpr Entry kIntegrators[] = {
+    {Integrator::kSemiImplicitEuler, "semi_implicit_euler", 1},
+    {Integrator::kRungeKutta4, "rk4", 4},
+    {Integrator::kRosenbrock2, "ros2", 2},
+};
+
+const Entry& EntryOf(Integrator integrator) {
+  return kIntegrators[static_cast<int>(integrator)];
 }
 
-int Order(Integrator integrator) {
-  return integrator == Integrator::kRungeKutta4 ? 4 : 1;
+}  // namespace
+
+std::string ToString(Integrator integrator) { return EntryOf(integrator).name; }
+
+int Order(Integrator integrator) { return EntryOf(integrator).order; }
+
+std::vector<std::string> IntegratorNames() {
+  std::vector<std::string> names;
+  for (const Entry& entry : kIntegrators) names.push_back(entry.name);
+  return names;
 }
 
 Integrator ParseIntegrator(const std::string& name, const std::string& place) {
-  for (const Integrator integrator :
-       {Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4}) {
-    if (name == ToString(integrator)) return integrator;
+  for (const Entry& entry : kIntegrators) {
+    if (name == entry.name) return entry.integrator;
   }
   throw InputError(place, "unknown integrator '" + name + "'",
-                   NameHint(name, {"semi_implicit_euler", "rk4"}));
+                   NameHint(name, IntegratorNames()));
 }
 
 #define SYSID_INSTANTIATE(T) template class Stepper<T>;

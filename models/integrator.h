@@ -16,10 +16,15 @@ enum class Integrator {
   // with dry friction stop, rest and break away within it
   // (docs/dry_friction.md); Euler's step takes their law smoothed.
   kRungeKutta4,
+  // A Rosenbrock method of second order, implicit in the damping of the joints'
+  // own effects (docs/theory.md (3.8)): no damping is too stiff for its step.
+  // Dry friction is smoothed.
+  kRosenbrock2,
 };
 
 std::string ToString(Integrator integrator);
 int Order(Integrator integrator);
+std::vector<std::string> IntegratorNames();
 // By the names of docs/interface.md; throws InputError at `place` for another.
 Integrator ParseIntegrator(const std::string& name, const std::string& place);
 
@@ -38,6 +43,7 @@ class Stepper {
   //   Moved(h, u): q moved by Exp(u), in a step of Euler's;
   //   MovedStage(stage, h, u, qd): q moved from the start of the step to the
   //   next stage, whose qd it is, or after the last stage to the end;
+  //   MovedBraked(stage, h, u, qd): the same of Rosenbrock's two;
   //   Moves(v), Jumped(v, ratio, rests): of dry friction, (5): whether qd_v has
   //   a derivative, and what dqd does where that joint stops.
   // With dry friction a step may be several, and stages that lead to no end are
@@ -54,6 +60,13 @@ class Stepper {
   template <class Companion>
   bool StepRungeKutta4(double h, const T* held, const T* x, T* out,
                        Companion* companion, bool started = false);
+  template <class Companion>
+  bool StepRosenbrock2(double h, const T* held, T* x, Companion* companion);
+  // brake_ = D of (3.8) at x, and whether there is any.
+  bool SetBrake(const T* x);
+  // Between these, ForwardDynamics is of M + gamma h D.
+  void Brake(double h);
+  void Release();
   // Evaluations are at the state x from here on.
   void SeeStates(const T* x) {
     const StateLayout& at = ws_->model().layout();
@@ -102,6 +115,14 @@ class Stepper {
   bool Margin(const DryJoint& joint, double h, const T* held, const T* x,
               double* margin);
 
+  // A joint's own effort law, as (3.8) differentiates it.
+  struct Damper {
+    const EffectHooks<Jet8>* hooks;
+    int body;
+    int first;  // of its parameters
+    std::vector<Jet8> p;
+  };
+
   Integrator integrator_;
   Workspace<T>* ws_;
   std::vector<T> stage_x_, u_, v_, rate_, sum_u_, sum_v_, qdd_;
@@ -109,6 +130,15 @@ class Stepper {
   std::vector<T> end_x_, first_qdd_, before_qdd_;  // with dry friction
   std::vector<DryJoint> dry_;                      // one for each dry body
   std::vector<double> jump_;
+  // Of Rosenbrock's: the laws, and by body their derivatives; by joint velocity
+  // D and the effort beside; by body its inertia without the brake.
+  std::vector<Damper> dampers_;
+  std::vector<Eigen::Matrix3d> by_qd_;
+  std::vector<double> brake_;
+  std::vector<T> beside_, free_armature_;
+  std::vector<bool> had_armature_;
+
+  friend class StepTangent;
 };
 
 }  // namespace sysid

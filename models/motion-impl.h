@@ -253,7 +253,7 @@ void Hold(Workspace<T>* ws, const T* q, const T* qd, const T* held) {
 }
 
 // Adds to tau, of all joints (2.25), what the effects give beside the efforts
-// that are held, (2.32).
+// that are held, (2.32), and what the workspace says beside these.
 template <typename T>
 void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, const T* held,
                       T* tau) {
@@ -267,6 +267,8 @@ void AddEffectEfforts(Workspace<T>* ws, const T* q, const T* qd, const T* held,
               DryModeOf(*ws, effect.body), JointOf(*ws, effect, q, qd),
               effect.p, tau + v);
   }
+  if (ws->beside == nullptr) return;
+  for (size_t v = 0; v < ws->tau.size(); ++v) tau[v] += ws->beside[v];
 }
 
 // Gravity as inputs move it.

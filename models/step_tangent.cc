@@ -29,8 +29,8 @@ StateColumns::StateColumns(const Model& model,
                            const ParameterColumns& parameters)
     : theta(parameters) {
   dheld.assign(model.held_size(), ZeroLanes());
-  for (std::vector<Lanes>* rows :
-       {&dq, &dqd, &stage_q, &stage_qd, &qdd, &du, &rate, &sum_u, &sum_v}) {
+  for (std::vector<Lanes>* rows : {&dq, &dqd, &stage_q, &stage_qd, &qdd, &du,
+                                   &rate, &sum_u, &sum_v, &beside}) {
     rows->assign(model.nv(), ZeroLanes());
   }
   for (std::vector<Lanes>* rows : {&dz, &stage_z, &z_rate, &sum_z}) {
@@ -198,11 +198,7 @@ void StepTangent::Moved(double h, const double* u) {
   SetWays(true, u);
   for (StateColumns* eight : *columns_) {
     StateColumns& c = *eight;
-    const DynamicsTangent::Moved by{c.dq.data(), c.dqd.data(),
-                                    c.held_moves ? c.dheld.data() : nullptr,
-                                    c.dz.data()};
-    dynamics_.Columns(c.theta, by, c.qdd.data());
-    if (!c.dz.empty()) dynamics_.RateColumns(c.theta, by, c.z_rate.data());
+    Evaluate(true, false, &c);
     for (size_t i = 0; i < c.dqd.size(); ++i) {
       c.dqd[i] += c.qdd[i] * h;
       c.du[i] = c.dqd[i] * h;
@@ -223,6 +219,14 @@ void StepTangent::MovedStage(int stage, double h, const double* u,
     StageColumns(stage, h * internal::kAhead[stage],
                  h * internal::kWeight[stage], eight);
   }
+}
+
+void StepTangent::MovedBraked(int stage, double h, const double* u,
+                              const double* qd) {
+  if (stage == 0) SetRates(u, qd);
+  SetMoves(u);
+  SetWays(stage == 0, u);
+  for (StateColumns* eight : *columns_) BrakedColumns(stage, h, eight);
 }
 
 bool StepTangent::Moves(int v) const {
@@ -250,12 +254,7 @@ void StepTangent::StageColumns(int stage, double ahead, double weight,
   StateColumns& c = *columns;
   const bool first = stage == 0, last = stage == 3;
   const std::vector<Lanes>& rate = first ? c.dqd : c.rate;
-  const DynamicsTangent::Moved by{first ? c.dq.data() : c.stage_q.data(),
-                                  first ? c.dqd.data() : c.stage_qd.data(),
-                                  c.held_moves ? c.dheld.data() : nullptr,
-                                  first ? c.dz.data() : c.stage_z.data()};
-  dynamics_.Columns(c.theta, by, c.qdd.data());
-  if (!c.dz.empty()) dynamics_.RateColumns(c.theta, by, c.z_rate.data());
+  Evaluate(first, false, &c);
   const int nv = ws_->model().nv();
   for (size_t i = 0; i < c.dz.size(); ++i) {
     const Lanes z = c.z_rate[i] * weight;
@@ -267,10 +266,7 @@ void StepTangent::StageColumns(int stage, double ahead, double weight,
     c.sum_v[i] = first ? v : c.sum_v[i] + v;
   }
   if (last) {
-    MoveStates(c, c.sum_z, 1.0, c.sum_u, &c.stage_z);
-    c.dz.swap(c.stage_z);
-    Advance(c.dq, c.sum_u, &c.dq);
-    for (int i = 0; i < nv; ++i) c.dqd[i] += c.sum_v[i];
+    End(&c);
     return;
   }
   for (int i = 0; i < nv; ++i) {
@@ -279,6 +275,63 @@ void StepTangent::StageColumns(int stage, double ahead, double weight,
   }
   MoveStates(c, c.z_rate, ahead, c.du, &c.stage_z);
   Advance(c.dq, c.du, &c.stage_q);
+  StageRate(&c);
+}
+
+// (3.8), line by line; D is held.
+void StepTangent::BrakedColumns(int stage, double h, StateColumns* columns) {
+  StateColumns& c = *columns;
+  const bool first = stage == 0;
+  Evaluate(first, !first, &c);
+  const int nv = ws_->model().nv();
+  const double gh = internal::kGamma * h;
+  if (!first) {
+    for (size_t i = 0; i < c.dz.size(); ++i) {
+      c.sum_z[i] = (c.sum_z[i] + c.z_rate[i]) * (0.5 * h);
+    }
+    for (int i = 0; i < nv; ++i) {
+      c.sum_u[i] =
+          (c.sum_u[i] + c.rate[i] + (c.qdd[i] - c.sum_v[i] * 2.0) * gh) *
+          (0.5 * h);
+      c.sum_v[i] = (c.sum_v[i] + c.qdd[i]) * (0.5 * h);
+    }
+    End(&c);
+    return;
+  }
+  for (int i = 0; i < nv; ++i) {
+    c.sum_u[i] = c.dqd[i] + c.qdd[i] * gh;
+    c.sum_v[i] = c.qdd[i];
+    c.beside[i] = c.qdd[i] * (2.0 * gh * stepper_.brake_[i]);
+    c.du[i] = c.sum_u[i] * h;
+    c.stage_qd[i] = c.dqd[i] + c.qdd[i] * h;
+  }
+  c.sum_z = c.z_rate;
+  MoveStates(c, c.z_rate, h, c.du, &c.stage_z);
+  Advance(c.dq, c.du, &c.stage_q);
+  StageRate(&c);
+}
+
+void StepTangent::Evaluate(bool start, bool beside, StateColumns* columns) {
+  StateColumns& c = *columns;
+  const DynamicsTangent::Moved by{start ? c.dq.data() : c.stage_q.data(),
+                                  start ? c.dqd.data() : c.stage_qd.data(),
+                                  c.held_moves ? c.dheld.data() : nullptr,
+                                  start ? c.dz.data() : c.stage_z.data(),
+                                  beside ? c.beside.data() : nullptr};
+  dynamics_.Columns(c.theta, by, c.qdd.data());
+  if (!c.dz.empty()) dynamics_.RateColumns(c.theta, by, c.z_rate.data());
+}
+
+void StepTangent::End(StateColumns* columns) const {
+  StateColumns& c = *columns;
+  MoveStates(c, c.sum_z, 1.0, c.sum_u, &c.stage_z);
+  c.dz.swap(c.stage_z);
+  Advance(c.dq, c.sum_u, &c.dq);
+  for (size_t i = 0; i < c.dqd.size(); ++i) c.dqd[i] += c.sum_v[i];
+}
+
+void StepTangent::StageRate(StateColumns* columns) const {
+  StateColumns& c = *columns;
   const std::vector<Body>& bodies = ws_->model().bodies();
   for (size_t i = 0; i < bodies.size(); ++i) {
     const int v = bodies[i].v_index;

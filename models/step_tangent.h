@@ -21,11 +21,12 @@ struct StateColumns {
   // Scratch of a step.
   std::vector<Lanes> stage_q, stage_qd, qdd, du, rate, sum_u, sum_v;
   std::vector<Lanes> stage_z, z_rate, sum_z;
+  std::vector<Lanes> beside;
 };
 
 // Steps as Stepper takes them, and with the state any number of its columns:
-// the derivative of each equation of the step, (3.3) to (3.5), with the numbers
-// computed once for all columns.
+// the derivative of each equation of the step, (3.3) to (3.5) or (3.8), with
+// the numbers computed once for all columns.
 class StepTangent {
  public:
   StepTangent(Integrator integrator, Workspace<double>* workspace);
@@ -64,10 +65,18 @@ class StepTangent {
   void Accelerated(const double* q, const double* qd, const double* qdd);
   void Moved(double h, const double* u);
   void MovedStage(int stage, double h, const double* u, const double* qd);
+  void MovedBraked(int stage, double h, const double* u, const double* qd);
   bool Moves(int v) const;
   void Jumped(int v, const double* ratio, bool rests);
 
+  // qdd and z_rate of the evaluation, at the start of the step or at a stage.
+  void Evaluate(bool start, bool beside, StateColumns* c);
   void StageColumns(int stage, double ahead, double weight, StateColumns* c);
+  void BrakedColumns(int stage, double h, StateColumns* c);
+  // The state moves by what has been summed.
+  void End(StateColumns* c) const;
+  // dk of (3.5), of the stage's columns.
+  void StageRate(StateColumns* c) const;
   void SetMoves(const double* u);
   void SetWays(bool from_last, const double* u);
   // Internal states after the way u: `rate` is what rates add.

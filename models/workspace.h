@@ -119,6 +119,9 @@ class Workspace {
   // zeros. It must outlive them.
   const T* z = nullptr;
   Vector3<T> still_gravity;  // without gravity_effects
+  // Efforts of all joints beside what is held and what effects give, of whoever
+  // evaluates with them; null: none.
+  const T* beside = nullptr;
   // Movers, hinges and slides, that dry friction may hold: their own or that of
   // their followers.
   std::vector<int> dry_bodies;

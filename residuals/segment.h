@@ -29,6 +29,8 @@ struct RolloutOptions {
   double step = 0.0;
   // What is wanted; PathOf() says what runs.
   LinearizationPath linearization = LinearizationPath::kStructured;
+  // Whether a chosen step may be one of another integrator (ChooseRollout).
+  bool may_change = true;
 
   bool operator==(const RolloutOptions&) const = default;
 };

@@ -17,7 +17,7 @@ template <typename T>
 class SensedPositions {
  public:
   SensedPositions(Integrator integrator, Workspace<T>* ws)
-      : smoothed_(integrator == Integrator::kSemiImplicitEuler),
+      : smoothed_(integrator != Integrator::kRungeKutta4),
         ws_(ws),
         q_(ws->model().nq()),
         motor_q_(ws->model().nq()),

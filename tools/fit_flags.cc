@@ -26,7 +26,7 @@ DEFINE_string(shift, "", "column=seconds that it was recorded late");
 DEFINE_string(lock, "", "joints to hold still, name or name=position");
 DEFINE_string(ignore, "", "column@from:to, taken as not measured");
 DEFINE_string(solver, "", "lm, inverse_dynamics, adam or gmm");
-DEFINE_string(integrator, "", "rk4 or semi_implicit_euler");
+DEFINE_string(integrator, "", "rk4, semi_implicit_euler or ros2");
 DEFINE_double(step, 0, "integration step, s");
 DEFINE_double(segment, 0, "length of a shooting segment, s");
 DEFINE_double(noise, 0, "standard deviation of a measurement");
@@ -53,7 +53,7 @@ const char kDiagnosisFlagsHelp[] =
   --shift joint1.q=0.01      a column that was recorded late, by seconds
   --ignore joint1.q@12:14.5  measurements that are taken as missing
   --lock 'wheel_*,head=0.3'  joints held still
-  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
+  --integrator rk4|semi_implicit_euler|ros2  --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy

@@ -42,7 +42,7 @@ inline constexpr char kHelp[] =
   --noise 1e-3               of a measurement, rad or m
   --motor_sensors            also record motors, J.motor_q (joint_elasticity)
   --seed 1                   every random draw derives from it
-  --integrator rk4|semi_implicit_euler    --step S (default: fine enough)
+  --integrator rk4|semi_implicit_euler|ros2  --step S (default: fine enough)
   --out_csv run.csv          the run; - is standard output
 Exit code: 0 done, 2 bad input.
 )";

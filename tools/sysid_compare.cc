@@ -38,7 +38,7 @@ constexpr char kHelp[] =
   --model NAME|FILE.urdf  --traj A.csv,'d/*.csv',@LISTFILE  --spec FILE.yaml
   --free a,b=0.5  --fix c=1  --add effect@target,...  --columns n=expr,...
   --lock joint=0.3,...
-  --integrator rk4|semi_implicit_euler  --step S  --segment S  --noise S
+  --integrator rk4|semi_implicit_euler|ros2  --step S  --segment S  --noise S
   --residual heading|rotation  --shift  --ignore  --threads N  --skip_bad_runs
                              as of sysid_fit
   --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150

@@ -64,7 +64,7 @@ constexpr char kHelp[] =
     --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
     --huber D (rad, m; default: none, 0.1)  --from_rest    of adam and gmm
     --kernels 3  --draws 16  --spread 0.3  --online    of gmm
-  --integrator rk4|semi_implicit_euler    --step S (default: from the noise)
+  --integrator rk4|semi_implicit_euler|ros2  --step S (default: from the noise)
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy

@@ -52,7 +52,7 @@ DEFINE_string(inputs, "",
               "...");
 DEFINE_string(track, "", "a file with positions to follow, J.q");
 DEFINE_string(gains, "", "of --track: kp,kd, or joint=kp:kd,...");
-DEFINE_string(integrator, "rk4", "rk4 or semi_implicit_euler");
+DEFINE_string(integrator, "rk4", "rk4, semi_implicit_euler or ros2");
 DEFINE_double(step, 0, "integration step, s; 0: fine enough");
 DEFINE_string(out_csv, "", "the run");
 

@@ -199,7 +199,7 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
     if (!ThetaAt(*after.problem, values, &start.theta)) continue;
     if (options.rollout.step <= 0) {
       // Each with a step that can follow it.
-      start.rollout.step = ChooseStep(*after.problem, start, kStableError);
+      start.rollout = ChooseRollout(*after.problem, start, kStableError);
     }
     // The states first: they were those of the model before.
     start = SolveStates(

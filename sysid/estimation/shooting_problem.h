@@ -26,7 +26,7 @@ struct Progress {
 };
 
 struct EstimationOptions : MeasurementOptions {
-  RolloutOptions rollout;  // step 0: chosen, see ChooseStep; Solution has it
+  RolloutOptions rollout;  // step 0: chosen, see ChooseRollout; Solution has it
   // Length of a shooting segment in the last stage, s; 0: chosen from the data.
   double segment = 0.0;
   RobustLoss loss = RobustLoss::kNone;
@@ -39,7 +39,7 @@ struct EstimationOptions : MeasurementOptions {
   // these would not bring the error below this. A model that must have less to
   // be of interest needs no minimum.
   double wanted_error = std::numeric_limits<double>::infinity();
-  // What a chosen step may change, in standard deviations (ChooseStep).
+  // What a chosen step may change, in standard deviations (ChooseRollout).
   double step_error = 0.2;
   std::function<void(const Progress&)> progress;  // may be empty
   // Asks a running fit to stop, which then throws Cancelled (cancelled.h).

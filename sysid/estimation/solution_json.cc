@@ -1,6 +1,7 @@
 #include "sysid/estimation/solution_json.h"
 
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace sysid {
@@ -26,6 +27,7 @@ Json ToJson(const Solution& solution) {
   }
   return {{"theta", NumbersOf(solution.theta)},
           {"step", solution.rollout.step},
+          {"integrator", ToString(solution.rollout.integrator)},
           {"runs", std::move(runs)}};
 }
 
@@ -34,6 +36,8 @@ Solution SolutionFrom(const Json& json, const RolloutOptions& rollout) {
   solution.theta = VectorFrom(json.at("theta"));
   solution.rollout = rollout;
   solution.rollout.step = json.at("step").get<double>();
+  solution.rollout.integrator =
+      ParseIntegrator(json.at("integrator").get<std::string>(), "integrator");
   for (const Json& run : json.at("runs")) {
     Solution::Nodes nodes;
     nodes.samples = run.at("samples").get<std::vector<int>>();

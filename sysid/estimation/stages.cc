@@ -97,12 +97,7 @@ bool Stages::LosesMotion(bool chaotic) const {
 }
 
 bool Stages::ShortenStep() {
-  if (!choose_step_) return false;
-  double& step = solution.rollout.step;
-  const double needed = ChooseStepAhead(problem_, solution);
-  const bool shorter = step <= 0 || needed < 0.75 * step;
-  if (shorter) step = needed;
-  return shorter;
+  return choose_step_ && AdaptRollout(problem_, &solution);
 }
 
 void Stages::RefineStep(double defect) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "models/dynamics.h"
@@ -20,7 +21,7 @@ namespace {
 // The longest h r of a step that follows a decay exp(-r t) and stays stable
 // (2.78 of Runge and Kutta's, 2 of Euler's), less a tenth.
 double StableTime(Integrator integrator) {
-  return Order(integrator) < 4 ? 1.8 : 2.5;
+  return integrator == Integrator::kRungeKutta4 ? 2.5 : 1.8;
 }
 
 // The fastest rate, 1/s, at which the effects brake a joint: of the change of
@@ -86,7 +87,7 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
   return MaxOver(problem.processes(), rate);
 }
 
-// The longest step that is accurate enough: ChooseStep without what stability
+// The longest step that is accurate enough: NeededStep without what stability
 // needs. A period takes 64 at most: a smoothed dry friction that stops a spin
 // of hardly any inertia may chatter, which no sensor sees.
 double AccurateStep(const ShootingProblem& problem, const Solution& point,
@@ -164,22 +165,31 @@ double AccurateStep(const ShootingProblem& problem, const Solution& point,
   return period / parts;
 }
 
-}  // namespace
+// The longest step that stays stable under DampingRate: of Rosenbrock's, which
+// takes the damping implicitly, any.
+double StableStep(const ShootingProblem& problem, const Solution& point) {
+  const Integrator integrator = point.rollout.integrator;
+  if (integrator == Integrator::kRosenbrock2) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return StableTime(integrator) / DampingRate(problem, point);
+}
 
-double ChooseStep(const ShootingProblem& problem, const Solution& point,
+// The step of ChooseRollout with the point's integrator.
+double NeededStep(const ShootingProblem& problem, const Solution& point,
                   double step_error) {
   constexpr double kShortest = 1.0 / 4096;  // of a period: a guard, no choice
   const double period = problem.data().MedianSamplePeriod();
-  const double stable =
-      StableTime(point.rollout.integrator) / DampingRate(problem, point);
+  const double stable = StableStep(problem, point);
   double step = AccurateStep(problem, point, step_error);
   while (step > stable && step > kShortest * period) step *= 0.5;
   return step;
 }
 
-double ChooseStepAhead(const ShootingProblem& problem, const Solution& point) {
-  const double needed =
-      ChooseStep(problem, point, problem.options().step_error);
+// The point with the effects' parameters doubled and at least of their typical
+// size; none where no parameter of an effect is free.
+std::optional<Solution> Grown(const ShootingProblem& problem,
+                              const Solution& point) {
   Solution ahead = point;
   bool grows = false;
   for (size_t i = 0; i < problem.free().size(); ++i) {
@@ -191,8 +201,90 @@ double ChooseStepAhead(const ShootingProblem& problem, const Solution& point) {
         std::max(2.0 * std::abs(value), free.parameter.typical_scale);
     value = std::clamp(value < 0 ? -size : size, free.lower, free.upper);
   }
-  if (!grows) return needed;
-  return std::min(needed, AccurateStep(problem, ahead, kStableError));
+  if (!grows) return std::nullopt;
+  return ahead;
+}
+
+// The step of ChooseRolloutAhead with the point's integrator.
+double NeededStepAhead(const ShootingProblem& problem, const Solution& point) {
+  const double needed =
+      NeededStep(problem, point, problem.options().step_error);
+  const std::optional<Solution> grown = Grown(problem, point);
+  return grown ? std::min(needed, AccurateStep(problem, *grown, kStableError))
+               : needed;
+}
+
+// Whether Runge and Kutta's steps are shorter than samples only to stay stable,
+// at one of these points.
+bool IsStiff(const ShootingProblem& problem,
+             const std::vector<const Solution*>& points) {
+  const Model& model = problem.model();
+  if (!model.followers().empty()) return false;
+  if (!Workspace<double>(model).dry_bodies.empty()) return false;
+  const double period = problem.data().MedianSamplePeriod();
+  return std::any_of(points.begin(), points.end(), [&](const Solution* point) {
+    return StableStep(problem, *point) < period;
+  });
+}
+
+// The cheaper of the integrators, each with the step that it needs; the point
+// has that of the options.
+template <typename Needed>
+RolloutOptions Cheaper(bool stiff, Solution point, const Needed& needed) {
+  // A step of Rosenbrock's has two evaluations, one of Runge and Kutta's four.
+  constexpr double kCost = 0.5;
+  point.rollout.step = needed(point);
+  if (!stiff) return point.rollout;
+  Solution other = point;
+  other.rollout.integrator = Integrator::kRosenbrock2;
+  other.rollout.step = needed(other);
+  return other.rollout.step > kCost * point.rollout.step ? other.rollout
+                                                         : point.rollout;
+}
+
+// The point with the integrator of the options.
+Solution AsAsked(const ShootingProblem& problem, const Solution& point) {
+  Solution asked = point;
+  asked.rollout.integrator = problem.options().rollout.integrator;
+  return asked;
+}
+
+// Whether another may be chosen in its place.
+bool MayChange(const ShootingProblem& problem) {
+  const RolloutOptions& options = problem.options().rollout;
+  return options.may_change && options.integrator == Integrator::kRungeKutta4;
+}
+
+}  // namespace
+
+RolloutOptions ChooseRollout(const ShootingProblem& problem,
+                             const Solution& point, double step_error) {
+  const Solution asked = AsAsked(problem, point);
+  return Cheaper(MayChange(problem) && IsStiff(problem, {&asked}), asked,
+                 [&](const Solution& with) {
+                   return NeededStep(problem, with, step_error);
+                 });
+}
+
+RolloutOptions ChooseRolloutAhead(const ShootingProblem& problem,
+                                  const Solution& point) {
+  const Solution asked = AsAsked(problem, point);
+  std::vector<const Solution*> points = {&asked};
+  const std::optional<Solution> grown = Grown(problem, asked);
+  if (grown) points.push_back(&*grown);
+  return Cheaper(
+      MayChange(problem) && IsStiff(problem, points), asked,
+      [&](const Solution& with) { return NeededStepAhead(problem, with); });
+}
+
+bool AdaptRollout(const ShootingProblem& problem, Solution* solution) {
+  constexpr double kTooLong = 0.75;
+  const double step = solution->rollout.step;
+  if (step > 0.0 && NeededStepAhead(problem, *solution) >= kTooLong * step) {
+    return false;
+  }
+  solution->rollout = ChooseRolloutAhead(problem, *solution);
+  return true;
 }
 
 double RefineStep(const ShootingProblem& problem, double defect,
@@ -200,7 +292,7 @@ double RefineStep(const ShootingProblem& problem, double defect,
   constexpr double kStepBias = 0.2;
   constexpr int kMostHalvings = 5;
   double step = point.rollout.step;
-  if (Order(point.rollout.integrator) < 4) return step;
+  if (Order(point.rollout.integrator) < 2) return step;
   RowMatrixXd J_prior;
   Eigen::VectorXd r_prior;
   LinearizePriors(problem, point.theta, &J_prior, &r_prior);

@@ -297,7 +297,7 @@ void InverseDynamicsFit::SayPositions(Fit* fit) const {
   fit->train = EvaluateErrors(problem_, point, map_.size());
   if (!std::isfinite(fit->train.total.rms) && !(options.rollout.step > 0.0)) {
     // A joint that dry friction makes stiff, say.
-    point.rollout.step = ChooseStep(problem_, point, options.step_error);
+    point.rollout = ChooseRollout(problem_, point, options.step_error);
     fit->train = EvaluateErrors(problem_, point, map_.size());
   }
   fit->step_s = point.rollout.step;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "models/error.h"
+#include "models/integrator.h"
 #include "sysid/io/byte_source.h"
 #include "sysid/io/csv.h"
 
@@ -437,7 +438,7 @@ void ReadTop(const Entry& entry, FitSpecification* spec) {
 const std::vector<std::string>& KnownWords(const std::string& key) {
   static const auto& words =
       *new std::map<std::string, std::vector<std::string>>{
-          {"integrator", {"semi_implicit_euler", "rk4"}},
+          {"integrator", IntegratorNames()},
           {"residual", {"heading", "rotation"}},
           {"solver", {"lm", "inverse_dynamics", "adam", "gmm"}},
           {"loss", {"none", "huber", "cauchy"}}};

@@ -103,7 +103,9 @@ std::string Settings(const Session& session) {
   number("noise", options.noise);
   number("step", options.rollout.step);
   number("segment", options.segment);
-  text += "integrator: " + ToString(options.rollout.integrator) + "\n";
+  if (!options.rollout.may_change) {
+    text += "integrator: " + ToString(options.rollout.integrator) + "\n";
+  }
   if (options.orientation == OrientationResidual::kRotation) {
     text += "residual: rotation\n";
   }

@@ -104,7 +104,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["wall_time_s"] = fit.wall_time_s;
   json["cpu_time_s"] = fit.cpu_time_s;
   if (fit.processes > 0) json["processes"] = fit.processes;
-  json["integrator"] = ToString(problem.options().rollout.integrator);
+  json["integrator"] = ToString(fit.point.rollout.integrator);
   json["step_s"] = Finite(fit.step_s);
   json["linearization"] =
       ToString(PathOf(problem.model(), problem.options().rollout));

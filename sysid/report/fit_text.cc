@@ -201,7 +201,7 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   text += Format("  noise %.3g (%s), segments of %s, steps of %.3g s (%s)",
                  fit.noise, problem.options().noise > 0 ? "given" : "estimated",
                  SegmentLengths(fit).c_str(), fit.step_s,
-                 ToString(problem.options().rollout.integrator).c_str());
+                 ToString(fit.point.rollout.integrator).c_str());
   if (PathOf(problem.model(), problem.options().rollout) ==
       LinearizationPath::kJets) {
     text += ", derivatives by Jets of whole steps (slow)";

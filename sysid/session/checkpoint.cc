@@ -155,7 +155,8 @@ std::uint64_t ProblemChecksum(const ShootingProblem& problem) {
   const EstimationOptions& options = problem.options();
   for (const double value :
        {static_cast<double>(options.orientation), options.noise,
-        static_cast<double>(options.rollout.integrator), options.rollout.step,
+        static_cast<double>(options.rollout.integrator),
+        static_cast<double>(options.rollout.may_change), options.rollout.step,
         static_cast<double>(options.rollout.linearization), options.segment,
         static_cast<double>(options.loss), options.loss_scale,
         static_cast<double>(options.max_iterations), options.step_error}) {

@@ -170,6 +170,7 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
       ChooseWord(request.integrator, spec.integrator, "integrator");
   if (!integrator.empty()) {
     options->rollout.integrator = ParseIntegrator(integrator, place);
+    options->rollout.may_change = false;
   }
   if (ChooseWord(request.residual, spec.residual, "residual").value ==
       "rotation") {

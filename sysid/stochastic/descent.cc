@@ -40,12 +40,9 @@ double Descent::Seconds() const { return Now() - start_s_; }
 bool Descent::ShortenStep(const Eigen::VectorXd& v) {
   if (!choose_step_) return false;
   point_.theta = transformation_.Theta(v);
-  double& step = point_.rollout.step;
-  const double needed = ChooseStepAhead(problem_, point_);
-  const bool shorter = step <= 0 || needed < 0.75 * step;
-  if (shorter) step = needed;
-  if (rollouts_ != nullptr) rollouts_->SetStep(step);
-  return shorter;
+  const bool changed = AdaptRollout(problem_, &point_);
+  if (rollouts_ != nullptr) rollouts_->SetRollout(point_.rollout);
+  return changed;
 }
 
 bool Descent::Interrupted(int epoch) {

@@ -27,7 +27,7 @@ class Rollouts {
   Rollouts(const ShootingProblem* problem, const Solution& point);
 
   // The step changes on the way.
-  void SetStep(double step) { rollout_.step = step; }
+  void SetRollout(const RolloutOptions& rollout) { rollout_ = rollout; }
 
   int size() const { return static_cast<int>(all_.size()); }
   int num_parameters() const { return problem_->map().size(); }

@@ -90,6 +90,7 @@ Json Describe(const StudioSetup& setup) {
       {"options",
        {{"step", options.rollout.step},
         {"integrator", static_cast<int>(options.rollout.integrator)},
+        {"integrator_may_change", options.rollout.may_change},
         {"segment", options.segment},
         {"noise", options.noise},
         {"residual", static_cast<int>(options.orientation)},

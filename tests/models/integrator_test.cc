@@ -75,12 +75,42 @@ TEST(Integrator, KeepsQuaternionsUnit) {
   EXPECT_NEAR(x.segment<4>(4).norm(), 1.0, 1e-12);
 }
 
+// A damping that would stop the joint within 1e-4 of a step: the speed is gone
+// after one, and the joint has hardly moved.
+TEST(Integrator, Rosenbrock2StopsAStiffJoint) {
+  Model model(SphericalChain());
+  const Catalogue catalogue;
+  for (const char* joint : {"joint1", "joint2", "joint3"}) {
+    model.AddEffect(catalogue.Make(std::string("viscous_damping@") + joint,
+                                   model.mechanism(), "test"));
+  }
+  MechanismParameters<double> values = model.nominal();
+  for (double& damping : values.effects) damping = 1e6;
+  model.SetNominal(values);
+  Random random(6);
+  const VectorXd x0 = StateOf(RandomState(model.mechanism(), &random));
+  const VectorXd x = Roll(model, Integrator::kRosenbrock2, x0,
+                          VectorXd::Zero(model.nv()), 0.01, 1);
+  const VectorXd qd = x.tail(model.nv());
+  EXPECT_LT(qd.norm(), 1e-3 * x0.tail(model.nv()).norm());
+  EXPECT_LT((x - x0).head(model.nq()).norm(), 1e-4);
+}
+
 // Errors after 0.4 s at falling steps against the same integrator's limit.
 class OrderTest : public testing::TestWithParam<Integrator> {};
+// Of those whose Jets are the derivatives of the step; Rosenbrock's holds D.
+class DerivativeTest : public OrderTest {};
 
 TEST_P(OrderTest, ShowsUnderStepHalvingWithSphericalJoints) {
   const Integrator integrator = GetParam();
-  const Model model(SphericalChain());
+  Model model(SphericalChain());
+  for (const char* effect :
+       {"viscous_damping@joint1", "coulomb_friction@joint2"}) {
+    model.AddEffect(Catalogue().Make(effect, model.mechanism(), "test"));
+  }
+  MechanismParameters<double> values = model.nominal();
+  values.effects = {0.3, 0.05};
+  model.SetNominal(values);
   Random random(3);
   RandomState at(model.mechanism(), &random);
   at.tau *= 0.1;
@@ -106,6 +136,12 @@ TEST_P(OrderTest, ShowsUnderStepHalvingWithSphericalJoints) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Integrators, OrderTest,
+                         testing::Values(Integrator::kSemiImplicitEuler,
+                                         Integrator::kRungeKutta4,
+                                         Integrator::kRosenbrock2),
+                         [](const auto& info) { return ToString(info.param); });
+
+INSTANTIATE_TEST_SUITE_P(Integrators, DerivativeTest,
                          testing::Values(Integrator::kSemiImplicitEuler,
                                          Integrator::kRungeKutta4),
                          [](const auto& info) { return ToString(info.param); });
@@ -139,7 +175,7 @@ TEST(Integrator, HoldsTheEffortsOverAStep) {
   EXPECT_DOUBLE_EQ(x[0], 1.0 + 0.1 * 0.5 + 0.5 * 0.01 * 1.5);
 }
 
-TEST_P(OrderTest, JetsThroughAStepEqualDifferences) {
+TEST_P(DerivativeTest, JetsThroughAStepEqualDifferences) {
   const Integrator integrator = GetParam();
   Random random(4);
   const Catalogue catalogue;

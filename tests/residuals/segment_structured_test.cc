@@ -169,6 +169,7 @@ TEST(SegmentStructured, EqualsJetsOnRandomTreesWithEveryEffect) {
     const Segment segment(model, AllParameters(model), &random);
     ExpectEqual(segment, Integrator::kRungeKutta4, 0.003, true, &worst);
     ExpectEqual(segment, Integrator::kSemiImplicitEuler, 0.003, true, &worst);
+    ExpectEqual(segment, Integrator::kRosenbrock2, 0.003, true, &worst);
   }
   std::printf("worst column: %.2g of its length\n", worst);
   EXPECT_LT(worst, 1e-10);
@@ -185,6 +186,7 @@ TEST(SegmentStructured, EqualsJetsWithWideEffects) {
     const Segment segment(model, AllParameters(model), &random);
     ExpectEqual(segment, Integrator::kRungeKutta4, 0.003, true, &worst);
     ExpectEqual(segment, Integrator::kSemiImplicitEuler, 0.003, true, &worst);
+    ExpectEqual(segment, Integrator::kRosenbrock2, 0.003, true, &worst);
   }
   std::printf("worst column: %.2g of its length\n", worst);
   EXPECT_LT(worst, 1e-9);

@@ -163,7 +163,7 @@ TEST(ShootingProblem, CountsWhatASampleMeasures) {
   EXPECT_NEAR(problem.data().LongestDuration(), 5.0, 1e-12);
 }
 
-// --- SampleStates and ChooseStep --------------------------------------------
+// --- SampleStates and ChooseRollout ------------------------------------------
 
 Solution PointOf(const ShootingProblem& problem, double length) {
   std::vector<RowMatrixXd> states;
@@ -194,15 +194,15 @@ double StepFor(const Model& model, const Run& run, double noise) {
   EstimationOptions options;
   options.noise = noise;
   const ShootingProblem problem(model, {}, {run}, options);
-  return ChooseStep(problem, PointOf(problem, 0.5), 0.2);
+  return ChooseRollout(problem, PointOf(problem, 0.5), 0.2).step;
 }
 
-TEST(ChooseStep, TakesTheSamplePeriodWhereThatDoes) {
+TEST(ChooseRollout, TakesTheSamplePeriodWhereThatDoes) {
   EXPECT_NEAR(StepFor(Shipped("pendulum2_planar"), PlanarRun(1e-3, 1), 1e-3),
               0.01, 1e-12);
 }
 
-TEST(ChooseStep, IsFinerForAStiffFriction) {
+TEST(ChooseRollout, IsFinerForAStiffFriction) {
   const Model model = Shipped("pendulum1", {"coulomb_friction@joint1"},
                               {{"joint1.friction", 0.5}});
   SimulationOptions options;
@@ -215,38 +215,47 @@ TEST(ChooseStep, IsFinerForAStiffFriction) {
 }
 
 // A link with hardly any inertia about its axis: 1.5 N m s/rad stop its spin
-// within 50 us, and no longer step is stable.
-TEST(ChooseStep, IsStableForADampedSpin) {
+// within 50 us, and no longer step of Runge and Kutta's is stable.
+TEST(ChooseRollout, IsStableForADampedSpin) {
   const Model model = Shipped("pendulum1", {"viscous_damping@joint1"},
                               {{"joint1.damping", 1.5}});
   SimulationOptions simulation;
   simulation.duration = 2.0;
   simulation.noise = 1e-3;
   simulation.step = 2e-5;
+  const sysid::Run run =
+      Simulate(model, RandomState(model, 1.0, 1), simulation);
   EstimationOptions options;
   options.noise = 1e-3;
-  const ShootingProblem problem(
-      model, {}, {Simulate(model, RandomState(model, 1.0, 1), simulation)},
-      options);
-  Solution point = PointOf(problem, 0.5);
-  point.rollout.step = ChooseStep(problem, point, 0.2);
-  EXPECT_LT(point.rollout.step, 0.01 / 64);
-  EXPECT_LT(EvaluateErrors(problem, point, 0.0).total.normalized_rms, 30.0);
+  for (const bool may_change : {false, true}) {
+    options.rollout.may_change = may_change;
+    const ShootingProblem problem(model, {}, {run}, options);
+    Solution point = PointOf(problem, 0.5);
+    point.rollout = ChooseRollout(problem, point, 0.2);
+    EXPECT_EQ(point.rollout.integrator,
+              may_change ? Integrator::kRosenbrock2 : Integrator::kRungeKutta4);
+    EXPECT_LT(point.rollout.step, may_change ? 0.02 : 0.01 / 64);
+    if (may_change) EXPECT_GT(point.rollout.step, 0.01 / 64);
+    EXPECT_LT(EvaluateErrors(problem, point, 0.0).total.normalized_rms, 30.0);
+  }
 }
 
-TEST(ChooseStep, IsFinerWhereTheNoiseIsSmaller) {
+TEST(ChooseRollout, IsFinerWhereTheNoiseIsSmaller) {
   const sysid::Run run = PlanarRun(0.0, 3);
   const Model model = Shipped("pendulum2_planar");
   EXPECT_LT(StepFor(model, run, 1e-9), StepFor(model, run, 1e-3));
 }
 
-TEST(ChooseStep, MindsTheIntegrator) {
+TEST(ChooseRollout, MindsTheIntegrator) {
   EstimationOptions options;
   options.noise = 1e-4;
   options.rollout.integrator = Integrator::kSemiImplicitEuler;
   const ShootingProblem problem(Shipped("pendulum2_planar"), {},
                                 {PlanarRun(1e-4, 1)}, options);
-  EXPECT_LT(ChooseStep(problem, PointOf(problem, 0.5), 0.2), 0.006);
+  const RolloutOptions chosen =
+      ChooseRollout(problem, PointOf(problem, 0.5), 0.2);
+  EXPECT_EQ(chosen.integrator, Integrator::kSemiImplicitEuler);
+  EXPECT_LT(chosen.step, 0.006);
 }
 
 }  // namespace
