@@ -7,6 +7,7 @@
 #include "models/followers-impl.h"
 #include "models/integrator.h"
 #include "models/internal_state-impl.h"
+#include "models/math/rosenbrock.h"
 #include "models/math/rotation.h"
 
 // Definition of integrator.h's templates; included only where they are
@@ -19,9 +20,6 @@ namespace internal {
 // the stage's weight in the sums.
 inline constexpr double kAhead[4] = {0.5, 0.5, 1.0, 0.0};
 inline constexpr double kWeight[4] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-
-// gamma of (3.8), 1 - 1 / sqrt(2): the method is L-stable.
-inline constexpr double kGamma = 0.29289321881345254;
 
 // The largest eigenvalue of -(A + A^T) / 2, of nv columns; 0 where none is
 // positive.
@@ -284,7 +282,7 @@ void Stepper<T>::Brake(double h) {
     had_armature_[i] = b.has_armature;
     const double D = brake_[bodies[i].v_index];
     if (!(D > 0.0)) continue;
-    b.armature += T(internal::kGamma * h * D);
+    b.armature += T(kRosenbrockGamma * h * D);
     b.has_armature = true;
   }
 }
@@ -306,7 +304,7 @@ bool Stepper<T>::StepRosenbrock2(double h, const T* held, T* x,
   const Model& model = ws_->model();
   const StateLayout& at = model.layout();
   const int nv = at.nv(), nz = at.nz();
-  const double gh = internal::kGamma * h;
+  const double gh = kRosenbrockGamma * h;
   start_x_.assign(x, x + at.size());
   std::copy_n(x, at.size(), stage_x_.begin());
   const T* stage_q = stage_x_.data() + at.q();

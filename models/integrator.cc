@@ -1,5 +1,8 @@
 #include "models/integrator.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "models/error.h"
 #include "models/integrator-impl.h"
 
@@ -19,9 +22,14 @@ constexpr Entry kIntegrators[] = {
     {Integrator::kRosenbrock2, "ros2", 2},
 };
 
-const Entry& EntryOf(Integrator integrator) {
+constexpr const Entry& EntryOf(Integrator integrator) {
   return kIntegrators[static_cast<int>(integrator)];
 }
+
+static_assert(std::all_of(std::begin(kIntegrators), std::end(kIntegrators),
+                          [](const Entry& entry) {
+                            return EntryOf(entry.integrator).name == entry.name;
+                          }));
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "models/integrator-impl.h"
+#include "models/math/rosenbrock.h"
 
 // Equation numbers: docs/theory.md.
 
@@ -284,7 +285,7 @@ void StepTangent::BrakedColumns(int stage, double h, StateColumns* columns) {
   const bool first = stage == 0;
   Evaluate(first, !first, &c);
   const int nv = ws_->model().nv();
-  const double gh = internal::kGamma * h;
+  const double gh = kRosenbrockGamma * h;
   if (!first) {
     for (size_t i = 0; i < c.dz.size(); ++i) {
       c.sum_z[i] = (c.sum_z[i] + c.z_rate[i]) * (0.5 * h);

@@ -8,6 +8,7 @@
 #include "glog/logging.h"
 #include "models/internal_state-impl.h"
 #include "models/internal_state.h"
+#include "models/math/rosenbrock.h"
 
 namespace sysid {
 
@@ -106,7 +107,7 @@ class CarriedStates {
   void StepRates(const T* from, double h, const T* held, T* x) {
     const StateLayout& at = ws_->model().layout();
     const int nz = at.nz();
-    const double g = 1.0 - std::sqrt(0.5);
+    const double g = kRosenbrockGamma;
     T* z = x + at.z();
     Rates(from, z, held, f_.data());
     Rates(x, z, held, f_next_.data());

@@ -62,7 +62,8 @@ class Stages {
   // to hold on to.
   bool LosesMotion(bool chaotic) const;
   // Shortens the step, where it is ours to choose, to what the solution and the
-  // way ahead of it need. True where it changed.
+  // way ahead of it need, or changes the integrator (AdaptRollout). True where
+  // it did.
   bool ShortenStep();
   // Weighs each channel by what is left of it. True where that changed much.
   bool Weigh();

@@ -278,7 +278,7 @@ RolloutOptions ChooseRolloutAhead(const ShootingProblem& problem,
 }
 
 bool AdaptRollout(const ShootingProblem& problem, Solution* solution) {
-  constexpr double kTooLong = 0.75;
+  constexpr double kTooLong = 0.75;  // steps are halved: between 1/2 and 1
   const double step = solution->rollout.step;
   if (step > 0.0 && NeededStepAhead(problem, *solution) >= kTooLong * step) {
     return false;

@@ -23,6 +23,7 @@ Json OfSolver(const SolverRun& run) {
                {"termination", run.fit.termination},
                {"iterations", run.fit.iterations},
                {"settled_at", run.settled},
+               {"integrator", ToString(run.fit.point.rollout.integrator)},
                {"segment_s", Finite(run.fit.segment_s)},
                {"evaluations", run.fit.evaluations},
                {"time_s", run.fit.wall_time_s},
@@ -48,7 +49,7 @@ std::string ComparisonJson(const Session& session,
   Json json;
   json["schema"] = "sysid.comparison/1";
   json["model"] = session.model_name;
-  json["integrator"] = ToString(session.options.rollout.integrator);
+  json["integrator"] = ToString(comparison.rollout.integrator);
   json["parameters"] = comparison.names;
   json["start"] = Finite(comparison.start);
   json["reference"] = Finite(comparison.reference);

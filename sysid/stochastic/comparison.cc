@@ -35,17 +35,17 @@ Eigen::VectorXd Values(const ShootingProblem& problem,
 }
 
 // The measure that all are held against: (9.1) with squares, first states from
-// the data, with the finest step that a solver used.
+// the data, with the rollout of the solver whose steps were the finest.
 class Judge {
  public:
   Judge(const ShootingProblem& problem, const Eigen::VectorXd& start,
-        double step, bool from_rest)
+        const RolloutOptions& rollout, bool from_rest)
       : problem_(StartedAt(problem, start)) {
     const double given = problem_.options().segment;
     Solution point =
         CutPoint(problem_, problem_.InitialTheta(), AllStatesFromData(problem_),
                  given > 0 ? given : kInfinity);
-    point.rollout.step = step;
+    point.rollout = rollout;
     if (from_rest) StartAtRest(problem_.model(), &point);
     rollouts_ = std::make_unique<Rollouts>(&problem_, point);
   }
@@ -339,15 +339,18 @@ Comparison CompareSolvers(const ShootingProblem& problem,
     }
     // A further start that was interrupted says nothing of the solvers.
     if (r > 0 && stop.stop_requested()) break;
-    double step = kInfinity;
-    for (const SolverRun& run : runs) step = std::min(step, run.fit.step_s);
-    const Judge judge(problem, start, step, from_rest);
+    const auto finest = std::min_element(
+        runs.begin(), runs.end(), [](const SolverRun& a, const SolverRun& b) {
+          return a.fit.step_s < b.fit.step_s;
+        });
+    const Judge judge(problem, start, finest->fit.point.rollout, from_rest);
     const Eigen::VectorXd reference =
         options.truth ? *options.truth : Determined(runs[0]);
     for (SolverRun& run : runs) Measure(judge, reference, &run);
     out.trials.push_back(Summary(runs, seed + r, start));
     out.asked = options.repeat;
     if (r > 0) continue;
+    out.rollout = finest->fit.point.rollout;
     out.reference = reference;
     out.reference_is_truth = options.truth.has_value();
     out.runs = std::move(runs);

@@ -89,6 +89,7 @@ struct Comparison {
   // determine it, or where it did not converge.
   Eigen::VectorXd reference;
   bool reference_is_truth = false;
+  RolloutOptions rollout;       // of the losses of the given start
   std::vector<SolverRun> runs;  // of the given start
   std::vector<UncertaintyComparison> uncertainty;
   std::vector<ComparedStart> trials;  // the given start first

@@ -363,6 +363,40 @@ TEST(Followers, AreHeldByTheirDryFriction) {
   EXPECT_EQ(x[0], rests);
 }
 
+// Dampings of a leader and of a follower, which brake by the leader's rate.
+TEST(Followers, AreBrakedImplicitly) {
+  const Mechanism mechanism = Arm();
+  Model model(mechanism);
+  ASSERT_FALSE(model.followers().empty());
+  std::vector<double> size;
+  for (const Joint& joint : mechanism.joints) {
+    if (joint.type == JointType::kFixed) continue;
+    model.AddEffect(
+        Catalogue().Make("viscous_damping@" + joint.name, mechanism, "test"));
+    size.push_back(0.3);
+  }
+  MechanismParameters<double> values = model.nominal();
+  values.effects = size;
+  model.SetNominal(values);
+  VectorXd x0(6);
+  x0 << 0.7, 0.05, -0.4, 0.5, 0.2, -1.0;
+  const VectorXd tau = VectorXd::Zero(3);
+  const VectorXd limit =
+      Roll(model, Integrator::kRungeKutta4, x0, tau, 0.2 / 4000, 4000);
+  const auto error = [&](int steps) {
+    return (Roll(model, Integrator::kRosenbrock2, x0, tau, 0.2 / steps, steps) -
+            limit)
+        .norm();
+  };
+  EXPECT_NEAR(error(100) / error(200), 4.0, 0.4);
+  // Far too stiff for Runge and Kutta's step, it stops.
+  values.effects.assign(size.size(), 1e6);
+  model.SetNominal(values);
+  EXPECT_LT(
+      Roll(model, Integrator::kRosenbrock2, x0, tau, 0.01, 1).tail(3).norm(),
+      1e-3);
+}
+
 TEST(Followers, WithALeaderWithoutInertiaMoveIt) {
   Mechanism mechanism = Arm();
   mechanism.nominal.links[7] = Inertial<double>();  // of the wrist

@@ -169,7 +169,7 @@ TEST(Backlash, IsElasticityWithoutAGap) {
   EXPECT_LT((a - b).norm(), 1e-12);
 }
 
-// A step of both integrators is of its order, with z in the state.
+// A step of each integrator is of its order, with z in the state.
 TEST(Integrator, IsOfItsOrderWithWhatEffectsRemember) {
   Model model{AllJoints()};
   Add("joint_elasticity@hinge", {200.0, 0.5, 0.2}, &model);
@@ -186,7 +186,8 @@ TEST(Integrator, IsOfItsOrderWithWhatEffectsRemember) {
   const VectorXd held = VectorXd::Constant(model.held_size(), 0.7);
   const double span = 0.02;
   for (const Integrator integrator :
-       {Integrator::kRungeKutta4, Integrator::kSemiImplicitEuler}) {
+       {Integrator::kRungeKutta4, Integrator::kSemiImplicitEuler,
+        Integrator::kRosenbrock2}) {
     const auto end = [&](int steps) {
       return Roll(model, integrator, x, held, span / steps, steps);
     };

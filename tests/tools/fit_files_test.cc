@@ -244,6 +244,9 @@ TEST_F(FitFilesTest, AFitFromTheIdentifiedModelReproducesIt) {
       folder_.Run(SYSID_FIT, {"--model", "result/identified.urdf", "--traj",
                               "run.csv", "--json", "again.json"});
   EXPECT_EQ(again.exit_code, 0) << again.err;
+  // Nobody asked for an integrator: that of the next fit is its own choice.
+  EXPECT_EQ(folder_.Read("result/identified.sysid.yaml").find("integrator"),
+            std::string::npos);
   const Json second = Json::parse(folder_.Read("again.json"));
   ASSERT_EQ(second["parameters"].size(), 6u);
   ASSERT_EQ(first["parameters"].size(), 6u);

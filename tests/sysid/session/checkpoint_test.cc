@@ -80,6 +80,31 @@ TEST(Checkpoint, KeepsEveryBitOfTheStages) {
   EXPECT_EQ(Checkpoint(file, problem, true).resumed(), 0u);
 }
 
+// A spin that Runge and Kutta's steps would follow 64 to a sample.
+TEST(Checkpoint, KeepsTheIntegratorThatAStageChose) {
+  const std::vector<std::string> effects{"viscous_damping@joint1"};
+  const Model truth = Shipped("pendulum1", effects, {{"joint1.damping", 1.5}});
+  const Model model = Shipped("pendulum1", effects);
+  SimulationOptions recording;
+  recording.duration = 2.0;
+  recording.noise = 1e-3;
+  recording.step = 2e-5;
+  const ShootingProblem problem(
+      model, FreeFrom(model, {{"joint1.damping", 0.5}}),
+      {Simulate(truth, RandomState(truth, 1.0, 1), recording)}, {});
+  const std::string file = ::testing::TempDir() + "/integrator_test.cbor";
+  Checkpoint first(file, problem, false);
+  const Fit whole = FitLevenbergMarquardt(problem, &first);
+  EXPECT_EQ(whole.point.rollout.integrator, Integrator::kRosenbrock2);
+  const ParameterEstimate& damping = whole.parameters[0];
+  EXPECT_NEAR(damping.value, 1.5, 4.0 * damping.std_error);
+  Checkpoint again(file, problem, true);
+  const Fit resumed = FitLevenbergMarquardt(problem, &again);
+  ExpectSame(resumed, whole);
+  EXPECT_EQ(resumed.point.rollout, whole.point.rollout);
+  again.Remove();
+}
+
 // A double pendulum and three runs of it, of which processes have shares.
 struct ThreeRuns {
   ThreeRuns() : model(Shipped("pendulum2_planar")) {

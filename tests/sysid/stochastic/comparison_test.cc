@@ -61,6 +61,32 @@ TEST(CompareSolvers, MeasuresAllFromTheSameStartByTheSameLoss) {
   EXPECT_NE(comparison.uncertainty[0].why, "");
 }
 
+// Where a solver's steps are implicit in the damping, so is the measure: Runge
+// and Kutta's of that length would be unstable.
+TEST(CompareSolvers, MeasuresStiffDampingByStepsThatFollowIt) {
+  const std::vector<std::string> effects{"viscous_damping@joint1"};
+  const Model truth = Shipped("pendulum1", effects, {{"joint1.damping", 1.5}});
+  const Model model = Shipped("pendulum1", effects);
+  SimulationOptions recording;
+  recording.duration = 0.5;
+  recording.noise = 1e-3;
+  recording.step = 2e-5;
+  EstimationOptions estimation;
+  estimation.noise = 1e-3;
+  const ShootingProblem problem(
+      model, FreeFrom(model, {{"joint1.damping", 1.0}}),
+      {Simulate(truth, RandomState(truth, 1.0, 1), recording)}, estimation);
+  ComparisonOptions options = Options();
+  options.adam.from_rest = options.mixture.from_rest = false;
+  options.truth = Eigen::VectorXd::Constant(1, 1.5);
+  const Comparison comparison = CompareSolvers(problem, options);
+  EXPECT_EQ(comparison.rollout.integrator, Integrator::kRosenbrock2);
+  for (const SolverRun& run : comparison.runs) {
+    EXPECT_TRUE(std::isfinite(run.path.back().loss)) << run.solver;
+    EXPECT_LT(run.path.back().loss, run.path.front().loss) << run.solver;
+  }
+}
+
 TEST(CompareSolvers, PutsTheLikelihoodOfTwoParametersOnAGrid) {
   const auto problem = TwoLengths();
   const Comparison comparison = CompareSolvers(*problem, Options());
