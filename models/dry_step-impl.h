@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "models/integrator-impl.h"
+#include "models/stepper-impl.h"
 
 // Steps of a model with dry friction: Runge and Kutta's, cut where a joint
-// stops or breaks away. Included by integrator-impl.h. Equation numbers:
+// stops or breaks away. Included by stepper-impl.h. Equation numbers:
 // docs/dry_friction.md.
 
 namespace sysid {

@@ -4,7 +4,6 @@
 #include <iterator>
 
 #include "models/error.h"
-#include "models/integrator-impl.h"
 
 namespace sysid {
 
@@ -50,9 +49,5 @@ Integrator ParseIntegrator(const std::string& name, const std::string& place) {
   throw InputError(place, "unknown integrator '" + name + "'",
                    NameHint(name, IntegratorNames()));
 }
-
-#define SYSID_INSTANTIATE(T) template class Stepper<T>;
-SYSID_FOR_EACH_SCALAR(SYSID_INSTANTIATE)
-#undef SYSID_INSTANTIATE
 
 }  // namespace sysid

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "models/integrator-impl.h"
 #include "models/math/rosenbrock.h"
+#include "models/stepper-impl.h"
 
 // Equation numbers: docs/theory.md.
 

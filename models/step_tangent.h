@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "models/dynamics_tangent.h"
-#include "models/integrator.h"
+#include "models/stepper.h"
 
 namespace sysid {
 

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "models/state.h"
+#include "models/stepper.h"
 #include "residuals/acting_inputs.h"
 #include "residuals/segment.h"
 #include "residuals/sensed_positions.h"

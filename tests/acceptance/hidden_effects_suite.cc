@@ -26,10 +26,16 @@ DEFINE_bool(oracle, false, "fit with what was planted instead of finding it");
 DEFINE_double(friction_time, 0, "time constant of MuJoCo's frictionloss, s");
 DEFINE_bool(list, false, "only list the cases");
 DEFINE_string(export_to, "",
-              "only write the cases, a folder each, in this one");
+              "write each case as it was run, a folder each, in this one");
 
 namespace sysid {
 namespace {
+
+void Export(const HiddenData& data) {
+  std::string folder = data.info.name;
+  std::replace(folder.begin(), folder.end(), '/', '_');
+  ExportCase(data, (std::filesystem::path(FLAGS_export_to) / folder).string());
+}
 
 // An effect that the fitted model hides in its parameters is planted again,
 // larger, until it shows, or is as large as it may be.
@@ -43,6 +49,7 @@ Scored RunCase(HiddenCase info) {
       const HiddenData data = MakeHiddenData(info);
       at_most = data.at_most;
       next.magnitudes = data.magnitudes;
+      if (!FLAGS_export_to.empty()) Export(data);
       if (data.planted.size() == 2) {
         for (const int other : {1, 0}) {
           next.without.push_back(ErrorWith(data, {data.planted[other]}));
@@ -100,23 +107,10 @@ void InParallel(int count, const Work& work) {
   for (std::thread& thread : threads) thread.join();
 }
 
-void ExportAll(const std::vector<HiddenCase>& cases) {
-  InParallel(static_cast<int>(cases.size()), [&](int k) {
-    std::string folder = cases[k].name;
-    std::replace(folder.begin(), folder.end(), '/', '_');
-    ExportCase(MakeHiddenData(cases[k]),
-               (std::filesystem::path(FLAGS_export_to) / folder).string());
-  });
-}
-
 int Main() {
   const std::vector<HiddenCase> cases = Chosen();
   if (FLAGS_list) {
     for (const HiddenCase& c : cases) std::printf("%s\n", c.name.c_str());
-    return 0;
-  }
-  if (!FLAGS_export_to.empty()) {
-    ExportAll(cases);
     return 0;
   }
   std::vector<Scored> scored;

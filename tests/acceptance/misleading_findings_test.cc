@@ -10,7 +10,7 @@
 #include <random>
 #include <sstream>
 
-#include "models/integrator.h"
+#include "models/stepper.h"
 #include "models/urdf/load_urdf.h"
 #include "sysid/session/check_session.h"
 #include "tests/support/fit_setup.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "glog/logging.h"
-#include "models/integrator.h"
+#include "models/stepper.h"
 #include "tests/support/fit_setup.h"
 #ifdef SYSID_HAVE_MUJOCO
 #include "tests/support/mujoco_model.h"

@@ -8,8 +8,8 @@
 #include <functional>
 #include <numbers>
 
-#include "models/integrator.h"
 #include "models/step_tangent.h"
+#include "models/stepper.h"
 #include "tests/models/dry_laws.h"
 #include "tests/support/dynamics_calls.h"
 #include "tests/support/random_mechanism.h"

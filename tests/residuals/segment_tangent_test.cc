@@ -5,8 +5,8 @@
 #include <memory>
 #include <tuple>
 
-#include "models/integrator.h"
 #include "models/state.h"
+#include "models/stepper.h"
 #include "tests/support/all_joints.h"
 #include "tests/support/measured_run.h"
 #include "tests/support/ridders.h"

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "models/state.h"
+#include "models/stepper.h"
 #include "tests/support/all_joints.h"
 #include "tests/support/measured_run.h"
 #include "tests/support/ridders.h"

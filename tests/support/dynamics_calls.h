@@ -5,7 +5,7 @@
 #include <string>
 
 #include "models/dynamics.h"
-#include "models/integrator.h"
+#include "models/stepper.h"
 
 namespace sysid {
 

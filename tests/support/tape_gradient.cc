@@ -50,8 +50,8 @@ const EffectHooks<var>& HooksFor(const Effect& effect, ScalarTag<var>) {
 }  // namespace sysid
 
 #include "models/dynamics-impl.h"
-#include "models/integrator-impl.h"
 #include "models/parameters-impl.h"
+#include "models/stepper-impl.h"
 #include "residuals/segment-impl.h"
 
 namespace sysid {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "models/integrator.h"
+#include "models/stepper.h"
 #include "residuals/acting_inputs.h"
 
 namespace sysid {

@@ -5,12 +5,12 @@
 
 #include "models/dry_friction-impl.h"
 #include "models/followers-impl.h"
-#include "models/integrator.h"
 #include "models/internal_state-impl.h"
 #include "models/math/rosenbrock.h"
 #include "models/math/rotation.h"
+#include "models/stepper.h"
 
-// Definition of integrator.h's templates; included only where they are
+// Definition of stepper.h's templates; included only where they are
 // instantiated.
 
 namespace sysid {

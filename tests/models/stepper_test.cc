@@ -1,9 +1,10 @@
-#include "models/integrator.h"
+#include "models/stepper.h"
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 
+#include "models/integrator.h"
 #include "models/state.h"
 #include "tests/support/dynamics_calls.h"
 #include "tests/support/error_text.h"
