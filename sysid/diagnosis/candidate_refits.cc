@@ -65,7 +65,7 @@ bool IsExtravagant(const Screening& screening, const std::vector<Proposal>& all,
 bool Promises(const Screening& screening, double predicted, double criterion) {
   constexpr double kMuch = 0.9;
   return (criterion < -kClearly &&
-          predicted < (1 - kMaterial) * screening.error) ||
+          predicted * (1.0 + kMatters) < screening.error) ||
          predicted < kMuch * screening.error;
 }
 
@@ -73,10 +73,12 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
 
 EstimationOptions TrialOptions(const EstimationOptions& options, double error) {
   constexpr int kIterations = 25;
+  constexpr double kSettled = 0.2;  // of what matters
   EstimationOptions trial = Coarse(options, error);
   trial.progress = nullptr;
   trial.max_iterations = kIterations;
-  trial.least_gain = 2.0 * kMaterial;  // the cost is half the error's square
+  // The cost is half the error's square.
+  trial.least_gain = 2.0 * kSettled * kMatters;
   return trial;
 }
 
@@ -193,7 +195,8 @@ std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
     const ScreenedEffect& b = screening.effects[pair.second];
     // Together, and not one alone.
     if (!(pair.criterion < std::min(a.criterion, b.criterion) - kClearly) ||
-        !(pair.predicted_error < (1 - kMaterial) * screening.error) ||
+        !(pair.predicted_error * (1.0 + kMatters) <
+          std::min(a.predicted_error, b.predicted_error)) ||
         IsExtravagant(screening, screening.pairs, pair)) {
       continue;
     }
@@ -230,24 +233,65 @@ void Refitter::Confirm(const EvaluatedModel& before,
   *refits = std::move(first);
 }
 
-// What else could stand in the place of the best effect: with that one back at
-// null to first order, seen from the trajectories that it led to, which are
-// much nearer to the truth than those of the model before.
+Screening Refitter::SeenFrom(const CandidateRefit& refit) const {
+  const EvaluatedModel& after = *refit.after;
+  if (refit.effects.size() != 1 || IsDoubtful(after.fit)) return {};
+  std::map<std::string, double> back;
+  for (const ExpectedParameter& p : refit.expected[0].parameters) {
+    back[p.name] = p.null_value;
+  }
+  const LinearizedFit without(*after.problem, after.fit.point, back);
+  if (!without.Valid()) return {};
+  return ScreenEffects(without, after.fit.model, candidates_, problem_.known);
+}
+
+void Refitter::AddWholes(const Screening& screening,
+                         const EvaluatedModel& before, int best,
+                         std::vector<CandidateRefit>* refits) const {
+  const double near = kNear * (*refits)[best].after->train_error();
+  std::set<int> tried;
+  for (const CandidateRefit& refit : *refits) {
+    if (refit.effects.size() == 1) tried.insert(refit.effects[0]);
+  }
+  std::vector<CandidateRefit> wholes;
+  for (size_t i = 0; i < refits->size(); ++i) {
+    const CandidateRefit& part = (*refits)[i];
+    if (static_cast<int>(i) == best || part.effects.size() != 1 ||
+        !part.accepted() || !(part.after->train_error() < near)) {
+      continue;
+    }
+    const Effect& own = *part.expected[0].effect;
+    const auto is_whole = [&](const ScreenedEffect& effect) {
+      return ArePartOf({&own}, {effect.effect.get()}) &&
+             !tried.contains(screening.IndexOf(effect.name()));
+    };
+    if (std::none_of(screening.effects.begin(), screening.effects.end(),
+                     is_whole)) {
+      continue;
+    }
+    for (const ScreenedEffect& effect : SeenFrom(part).effects) {
+      const int e = screening.IndexOf(effect.name());
+      if (e < 0 || !is_whole(effect) ||
+          !(effect.predicted_error * (1.0 + kMatters) <
+            part.after->train_error())) {
+        continue;
+      }
+      tried.insert(e);
+      wholes.push_back(
+          {{e}, {effect}, screening.effects[e].predicted_error, {}, ""});
+    }
+  }
+  RefitProposals(problem_, candidates_, before, &wholes);
+  std::move(wholes.begin(), wholes.end(), std::back_inserter(*refits));
+}
+
 void Refitter::AddRivals(const Screening& screening,
                          const EvaluatedModel& before, int best,
                          std::vector<CandidateRefit>* refits) const {
   constexpr size_t kMostRivals = 3;
   const CandidateRefit& found = (*refits)[best];
   const EvaluatedModel& after = *found.after;
-  if (found.effects.size() != 1 || IsDoubtful(after.fit)) return;
-  std::map<std::string, double> back;
-  for (const ExpectedParameter& p : found.expected[0].parameters) {
-    back[p.name] = p.null_value;
-  }
-  const LinearizedFit without(*after.problem, after.fit.point, back);
-  if (!without.Valid()) return;
-  const Screening seen =
-      ScreenEffects(without, after.fit.model, candidates_, problem_.known);
+  const Screening seen = SeenFrom(found);
   std::vector<CandidateRefit> rivals;
   for (const ScreenedEffect& effect : seen.effects) {
     if (rivals.size() == kMostRivals) break;

@@ -14,9 +14,6 @@ namespace sysid {
 
 using Candidates = std::vector<std::shared_ptr<const Effect>>;
 
-// A refit is worth its time where the screening expects it to lower the error
-// by this part of it.
-inline constexpr double kMaterial = 0.01;
 // Of the screening's criterion: twice a log-likelihood.
 inline constexpr double kClearly = 10.0;
 // A refit may stand in the place of a model whose error is less by this factor.
@@ -77,6 +74,10 @@ class Refitter {
   // Refits, in parallel, and says which are refused.
   void Confirm(const EvaluatedModel& before,
                std::vector<CandidateRefit>* refits) const;
+  // Adds and refits effects of which a part was refitted and came near to the
+  // best, but is not the best: a part that is chosen has its turn later.
+  void AddWholes(const Screening& screening, const EvaluatedModel& before,
+                 int best, std::vector<CandidateRefit>* refits) const;
   // Adds and refits what else could stand in the place of the best effect.
   void AddRivals(const Screening& screening, const EvaluatedModel& before,
                  int best, std::vector<CandidateRefit>* refits) const;
@@ -85,6 +86,10 @@ class Refitter {
   bool IsBetter(const EvaluatedModel& a, const EvaluatedModel& b) const;
 
  private:
+  // The candidates as seen from the trajectories that a refit led to, which are
+  // much nearer to the truth than those of the model before, with its own
+  // effect back at null to first order. Empty where that is not possible.
+  Screening SeenFrom(const CandidateRefit& refit) const;
   int Rarity(const EvaluatedModel& evaluated) const;
 
   const DiagnosisProblem& problem_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "models/error.h"
 #include "sysid/diagnosis/base_fit.h"
@@ -168,9 +169,15 @@ Search::Found Search::Find() {
       refits.push_back(std::move(pairs[pair]));
     }
   }
-  if (found.best >= 0) {
+  const auto choose_among_rivals = [&] {
     refits_.AddRivals(found.screening, now(), found.best, &refits);
     found.best = refits_.Choose(refits);
+  };
+  if (found.best >= 0) choose_among_rivals();
+  if (found.best >= 0 && !IsAtNoiseFloor(*found.get()->after)) {
+    refits_.AddWholes(found.screening, now(), found.best, &refits);
+    const int part = std::exchange(found.best, refits_.Choose(refits));
+    if (found.best != part) choose_among_rivals();
   }
   if (found.best >= 0 && !options_.add &&
       !Chance(*found.get()->after).empty()) {
