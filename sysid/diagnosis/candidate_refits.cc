@@ -65,7 +65,7 @@ bool IsExtravagant(const Screening& screening, const std::vector<Proposal>& all,
 bool Promises(const Screening& screening, double predicted, double criterion) {
   constexpr double kMuch = 0.9;
   return (criterion < -kClearly &&
-          predicted * (1.0 + kMatters) < screening.error) ||
+          predicted < (1 - kMaterial) * screening.error) ||
          predicted < kMuch * screening.error;
 }
 
@@ -73,12 +73,10 @@ bool Promises(const Screening& screening, double predicted, double criterion) {
 
 EstimationOptions TrialOptions(const EstimationOptions& options, double error) {
   constexpr int kIterations = 25;
-  constexpr double kSettled = 0.2;  // of what matters
   EstimationOptions trial = Coarse(options, error);
   trial.progress = nullptr;
   trial.max_iterations = kIterations;
-  // The cost is half the error's square.
-  trial.least_gain = 2.0 * kSettled * kMatters;
+  trial.least_gain = 2.0 * kMaterial;  // the cost is half the error's square
   return trial;
 }
 
@@ -195,8 +193,7 @@ std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
     const ScreenedEffect& b = screening.effects[pair.second];
     // Together, and not one alone.
     if (!(pair.criterion < std::min(a.criterion, b.criterion) - kClearly) ||
-        !(pair.predicted_error * (1.0 + kMatters) <
-          std::min(a.predicted_error, b.predicted_error)) ||
+        !(pair.predicted_error < (1 - kMaterial) * screening.error) ||
         IsExtravagant(screening, screening.pairs, pair)) {
       continue;
     }

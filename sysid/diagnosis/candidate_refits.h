@@ -14,6 +14,9 @@ namespace sysid {
 
 using Candidates = std::vector<std::shared_ptr<const Effect>>;
 
+// A refit is worth its time where the screening expects it to lower the error
+// by this part of it.
+inline constexpr double kMaterial = 0.01;
 // Of the screening's criterion: twice a log-likelihood.
 inline constexpr double kClearly = 10.0;
 // A refit may stand in the place of a model whose error is less by this factor.

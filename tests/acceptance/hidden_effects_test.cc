@@ -206,8 +206,8 @@ TEST(HiddenCases, StartEachSegmentInTheMinimumThatTheJoinedOnesFound) {
 }
 
 // The elbow sticks. Along trajectories without friction an armature explains
-// that best, and Stribeck's law is not proposed; its part, Coulomb's, comes near
-// to the armature.
+// that best, and Stribeck's law is not proposed; its part, Coulomb's, comes
+// near to the armature.
 TEST(HiddenCases, TryTheWholeWhereAPartComesNearToTheBest) {
   const Outcome outcome =
       DiagnoseNamed("arm3/stribeck_friction@elbow/mujoco/3e-03/1");
