@@ -123,6 +123,10 @@ std::string WhyImplausible(const EvaluatedModel& evaluated) {
   return "";
 }
 
+bool IsPartOf(const Effect& part, const Effect& whole) {
+  return ArePartOf({&part}, {&whole});
+}
+
 bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b) {
   if (!std::isfinite(a.cv.error()) || !std::isfinite(b.cv.error())) {
     return false;
@@ -211,8 +215,7 @@ void Refitter::Confirm(const EvaluatedModel& before,
     return std::any_of(
         refits->begin(), refits->end(), [&](const CandidateRefit& part) {
           return refit.effects.size() == 1 && part.effects.size() == 1 &&
-                 ArePartOf({part.expected[0].effect.get()},
-                           {refit.expected[0].effect.get()});
+                 IsPartOf(*part.expected[0].effect, *refit.expected[0].effect);
         });
   };
   std::vector<bool> late;
@@ -259,7 +262,7 @@ void Refitter::AddWholes(const Screening& screening,
     }
     const Effect& own = *part.expected[0].effect;
     const auto is_whole = [&](const ScreenedEffect& effect) {
-      return ArePartOf({&own}, {effect.effect.get()}) &&
+      return IsPartOf(own, *effect.effect) &&
              !tried.contains(screening.IndexOf(effect.name()));
     };
     if (std::none_of(screening.effects.begin(), screening.effects.end(),
@@ -293,7 +296,7 @@ void Refitter::AddRivals(const Screening& screening,
   for (const ScreenedEffect& effect : seen.effects) {
     if (rivals.size() == kMostRivals) break;
     if (!(effect.predicted_error < kNear * after.train_error()) ||
-        ArePartOf({found.expected[0].effect.get()}, {effect.effect.get()})) {
+        IsPartOf(*found.expected[0].effect, *effect.effect)) {
       continue;
     }
     const int e = screening.IndexOf(effect.name());

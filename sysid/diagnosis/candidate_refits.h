@@ -44,6 +44,9 @@ std::vector<CandidateRefit> ProposeEffects(const Screening& screening);
 // Two that together explain what neither does alone.
 std::vector<CandidateRefit> ProposePairs(const Screening& screening);
 
+// Whether all parameters of an effect are also the other's, which has more.
+bool IsPartOf(const Effect& part, const Effect& whole);
+
 // Whether neither of two models predicts better by more than one standard error
 // of the difference.
 bool AreAsGood(const EvaluatedModel& a, const EvaluatedModel& b);

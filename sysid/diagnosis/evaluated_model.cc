@@ -391,6 +391,19 @@ EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
                {values}, options);
 }
 
+EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
+                                const EvaluatedModel& before,
+                                const std::string& effect,
+                                std::shared_ptr<const Effect> part,
+                                const EstimationOptions& options) {
+  std::vector<std::shared_ptr<const Effect>> effects = before.added;
+  for (auto& added : effects) {
+    if (added->name() == effect) added = part;
+  }
+  return Refit(problem, before, std::move(effects), before.without_influence,
+               {ValuesOf(before)}, options);
+}
+
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
                               const EvaluatedModel& before, double segment_s) {
   EvaluatedModel after = OpenAgain(problem, before);

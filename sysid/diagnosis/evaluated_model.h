@@ -101,6 +101,14 @@ EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
                                const std::string& effect,
                                const EstimationOptions& options);
 
+// The model of `before` with `part` in the place of an effect that has all its
+// parameters and more: those start where they were.
+EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
+                                const EvaluatedModel& before,
+                                const std::string& effect,
+                                std::shared_ptr<const Effect> part,
+                                const EstimationOptions& options);
+
 // The options for a model whose error stays at so many times the noise: it
 // needs no step as fine as the noise.
 EstimationOptions Coarse(EstimationOptions options, double error);

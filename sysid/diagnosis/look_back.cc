@@ -12,6 +12,11 @@ namespace {
 
 constexpr size_t kMostExchanged = 2;
 
+bool IsNoWorse(const EvaluatedModel& simpler, const EvaluatedModel& model) {
+  return std::isfinite(simpler.cv.error()) && WhyImplausible(simpler).empty() &&
+         !IsWorse(simpler.cv, model.cv);
+}
+
 }  // namespace
 
 bool Search::LookBack(const std::vector<std::string>& newest, bool exchange) {
@@ -208,28 +213,51 @@ bool Search::WasTriedWithout(const std::string& name,
 bool Search::TakeOutUnneeded() {
   bool any = false, again = true;
   while (again) {
-    again = false;
     const std::vector<std::shared_ptr<const Effect>> effects = now().added;
-    for (auto effect = effects.rbegin(); effect != effects.rend(); ++effect) {
-      const std::string& name = (*effect)->name();
-      if (settled_.contains(name) || WasTriedWithout(name, now())) continue;
-      DiagnosisStep step = StepFrom(now());
-      EvaluatedModel without = Without(name, now());
-      if (!std::isfinite(without.cv.error()) ||
-          !WhyImplausible(without).empty() || IsWorse(without.cv, now().cv)) {
-        continue;
-      }
-      step.removed = name;
-      step.predicted = without.train_error();
-      model_ = std::make_shared<EvaluatedModel>(
-          EvaluateAgain(problem_, std::move(without)));
-      EndAt(model_, &step);
-      diagnosis_.steps.push_back(std::move(step));
-      any = again = true;
-      break;
-    }
+    again = std::any_of(effects.rbegin(), effects.rend(), [&](const auto& e) {
+      return !settled_.contains(e->name()) &&
+             (TakeOutIfUnneeded(e->name()) || TakePartOf(*e));
+    });
+    any = any || again;
   }
   return any;
+}
+
+bool Search::TakeOutIfUnneeded(const std::string& name) {
+  if (WasTriedWithout(name, now())) return false;
+  EvaluatedModel without = Without(name, now());
+  if (!IsNoWorse(without, now())) return false;
+  DiagnosisStep step = StepFrom(now());
+  step.removed = name;
+  step.predicted = without.train_error();
+  model_ = std::make_shared<EvaluatedModel>(
+      EvaluateAgain(problem_, std::move(without)));
+  EndAt(model_, &step);
+  diagnosis_.steps.push_back(std::move(step));
+  return true;
+}
+
+bool Search::TakePartOf(const Effect& whole) {
+  for (const auto& part : candidates_) {
+    if (!IsPartOf(*part, whole)) continue;
+    Report("a part of " + whole.name(), now().train_error());
+    EvaluatedModel with_part =
+        EvaluateWithPart(problem_, now(), whole.name(), part,
+                         TrialOptions(problem_.options, now().train_error()));
+    if (!IsNoWorse(with_part, now())) continue;
+    DiagnosisStep step = StepFrom(now());
+    step.removed = whole.name();
+    step.effects = {part->name()};
+    step.indistinguishable_from = {{}};
+    step.predicted = with_part.train_error();
+    model_ = std::make_shared<EvaluatedModel>(
+        EvaluateAgain(problem_, std::move(with_part)));
+    step.parameters = EstimatesOf(*model_, {part.get()});
+    EndAt(model_, &step);
+    diagnosis_.steps.push_back(std::move(step));
+    return true;
+  }
+  return false;
 }
 
 std::string Search::Chance(const EvaluatedModel& evaluated) {

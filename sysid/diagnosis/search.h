@@ -94,8 +94,12 @@ class Search {
   // In look_back.cc.
   // Takes out the effects without which the model, fitted again, is not worse:
   // the newest was judged by the fit before it, which may have been stuck in a
-  // local minimum. True where it took any.
+  // local minimum. Of an effect that is needed, what a part of it does as well:
+  // the whole may have been found while another effect was missing. True where
+  // it took any.
   bool TakeOutUnneeded();
+  bool TakeOutIfUnneeded(const std::string& name);
+  bool TakePartOf(const Effect& whole);
   // A model without one of its effects, fitted again; and whether that was
   // tried over a model's segments.
   EvaluatedModel Without(const std::string& name, const EvaluatedModel& model);

@@ -216,5 +216,19 @@ TEST(HiddenCases, TryTheWholeWhereAPartComesNearToTheBest) {
   EXPECT_LT(outcome.train_after, 1.1);
 }
 
+// Stribeck's law is found while the other joint's friction is missing; beside
+// that its part, Coulomb's, does as well.
+TEST(HiddenCases, KeepThePartOfALawThatDoesAsWell) {
+  const Outcome outcome = DiagnoseNamed(
+      "pendulum2_planar/viscous_damping@joint1+coulomb_friction@joint2/mujoco/"
+      "3e-03/1");
+  ASSERT_FALSE(outcome.added.empty());
+  std::set<std::string> names;
+  for (const Outcome::Step& step : outcome.added) names.insert(step.added.name);
+  EXPECT_EQ(names, (std::set<std::string>{"viscous_damping@joint1",
+                                          "coulomb_friction@joint2"}));
+  EXPECT_LT(outcome.train_after, 1.1);
+}
+
 }  // namespace
 }  // namespace sysid
