@@ -65,7 +65,7 @@ bool IsExtravagant(const Screening& screening, const std::vector<Proposal>& all,
 bool Promises(const Screening& screening, double predicted, double criterion) {
   constexpr double kMuch = 0.9;
   return (criterion < -kClearly &&
-          predicted < (1 - kMaterial) * screening.error) ||
+          predicted * (1.0 + kMatters) < screening.error) ||
          predicted < kMuch * screening.error;
 }
 
@@ -189,7 +189,17 @@ std::vector<CandidateRefit> ProposeEffects(const Screening& screening) {
   return refits;
 }
 
-std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
+std::vector<CandidateRefit> ProposePairs(
+    const Screening& screening, const std::vector<CandidateRefit>& singles) {
+  // The factor by which the refit of an effect stayed above its promise.
+  const auto above_promise = [&](int effect) {
+    for (const CandidateRefit& single : singles) {
+      if (single.effects[0] == effect && single.after) {
+        return single.after->train_error() / single.predicted;
+      }
+    }
+    return 1.0;
+  };
   std::vector<CandidateRefit> refits;
   for (const Screening::Pair& pair : screening.pairs) {
     if (static_cast<int>(refits.size()) == kMostPairs) break;
@@ -197,7 +207,11 @@ std::vector<CandidateRefit> ProposePairs(const Screening& screening) {
     const ScreenedEffect& b = screening.effects[pair.second];
     // Together, and not one alone.
     if (!(pair.criterion < std::min(a.criterion, b.criterion) - kClearly) ||
-        !(pair.predicted_error < (1 - kMaterial) * screening.error) ||
+        !(pair.predicted_error *
+              std::max({1.0, above_promise(pair.first),
+                        above_promise(pair.second)}) *
+              (1.0 + kMatters) <
+          screening.error) ||
         IsExtravagant(screening, screening.pairs, pair)) {
       continue;
     }

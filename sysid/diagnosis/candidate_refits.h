@@ -14,8 +14,8 @@ namespace sysid {
 
 using Candidates = std::vector<std::shared_ptr<const Effect>>;
 
-// A refit is worth its time where the screening expects it to lower the error
-// by this part of it.
+// The iterations that a refit has left are worth their time where they lower
+// the error by this part of it.
 inline constexpr double kMaterial = 0.01;
 // Of the screening's criterion: twice a log-likelihood.
 inline constexpr double kClearly = 10.0;
@@ -41,8 +41,11 @@ struct CandidateRefit {
 
 // The best by the screening; of those that explain the same, two.
 std::vector<CandidateRefit> ProposeEffects(const Screening& screening);
-// Two that together explain what neither does alone.
-std::vector<CandidateRefit> ProposePairs(const Screening& screening);
+// Two that together explain what neither does alone. Of `singles`, which were
+// refitted, one that has not kept what the screening promised of it keeps no
+// more of it in a pair.
+std::vector<CandidateRefit> ProposePairs(
+    const Screening& screening, const std::vector<CandidateRefit>& singles);
 
 // Whether all parameters of an effect are also the other's, which has more.
 bool IsPartOf(const Effect& part, const Effect& whole);

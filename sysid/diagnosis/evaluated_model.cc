@@ -152,6 +152,19 @@ double StartOf(const Effect& effect, const ExpectedParameter& expected,
   return expected.null_value + part * change;
 }
 
+// The squares of a start that is no overshoot: it gains half of what the
+// screening promises of one of the effects.
+double EnoughOf(const std::vector<const ScreenedEffect*>& effects,
+                const EvaluatedModel& before) {
+  constexpr double kOfPromise = 0.5;
+  double promised = before.train_error();
+  for (const ScreenedEffect* effect : effects) {
+    promised = std::min(promised, effect->predicted_error);
+  }
+  const double left = std::pow(promised / before.train_error(), 2);
+  return (1.0 - kOfPromise * (1.0 - left)) * before.fit.train.squares;
+}
+
 std::shared_ptr<const ShootingProblem> Pose(const DiagnosisProblem& problem,
                                             const EstimationOptions& options) {
   return std::make_shared<const ShootingProblem>(problem.model, problem.free,
@@ -180,13 +193,14 @@ void FitFrom(Solution start, EvaluatedModel* evaluated) {
   evaluated->fit = RefitIndependentSegments(*evaluated->problem, start);
 }
 
-// Refits from the best of several starts, in the segments of `before`.
+// Refits from the best of several starts, in the segments of `before`; the
+// first alone, if it comes down to `enough` squares.
 EvaluatedModel Refit(const DiagnosisProblem& problem,
                      const EvaluatedModel& before,
                      std::vector<std::shared_ptr<const Effect>> effects,
                      std::set<std::string> without_influence,
                      const std::vector<std::map<std::string, double>>& starts,
-                     const EstimationOptions& options) {
+                     double enough, const EstimationOptions& options) {
   EvaluatedModel after =
       OpenModel(problem, std::move(effects), std::move(without_influence),
                 starts.front(), options);
@@ -210,6 +224,7 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
       least = squares;
       best = std::move(start);
     }
+    if (least < enough) break;
   }
   if (best.runs.empty()) {
     best = from;
@@ -377,7 +392,7 @@ EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
                              effect->without_influence.end());
   }
   return Refit(problem, before, std::move(added), std::move(without_influence),
-               starts, options);
+               starts, EnoughOf(effects, before), options);
 }
 
 EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
@@ -388,7 +403,7 @@ EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
   std::map<std::string, double> values = ValuesOf(before);
   TakeOut({effect}, &left, &values);
   return Refit(problem, before, std::move(left), before.without_influence,
-               {values}, options);
+               {values}, 0.0, options);
 }
 
 EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
@@ -401,7 +416,7 @@ EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
     if (added->name() == effect) added = part;
   }
   return Refit(problem, before, std::move(effects), before.without_influence,
-               {ValuesOf(before)}, options);
+               {ValuesOf(before)}, 0.0, options);
 }
 
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,

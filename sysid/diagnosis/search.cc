@@ -160,7 +160,7 @@ Search::Found Search::Find() {
   }
   found.best = refits_.Choose(refits);
   if (found.best < 0 || Judge(now(), found.get()) != Verdict::kMissingEffect) {
-    std::vector<CandidateRefit> pairs = ProposePairs(found.screening);
+    std::vector<CandidateRefit> pairs = ProposePairs(found.screening, refits);
     refits_.Confirm(now(), &pairs);
     const int pair = refits_.Choose(pairs);
     if (pair >= 0 && (found.best < 0 ||
@@ -287,7 +287,8 @@ void Search::Conclude() {
     diagnosis_.verdict = Verdict::kMissingEffect;
   } else if (!by_equations) {
     // "Unexplained" where that is clear by a standard error.
-    diagnosis_.verdict = ExplainsMost(problem_, diagnosis_.base, *model_, 1.0)
+    given_over_ = ErrorsOver(problem_, diagnosis_.base, *model_);
+    diagnosis_.verdict = ExplainsMost(given_over_->cv, model_->cv, 1.0)
                              ? Verdict::kMissingEffect
                              : Verdict::kUnexplained;
   }
@@ -297,7 +298,8 @@ void Search::CompareModels() {
   const EvaluatedModel& last = diagnosis_.last();
   ModelComparison& comparison = diagnosis_.comparison;
   Report("comparing the models", last.train_error());
-  comparison.path = {ErrorsOver(problem_, diagnosis_.base, last)};
+  comparison.path = {given_over_ ? std::move(*given_over_)
+                                 : ErrorsOver(problem_, diagnosis_.base, last)};
   for (const DiagnosisStep& step : diagnosis_.steps) {
     comparison.path.push_back(ErrorsOver(problem_, *step.after, last));
   }

@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -189,9 +190,10 @@ class Search {
   // What the equations of motion showed, and looked back at: by name.
   std::set<std::string> settled_;
   std::vector<FollowedMotion> followed_;
-  bool by_equations_ = false;          // whether their values stay
-  std::vector<ScreenedEffect> shown_;  // by them, where those are few
-  std::vector<ModelErrors> tried_;     // every refit
+  bool by_equations_ = false;              // whether their values stay
+  std::vector<ScreenedEffect> shown_;      // by them, where those are few
+  std::vector<ModelErrors> tried_;         // every refit
+  std::optional<ModelErrors> given_over_;  // the final model's segments
   struct WholeFit {
     std::set<std::string> effects;
     Eigen::VectorXd theta;  // of the fit over segments

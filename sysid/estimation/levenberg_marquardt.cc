@@ -238,6 +238,7 @@ Fit FitJoined(const ShootingProblem& problem,
     stages.iterations = stages.history.back().iteration;
   }
   Fit fit = Finish(stages, ended);
+  if (std::isfinite(problem.options().wanted_error)) return fit;
   const StopLater later(problem.options().stop);
   const EstimationOptions options = WithGrace(problem, later);
   try {

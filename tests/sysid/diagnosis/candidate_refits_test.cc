@@ -76,6 +76,27 @@ TEST_F(TrialsTest, ThePartIsBetterThanAWholeThatAddsLittle) {
   EXPECT_TRUE(refitter.IsBetter(whole, poor));
 }
 
+// What a refit has shown not to hold is no reason to fit the same with more.
+TEST_F(TrialsTest, APairPromisesNoMoreThanWhatItsEffectsKept) {
+  const double error = base_->train_error();
+  Screening screening;
+  screening.error = error;
+  for (const char* name : {"armature@joint1", "coulomb_friction@joint1"}) {
+    ScreenedEffect effect;
+    effect.effect = Catalogue().Make(name, problem_->model.mechanism(), "test");
+    effect.predicted_error = 0.9 * error;
+    effect.criterion = -2 * kClearly;
+    screening.effects.push_back(effect);
+  }
+  screening.pairs = {{0, 1, 0.8 * error, -4 * kClearly}};
+  CandidateRefit single{{0}, {screening.effects[0]}, 0.9 * error, {}, ""};
+  EXPECT_EQ(ProposePairs(screening, {single}).size(), 1u);
+  single.after = *base_;  // 0.89 of it
+  EXPECT_EQ(ProposePairs(screening, {single}).size(), 1u);
+  single.predicted = 0.7 * error;
+  EXPECT_TRUE(ProposePairs(screening, {single}).empty());  // 1.14
+}
+
 // A joint that friction holds all the time rests with any inertia that is large
 // enough: that predicts as well as what is there, and says nothing.
 TEST(WhyRefused, AnInertiaThatOnlyHoldsItsJointIsNotDetermined) {
