@@ -227,37 +227,39 @@ bool Search::TakeOutIfUnneeded(const std::string& name) {
   if (WasTriedWithout(name, now())) return false;
   EvaluatedModel without = Without(name, now());
   if (!IsNoWorse(without, now())) return false;
-  DiagnosisStep step = StepFrom(now());
-  step.removed = name;
-  step.predicted = without.train_error();
-  model_ = std::make_shared<EvaluatedModel>(
-      EvaluateAgain(problem_, std::move(without)));
-  EndAt(model_, &step);
-  diagnosis_.steps.push_back(std::move(step));
+  TakeSimpler(name, nullptr, std::move(without));
   return true;
 }
 
 bool Search::TakePartOf(const Effect& whole) {
   for (const auto& part : candidates_) {
     if (!IsPartOf(*part, whole)) continue;
-    Report("a part of " + whole.name(), now().train_error());
+    Report(part->name() + " in the place of " + whole.name(),
+           now().train_error());
     EvaluatedModel with_part =
         EvaluateWithPart(problem_, now(), whole.name(), part,
                          TrialOptions(problem_.options, now().train_error()));
     if (!IsNoWorse(with_part, now())) continue;
-    DiagnosisStep step = StepFrom(now());
-    step.removed = whole.name();
-    step.effects = {part->name()};
-    step.indistinguishable_from = {{}};
-    step.predicted = with_part.train_error();
-    model_ = std::make_shared<EvaluatedModel>(
-        EvaluateAgain(problem_, std::move(with_part)));
-    step.parameters = EstimatesOf(*model_, {part.get()});
-    EndAt(model_, &step);
-    diagnosis_.steps.push_back(std::move(step));
+    TakeSimpler(whole.name(), part.get(), std::move(with_part));
     return true;
   }
   return false;
+}
+
+void Search::TakeSimpler(const std::string& name, const Effect* part,
+                         EvaluatedModel simpler) {
+  DiagnosisStep step = StepFrom(now());
+  step.removed = name;
+  step.predicted = simpler.train_error();
+  model_ = std::make_shared<EvaluatedModel>(
+      EvaluateAgain(problem_, std::move(simpler)));
+  if (part != nullptr) {
+    step.effects = {part->name()};
+    step.indistinguishable_from = {{}};
+    step.parameters = EstimatesOf(*model_, {part});
+  }
+  EndAt(model_, &step);
+  diagnosis_.steps.push_back(std::move(step));
 }
 
 std::string Search::Chance(const EvaluatedModel& evaluated) {

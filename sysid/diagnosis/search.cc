@@ -287,8 +287,9 @@ void Search::Conclude() {
     diagnosis_.verdict = Verdict::kMissingEffect;
   } else if (!by_equations) {
     // "Unexplained" where that is clear by a standard error.
-    given_over_ = ErrorsOver(problem_, diagnosis_.base, *model_);
-    diagnosis_.verdict = ExplainsMost(given_over_->cv, model_->cv, 1.0)
+    std::vector<ModelErrors>& path = diagnosis_.comparison.path;
+    path = {ErrorsOver(problem_, diagnosis_.base, *model_)};
+    diagnosis_.verdict = ExplainsMost(path[0].cv, model_->cv, 1.0)
                              ? Verdict::kMissingEffect
                              : Verdict::kUnexplained;
   }
@@ -298,8 +299,9 @@ void Search::CompareModels() {
   const EvaluatedModel& last = diagnosis_.last();
   ModelComparison& comparison = diagnosis_.comparison;
   Report("comparing the models", last.train_error());
-  comparison.path = {given_over_ ? std::move(*given_over_)
-                                 : ErrorsOver(problem_, diagnosis_.base, last)};
+  if (comparison.path.empty()) {  // else the verdict asked for it
+    comparison.path = {ErrorsOver(problem_, diagnosis_.base, last)};
+  }
   for (const DiagnosisStep& step : diagnosis_.steps) {
     comparison.path.push_back(ErrorsOver(problem_, *step.after, last));
   }

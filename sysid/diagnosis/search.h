@@ -101,6 +101,10 @@ class Search {
   bool TakeOutUnneeded();
   bool TakeOutIfUnneeded(const std::string& name);
   bool TakePartOf(const Effect& whole);
+  // A model with `part`, or nothing where that is null, in the place of `name`
+  // becomes the model, by a step.
+  void TakeSimpler(const std::string& name, const Effect* part,
+                   EvaluatedModel simpler);
   // A model without one of its effects, fitted again; and whether that was
   // tried over a model's segments.
   EvaluatedModel Without(const std::string& name, const EvaluatedModel& model);
@@ -190,10 +194,9 @@ class Search {
   // What the equations of motion showed, and looked back at: by name.
   std::set<std::string> settled_;
   std::vector<FollowedMotion> followed_;
-  bool by_equations_ = false;              // whether their values stay
-  std::vector<ScreenedEffect> shown_;      // by them, where those are few
-  std::vector<ModelErrors> tried_;         // every refit
-  std::optional<ModelErrors> given_over_;  // the final model's segments
+  bool by_equations_ = false;          // whether their values stay
+  std::vector<ScreenedEffect> shown_;  // by them, where those are few
+  std::vector<ModelErrors> tried_;     // every refit
   struct WholeFit {
     std::set<std::string> effects;
     Eigen::VectorXd theta;  // of the fit over segments

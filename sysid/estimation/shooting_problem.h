@@ -36,8 +36,8 @@ struct EstimationOptions : MeasurementOptions {
   // gain less, at the pace of the last few.
   double least_gain = 0.0;
   // Normalised: so too the stage that makes one trajectory of a run, where
-  // these would not bring the error below this. Who asks for an error asks for
-  // no more: such a fit makes no predictions (Fit::horizon, Fit::open).
+  // these would not bring the error below this. A fit with a finite one is made
+  // for its error alone: Fit::horizon and Fit::open stay empty.
   double wanted_error = std::numeric_limits<double>::infinity();
   // What a chosen step may change, in standard deviations (ChooseRollout).
   double step_error = 0.2;
