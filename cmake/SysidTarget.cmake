@@ -8,6 +8,11 @@
 option(SYSID_PRECOMPILE "Parse the libraries' headers once for all files"
   ${PROJECT_IS_TOP_LEVEL})
 
+# Off in `portable` for the same reason, and in `debug`, where one file at a time
+# is changed: a batch is compiled again for each of its files.
+option(SYSID_UNITY "Compile the files of a library in batches"
+  ${PROJECT_IS_TOP_LEVEL})
+
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   # The sloppiness that ccache's manual asks for with precompiled headers; paths
@@ -129,6 +134,16 @@ function(sysid_precompile target set)
   endif()
 endfunction()
 
+# sysid_batches(TARGET): its files are compiled some at a time, in less than half
+# of the compiler's time (headers, templates and what it inlines of them once a
+# batch), within 1 GB. Files with options of their own stay alone.
+function(sysid_batches target)
+  if(SYSID_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON
+      UNITY_BUILD_BATCH_SIZE 8)
+  endif()
+endfunction()
+
 function(sysid_add_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPENDS" ${ARGN})
   add_library(sysid_${name} STATIC ${arg_SOURCES})
@@ -140,6 +155,7 @@ function(sysid_add_library name)
   target_link_libraries(sysid_${name} PUBLIC ${arg_DEPENDS})
   sysid_compile_options(sysid_${name})
   sysid_precompile(sysid_${name} library_headers)
+  sysid_batches(sysid_${name})
   set_property(GLOBAL APPEND PROPERTY SYSID_LIBRARIES sysid_${name})
 endfunction()
 

@@ -3,18 +3,17 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "glog/logging.h"
 #include "models/error.h"
+#include "models/math/constants.h"
 #include "models/math/types.h"
 #include "models/parameters-impl.h"
 
 namespace sysid {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr const char* kAxes[3] = {"x", "y", "z"};
 constexpr const char* kEntries[6] = {"xx", "yy", "zz", "xy", "xz", "yz"};
 using internal::kColumn;

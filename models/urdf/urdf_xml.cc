@@ -92,6 +92,18 @@ bool ReadNumber(const std::string& text, double* value) {
   return true;
 }
 
+std::string ExactText(double value) {
+  char text[32];
+  const auto result =
+      std::to_chars(text, text + sizeof(text), value == 0 ? 0.0 : value);
+  return std::string(text, result.ptr);
+}
+
+std::string ExactText3(const double* values) {
+  return ExactText(values[0]) + " " + ExactText(values[1]) + " " +
+         ExactText(values[2]);
+}
+
 void UrdfElement::Fault(const std::string& text,
                         const std::string& hint) const {
   faults_->Add(element_->Row(), element_->Column(), what_ + ": " + text, hint);

@@ -21,6 +21,11 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
 // locale.
 bool ReadNumber(const std::string& text, double* value);
 
+// The shortest text that reads back as the same number ("0" for -0), and three
+// of them, separated by spaces.
+std::string ExactText(double value);
+std::string ExactText3(const double* values);
+
 // One element and what it is called in messages ("link 'arm'").
 class UrdfElement {
  public:

@@ -4,25 +4,14 @@
 #include <tinyxml.h>
 #include <urdf_parser/urdf_parser.h>
 
-#include <charconv>
 #include <cmath>
 #include <mutex>
 
 #include "models/error.h"
+#include "models/urdf/urdf_xml.h"
 
 namespace sysid {
 namespace {
-
-// The shortest text that reads back as the same number.
-std::string Exact(double value) {
-  char text[32];
-  const auto result = std::to_chars(text, text + sizeof(text), value);
-  return std::string(text, result.ptr);
-}
-
-std::string Exact3(const double* v) {
-  return Exact(v[0]) + " " + Exact(v[1]) + " " + Exact(v[2]);
-}
 
 TiXmlElement* AddElement(TiXmlNode* parent, const std::string& name) {
   return parent->LinkEndChild(new TiXmlElement(name))->ToElement();
@@ -30,8 +19,8 @@ TiXmlElement* AddElement(TiXmlNode* parent, const std::string& name) {
 
 void AddOrigin(TiXmlNode* parent, const double* xyz, const double* rpy) {
   TiXmlElement* origin = AddElement(parent, "origin");
-  origin->SetAttribute("xyz", Exact3(xyz));
-  origin->SetAttribute("rpy", Exact3(rpy));
+  origin->SetAttribute("xyz", ExactText3(xyz));
+  origin->SetAttribute("rpy", ExactText3(rpy));
 }
 
 void AddLink(const UrdfLink& link, TiXmlNode* robot) {
@@ -40,12 +29,12 @@ void AddLink(const UrdfLink& link, TiXmlNode* robot) {
   if (!link.has_inertial) return;
   TiXmlElement* inertial = AddElement(element, "inertial");
   AddOrigin(inertial, link.xyz, link.rpy);
-  AddElement(inertial, "mass")->SetAttribute("value", Exact(link.mass));
+  AddElement(inertial, "mass")->SetAttribute("value", ExactText(link.mass));
   TiXmlElement* inertia = AddElement(inertial, "inertia");
   static constexpr const char* kMoments[] = {"ixx", "ixy", "ixz",
                                              "iyy", "iyz", "izz"};
   for (int i = 0; i < 6; ++i) {
-    inertia->SetAttribute(kMoments[i], Exact(link.inertia[i]));
+    inertia->SetAttribute(kMoments[i], ExactText(link.inertia[i]));
   }
 }
 
@@ -60,18 +49,19 @@ void AddJoint(const UrdfJoint& joint, const UrdfOutline& outline,
       ->SetAttribute("link", outline.links[joint.parent].name);
   AddElement(element, "child")
       ->SetAttribute("link", outline.links[joint.child].name);
-  AddElement(element, "axis")->SetAttribute("xyz", Exact3(joint.axis));
+  AddElement(element, "axis")->SetAttribute("xyz", ExactText3(joint.axis));
   TiXmlElement* limit = AddElement(element, "limit");
-  limit->SetAttribute("lower", Exact(joint.lower));
-  limit->SetAttribute("upper", Exact(joint.upper));
+  limit->SetAttribute("lower", ExactText(joint.lower));
+  limit->SetAttribute("upper", ExactText(joint.upper));
   // What the file leaves out is infinite, which urdfdom cannot read.
-  limit->SetAttribute("effort",
-                      Exact(std::isfinite(joint.effort) ? joint.effort : 0));
   limit->SetAttribute(
-      "velocity", Exact(std::isfinite(joint.velocity) ? joint.velocity : 0));
+      "effort", ExactText(std::isfinite(joint.effort) ? joint.effort : 0));
+  limit->SetAttribute(
+      "velocity",
+      ExactText(std::isfinite(joint.velocity) ? joint.velocity : 0));
   TiXmlElement* dynamics = AddElement(element, "dynamics");
-  dynamics->SetAttribute("damping", Exact(joint.damping));
-  dynamics->SetAttribute("friction", Exact(joint.friction));
+  dynamics->SetAttribute("damping", ExactText(joint.damping));
+  dynamics->SetAttribute("friction", ExactText(joint.friction));
 }
 
 // Takes what urdfdom would print; the handler is the process's.

@@ -2,7 +2,6 @@
 
 #include <tinyxml.h>
 
-#include <charconv>
 #include <cmath>
 
 #include "models/urdf/load_urdf.h"
@@ -14,18 +13,6 @@ namespace sysid {
 namespace {
 
 constexpr char kOurs[] = "sysid: ";  // begins our comments
-
-// The shortest text that reads back as the same number.
-std::string Exact(double value) {
-  char text[32];
-  const auto result =
-      std::to_chars(text, text + sizeof(text), value == 0 ? 0.0 : value);
-  return std::string(text, result.ptr);
-}
-
-std::string Exact3(const Eigen::Vector3d& v) {
-  return Exact(v[0]) + " " + Exact(v[1]) + " " + Exact(v[2]);
-}
 
 // XML allows no "--" in a comment, nor a '-' at its end.
 std::string Safe(const std::string& text) {
@@ -48,8 +35,8 @@ TiXmlElement* Child(TiXmlElement* parent, const std::string& name) {
 }
 
 // The element of a link or joint, or a new one.
-TiXmlElement* Named(TiXmlElement* robot, const char* kind,
-                    const std::string& name) {
+TiXmlElement* NamedElement(TiXmlElement* robot, const char* kind,
+                           const std::string& name) {
   for (TiXmlElement* e = robot->FirstChildElement(kind); e;
        e = e->NextSiblingElement(kind)) {
     const std::string* has = e->Attribute(std::string("name"));
@@ -61,7 +48,7 @@ TiXmlElement* Named(TiXmlElement* robot, const char* kind,
 }
 
 template <class Part>
-Part Find(const std::vector<Part>& parts, const std::string& name) {
+Part FindPart(const std::vector<Part>& parts, const std::string& name) {
   for (const Part& part : parts) {
     if (part.name == name) return part;
   }
@@ -79,11 +66,11 @@ void WriteLink(const Inertial<double>& body, const UrdfLink& was,
   TiXmlElement* inertial = Child(link, "inertial");
   if (moved || other) {
     TiXmlElement* origin = Child(inertial, "origin");
-    if (moved) origin->SetAttribute("xyz", Exact3(body.com));
+    if (moved) origin->SetAttribute("xyz", ExactText3(body.com.data()));
     if (other) origin->SetAttribute("rpy", "0 0 0");
   }
   if (!was.has_inertial || body.mass != before.mass) {
-    Child(inertial, "mass")->SetAttribute("value", Exact(body.mass));
+    Child(inertial, "mass")->SetAttribute("value", ExactText(body.mass));
   }
   if (was.has_inertial && !other) return;
   TiXmlElement* inertia = Child(inertial, "inertia");
@@ -93,7 +80,7 @@ void WriteLink(const Inertial<double>& body, const UrdfLink& was,
   } kMoments[] = {{"ixx", 0, 0}, {"ixy", 0, 1}, {"ixz", 0, 2},
                   {"iyy", 1, 1}, {"iyz", 1, 2}, {"izz", 2, 2}};
   for (const auto& m : kMoments) {
-    inertia->SetAttribute(m.name, Exact(body.inertia(m.row, m.column)));
+    inertia->SetAttribute(m.name, ExactText(body.inertia(m.row, m.column)));
   }
 }
 
@@ -122,20 +109,20 @@ void WriteNewJoint(const Mechanism& mechanism, const Joint& joint,
   Child(element, "child")->SetAttribute("link", links[joint.child_link].name);
   if (joint.has_limits) {
     TiXmlElement* limit = Append(element, "limit");
-    limit->SetAttribute("lower", Exact(joint.lower));
-    limit->SetAttribute("upper", Exact(joint.upper));
+    limit->SetAttribute("lower", ExactText(joint.lower));
+    limit->SetAttribute("upper", ExactText(joint.upper));
     if (std::isfinite(joint.effort_limit)) {
-      limit->SetAttribute("effort", Exact(joint.effort_limit));
+      limit->SetAttribute("effort", ExactText(joint.effort_limit));
     }
     if (std::isfinite(joint.velocity_limit)) {
-      limit->SetAttribute("velocity", Exact(joint.velocity_limit));
+      limit->SetAttribute("velocity", ExactText(joint.velocity_limit));
     }
   }
   if (joint.mimic) {
     TiXmlElement* mimic = Append(element, "mimic");
     mimic->SetAttribute("joint", joint.mimic->joint);
-    mimic->SetAttribute("multiplier", Exact(joint.mimic->multiplier));
-    mimic->SetAttribute("offset", Exact(joint.mimic->offset));
+    mimic->SetAttribute("multiplier", ExactText(joint.mimic->multiplier));
+    mimic->SetAttribute("offset", ExactText(joint.mimic->offset));
   }
 }
 
@@ -159,21 +146,21 @@ void WriteJoint(const Model& model, int index, const UrdfJoint& was,
     element->SetAttribute("type", ToString(joint.type));
   }
   if (p != Vector(was.xyz)) {
-    Child(element, "origin")->SetAttribute("xyz", Exact3(p));
+    Child(element, "origin")->SetAttribute("xyz", ExactText3(p.data()));
   }
   if (joint.R_PJ != RotationOf(was.rpy)) {
     Child(element, "origin")
-        ->SetAttribute("rpy", Exact3(RollPitchYaw(joint.R_PJ)));
+        ->SetAttribute("rpy", ExactText3(RollPitchYaw(joint.R_PJ).data()));
   }
   if (is_new) WriteNewJoint(model.mechanism(), joint, element);
   if (VelocitySize(joint.type) == 1 && joint.axis != Vector(was.axis)) {
-    Child(element, "axis")->SetAttribute("xyz", Exact3(joint.axis));
+    Child(element, "axis")->SetAttribute("xyz", ExactText3(joint.axis.data()));
   }
   if (damping != std::max(was.damping, 0.0)) {
-    Child(element, "dynamics")->SetAttribute("damping", Exact(damping));
+    Child(element, "dynamics")->SetAttribute("damping", ExactText(damping));
   }
   if (friction != std::max(was.friction, 0.0)) {
-    Child(element, "dynamics")->SetAttribute("friction", Exact(friction));
+    Child(element, "dynamics")->SetAttribute("friction", ExactText(friction));
   }
 }
 
@@ -181,7 +168,7 @@ void WriteJoint(const Model& model, int index, const UrdfJoint& was,
 std::vector<std::string> EffectComments(const Model& model) {
   std::vector<std::string> all;
   if (model.nominal().gravity != 9.81) {
-    all.push_back("gravity=" + Exact(model.nominal().gravity) + " m/s^2");
+    all.push_back("gravity=" + ExactText(model.nominal().gravity) + " m/s^2");
   }
   for (int i = 0; i < model.effects().size(); ++i) {
     const Effect& effect = model.effects().effect(i);
@@ -193,7 +180,7 @@ std::vector<std::string> EffectComments(const Model& model) {
       const double value =
           model.nominal().effects[model.effects().offset(i) + k];
       all.push_back(effect.name() + " " + effect.parameters()[k].name + "=" +
-                    Exact(value) + " " + effect.parameters()[k].unit);
+                    ExactText(value) + " " + effect.parameters()[k].unit);
     }
   }
   return all;
@@ -245,14 +232,14 @@ std::string WriteUrdf(const Model& model,
   WriteComments(all, robot);
   const auto write_link = [&](int i) {
     const std::string& name = mechanism.links[i].name;
-    WriteLink(model.nominal().links[i], Find(was.links, name),
-              Named(robot, "link", name));
+    WriteLink(model.nominal().links[i], FindPart(was.links, name),
+              NamedElement(robot, "link", name));
   };
   write_link(0);
   for (size_t i = 0; i < mechanism.joints.size(); ++i) {
     const std::string& name = mechanism.joints[i].name;
-    WriteJoint(model, static_cast<int>(i), Find(was.joints, name), content,
-               Named(robot, "joint", name));
+    WriteJoint(model, static_cast<int>(i), FindPart(was.joints, name), content,
+               NamedElement(robot, "joint", name));
     write_link(mechanism.joints[i].child_link);
   }
   TiXmlPrinter printer;

@@ -63,22 +63,20 @@ BlockCholesky::BlockCholesky(const BlockTridiagonal& matrix)
   for (int i = 0; i < matrix.blocks(); ++i) {
     MatrixXd left = matrix.diagonal[i];
     if (i > 0) left.noalias() -= below_[i - 1] * below_[i - 1].transpose();
-    chol_[i].compute(left);
-    if (chol_[i].info() != Eigen::Success) {
+    chol_[i] = Cholesky(left);
+    if (!chol_[i].Valid()) {
       valid_ = false;
       return;
     }
     if (i + 1 < matrix.blocks()) {
-      chol_[i].matrixU().solveInPlace<Eigen::OnTheRight>(below_[i]);
+      chol_[i].SolveLTransposedRight(below_[i]);
     }
   }
 }
 
 double BlockCholesky::LogDeterminant() const {
   double sum = 0.0;
-  for (const auto& chol : chol_) {
-    sum += 2.0 * chol.matrixLLT().diagonal().array().log().sum();
-  }
+  for (const Cholesky& chol : chol_) sum += chol.LogDeterminant();
   return sum;
 }
 
@@ -92,12 +90,12 @@ MatrixXd BlockCholesky::Solve(const MatrixXd& b) const {
   for (int i = 0; i < blocks; ++i) {
     auto here = rows(i);
     if (i > 0) here.noalias() -= below_[i - 1] * rows(i - 1);
-    chol_[i].matrixL().solveInPlace(here);
+    chol_[i].SolveL(here);
   }
   for (int i = blocks - 1; i >= 0; --i) {
     auto here = rows(i);
     if (i + 1 < blocks) here.noalias() -= below_[i].transpose() * rows(i + 1);
-    chol_[i].matrixU().solveInPlace(here);
+    chol_[i].SolveLTransposed(here);
   }
   return x;
 }
@@ -106,10 +104,11 @@ BlockTridiagonal BlockCholesky::Inverse() const {
   BlockTridiagonal inverse = BlockTridiagonal::Zero(first_);
   for (int i = inverse.blocks() - 1; i >= 0; --i) {
     const int size = first_[i + 1] - first_[i];
-    inverse.diagonal[i] = chol_[i].solve(MatrixXd::Identity(size, size));
+    inverse.diagonal[i] =
+        chol_[i].Solve(MatrixXd(MatrixXd::Identity(size, size)));
     if (i + 1 == inverse.blocks()) continue;
     MatrixXd M = below_[i];  // W_i L_i^-1
-    chol_[i].matrixL().solveInPlace<Eigen::OnTheRight>(M);
+    chol_[i].SolveLRight(M);
     inverse.below[i].noalias() = -inverse.diagonal[i + 1] * M;
     inverse.diagonal[i].noalias() -= M.transpose() * inverse.below[i];
   }

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <vector>
 
+#include "models/math/decompositions.h"
 #include "models/math/types.h"
 
 namespace sysid {
@@ -44,7 +44,7 @@ class BlockCholesky {
  private:
   std::vector<int> first_;
   bool valid_ = true;
-  std::vector<Eigen::LLT<Eigen::MatrixXd>> chol_;
+  std::vector<Cholesky> chol_;
   std::vector<Eigen::MatrixXd> below_;  // W_i = below_i L_i^-T
 };
 

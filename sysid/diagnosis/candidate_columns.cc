@@ -20,9 +20,9 @@ constexpr int kMostSecants = 6;
 
 // Writes the derivatives of a segment's errors, SI, into the batch's columns of
 // `out`. False where the dynamics fail.
-bool Evaluate(const CandidateBatch& batch, const LinearizedFit& fit,
-              const LinearizedFit::Segment& at, SegmentScratch* scratch,
-              RowMatrixXd* out) {
+bool EvaluateBatch(const CandidateBatch& batch, const LinearizedFit& fit,
+                   const LinearizedFit::Segment& at, SegmentScratch* scratch,
+                   RowMatrixXd* out) {
   RolloutOptions options = at.rollout->options();
   if (batch.has_state() && batch.IsSecant()) {
     // What it swings at is not what the fit's steps were chosen for.
@@ -223,7 +223,7 @@ std::vector<Eigen::MatrixXd> RespondToCandidates(
                 RowMatrixXd columns = RowMatrixXd::Zero(at.rows(), total);
                 for (size_t b = 0; b < batches.size(); ++b) {
                   std::unique_ptr<SegmentScratch> scratch = pools[b].Take();
-                  Evaluate(*batches[b], fit, at, scratch.get(), &columns);
+                  EvaluateBatch(*batches[b], fit, at, scratch.get(), &columns);
                   pools[b].Give(std::move(scratch));
                 }
                 responses[s] = fit.Whiten(at, std::move(columns));

@@ -1,9 +1,10 @@
 #include "sysid/diagnosis/candidate_weights.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 
@@ -87,9 +88,9 @@ Weights BestWeights(const Candidate& candidate, int set,
     const Eigen::VectorXd scale = part.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled =
         scale.asDiagonal() * part * scale.asDiagonal();
-    const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-    if (llt.info() != Eigen::Success) continue;
-    const double pivot = llt.matrixL()(with.size() - 1, with.size() - 1);
+    const Cholesky factor(scaled);
+    if (!factor.Valid()) continue;
+    const double pivot = factor.L()(with.size() - 1, with.size() - 1);
     if (pivot * pivot > 1e-4) kept = with;
   }
   // A parameter that comes out of several probes (a reference) needs them
@@ -107,7 +108,7 @@ Weights BestWeights(const Candidate& candidate, int set,
       if (mask & (1 << i)) weights.active.push_back(kept[i]);
     }
     const Eigen::VectorXd b = products.b(weights.active);
-    weights.alpha = -C(weights.active, weights.active).ldlt().solve(b);
+    weights.alpha = -SolveSymmetric(C(weights.active, weights.active), b);
     weights.score = -weights.alpha.dot(b);
     if (!Feasible(candidate, weights)) continue;
     if (weights.score > best.score) best = weights;

@@ -1,6 +1,5 @@
 #include "sysid/diagnosis/cross_validation.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +7,7 @@
 #include <string>
 
 #include "glog/logging.h"
+#include "models/math/decompositions.h"
 
 namespace sysid {
 namespace {
@@ -157,11 +157,10 @@ CrossValidation CrossValidate(const LinearizedFit& fit) {
     }
     Eigen::VectorXd change = g;
     if (rank > 0) {
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(H);
-      const auto others = 1.0 - eigen.eigenvalues().array().min(kMostOfIt);
-      change =
-          eigen.eigenvectors() *
-          (eigen.eigenvectors().transpose() * g).cwiseQuotient(others.matrix());
+      const SymmetricEigen eigen = EigenOfSymmetric(H);
+      const auto others = 1.0 - eigen.values.array().min(kMostOfIt);
+      change = eigen.vectors *
+               (eigen.vectors.transpose() * g).cwiseQuotient(others.matrix());
     }
     for (int s = first; s < end; ++s) {
       const Eigen::VectorXd e =

@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 
+#include "models/math/decompositions.h"
 #include "models/parameters.h"
 #include "residuals/segment_tangent.h"
 #include "sysid/diagnosis/force_equations.h"
@@ -437,11 +438,11 @@ double PValueOf(const Effect& effect, const Model& given, const Fit& fit) {
   const MatrixXd moves = fit.undetermined(at, Eigen::all);
   if (moves.cols() > 0 &&
       StaysWithinBounds(fit, at,
-                        fit.undetermined *
-                            moves.completeOrthogonalDecomposition().solve(d))) {
+                        fit.undetermined * ShortestLeastSquares(moves, d))) {
     variance += moves * moves.transpose();
   }
-  const double p = FisherTail(d.dot(variance.ldlt().solve(d)) / n, n, kManyDof);
+  const double p =
+      FisherTail(d.dot(SolveSymmetric(variance, d)) / n, n, kManyDof);
   return n == 1 && none_at_bound ? 0.5 * p : p;
 }
 

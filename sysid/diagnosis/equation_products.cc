@@ -1,9 +1,10 @@
 #include "sysid/diagnosis/equation_products.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 
@@ -40,11 +41,9 @@ Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
           .cwiseSqrt()
           .cwiseMax(std::numeric_limits<double>::min())
           .cwiseInverse();
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(G.rows(),
-                                                                 G.cols());
-  solver.setThreshold(kDependent);
-  solver.compute(scale.asDiagonal() * G * scale.asDiagonal());
-  return scale.cwiseProduct(solver.solve(scale.cwiseProduct(g).eval()));
+  return scale.cwiseProduct(
+      ShortestLeastSquares(scale.asDiagonal() * G * scale.asDiagonal(),
+                           scale.cwiseProduct(g), kDependent));
 }
 
 Eigen::VectorXd SolveWeighted(const EquationProducts& products,

@@ -1,11 +1,11 @@
 #include "sysid/diagnosis/force_regression.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <utility>
 
+#include "models/math/decompositions.h"
 #include "models/math/rotation.h"
 #include "models/state.h"
 #include "sysid/estimation/parallel.h"
@@ -26,8 +26,9 @@ struct ForcedMotion {
 };
 
 // The force over each interval of a segment, and what the parameters change.
-ParameterForces ForcesOf(const ForceResponse& response, int s,
-                         const RowMatrixXd& values, const VectorXd& dtheta) {
+ParameterForces RegressorForces(const ForceResponse& response, int s,
+                                const RowMatrixXd& values,
+                                const VectorXd& dtheta) {
   const LinearizedFit& fit = response.fit();
   const SegmentRollout& rollout = *fit.segments()[s]->rollout;
   const ParameterForces by_theta =
@@ -76,14 +77,15 @@ std::vector<ForcedMotion> MoveWith(const ForceResponse& response,
                                    const SmoothForce& force) {
   const LinearizedFit& fit = response.fit();
   std::vector<ForcedMotion> motions(fit.segments().size());
-  ParallelFor(static_cast<int>(motions.size()), fit.problem().options().threads,
-              [&](int s) {
-                motions[s] = MoveSegment(
-                    response, s,
-                    ForcesOf(response, s, force.Values(fit.segments()[s]->run),
-                             force.ParameterChange()));
-                return true;
-              });
+  ParallelFor(
+      static_cast<int>(motions.size()), fit.problem().options().threads,
+      [&](int s) {
+        motions[s] = MoveSegment(
+            response, s,
+            RegressorForces(response, s, force.Values(fit.segments()[s]->run),
+                            force.ParameterChange()));
+        return true;
+      });
   return motions;
 }
 
@@ -301,8 +303,8 @@ std::vector<ForceRegression> Regress(const ForceResponse& response,
     }
     // As it would come out of the same data, which smooths it.
     const MatrixXd X = Stack(force.Smooth(laws), rows);
-    const Eigen::ColPivHouseholderQR<MatrixXd> qr(X);
-    const VectorXd b = qr.solve(y);
+    int rank = 0;
+    const VectorXd b = LeastSquares(X, y, &rank);
     const double left = (y - X * b).squaredNorm() / y.squaredNorm();
     ForceRegression law;
     law.joint = joint.name;
@@ -314,7 +316,7 @@ std::vector<ForceRegression> Regress(const ForceResponse& response,
     const double determined =
         std::max(3.0, force.Determined(body.v_index, VelocitySize(body)));
     ranked.push_back({determined * std::log(std::max(left, 1e-12)) +
-                          qr.rank() * std::log(determined),
+                          rank * std::log(determined),
                       std::move(law)});
   }
   Sort(&ranked);

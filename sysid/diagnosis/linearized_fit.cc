@@ -1,12 +1,10 @@
 #include "sysid/diagnosis/linearized_fit.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "glog/logging.h"
+#include "models/math/decompositions.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/estimation/state_weights.h"
@@ -25,13 +23,13 @@ Eigen::MatrixXd InverseRoot(const Eigen::MatrixXd& N) {
   for (int i = 0; i < n; ++i) {
     scale[i] = N(i, i) > 0 ? 1.0 / std::sqrt(N(i, i)) : 0.0;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
-      scale.asDiagonal() * N * scale.asDiagonal());
+  const SymmetricEigen eigen =
+      EigenOfSymmetric(scale.asDiagonal() * N * scale.asDiagonal());
   // Eigenvalues come in rising order.
   const int rank =
-      static_cast<int>((eigen.eigenvalues().array() > kTolerance).count());
-  return scale.asDiagonal() * eigen.eigenvectors().rightCols(rank) *
-         eigen.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+      static_cast<int>((eigen.values.array() > kTolerance).count());
+  return scale.asDiagonal() * eigen.vectors.rightCols(rank) *
+         eigen.values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
 }  // namespace
@@ -104,9 +102,9 @@ bool LinearizedFit::Linearize(Segment* segment, ScratchPool* pool) const {
   S.topRows(rows) = columns.leftCols(n);
   const std::vector<double> belief = StateBelief(problem_, kHeldSpin);
   for (int i = 0; i < n; ++i) S(rows + i, i) = 1.0 / belief[i];
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(S);
-  segment->basis = qr.householderQ() * Eigen::MatrixXd::Identity(rows + n, n);
-  segment->R = qr.matrixQR().topRows(n).triangularView<Eigen::Upper>();
+  const HouseholderFactors qr(S);
+  segment->basis = qr.Q();
+  segment->R = qr.R();
   const Eigen::MatrixXd theta =
       WithoutStates(*segment, columns.rightCols(columns.cols() - n));
   segment->theta = theta(Eigen::all, kept_);
@@ -195,9 +193,9 @@ void ThetaBasis::Span(const std::vector<Eigen::MatrixXd>& theta,
   }
   Eigen::MatrixXd product = products.Over(all).reshaped(rank_, rank_);
   product += V.transpose() * prior.asDiagonal() * V;
-  const Eigen::LLT<Eigen::MatrixXd> factor(product);
+  const Cholesky factor(product);
   for (Eigen::MatrixXd& part : columns_) {
-    factor.matrixU().solveInPlace<Eigen::OnTheRight>(part);
+    factor.SolveLTransposedRight(part);
   }
 }
 

@@ -19,8 +19,8 @@ std::vector<std::string> Minus(const std::vector<std::string>& one,
 }
 
 // The same effect may have been tried more than once: as it did best.
-void Keep(const ModelErrors& model, const std::string& change,
-          std::vector<ModelErrors>* models) {
+void KeepChange(const ModelErrors& model, const std::string& change,
+                std::vector<ModelErrors>* models) {
   const auto same =
       std::find_if(models->begin(), models->end(),
                    [&](const ModelErrors& m) { return m.change == change; });
@@ -64,9 +64,9 @@ void SetNeighbours(const std::vector<ModelErrors>& tried,
     const std::vector<std::string> more = Minus(model.effects, effects);
     const std::vector<std::string> less = Minus(effects, model.effects);
     if (more.empty() && less.size() == 1) {
-      Keep(model, less[0], &comparison->left_out);
+      KeepChange(model, less[0], &comparison->left_out);
     } else if (less.empty() && more.size() == 1) {
-      Keep(model, more[0], &comparison->added);
+      KeepChange(model, more[0], &comparison->added);
     }
   }
   std::stable_sort(comparison->added.begin(), comparison->added.end(),

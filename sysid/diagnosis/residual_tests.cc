@@ -1,10 +1,10 @@
 #include "sysid/diagnosis/residual_tests.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "models/math/decompositions.h"
 #include "models/math/rotation.h"
 #include "sysid/diagnosis/statistics.h"
 
@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 constexpr int kMostLags = 20;
 constexpr double kOut = 3.0;     // standard errors
 constexpr double kBand = 2.576;  // of a normal distribution, 99 %
-constexpr double kSignificant = 0.01;
+constexpr double kSignificantTest = 0.01;
 // Of an effort before an error, s, and how many lags are looked at.
 constexpr double kEarliest = -0.1, kLatest = 0.4;
 constexpr int kMostInputLags = 26;
@@ -161,8 +161,8 @@ Whiteness TestChannel(const std::string& name, const std::vector<Series>& all,
   while (told < lags && V(told, told) > 0.1 * count[told] && count[told] > 5) {
     ++told;
   }
-  const Eigen::LLT<MatrixXd> llt(V.topLeftCorner(told, told));
-  if (told == 0 || llt.info() != Eigen::Success) return out;
+  const Cholesky factor(V.topLeftCorner(told, told));
+  if (told == 0 || !factor.Valid()) return out;
   out.lags = told;
   const VectorXd rho = d.cwiseQuotient(count);
   for (int l = 0; l < told; ++l) {
@@ -177,7 +177,7 @@ Whiteness TestChannel(const std::string& name, const std::vector<Series>& all,
     if (rho[l] < 2.0 / std::sqrt(out.samples)) break;
     out.time += 2.0 * rho[l];
   }
-  const double q = d.head(told).dot(llt.solve(d.head(told)));
+  const double q = d.head(told).dot(factor.Solve(VectorXd(d.head(told))));
   out.p_value = FisherTail(q / told, told, dof);
   return out;
 }
@@ -320,7 +320,7 @@ std::vector<InputCorrelation> CorrelateInputs(const LinearizedFit& fit) {
       }
       best.p_value = std::min(1.0, least * names.size() * inputs.size() *
                                        IndependentLags(input, lags, stride));
-      best.significant = best.p_value < kSignificant;
+      best.significant = best.p_value < kSignificantTest;
       out.push_back(best);
     }
   }

@@ -1,6 +1,5 @@
 #include "sysid/diagnosis/screening.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include "models/math/decompositions.h"
 #include "sysid/diagnosis/candidate_columns.h"
 #include "sysid/diagnosis/candidate_weights.h"
 #include "sysid/diagnosis/columns_by_forces.h"
@@ -21,7 +21,7 @@ namespace {
 
 constexpr double kSignificance = 0.01;  // of `detectable`
 constexpr double kPower = 0.8;
-constexpr int kMostPairs = 10;  // that are kept
+constexpr int kKeptPairs = 10;  // that are kept
 // So many columns of the best sets are made exact, and of all sets twice as
 // many: about a dozen candidates, more than a search refits.
 constexpr int kExactColumns = 24;
@@ -282,15 +282,19 @@ void Screener::Compare(const std::vector<Weights>& weights,
   }
   const Eigen::MatrixXd C = Gram(columns);
   const Eigen::VectorXd b = b_(columns);
-  std::vector<Eigen::LDLT<Eigen::MatrixXd>> inverse(n);
-  for (int i = 0; i < n; ++i) inverse[i].compute(C(own[i], own[i]));
+  std::vector<Eigen::MatrixXd> inverse(n);
+  for (int i = 0; i < n; ++i) {
+    const Eigen::Index size = std::ssize(own[i]);
+    inverse[i] = SolveSymmetric(C(own[i], own[i]),
+                                Eigen::MatrixXd::Identity(size, size).eval());
+  }
   screening->confusability.setIdentity(n, n);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j) {
       if (i == j || !(weights[i].score > 0)) continue;
       const Eigen::VectorXd seen = C(own[j], own[i]) * weights[i].alpha;
-      screening->confusability(i, j) = std::clamp(
-          seen.dot(inverse[j].solve(seen)) / weights[i].score, 0.0, 1.0);
+      screening->confusability(i, j) =
+          std::clamp(seen.dot(inverse[j] * seen) / weights[i].score, 0.0, 1.0);
     }
   }
   for (int i = 0; i < n; ++i) {
@@ -301,14 +305,12 @@ void Screener::Compare(const std::vector<Weights>& weights,
       const Eigen::MatrixXd joint = C(both, both);
       const Eigen::VectorXd rhs = b(both);
       const Eigen::VectorXd scale = joint.diagonal().cwiseSqrt().cwiseInverse();
-      const Eigen::LLT<Eigen::MatrixXd> llt(scale.asDiagonal() * joint *
-                                            scale.asDiagonal());
-      if (llt.info() != Eigen::Success ||
-          !(llt.matrixLLT().diagonal().minCoeff() > 1e-3)) {
+      const Cholesky factor(scale.asDiagonal() * joint * scale.asDiagonal());
+      if (!factor.Valid() || !(factor.L().diagonal().minCoeff() > 1e-3)) {
         continue;
       }
-      const Eigen::VectorXd alpha =
-          -(scale.asDiagonal() * llt.solve((scale.asDiagonal() * rhs).eval()));
+      const Eigen::VectorXd alpha = -(
+          scale.asDiagonal() * factor.Solve((scale.asDiagonal() * rhs).eval()));
       Weights wi = weights[i], wj = weights[j];
       wi.alpha = alpha.head(own[i].size());
       wj.alpha = alpha.tail(own[j].size());
@@ -445,7 +447,7 @@ Screening Screener::Run() {
   std::sort(
       screening.pairs.begin(), screening.pairs.end(),
       [](const auto& a, const auto& b) { return a.criterion < b.criterion; });
-  if (screening.pairs.size() > kMostPairs) screening.pairs.resize(kMostPairs);
+  if (screening.pairs.size() > kKeptPairs) screening.pairs.resize(kKeptPairs);
   return screening;
 }
 

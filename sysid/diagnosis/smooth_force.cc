@@ -143,7 +143,7 @@ std::vector<MatrixXd> SmoothForce::ForcesFrom(const Solution& at,
   }
   Ty -= totals.Over(*equations_.processes).reshaped(Ty.rows(), Ty.cols());
   *dtheta = Ty / variance;
-  if (dtheta->rows() > 0) *dtheta = at.parameters.solve(*dtheta).eval();
+  if (dtheta->rows() > 0) *dtheta = at.parameters.Solve(*dtheta);
   for (size_t r = 0; r < Ay.size(); ++r) Ay[r].noalias() -= at.Y[r] * *dtheta;
   return Ay;
 }
@@ -188,14 +188,13 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
   out.determinants = sums[1];
   M -= sums.tail(free * free).reshaped(free, free);
   if (M.size() > 0) {
-    out.parameters.compute(M / variance);
-    if (out.parameters.info() != Eigen::Success) {
+    out.parameters = Cholesky(M / variance);
+    if (!out.parameters.Valid()) {
       out.determinants = -std::numeric_limits<double>::infinity();
       return out;
     }
     out.determinants -=
-        2.0 * out.parameters.matrixLLT().diagonal().array().log().sum() +
-        M.rows() * std::log(variance);
+        out.parameters.LogDeterminant() + M.rows() * std::log(variance);
   }
   MatrixXd dtheta;
   const std::vector<MatrixXd> phi =
@@ -216,7 +215,7 @@ SmoothForce::Solution SmoothForce::Solve(const Point& point) const {
     out.inverse.push_back(out.factors[r].Inverse());
     out.Z.push_back(out.Y[r]);
     if (M.size() > 0) {
-      out.parameters.matrixU().solveInPlace<Eigen::OnTheRight>(out.Z[r]);
+      out.parameters.SolveLTransposedRight(out.Z[r]);
     }
     for (int d = 0; d < nv; ++d) {
       double rough = 0.0, determined = run.knots;

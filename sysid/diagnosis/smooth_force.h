@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "models/math/decompositions.h"
 #include "sysid/diagnosis/block_tridiagonal.h"
 #include "sysid/estimation/processes.h"
 
@@ -84,9 +85,9 @@ class SmoothForce {
   };
   // Everything at a point.
   struct Solution {
-    std::vector<BlockCholesky> factors;      // of H = G / variance + P
-    std::vector<Eigen::MatrixXd> Y;          // H^-1 C / variance
-    Eigen::LLT<Eigen::MatrixXd> parameters;  // of M, their Schur complement
+    std::vector<BlockCholesky> factors;  // of H = G / variance + P
+    std::vector<Eigen::MatrixXd> Y;      // H^-1 C / variance
+    Cholesky parameters;                 // of M, their Schur complement
     std::vector<Eigen::VectorXd> phi;
     Eigen::VectorXd dtheta;
     double squares = 0.0;    // that remain

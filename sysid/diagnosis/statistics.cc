@@ -1,11 +1,12 @@
 #include "sysid/diagnosis/statistics.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 
@@ -47,7 +48,7 @@ WaldTest TestWeights(const Eigen::MatrixXd& C, const Eigen::VectorXd& alpha,
   const int G = static_cast<int>(scores.rows());
   WaldTest test;
   const Eigen::MatrixXd inverse =
-      C.ldlt().solve(Eigen::MatrixXd::Identity(k, k));
+      SolveSymmetric(C, Eigen::MatrixXd(Eigen::MatrixXd::Identity(k, k)));
   const double variance = squares / dof;
   test.covariance = variance * inverse;
   const double white = alpha.dot(C * alpha) / variance / k;
@@ -55,10 +56,9 @@ WaldTest TestWeights(const Eigen::MatrixXd& C, const Eigen::VectorXd& alpha,
   if (G <= k + 1) return test;
   const Eigen::MatrixXd clustered =
       inverse * (scores.transpose() * scores) * inverse * (G / (G - 1.0));
-  const Eigen::LDLT<Eigen::MatrixXd> solver(clustered);
   // Hotelling: T^2 (G - k) / (k (G - 1)) is F(k, G - k).
   const double wald =
-      alpha.dot(solver.solve(alpha)) * (G - k) / (k * (G - 1.0));
+      alpha.dot(SolveSymmetric(clustered, alpha)) * (G - k) / (k * (G - 1.0));
   test.p_value = std::max(test.p_value, FisherTail(wald, k, G - k));
   if (clustered.trace() > test.covariance.trace()) test.covariance = clustered;
   return test;

@@ -16,10 +16,10 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Of a p-value: the noise is never quite what the likelihood takes it for.
-constexpr double kSignificant = 1e-3;
+constexpr double kSignificantForce = 1e-3;
 // A force that does less than this part of what all do is what is left of
 // another's.
-constexpr double kMaterial = 0.05;
+constexpr double kMaterialShare = 0.05;
 
 std::vector<ForceCurve> CurvesOf(const ForceResponse& response,
                                  const SmoothForce& force, const Body& body) {
@@ -86,7 +86,8 @@ UnexplainedForce EstimateForce(const LinearizedFit& fit) {
         force.WeightOf(body.v_index, VelocitySize(body));
     joint.p_value = std::min(1.0, weight.p_value * bodies.size());
     joint.share = weight.share;
-    joint.significant = joint.p_value < kSignificant && joint.share > kMaterial;
+    joint.significant =
+        joint.p_value < kSignificantForce && joint.share > kMaterialShare;
     out.joints.push_back(joint);
     std::move(curves.begin(), curves.end(), std::back_inserter(out.curves));
     if (joint.significant) moved.push_back(&body);

@@ -124,7 +124,7 @@ double FurthestMove(const EvaluatedModel& evaluated) {
 }
 
 // Where the parameters started, effects as they were found.
-Eigen::VectorXd StartOf(const EvaluatedModel& evaluated) {
+Eigen::VectorXd StartValues(const EvaluatedModel& evaluated) {
   const ShootingProblem& problem = *evaluated.problem;
   Eigen::VectorXd values(problem.free().size());
   for (int i = 0; i < values.size(); ++i) {
@@ -188,7 +188,7 @@ UnexplainedForce ForceOf(const EvaluatedModel& evaluated,
   }
   if (wavering) {
     UnexplainedForce start =
-        ForceFrom(evaluated, StartOf(evaluated), length, none);
+        ForceFrom(evaluated, StartValues(evaluated), length, none);
     if (best.curves.empty() ||
         (!start.curves.empty() &&
          (Explains(start) || start.variance < best.variance) &&

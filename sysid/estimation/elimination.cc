@@ -1,17 +1,14 @@
 #include "sysid/estimation/elimination.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "models/math/decompositions.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
 
 RowMatrixXd TriangularFactor(const RowMatrixXd& rows) {
-  if (rows.rows() == 0) return rows;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
-  const int keep = static_cast<int>(std::min(rows.rows(), rows.cols()));
-  return qr.matrixQR().topRows(keep).triangularView<Eigen::Upper>();
+  return HouseholderTriangle(rows);
 }
 
 RunReduction::RunReduction(const RunLinearization& run,

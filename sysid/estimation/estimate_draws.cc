@@ -1,10 +1,11 @@
 #include "sysid/estimation/estimate_draws.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <random>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 namespace {
@@ -17,13 +18,13 @@ Eigen::MatrixXd Determined(const Estimates& estimates,
   constexpr double kWidest = 1.0;
   constexpr double kTakesPart = 0.1;  // as in AnalyseIdentifiability
   const Eigen::VectorXd inverse = scale.cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> scaled(
+  const SymmetricEigen scaled = EigenOfSymmetric(
       inverse.asDiagonal() * estimates.theta_covariance * inverse.asDiagonal());
-  const Eigen::MatrixXd V = scale.asDiagonal() * scaled.eigenvectors();
-  Eigen::VectorXd variances = scaled.eigenvalues().cwiseMax(0.0);
+  const Eigen::MatrixXd V = scale.asDiagonal() * scaled.vectors;
+  Eigen::VectorXd variances = scaled.values.cwiseMax(0.0);
   for (int k = 0; k < scale.size(); ++k) {
     if (!(variances[k] > kWidest * kWidest)) continue;
-    const Eigen::VectorXd v = scaled.eigenvectors().col(k);
+    const Eigen::VectorXd v = scaled.vectors.col(k);
     const double part = kTakesPart * v.cwiseAbs().maxCoeff();
     for (int i = 0; i < v.size(); ++i) {
       if (std::abs(v[i]) >= part && !estimates.parameters[i].identifiable) {
@@ -47,11 +48,11 @@ Eigen::MatrixXd RootOf(const Eigen::MatrixXd& C) {
   const Eigen::VectorXd s = C.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse =
       (s.array() > 0.0).select(s.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> correlation(
-      inverse.asDiagonal() * C * inverse.asDiagonal());
-  const Eigen::MatrixXd& V = correlation.eigenvectors();
+  const SymmetricEigen correlation =
+      EigenOfSymmetric(inverse.asDiagonal() * C * inverse.asDiagonal());
+  const Eigen::MatrixXd& V = correlation.vectors;
   return s.asDiagonal() * V *
-         correlation.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+         correlation.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() *
          V.transpose();
 }
 

@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include "models/error.h"
+#include "models/math/constants.h"
 #include "sysid/estimation/identifiability.h"
 
 namespace sysid {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 bool AtBound(double value, double bound, double scale) {
   return std::isfinite(bound) && std::abs(value - bound) <= 1e-6 * scale;

@@ -4,17 +4,15 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <map>
 
+#include "models/math/constants.h"
 #include "models/state.h"
 #include "residuals/sensed_positions.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Sums of squares by channel name, and over all.
 struct Sums {

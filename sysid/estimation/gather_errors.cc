@@ -5,7 +5,7 @@
 namespace sysid {
 namespace {
 
-std::string Packed(const std::vector<SegmentError>& segments) {
+std::string PackedSegments(const std::vector<SegmentError>& segments) {
   Packer packer;
   for (const SegmentError& segment : segments) {
     packer.Put(segment.trajectory);
@@ -18,7 +18,7 @@ std::string Packed(const std::vector<SegmentError>& segments) {
   return packer.bytes();
 }
 
-std::string Packed(const std::vector<OpenError>& open) {
+std::string PackedOpen(const std::vector<OpenError>& open) {
   Packer packer;
   for (const OpenError& run : open) {
     packer.Put(run.trajectory);
@@ -38,7 +38,8 @@ std::string Packed(const std::vector<OpenError>& open) {
 
 void GatherErrors(const Processes& all, RunErrors* errors) {
   if (all.size() == 1) return;
-  const std::vector<std::string> texts = all.Gather(Packed(errors->segments));
+  const std::vector<std::string> texts =
+      all.Gather(PackedSegments(errors->segments));
   if (all.rank() != 0) return;
   errors->segments.clear();
   for (const std::string& bytes : texts) {
@@ -57,7 +58,7 @@ void GatherErrors(const Processes& all, RunErrors* errors) {
 
 void GatherOpen(const Processes& all, std::vector<OpenError>* open) {
   if (all.size() == 1) return;
-  const std::vector<std::string> texts = all.Gather(Packed(*open));
+  const std::vector<std::string> texts = all.Gather(PackedOpen(*open));
   if (all.rank() != 0) return;
   open->clear();
   for (const std::string& bytes : texts) {

@@ -1,15 +1,13 @@
 #include "sysid/estimation/holdout.h"
 
-#include <limits>
 #include <utility>
 
+#include "models/math/constants.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
 
 namespace sysid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Holdout EvaluateAt(Holdout holdout, Solution solution) {
   const ShootingProblem& problem = *holdout.problem;

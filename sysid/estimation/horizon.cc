@@ -1,6 +1,5 @@
 #include "sysid/estimation/horizon.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -11,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "models/math/decompositions.h"
 #include "models/state.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/parallel.h"
@@ -41,13 +41,14 @@ int After(const std::vector<double>& times, double t) {
                           times.begin());
 }
 
-using Sums = std::vector<std::map<std::string, Sum>>;  // horizons, channels
+using HorizonSums =
+    std::vector<std::map<std::string, Sum>>;  // horizons, channels
 
 // Calls use(row, sum) for the measurements of positions at each horizon: within
 // a tenth of it before it.
 template <typename Use>
 void ForEachAhead(const RunData& data, const SegmentRollout& rollout,
-                  Sums* sums, const Use& use) {
+                  HorizonSums* sums, const Use& use) {
   for (const SegmentRow& row : rollout.rows()) {
     if (!IsPositionLike(data.run.channels[row.channel].kind)) continue;
     const double ahead = data.run.t[row.sample] - data.run.t[rollout.first()];
@@ -67,8 +68,8 @@ void ForEachAhead(const RunData& data, const SegmentRollout& rollout,
 // of all processes.
 std::vector<HorizonError> AddUp(
     const ShootingProblem& problem, size_t count,
-    const std::function<void(int i, Sums* sums)>& add) {
-  std::vector<Sums> parts(count, Sums(kCount));
+    const std::function<void(int i, HorizonSums* sums)>& add) {
+  std::vector<HorizonSums> parts(count, HorizonSums(kCount));
   ParallelFor(static_cast<int>(count), problem.options().threads, [&](int i) {
     add(i, &parts[i]);
     return true;
@@ -76,7 +77,7 @@ std::vector<HorizonError> AddUp(
   const DataSet& data = problem.data();
   const int width = static_cast<int>(data.channels().size());
   Totals totals(2 * kCount * width);
-  for (const Sums& part : parts) {
+  for (const HorizonSums& part : parts) {
     for (int h = 0; h < kCount; ++h) {
       for (const auto& [name, sum] : part[h]) {
         const int at = 2 * (h * width + data.PlaceOf(name));
@@ -127,8 +128,8 @@ void AddStarts(const ShootingProblem& problem, int run, std::vector<int> cuts,
   }
 }
 
-SegmentRollout Follow(const ShootingProblem& problem, const Solution& point,
-                      const Start& start) {
+SegmentRollout FollowFrom(const ShootingProblem& problem, const Solution& point,
+                          const Start& start) {
   return SegmentRollout(&problem.model(), &problem.map(),
                         &problem.runs()[start.run]->measurements, start.first,
                         start.last, point.rollout);
@@ -157,7 +158,7 @@ bool WindowDerivative(const ShootingProblem& problem, const Solution& point,
 // where the dynamics fail.
 void AddDraws(const ShootingProblem& problem, const Solution& point,
               const Start& start, const Eigen::VectorXd& x, ScratchPool* pool,
-              std::mt19937_64* random, Sums* sums) {
+              std::mt19937_64* random, HorizonSums* sums) {
   RowMatrixXd J;
   if (start.last <= start.first ||
       !WindowDerivative(problem, point, start, x.data(), pool, &J)) {
@@ -169,16 +170,16 @@ void AddDraws(const ShootingProblem& problem, const Solution& point,
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(J.rows() + J.cols(), J.cols());
   rows.topRows(J.rows()) = J;
   for (int i = 0; i < J.cols(); ++i) rows(J.rows() + i, i) = 1.0 / belief[i];
-  const Eigen::HouseholderQR<Eigen::MatrixXd> solver(rows);
+  const HouseholderFactors solver(rows);
   const RunData& data = *problem.runs()[start.run];
-  const SegmentRollout rollout = Follow(problem, point, start);
+  const SegmentRollout rollout = FollowFrom(problem, point, start);
   std::vector<double> there, moved;
   if (!RollErrors(rollout, x.data(), point.theta, &there)) return;
   std::normal_distribution<double> normal;
   for (int draw = 0; draw < kDraws; ++draw) {
     Eigen::VectorXd w = Eigen::VectorXd::Zero(rows.rows());
     for (int i = 0; i < J.rows(); ++i) w[i] = normal(*random);
-    const Eigen::VectorXd dx = solver.solve(w);
+    const Eigen::VectorXd dx = solver.Solve(w);
     Eigen::VectorXd drawn = x;
     BoxPlus<double>(problem.model(), x.data(), dx.data(), drawn.data());
     if (!RollErrors(rollout, drawn.data(), point.theta, &moved)) continue;
@@ -260,10 +261,10 @@ std::vector<HorizonError> EvaluateHorizon(const ShootingProblem& problem,
     places.push_back({start.run, start.window});
   }
   windows = SolveOneByOne(problem, {.max_iterations = 20}, {windows}, places);
-  return AddUp(problem, starts.size(), [&](int i, Sums* sums) {
+  return AddUp(problem, starts.size(), [&](int i, HorizonSums* sums) {
     const Start& start = starts[i];
     if (start.last <= start.first) return;
-    const SegmentRollout rollout = Follow(problem, windows, start);
+    const SegmentRollout rollout = FollowFrom(problem, windows, start);
     const auto x = windows.runs[start.run].states.row(start.window);
     std::vector<double> errors;
     if (!RollErrors(rollout, x.data(), windows.theta, &errors)) return;
@@ -288,7 +289,7 @@ std::vector<HorizonError> EstimateNoiseHorizon(const ShootingProblem& problem,
               std::numeric_limits<double>::infinity(), &starts);
   }
   ScratchPool pool;
-  return AddUp(problem, starts.size(), [&](int i, Sums* sums) {
+  return AddUp(problem, starts.size(), [&](int i, HorizonSums* sums) {
     const Start& start = starts[i];
     std::mt19937_64 random(static_cast<unsigned>(i));
     AddDraws(problem, point, start,

@@ -1,9 +1,10 @@
 #include "sysid/estimation/identifiability.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 namespace {
@@ -69,15 +70,15 @@ Identifiability AnalyseIdentifiability(const RowMatrixXd& R,
       result.without_influence.push_back(i);
     }
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeFullV);
-  const Eigen::VectorXd s = svd.singularValues();
+  const SingularValues svd = SingularValuesOf(scaled, /*full_v=*/true);
+  const Eigen::VectorXd& s = svd.s;
   const double rounding = 1e-13 * s[0];
   std::vector<int> undetermined;
   for (int k = 0; k < n; ++k) {
     if (s[k] * kUndetermined < 1.0 || s[k] < rounding) {
       undetermined.push_back(k);
     } else {
-      const Eigen::VectorXd v = scale.asDiagonal() * svd.matrixV().col(k);
+      const Eigen::VectorXd v = scale.asDiagonal() * svd.V.col(k);
       result.covariance += v * v.transpose() / (s[k] * s[k]);
     }
   }
@@ -87,12 +88,12 @@ Identifiability AnalyseIdentifiability(const RowMatrixXd& R,
     const double length =
         std::min(kMost, 1.0 / std::max(s[undetermined[k]], 1.0 / kMost));
     result.undetermined.col(k) =
-        length * (scale.asDiagonal() * svd.matrixV().col(undetermined[k]));
+        length * (scale.asDiagonal() * svd.V.col(undetermined[k]));
   }
   if (undetermined.empty()) return result;
   Eigen::MatrixXd N(n, undetermined.size());
   for (size_t k = 0; k < undetermined.size(); ++k) {
-    N.col(k) = svd.matrixV().col(undetermined[k]);
+    N.col(k) = svd.V.col(undetermined[k]);
   }
   N = SparseBasis(N);
   Groups groups(n);

@@ -1,12 +1,12 @@
 #include "sysid/estimation/initial_states.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "glog/logging.h"
 #include "models/internal_state.h"
+#include "models/math/decompositions.h"
 #include "models/state.h"
 #include "residuals/acting_inputs.h"
 #include "sysid/estimation/parallel.h"
@@ -42,7 +42,8 @@ class FrameKinematics {
       }
       Eigen::MatrixXd H = J.transpose() * J;
       H.diagonal().array() += 1e-6 * std::max(H.trace() / nv, 1e-9);
-      const Eigen::VectorXd dq = -H.ldlt().solve(J.transpose() * r);
+      const Eigen::VectorXd dq =
+          -SolveSymmetric(H, Eigen::VectorXd(J.transpose() * r));
       Eigen::VectorXd x = Eigen::VectorXd::Zero(at.size());
       Eigen::VectorXd dx = Eigen::VectorXd::Zero(at.tangent_size());
       x.segment(at.q(), at.nq()) = *q;
@@ -167,7 +168,7 @@ void MeetMotor(const Workspace<Jet24>& ws, const MotorMotion& motor, int k,
     const Eigen::Vector2d r(off, motor.qd(k, 0) - qd.a);
     Eigen::Matrix<double, 2, 24> J;
     J << q.v.transpose(), qd.v.transpose();
-    const Eigen::VectorXd dz = J.completeOrthogonalDecomposition().solve(r);
+    const Eigen::VectorXd dz = ShortestLeastSquares(J, r);
     for (size_t i = 0; i < moved.size(); ++i) x[at.z() + moved[i]] += dz[i];
   }
 }

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "models/math/constants.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/estimation/initial_states.h"
@@ -22,7 +22,6 @@
 namespace sysid {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Segments grow by this factor a stage.
 constexpr double kStageGrowth = 4.0;
 // Rounds of weights and fit, which settle in two or three.
@@ -130,7 +129,7 @@ bool Grow(Stages* stages, double longest, Drift allowed) {
 // Joins the segments of the solution as it is cut, by degrees: what independent
 // ones leave open (a spin, a stiff damping) would otherwise start the joined
 // ones far off.
-Ended Join(Stages* stages, bool chaotic) {
+Ended JoinSegments(Stages* stages, bool chaotic) {
   if (!stages->IsWhole()) {
     stages->Run({"long segments", stages->Defect(kMiddleDefect), 1e-3, 10});
     if (chaotic && stages->LosesMotion(chaotic)) {
@@ -173,7 +172,7 @@ Ended SolveJoined(Stages* stages) {
     }
   }
   Begin(stages, 30);
-  return Join(stages, Grow(stages, kInfinity, Drift::kLinear));
+  return JoinSegments(stages, Grow(stages, kInfinity, Drift::kLinear));
 }
 
 // What a fit says of where its stages ended.
@@ -273,7 +272,7 @@ Fit FitLevenbergMarquardtFrom(const ShootingProblem& problem, double length) {
     stages->solution = StatesFromScratch(problem, length, kInfinity);
     stages->ShortenStep();
     stages->Measure();
-    return Join(stages, !IsRegular(problem, stages->solution));
+    return JoinSegments(stages, !IsRegular(problem, stages->solution));
   });
 }
 

@@ -1,11 +1,11 @@
 #include "sysid/estimation/shared_blocks.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "glog/logging.h"
+#include "models/math/decompositions.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -396,11 +396,11 @@ Eigen::VectorXd SharedBlocks::SolveTheta(
     b += shared_rows_.J_theta.transpose() * shared_rows_.r;
   }
   S.diagonal() += damping.cwiseAbs2();
-  const Eigen::LLT<Eigen::MatrixXd> factor(S);
-  if (factor.info() != Eigen::Success) {
+  const Cholesky factor(S);
+  if (!factor.Valid()) {
     return Eigen::VectorXd::Constant(n, std::nan(""));
   }
-  return -factor.solve(b);
+  return -factor.Solve(b);
 }
 
 bool SharedBlocks::Solve(double* radius, Point* step, double* falls) const {

@@ -1,11 +1,10 @@
 #include "sysid/estimation/shared_solve.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "models/math/decompositions.h"
 #include "sysid/estimation/shared_blocks.h"
 
 namespace sysid {
@@ -61,9 +60,7 @@ std::vector<double> Stationary(const Eigen::VectorXd& polynomial) {
   for (int j = 0; j < degree; ++j) {
     companion(degree - 1 - j, degree - 1) = -derivative[j + 1] / derivative[0];
   }
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(companion, false);
-  if (solver.info() != Eigen::Success) return {};
-  const Eigen::VectorXd roots = solver.eigenvalues().real();
+  const Eigen::VectorXd roots = EigenvaluesOf(companion).real();
   return {roots.begin(), roots.end()};
 }
 

@@ -3,15 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "models/math/constants.h"
 #include "models/state.h"
 
 namespace sysid {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kHalfWindow = 0.05;  // s
 constexpr int kMinNeighbours = 2;     // samples on either side
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
+#include "models/math/constants.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/step_size.h"
@@ -13,7 +13,6 @@
 namespace sysid {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Predictions that are off by this have lost the motion.
 constexpr double kLost = 1.0;  // rad or m
 

@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "glog/logging.h"
+#include "models/math/constants.h"
 #include "sysid/diagnosis/statistics.h"
 
 namespace sysid {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kUpper = 0.975;  // of a two-sided 95 % interval
 
 double ChiSquareTail(double q, double dof) {
@@ -90,25 +90,25 @@ RandomEffects PoolEstimates(const std::vector<RobotEstimate>& estimates) {
   pooled.i2 = excess > 0.0 ? excess / q : 0.0;  // (F.6)
   pooled.tau2 = tau2 * unit2;
   pooled.tau2_variance =
-      k > 1 && c > 0.0 ? q_variance / (c * c) * unit2 * unit2 : kNone;
+      k > 1 && c > 0.0 ? q_variance / (c * c) * unit2 * unit2 : kNaN;
   pooled.mean = scaled.origin + mu * scaled.unit;
   pooled.std_error = se * scaled.unit;
   return pooled;
 }
 
 std::array<double, 2> RandomEffects::Ci95() const {
-  if (count < 2) return Around(mean, kNone);
+  if (count < 2) return Around(mean, kNaN);
   return Around(mean,
                 StudentQuantile(kUpper, count - 1) * std_error);  // (F.10)
 }
 
 std::array<double, 2> RandomEffects::Predicted95() const {
-  if (count < 3) return Around(mean, kNone);
+  if (count < 3) return Around(mean, kNaN);
   const double v = tau2 + std_error * std_error;
   const double t = StudentQuantile(kUpper, DegreesOfFreedom(v));
   // Of a few hundredths of a degree of freedom it overflows.
   constexpr double kNothing = 1e3;  // a range so wide says nothing
-  return Around(mean, t < kNothing ? t * std::sqrt(v) : kNone);  // (F.13)
+  return Around(mean, t < kNothing ? t * std::sqrt(v) : kNaN);  // (F.13)
 }
 
 double RandomEffects::QPValue() const {
@@ -141,7 +141,7 @@ Drift RegressOnDates(const std::vector<RobotEstimate>& estimates,
   const auto solve = [&](const Eigen::ArrayXd& weights, double* squares,
                          Eigen::Matrix2d* inverse) {
     const Eigen::MatrixXd weighted = weights.matrix().asDiagonal() * X;
-    *inverse = (X.transpose() * weighted).inverse();
+    *inverse = Eigen::Matrix2d(X.transpose() * weighted).inverse();
     const Eigen::Vector2d ab = *inverse * (weighted.transpose() * y);
     *squares = (weights * (y - X * ab).array().square()).sum();
     return ab;

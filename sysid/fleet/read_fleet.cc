@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <map>
 
 #include "models/error.h"
+#include "models/math/constants.h"
 #include "models/printable.h"
 #include "sysid/fleet/result_keys.h"
 #include "sysid/session/run_list.h"
@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr char kRunHint[] =
     "sysid_diagnose --out FOLDER and sysid_fit --out FOLDER write it";
 
@@ -86,7 +85,7 @@ void ReadFit(const ResultKeys& fit, Robot* robot) {
   const ResultKeys error = fit.At("error");
   robot->train = error.At("train").Number("normalized_rms");
   robot->holdout = error.IsNull("holdout")
-                       ? kNone
+                       ? kNaN
                        : error.At("holdout").Number("normalized_rms");
   if (fit.Has("added")) robot->missing = fit.At("added").Texts("effects");
   ReadParameters(fit, robot->file, robot);

@@ -1,9 +1,9 @@
 #include "sysid/hypotheses/equation_error.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "models/math/decompositions.h"
 #include "sysid/hypotheses/constants.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
 
@@ -18,9 +18,7 @@ EquationPart PartOf(const EquationRows& all, int v) {
     rows.row(k) = all.rows.row(k * all.nv + v);
   }
   if (all.times() <= columns) return {all.times(), rows};
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows);
-  return {all.times(),
-          qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>()};
+  return {all.times(), HouseholderTriangle(rows)};
 }
 
 }  // namespace
@@ -113,10 +111,8 @@ double LeastEquationError(
       Eigen::VectorXd scale = all.leftCols(n).colwise().norm();
       const double nothing = kNothing * scale.maxCoeff();
       for (double& s : scale) s = s > nothing ? 1.0 / s : 0.0;
-      Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
-      qr.setThreshold(kDependent);
-      qr.compute(all.leftCols(n) * scale.asDiagonal());
-      change.head(n) = -scale.cwiseProduct(qr.solve(all.col(n)));
+      change.head(n) = -scale.cwiseProduct(ShortestLeastSquares(
+          all.leftCols(n) * scale.asDiagonal(), all.col(n), kDependent));
     }
     std::vector<double> squares(joints, 0.0);
     for (const auto* window : windows) {

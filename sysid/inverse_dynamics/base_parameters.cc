@@ -1,17 +1,18 @@
 #include "sysid/inverse_dynamics/base_parameters.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "models/math/decompositions.h"
+
 namespace sysid {
 namespace {
 
 // Of columns of length 1: what is left of one that depends on others.
-constexpr double kDependent = 1e-6;
+constexpr double kDependentColumn = 1e-6;
 // A coordinate's share in a combination, both in their own sizes, that is
 // rounding.
 constexpr double kShare = 1e-6;
@@ -64,7 +65,7 @@ std::vector<BaseParameter> BaseParameters(
       along += more;
     }
     const double norm = left.norm();
-    if (norm < kDependent) {
+    if (norm < kDependentColumn) {
       dependent.emplace_back(
           c, T.topLeftCorner(k, k).triangularView<Eigen::Upper>().solve(along));
     } else {
@@ -109,19 +110,19 @@ Estimates EstimatesByRank(const ShootingProblem& problem,
   Eigen::VectorXd scale = A.colwise().norm().transpose();
   const double nothing = 1e-10 * (p > 0 ? scale.maxCoeff() : 0.0);
   for (double& s : scale) s = s > nothing ? 1.0 / s : 1.0;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(
-      A * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeFullV);
-  const Eigen::VectorXd& size = svd.singularValues();
+  const SingularValues svd =
+      SingularValuesOf(A * scale.asDiagonal(), /*full_v=*/true);
+  const Eigen::VectorXd& size = svd.s;
   int rank = 0;
-  while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
+  while (rank < size.size() && size[rank] > kDependentColumn * size[0]) ++rank;
   const Eigen::MatrixXd D =
       problem.map().ValueJacobian(theta) * scale.asDiagonal();
   // Of theta / scale.
-  const Eigen::MatrixXd root = svd.matrixV().leftCols(rank) *
+  const Eigen::MatrixXd root = svd.V.leftCols(rank) *
                                size.head(rank).cwiseInverse().asDiagonal() *
-                               svd.matrixU().leftCols(rank).transpose() * E;
+                               svd.U.leftCols(rank).transpose() * E;
   const Eigen::MatrixXd known = D * root;
-  const Eigen::MatrixXd unseen = svd.matrixV().rightCols(p - rank);
+  const Eigen::MatrixXd unseen = svd.V.rightCols(p - rank);
   const Eigen::MatrixXd moved = D * unseen;
   estimates.covariance = known * known.transpose();
   constexpr double kUnknown = 1e6;  // of their own sizes

@@ -1,6 +1,5 @@
 #include "sysid/inverse_dynamics/equation_rows.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -10,6 +9,7 @@
 #include "models/effects/coulomb_friction.h"
 #include "models/inertial_columns.h"
 #include "models/joint_part.h"
+#include "models/math/decompositions.h"
 #include "residuals/acting_inputs.h"
 #include "sysid/estimation/parallel.h"
 
@@ -96,7 +96,7 @@ std::vector<Unknown> SolveAccelerations(const Model& model,
       M_uu.col(i) = (moved - needed)(at);
     }
     Unknown& solved = all[k - range.first];
-    solved.inverse = M_uu.inverse();
+    solved.inverse = InverseOf(M_uu);
     solved.e = solved.inverse * r_u;
     solved.qdd = motion.qdd;
     solved.qdd(at) += solved.e;

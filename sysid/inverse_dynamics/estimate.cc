@@ -1,11 +1,11 @@
 #include "sysid/inverse_dynamics/estimate.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 namespace {
@@ -320,8 +320,8 @@ Eigen::VectorXd Minimiser::FreeStep(const Eigen::VectorXd& g,
     const Eigen::MatrixXd scaled =
         scale.asDiagonal() * H(loose, loose) * scale.asDiagonal();
     step.setZero(n);
-    step(loose) =
-        -scale.cwiseProduct(scaled.ldlt().solve(scale.cwiseProduct(g(loose))));
+    step(loose) = -scale.cwiseProduct(
+        SolveSymmetric(scaled, Eigen::VectorXd(scale.cwiseProduct(g(loose)))));
     more = false;
     for (const int i : loose) {
       const double room = g[i] > 0.0 ? now_.unknowns[i] - lower_[i]

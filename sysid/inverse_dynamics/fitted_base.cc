@@ -1,21 +1,12 @@
 #include "sysid/inverse_dynamics/fitted_base.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-
+#include "models/math/decompositions.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/regression.h"
 
 namespace sysid {
 namespace {
-
-// A root of a covariance: S S^T.
-Eigen::MatrixXd RootOf(const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  return eigen.eigenvectors() *
-         eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-}
 
 // Of which the equations of the joints' motion do not tell.
 bool HasInternalStates(const Model& model) { return model.layout().nz() > 0; }
@@ -35,8 +26,7 @@ void AddBaseParameters(const ShootingProblem& fitted, Fit* fit) {
   const EquationCoordinates coordinates(model, map.parameters());
   if (coordinates.Links().empty()) return;
   const CoordinatesAt at = DifferentiateCoordinates(coordinates, map, theta);
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> moved(at.D);
-  if (moved.rank() != coordinates.size()) return;
+  if (RankOf(at.D) != coordinates.size()) return;
   MechanismParameters<double> values;
   map.Apply<double>(theta, &values);
   const EquationRegression regression = RegressEquations(
@@ -45,9 +35,8 @@ void AddBaseParameters(const ShootingProblem& fitted, Fit* fit) {
   if (regression.times() == 0 || regression.IsHomogeneous(at.xi)) return;
   const RowMatrixXd R = regression.Triangle().leftCols(coordinates.size());
   // d xi = D d theta = D (d values / d theta)^-1 d values.
-  const Eigen::MatrixXd by_theta = Eigen::FullPivHouseholderQR<Eigen::MatrixXd>(
-                                       map.ValueJacobian(fit->point.theta))
-                                       .solve(RootOf(fit->covariance));
+  const Eigen::MatrixXd by_theta = SolveSquare(
+      map.ValueJacobian(fit->point.theta), RootOfCovariance(fit->covariance));
   fit->base = BaseParameters(coordinates, R, R * at.D * by_theta, at.xi);
 }
 

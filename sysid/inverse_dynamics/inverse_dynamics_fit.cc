@@ -1,6 +1,5 @@
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "models/error.h"
+#include "models/math/decompositions.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/estimation/initial_states.h"
@@ -31,8 +31,8 @@ namespace {
 // Whether some change of theta multiplies all coordinates by one factor.
 bool MovesScale(const CoordinatesAt& at) {
   constexpr double kRounding = 1e-6;
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(at.D);
-  return (at.D * qr.solve(at.xi) - at.xi).norm() < kRounding * at.xi.norm();
+  return (at.D * LeastSquares(at.D, at.xi) - at.xi).norm() <
+         kRounding * at.xi.norm();
 }
 
 void CheckCarried(const Model& model) {
@@ -266,8 +266,7 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
   static_cast<Estimates&>(*fit) = EstimatesByRank(
       problem_, found_.theta, R.leftCols(coordinates_.size()) * at.D, E);
   // A table of coordinates that theta cannot move one by one would mislead.
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> moved(at.D);
-  if (moved.rank() == coordinates_.size()) {
+  if (RankOf(at.D) == coordinates_.size()) {
     fit->base = BaseParameters(coordinates_, R, E, found_.xi);
   }
 }

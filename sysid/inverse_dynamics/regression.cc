@@ -1,13 +1,11 @@
 #include "sysid/inverse_dynamics/regression.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
+#include "models/math/decompositions.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/inverse_dynamics/filter_choice.h"
 
@@ -30,11 +28,9 @@ RowMatrixXd TriangleOf(const RowMatrixXd& rows) {
   const int n = static_cast<int>(columns.size());
   if (rows.rows() == 0 || n == 0) return RowMatrixXd(0, rows.cols());
   const Eigen::MatrixXd some = rows(Eigen::all, columns);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(some);
-  const int filled = std::min<int>(n, rows.rows());
-  RowMatrixXd triangle = RowMatrixXd::Zero(filled, rows.cols());
-  triangle(Eigen::all, columns) =
-      RowMatrixXd(qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>());
+  const Eigen::MatrixXd R = HouseholderTriangle(some);
+  RowMatrixXd triangle = RowMatrixXd::Zero(R.rows(), rows.cols());
+  triangle(Eigen::all, columns) = R;
   return triangle;
 }
 
@@ -149,11 +145,9 @@ RowMatrixXd EquationRegression::Merge() const {
     held.leftCols(columns_) = held_;
     append(held);
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(all);
-  const int filled = std::min<int>(columns_ + 1, all.rows());
+  const Eigen::MatrixXd R = HouseholderTriangle(all);
   RowMatrixXd square = RowMatrixXd::Zero(columns_ + 1, columns_ + 1);
-  square.topRows(filled) =
-      qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>();
+  square.topRows(R.rows()) = R;
   return square;
 }
 
@@ -280,13 +274,12 @@ RowMatrixXd EquationRegression::ErrorRoot(const RowMatrixXd& triangle,
   // The columns as the data determines them, of unit information: R P = U.
   Eigen::VectorXd scale = R.colwise().norm().transpose();
   for (double& s : scale) s = s > 0.0 ? 1.0 / s : 0.0;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(
-      R * scale.asDiagonal(), Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& size = svd.singularValues();
+  const SingularValues svd = SingularValuesOf(R * scale.asDiagonal());
+  const Eigen::VectorXd& size = svd.s;
   int rank = 0;
   while (rank < size.size() && size[rank] > kDependent * size[0]) ++rank;
   if (rank == 0) return RowMatrixXd(R.rows(), 0);
-  const Eigen::MatrixXd P = scale.asDiagonal() * svd.matrixV().leftCols(rank) *
+  const Eigen::MatrixXd P = scale.asDiagonal() * svd.V.leftCols(rank) *
                             size.head(rank).cwiseInverse().asDiagonal();
   // Beside 1 a block's own information, where it is all of it.
   constexpr double kRounding = 1e-6;
@@ -310,17 +303,17 @@ RowMatrixXd EquationRegression::ErrorRoot(const RowMatrixXd& triangle,
       Eigen::MatrixXd others =
           (1.0 + kRounding) * Eigen::MatrixXd::Identity(rank, rank);
       others.selfadjointView<Eigen::Lower>().rankUpdate(U.transpose(), -1.0);
-      moved.col(b) = others.selfadjointView<Eigen::Lower>().llt().solve(
-          U.transpose() * left);
+      moved.col(b) =
+          Cholesky(others).Solve(Eigen::VectorXd(U.transpose() * left));
       return true;
     });
     S.noalias() += moved * moved.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(S);
+  const SymmetricEigen eigen = EigenOfSymmetric(S);
   // Few times do not show all of S.
   constexpr double kLeast = 0.05;
-  return svd.matrixU().leftCols(rank) * eigen.eigenvectors() *
-         eigen.eigenvalues().cwiseMax(kLeast).cwiseSqrt().asDiagonal();
+  return svd.U.leftCols(rank) * eigen.vectors *
+         eigen.values.cwiseMax(kLeast).cwiseSqrt().asDiagonal();
 }
 
 std::vector<int> UndrivenJoints(const ShootingProblem& problem) {
@@ -434,11 +427,9 @@ Eigen::VectorXd SolveUnconstrained(const RowMatrixXd& triangle, int* rank) {
   Eigen::VectorXd scale = triangle.leftCols(n).colwise().norm().transpose();
   const double nothing = kNothing * (n > 0 ? scale.maxCoeff() : 0.0);
   for (double& s : scale) s = s > nothing ? 1.0 / s : 0.0;
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr;
-  qr.setThreshold(kDependent);
-  qr.compute(triangle.leftCols(n) * scale.asDiagonal());
-  if (rank != nullptr) *rank = static_cast<int>(qr.rank());
-  return -scale.cwiseProduct(qr.solve(triangle.col(n)));
+  return -scale.cwiseProduct(
+      ShortestLeastSquares(triangle.leftCols(n) * scale.asDiagonal(),
+                           triangle.col(n), kDependent, rank));
 }
 
 }  // namespace sysid

@@ -3,18 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <optional>
 
 #include "models/error.h"
+#include "models/math/constants.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/run_columns.h"
 
 namespace sysid {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 constexpr char kShiftHint[] =
     "write column=seconds, the delay with which it was recorded: "
@@ -77,8 +75,8 @@ std::vector<const ColumnGroup*> GroupsOf(const std::vector<ColumnGroup>& groups,
   return all;
 }
 
-ScopedName Split(const std::string& text,
-                 const std::vector<ColumnGroup>& groups) {
+ScopedName SplitScoped(const std::string& text,
+                       const std::vector<ColumnGroup>& groups) {
   return SplitScope(text, [&](const std::string& name) {
     return !GroupsOf(groups, name).empty();
   });
@@ -100,7 +98,7 @@ std::vector<GroupShift> ShiftsOf(const std::vector<ChannelShift>& shifts,
   std::vector<Rank> ranks;
   std::map<const ColumnGroup*, size_t> winners;
   for (const ChannelShift& shift : shifts) {
-    const ScopedName scoped = Split(shift.name, groups);
+    const ScopedName scoped = SplitScoped(shift.name, groups);
     if (!scoped.IsFor(run)) continue;
     all.push_back({shift, {}});
     all.back().shift.name = scoped.name;
@@ -307,10 +305,10 @@ ChannelEdits MergeEdits(const ChannelEdits& base, const ChannelEdits& winner,
   const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
   ChannelEdits merged = winner;
   for (const ChannelShift& shift : base.shifts) {
-    const ScopedName own = Split(shift.name, groups);
+    const ScopedName own = SplitScoped(shift.name, groups);
     const std::vector<const ColumnGroup*> moved = GroupsOf(groups, own.name);
     const auto overrules = [&](const ChannelShift& other) {
-      const ScopedName name = Split(other.name, groups);
+      const ScopedName name = SplitScoped(other.name, groups);
       if (name.run != own.run) return false;
       const std::vector<const ColumnGroup*> all = GroupsOf(groups, name.name);
       return !moved.empty() &&
@@ -331,7 +329,7 @@ void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism) {
   const std::vector<ColumnGroup> groups = RunColumnGroups(mechanism);
   const auto check = [&](const std::string& text, const std::string& place,
                          bool may_be_effort) {
-    const std::string name = Split(text, groups).name;
+    const std::string name = SplitScoped(text, groups).name;
     const std::vector<const ColumnGroup*> found = GroupsOf(groups, name);
     if (name == "t") {
       throw InputError(place, "'t' is the time, and no measurement",
@@ -356,7 +354,7 @@ void CheckEdits(const ChannelEdits& edits, const Mechanism& mechanism) {
 }
 
 ScopedName EditedName(const std::string& text, const Mechanism& mechanism) {
-  return Split(text, RunColumnGroups(mechanism));
+  return SplitScoped(text, RunColumnGroups(mechanism));
 }
 
 void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
@@ -390,7 +388,7 @@ void ApplyEdits(const ChannelEdits& edits, const Mechanism& mechanism, Run* run,
     if (!any) note("has no column '" + shift.name + "' to shift");
   }
   for (const IgnoredSpan& span : edits.ignored) {
-    const ScopedName scoped = Split(span.name, groups);
+    const ScopedName scoped = SplitScoped(span.name, groups);
     if (!scoped.IsFor(run->name)) continue;
     bool any = false;
     for (const ColumnGroup* group : GroupsOf(groups, scoped.name)) {

@@ -85,7 +85,7 @@ std::string SolverTable(const Comparison& comparison) {
   return text + NoReference(comparison);
 }
 
-std::string ParameterTable(const Comparison& comparison) {
+std::string ComparedParameters(const Comparison& comparison) {
   std::string text =
       Cells("parameter", {"start", "lm +- std", "adam", "gmm +- std",
                           comparison.reference_is_truth ? "truth" : "unit"});
@@ -179,7 +179,7 @@ std::string ComparisonText(const Session& session,
       CountOf(comparison.runs[0].fit.samples, "sample") +
       ", three solvers from the same values (lm: inverse dynamics first)\n" +
       CheckedLine(session) + "\n" + SolverTable(comparison) + "\n" +
-      ParameterTable(comparison) + "\n" +
+      ComparedParameters(comparison) + "\n" +
       "  the mixture's standard deviation compared with Levenberg-Marquardt's "
       "standard error:\n";
   for (const UncertaintyComparison& u : comparison.uncertainty) {

@@ -5,7 +5,7 @@ namespace sysid {
 namespace {
 
 // What was searched has no derivative to say its uncertainty from.
-Json Expected(const ExpectedParameter& p) {
+Json ExpectedJson(const ExpectedParameter& p) {
   return {{"name", p.name},
           {"unit", p.unit},
           {"value", Finite(p.value)},
@@ -78,7 +78,7 @@ Json CandidatesJson(const PageSource& source, const Diagnosis& diagnosis) {
         {"predictedError",
          why.empty() ? Finite(screened.predicted_error) : Json(nullptr)},
         {"noPrediction", why},
-        {"expected", List(screened.parameters, Expected)},
+        {"expected", List(screened.parameters, ExpectedJson)},
         {"confirmed", confirmed ? Confirmed(*confirmed) : Json(nullptr)},
         {"accepted", confirmed != nullptr && confirmed->accepted},
         {"refused", confirmed ? confirmed->refused : ""},

@@ -1,16 +1,14 @@
 #include "sysid/report/page_channel.h"
 
 #include <cmath>
-#include <limits>
 #include <tuple>
 #include <utility>
 
+#include "models/math/constants.h"
 #include "models/math/rotation.h"
 
 namespace sysid {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 Eigen::Quaterniond ToQuaternion(const Eigen::RowVectorXd& row) {
   return {row[3], row[0], row[1], row[2]};
@@ -66,7 +64,7 @@ RowMatrixXd ShownChannel::Show(const RowMatrixXd& values,
   Eigen::Vector3d last = Eigen::Vector3d::Zero();
   for (int k = 0; k < values.rows(); ++k) {
     if (!values.row(k).allFinite()) {
-      shown.row(k).setConstant(kNone);
+      shown.row(k).setConstant(kNaN);
     } else if (orientation_ == OrientationResidual::kHeading) {
       shown.row(k) =
           (ToMatrix(ToQuaternion(values.row(k))) * axis_).transpose();
@@ -102,7 +100,7 @@ RowMatrixXd ShownChannel::Difference(const RowMatrixXd& values) const {
   for (int k = 0; k < values.rows(); ++k) {
     const Eigen::RowVectorXd measured = channel_.values.row(k);
     if (!measured.allFinite() || !values.row(k).allFinite()) {
-      difference.row(k).setConstant(kNone);
+      difference.row(k).setConstant(kNaN);
       continue;
     }
     const Eigen::Quaterniond from = ToQuaternion(values.row(k)).conjugate();

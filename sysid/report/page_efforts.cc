@@ -20,7 +20,8 @@ std::vector<int> WithGaps(const std::vector<double>& t) {
 }
 
 // One even time apart, so that a filter's cut-off leaves nothing in between.
-Json At(const std::vector<int>& places, const std::vector<double>& values) {
+Json ValuesAt(const std::vector<int>& places,
+              const std::vector<double>& values) {
   std::vector<double> shown;
   for (const int k : places) {
     shown.push_back(k < 0 ? std::numeric_limits<double>::quiet_NaN()
@@ -74,8 +75,8 @@ Json EffortCurvesJson(const EffortComparison& comparison, int run, int runs) {
     const EffortSeries& series = comparison.series[i];
     curves.push_back({{"joint", series.joint},
                       {"unit", series.unit},
-                      {"measured", At(places, series.measured)},
-                      {"predicted", At(places, series.predicted)}});
+                      {"measured", ValuesAt(places, series.measured)},
+                      {"predicted", ValuesAt(places, series.predicted)}});
   }
   return {{"t", TimesAt(places, t)}, {"curves", curves}};
 }

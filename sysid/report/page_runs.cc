@@ -1,15 +1,13 @@
 #include <algorithm>
-#include <limits>
 #include <map>
 
+#include "models/math/constants.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/page_channel.h"
 #include "sysid/report/page_parts.h"
 
 namespace sysid {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 // The runs of the page, fitted ones first.
 std::vector<const Run*> ShownRuns(const PageSource& source) {
@@ -35,7 +33,7 @@ std::map<std::string, double> NoiseOf(const DataSet& train) {
 double SigmaOf(const std::map<std::string, double>& noise,
                const Channel& channel) {
   const auto at = noise.find(channel.name);
-  return at == noise.end() ? kNone : at->second;
+  return at == noise.end() ? kNaN : at->second;
 }
 
 Json EffortsJson(const Mechanism& mechanism, const Run& run) {
@@ -109,7 +107,7 @@ RowMatrixXd At(const std::vector<int>& samples, const RowMatrixXd& all) {
   RowMatrixXd rows(samples.size(), all.cols());
   for (size_t k = 0; k < samples.size(); ++k) {
     if (samples[k] < 0) {
-      rows.row(k).setConstant(kNone);
+      rows.row(k).setConstant(kNaN);
     } else {
       rows.row(k) = all.row(samples[k]);
     }
@@ -120,7 +118,7 @@ RowMatrixXd At(const std::vector<int>& samples, const RowMatrixXd& all) {
 // As much of q as was measured, nearest to the predicted.
 RowMatrixXd MeasuredPositions(const Mechanism& mechanism, const Run& run,
                               const RowMatrixXd& q) {
-  RowMatrixXd measured = RowMatrixXd::Constant(run.size(), mechanism.nq, kNone);
+  RowMatrixXd measured = RowMatrixXd::Constant(run.size(), mechanism.nq, kNaN);
   for (const Channel& channel : run.channels) {
     if (channel.kind != ChannelKind::kPosition &&
         channel.kind != ChannelKind::kOrientation) {
@@ -161,7 +159,7 @@ Json PredictionJson(const std::map<std::string, double>& noise,
   Json channels = Json::array();
   for (const Channel& channel : shown.channels) {
     RowMatrixXd values =
-        RowMatrixXd::Constant(shown.size(), channel.values.cols(), kNone);
+        RowMatrixXd::Constant(shown.size(), channel.values.cols(), kNaN);
     if (prediction) {
       const std::vector<Channel>& there =
           place.problem->runs()[place.run]->run.channels;
@@ -178,7 +176,7 @@ Json PredictionJson(const std::map<std::string, double>& noise,
   }
   const RowMatrixXd states =
       prediction ? At(place.samples, prediction->states)
-                 : RowMatrixXd::Constant(shown.size(), at.size(), kNone);
+                 : RowMatrixXd::Constant(shown.size(), at.size(), kNaN);
   const RowMatrixXd q = states.middleCols(at.q(), at.nq());
   return {{"cuts", CutsJson(shown, place)},
           {"channels", channels},

@@ -19,8 +19,6 @@ namespace {
 
 constexpr char kNone[] = "none";  // of --free
 
-std::string Number(double value) { return ShortestText(value); }
-
 bool IsWhole(const Model& model, const Parameter& parameter) {
   return parameter.kind == ParameterKind::kEffect &&
          model.effects().parameters()[parameter.index].whole;
@@ -195,21 +193,24 @@ FreeParameter MakeFree(const Model& model,
         wanted.place,
         "'" + wanted.name + "' is a whole number, which a fit cannot move",
         "hold it: --fix " + wanted.name + "=" +
-            Number(wanted.initial.value_or(6.0)));
+            ShortestText(wanted.initial.value_or(6.0)));
   }
-  const std::string range = "[" + Number(free.lower) + ", " +
-                            Number(free.upper) + "] " + free.parameter.unit;
+  const std::string range = "[" + ShortestText(free.lower) + ", " +
+                            ShortestText(free.upper) + "] " +
+                            free.parameter.unit;
   if (!(free.lower < free.upper)) {
     throw InputError(wanted.place,
                      "the bounds of '" + wanted.name +
                          "' leave nothing between them: " + range,
-                     "its physical range is " + Number(free.parameter.lower) +
-                         " to " + Number(free.parameter.upper));
+                     "its physical range is " +
+                         ShortestText(free.parameter.lower) + " to " +
+                         ShortestText(free.parameter.upper));
   }
   if (free.initial < free.lower || free.initial > free.upper) {
     throw InputError(wanted.place,
-                     "'" + wanted.name + "' starts at " + Number(free.initial) +
-                         " outside its bounds " + range,
+                     "'" + wanted.name + "' starts at " +
+                         ShortestText(free.initial) + " outside its bounds " +
+                         range,
                      "widen the bounds, or give an initial value between them");
   }
   free.prior = wanted.prior;
@@ -388,11 +389,11 @@ void CheckSomethingIsFree(const FitRequest& request,
 void CheckValue(const Model& model, const Parameter& parameter, double value,
                 const std::string& place) {
   const std::string cannot = "'" + parameter.name + "' cannot be " +
-                             Number(value) + " " + parameter.unit;
+                             ShortestText(value) + " " + parameter.unit;
   if (!(value >= parameter.lower && value <= parameter.upper)) {  // or NaN
     throw InputError(place, cannot,
-                     "it lies between " + Number(parameter.lower) + " and " +
-                         Number(parameter.upper));
+                     "it lies between " + ShortestText(parameter.lower) +
+                         " and " + ShortestText(parameter.upper));
   }
   if (IsWhole(model, parameter) && value != std::round(value)) {
     throw InputError(place, cannot, "give a whole number");

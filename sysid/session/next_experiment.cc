@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "models/error.h"
+#include "models/math/decompositions.h"
 #include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/cancelled.h"
@@ -56,9 +57,7 @@ Eigen::MatrixXd SquareRoot(const ShootingProblem& problem, const Fit& fit) {
     if (!fit.parameters[i].identifiable) sigma(i, i) += scale[i] * scale[i];
   }
   if (sigma.rows() == 0) return sigma;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(sigma);
-  return eigen.eigenvectors() *
-         eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  return RootOfCovariance(sigma);
 }
 
 // The last model with these effects (`candidates`, by name) in place of what it
@@ -252,7 +251,7 @@ double WhatIsLeft(const Rival& rival, double misfit,
   A.bottomRows(n_theta).setIdentity();
   if (!A.allFinite() || !b.allFinite()) return 0.0;
   if (n_theta == 0) return b.squaredNorm();
-  const Eigen::VectorXd z = A.colPivHouseholderQr().solve(-b);
+  const Eigen::VectorXd z = LeastSquares(A, -b);
   return (b + A * z).squaredNorm();
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <thread>
 
 #include "models/error.h"
+#include "models/math/constants.h"
 #include "sysid/io/csv.h"
 #include "sysid/session/shared_runs.h"
 #include "sysid/stochastic/rollout_gradient.h"
@@ -13,10 +13,6 @@
 
 namespace sysid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::string Number(double value) { return ShortestText(value); }
 
 // The flag's number, or else the file's; 0 at "" where neither is given.
 Located<double> ChooseNumber(const std::optional<double>& flag,
@@ -28,15 +24,15 @@ Located<double> ChooseNumber(const std::optional<double>& flag,
                                         : Located<double>{};
   if (chosen.place.empty()) return chosen;
   if (!(chosen.value > 0 && std::isfinite(chosen.value))) {
-    throw InputError(chosen.place,
-                     "must be a positive number, not " + Number(chosen.value),
-                     hint);
+    throw InputError(
+        chosen.place,
+        "must be a positive number, not " + ShortestText(chosen.value), hint);
   }
   if (chosen.value < lowest || chosen.value > highest) {
     throw InputError(chosen.place,
-                     "cannot be " + Number(chosen.value) +
-                         ": it lies between " + Number(lowest) + " and " +
-                         Number(highest),
+                     "cannot be " + ShortestText(chosen.value) +
+                         ": it lies between " + ShortestText(lowest) + " and " +
+                         ShortestText(highest),
                      hint);
   }
   return chosen;
@@ -68,7 +64,7 @@ void FitStepToRuns(const Located<double>& step, Session* session) {
           (run.t.back() - run.t.front()) / std::max(1, run.size() - 1);
       if (period / step.value > kMostSteps) {
         throw InputError(step.place,
-                         Number(step.value) +
+                         ShortestText(step.value) +
                              " s makes more than 1000 steps "
                              "from one sample of " +
                              run.name + " to the next",
@@ -83,7 +79,7 @@ void FitStepToRuns(const Located<double>& step, Session* session) {
   gap = MaxOver(all, gap);
   if (step.value <= gap * (1 + 1e-9)) return;
   session->options.rollout.step = gap;
-  session->notices.push_back(step.place + ": " + Number(step.value) +
+  session->notices.push_back(step.place + ": " + ShortestText(step.value) +
                              " s is longer than the samples are apart: a step "
                              "ends at every sample");
 }
@@ -107,9 +103,10 @@ void FitSegmentToRuns(const Located<double>& segment, Session* session) {
   shorter = JoinLists(all, shorter);
   if (shorter.empty()) return;
   session->notices.push_back(
-      segment.place + ": " + Number(segment.value) + " s is longer than " +
-      Join(shorter) + ", which " + (shorter.size() == 1 ? "is" : "are") +
-      " fitted in one segment" + (shorter.size() == 1 ? "" : " each"));
+      segment.place + ": " + ShortestText(segment.value) +
+      " s is longer than " + Join(shorter) + ", which " +
+      (shorter.size() == 1 ? "is" : "are") + " fitted in one segment" +
+      (shorter.size() == 1 ? "" : " each"));
 }
 
 std::string ChooseSolver(const FitRequest& request,

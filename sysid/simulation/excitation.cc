@@ -1,6 +1,5 @@
 #include "sysid/simulation/excitation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +8,7 @@
 
 #include "models/dynamics.h"
 #include "models/error.h"
+#include "models/math/decompositions.h"
 #include "models/printable.h"
 #include "sysid/io/csv.h"
 #include "sysid/simulation/joint_limits.h"
@@ -205,7 +205,7 @@ class ComputedTorque {
     const VectorXd open = open_.row(sample);
     if (!free.empty()) {
       const VectorXd load = open(free) - bias(free) - M(free, held) * qdd(held);
-      const VectorXd follows = MatrixXd(M(free, free)).llt().solve(load);
+      const VectorXd follows = Cholesky(M(free, free)).Solve(load);
       qdd(free) = follows;
     }
     VectorXd tau = open;

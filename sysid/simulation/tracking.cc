@@ -1,13 +1,12 @@
 #include "sysid/simulation/tracking.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 
 #include "models/dynamics.h"
 #include "models/error.h"
+#include "models/math/decompositions.h"
 #include "models/state.h"
 #include "residuals/acting_inputs.h"
 #include "sysid/io/csv.h"
@@ -94,12 +93,11 @@ Loop LoopOf(const Model& model, const std::vector<Gains>& gains) {
 }
 
 // The inverse of M, of the joints of the loop; balls between them move along.
-MatrixXd Mobility(const Model& model, Workspace<double>* ws, const double* q,
+MatrixXd Mobility(Workspace<double>* ws, const double* q,
                   const std::vector<int>& dofs) {
   MatrixX<double> M;
   MassMatrix<double>(ws, q, &M);
-  const MatrixXd inverse =
-      M.llt().solve(MatrixXd::Identity(model.nv(), model.nv()));
+  const MatrixXd inverse = InverseOf(M);
   return inverse(dofs, dofs);
 }
 
@@ -111,7 +109,8 @@ double Growth(const MatrixXd& mobility, const Loop& loop, double T) {
   const MatrixXd I = MatrixXd::Identity(n, n);
   A << I - 0.5 * T * T * of_q, T * I - 0.5 * T * T * of_qd, -T * of_q,
       I - T * of_qd;
-  return A.eigenvalues().cwiseAbs().maxCoeff();
+  const Eigen::VectorXcd all = EigenvaluesOf(A);
+  return all.size() > 0 ? all.cwiseAbs().maxCoeff() : INFINITY;
 }
 
 // Two digits are enough of what is only suggested.
@@ -189,10 +188,7 @@ std::string SuggestGains(const Model& model, const JointReference& reference,
   MassMatrix<double>(&ws, x0.data() + model.layout().q(), &M);
   // What a joint feels while the others give way: more would make couplings
   // unstable that less does not.
-  const VectorXd felt = M.llt()
-                            .solve(MatrixXd::Identity(model.nv(), model.nv()))
-                            .diagonal()
-                            .cwiseInverse();
+  const VectorXd felt = InverseOf(M).diagonal().cwiseInverse();
   // A bandwidth of 5 Hz, or what is left of a loop of this period: halved until
   // it is stable with twice the period too.
   double w = std::min(2 * M_PI * 5.0, 0.5 / period);
@@ -242,8 +238,8 @@ double LoopGrowth(const Model& model, const JointReference& reference,
   Workspace<double> ws(model);
   double growth = 0.0;
   for (const VectorXd& q : Way(model, reference, x0)) {
-    growth = std::max(growth, Growth(Mobility(model, &ws, q.data(), loop.dofs),
-                                     loop, period));
+    growth = std::max(growth,
+                      Growth(Mobility(&ws, q.data(), loop.dofs), loop, period));
   }
   return growth;
 }

@@ -1,11 +1,11 @@
 #include "sysid/stochastic/comparison.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 
+#include "models/math/constants.h"
+#include "models/math/decompositions.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
@@ -15,8 +15,6 @@
 
 namespace sysid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The same problem from another start.
 ShootingProblem StartedAt(const ShootingProblem& problem,
@@ -59,8 +57,7 @@ class Judge {
     Eigen::VectorXd g;
     double sum;
     rollouts_->NormalEquations(theta, &H, &g, &sum);
-    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(H).eigenvectors().col(
-        0);
+    return EigenOfSymmetric(H).vectors.col(0);
   }
   int samples() const { return rollouts_->Samples(rollouts_->size()); }
   const ShootingProblem& problem() const { return problem_; }

@@ -1,10 +1,10 @@
 #include "sysid/stochastic/descent.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "models/math/decompositions.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/preflight.h"
@@ -96,10 +96,12 @@ GaussNewtonStep Descent::RemainingStep(const Eigen::VectorXd& v) const {
   const Eigen::MatrixXd H_loose = H(loose, loose);
   const Eigen::VectorXd g_loose = g(loose);
   // H is squared: so is the rank's threshold.
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd(
-      H_loose, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  svd.setThreshold(kRank * kRank);
-  const Eigen::VectorXd dv = -svd.solve(g_loose);
+  const SingularValues svd = SingularValuesOf(H_loose);
+  const double least = kRank * kRank * svd.s[0];
+  const Eigen::VectorXd inverse =
+      (svd.s.array() > least).select(svd.s.cwiseInverse(), 0.0);
+  const Eigen::VectorXd dv =
+      -svd.V * inverse.cwiseProduct(svd.U.transpose() * g_loose);
   step.dv(loose) = dv;
   const double gained = -g_loose.dot(dv);
   step.gain = sum > 0 ? gained / sum : 0.0;

@@ -1,10 +1,10 @@
 #include "sysid/stochastic/gaussian_mixture.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 
 #include "glog/logging.h"
+#include "models/math/decompositions.h"
 
 namespace sysid {
 namespace {
@@ -32,10 +32,10 @@ struct Quadrature {
   Quadrature() {
     Eigen::VectorXd beside(kNodes - 1);
     for (int k = 1; k < kNodes; ++k) beside[k - 1] = std::sqrt(k);
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-    solver.computeFromTridiagonal(Eigen::VectorXd::Zero(kNodes), beside);
-    nodes = solver.eigenvalues();
-    weights = solver.eigenvectors().row(0).array().square();
+    const SymmetricEigen eigen =
+        EigenOfTridiagonal(Eigen::VectorXd::Zero(kNodes), beside);
+    nodes = eigen.values;
+    weights = eigen.vectors.row(0).array().square();
   }
 };
 

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "models/error.h"
+#include "models/math/constants.h"
 #include "sysid/estimation/identifiability.h"
 #include "sysid/stochastic/descent.h"
 #include "sysid/stochastic/rollout_gradient.h"
@@ -12,8 +13,6 @@
 
 namespace sysid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The length of a rollout, s: as given, or, online, such that enough arrive.
 double RolloutLength(const ShootingProblem& problem,

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "models/math/constants.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool AllFinite(const double* errors, int count) {
   return std::all_of(errors, errors + count,
