@@ -17,14 +17,15 @@ TEST(VersionTest, IsPrintedByEveryProgram) {
   for (const std::string& program : programs) {
     // Whatever comes behind it, as with --help.
     const ProgramResult result = folder.Run(program, {"--version", "--model"});
-    const std::string begin = std::filesystem::path(program).filename().string() +
-                              " " + SYSID_VERSION;
+    const std::string begin =
+        std::filesystem::path(program).filename().string() + " " +
+        SYSID_VERSION;
     EXPECT_EQ(result.exit_code, 0);
     EXPECT_EQ(result.err, "");
     ASSERT_THAT(result.out, ::testing::StartsWith(begin));
-    EXPECT_THAT(result.out.substr(begin.size()),
-                ::testing::MatchesRegex(
-                    "( \\(commit [0-9a-f]{7,40}(-dirty)?\\))?\n"));
+    EXPECT_THAT(
+        result.out.substr(begin.size()),
+        ::testing::MatchesRegex("( \\(commit [0-9a-f]{7,40}(-dirty)?\\))?\n"));
   }
   EXPECT_TRUE(folder.Contents().empty());
 }
