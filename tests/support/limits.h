@@ -9,12 +9,13 @@ namespace sysid {
 
 // How much a test lets a program work, and how long it waits for what should
 // come. What else the machine does changes no verdict: work is limited by
-// processor time, of which no program of the tests takes a tenth as much, and
-// waiting ends only where something hangs.
+// processor time, to many times what any program of the tests needs (half a
+// minute), and waiting ends only where something hangs.
 inline constexpr rlim_t kMostWork_s = 600;  // of the processor, for one program
 inline constexpr std::chrono::minutes kHang{30};
 
-// In a child that is to become a program: SIGXCPU ends it where it works longer.
+// In a child that is to become a program: SIGXCPU ends it where it works
+// longer.
 inline void LimitWork() {
   rlimit work{};
   getrlimit(RLIMIT_CPU, &work);
