@@ -33,7 +33,7 @@ size_t PlaceOf(std::string_view text, size_t letter) {
   return place;
 }
 
-class FormulaParser final : private SyntaxParser {
+class FormulaParser : private SyntaxParser {
  public:
   FormulaParser(std::string_view text, const std::vector<KnownName>& known,
                 Formula* out, FormulaFault* fault)

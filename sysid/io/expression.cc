@@ -19,7 +19,7 @@ bool IsOperator(char c) {
 }  // namespace
 
 // The names are the columns of a header.
-class ExpressionParser final : private SyntaxParser {
+class ExpressionParser : private SyntaxParser {
  public:
   ExpressionParser(std::string_view text,
                    const std::vector<std::string>& header, Expression* out,
