@@ -70,7 +70,7 @@ Identifiability AnalyseIdentifiability(const RowMatrixXd& R,
     }
   }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeFullV);
-  const Eigen::VectorXd& s = svd.singularValues();
+  const Eigen::VectorXd s = svd.singularValues();
   const double rounding = 1e-13 * s[0];
   std::vector<int> undetermined;
   for (int k = 0; k < n; ++k) {

@@ -9,7 +9,7 @@ namespace sysid {
 
 // How much a test lets a program work, and how long it waits for what should
 // come. What else the machine does changes no verdict: work is limited by
-// processor time, to many times what any program of the tests needs (half a
+// processor time, to ten times what any program of the tests needs (under a
 // minute), and waiting ends only where something hangs.
 inline constexpr rlim_t kMostWork_s = 600;  // of the processor, for one program
 inline constexpr std::chrono::minutes kHang{30};
