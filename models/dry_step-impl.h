@@ -245,8 +245,9 @@ template <typename T>
 double Stepper<T>::SensibleStep(double h) const {
   constexpr double kMuch = 8.0;
   for (const DryJoint& joint : dry_) {
-    if (ws_->bodies[joint.body].dry == DryMode::kRests || joint.passed)
+    if (ws_->bodies[joint.body].dry == DryMode::kRests || joint.passed) {
       continue;
+    }
     const double stops = -joint.rate / joint.drive[0];
     if (stops > 0.0 && kMuch * stops < h) h = 0.5 * kMuch * stops;
   }

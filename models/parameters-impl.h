@@ -85,8 +85,10 @@ void ParameterMap::Apply(const T* theta, MechanismParameters<T>* out) const {
       }
     }
     for (int i = 0; i < size(); ++i) {
-      if (internal::ApplyOrder(parameters_[i].kind) != kind || transformed_[i])
+      if (internal::ApplyOrder(parameters_[i].kind) != kind ||
+          transformed_[i]) {
         continue;
+      }
       internal::ApplyOne<T>(model_->mechanism(), parameters_[i], theta[i], out);
     }
   }

@@ -57,7 +57,7 @@ std::string ToString(const std::vector<PhysicalFault>& faults,
 Eigen::Matrix3d NearestPossible(const Eigen::Matrix3d& inertia) {
   constexpr double kLeast = 1e-3;
   const Eigensystem eigen(SecondMoments<double>(inertia));
-  const Eigen::Vector3d s = eigen.eigenvalues();
+  const Eigen::Vector3d& s = eigen.eigenvalues();
   const Eigen::Vector3d inside = s.cwiseMax(kLeast * s.cwiseAbs().sum());
   const Eigen::Matrix3d& Q = eigen.eigenvectors();
   const Eigen::Matrix3d S = Q * inside.asDiagonal() * Q.transpose();

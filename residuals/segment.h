@@ -60,8 +60,8 @@ class SegmentScratch {
  public:
   SegmentScratch();
   ~SegmentScratch();
-  SegmentScratch(SegmentScratch&&);
-  SegmentScratch& operator=(SegmentScratch&&);
+  SegmentScratch(SegmentScratch&&) noexcept;
+  SegmentScratch& operator=(SegmentScratch&&) noexcept;
 
  private:
   friend class SegmentRollout;

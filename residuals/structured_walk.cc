@@ -229,8 +229,8 @@ struct SegmentScratch::Kept {
 
 SegmentScratch::SegmentScratch() = default;
 SegmentScratch::~SegmentScratch() = default;
-SegmentScratch::SegmentScratch(SegmentScratch&&) = default;
-SegmentScratch& SegmentScratch::operator=(SegmentScratch&&) = default;
+SegmentScratch::SegmentScratch(SegmentScratch&&) noexcept = default;
+SegmentScratch& SegmentScratch::operator=(SegmentScratch&&) noexcept = default;
 
 bool SegmentRollout::LinearizeStructured(const double* x0, const double* theta,
                                          bool by_state, bool by_theta,

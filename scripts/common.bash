@@ -7,6 +7,31 @@ fail() {
   exit 1
 }
 
+# The commit whose files are here, unchanged and no others beside them; nothing
+# where there are changes, or no git.
+clean_commit() {
+  local changes
+  if [[ -e "$root/.git" ]] && command -v git >/dev/null &&
+    changes="$(git -C "$root" status --porcelain)" && [[ -z "$changes" ]]; then
+    git -C "$root" rev-parse HEAD
+  fi
+}
+
+# What .ci/run passed on last, for scripts/release: a line with the commit. It
+# begins by begin_ci and ends, where nothing was left out, by end_ci, which notes
+# a commit that was clean all the time.
+ci_passed="$root/build/ci-passed"
+begin_ci() {
+  rm -f "$ci_passed"
+  ci_commit="$(clean_commit)"
+}
+end_ci() {
+  if [[ -n "$ci_commit" && "$(clean_commit)" == "$ci_commit" ]]; then
+    mkdir -p "$root/build"
+    echo "$ci_commit" >"$ci_passed"
+  fi
+}
+
 # configure_and_build PRESET [TARGET...]: one line of progress; the whole output
 # goes to build/PRESET.log and is shown only where it fails.
 configure_and_build() {

@@ -24,6 +24,7 @@
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/session/gather_notices.h"
+#include "tools/version.h"
 
 namespace sysid {
 namespace {
@@ -43,7 +44,7 @@ std::vector<std::string>& Arguments() {
 std::vector<std::string> OwnFlags() {
   std::vector<gflags::CommandLineFlagInfo> all;
   gflags::GetAllFlags(&all);
-  std::vector<std::string> names{"help"};
+  std::vector<std::string> names{"help", "version"};
   for (const gflags::CommandLineFlagInfo& flag : all) {
     if (flag.filename.find("tools/sysid_") != std::string::npos ||
         flag.filename.find("tools/fit_flags") != std::string::npos ||
@@ -181,7 +182,8 @@ void CheckIsNoInput(const std::string& flag, const std::string& file,
   }
 }
 
-bool ParseFlags(int argc, char** argv, const std::vector<std::string>& unused) {
+Asked ParseFlags(int argc, char** argv,
+                 const std::vector<std::string>& unused) {
   const std::vector<std::string> own = OwnFlags();
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -193,7 +195,8 @@ bool ParseFlags(int argc, char** argv, const std::vector<std::string>& unused) {
     const std::string body = argument.substr(argument[1] == '-' ? 2 : 1);
     const size_t equals = body.find('=');
     std::string name = body.substr(0, equals);
-    if (name == "help" || name == "h") return true;
+    if (name == "help" || name == "h") return Asked::kHelp;
+    if (name == "version") return Asked::kVersion;
     if (!IsOwn(name, own)) {
       const std::string positive =
           name.rfind("no", 0) == 0 ? name.substr(2) : "";
@@ -219,7 +222,7 @@ bool ParseFlags(int argc, char** argv, const std::vector<std::string>& unused) {
                        "write --" + name + " value");
     }
   }
-  return false;
+  return Asked::kWork;
 }
 
 int RunProgram(int argc, char** argv, const std::string& help,
@@ -232,9 +235,16 @@ int RunProgram(int argc, char** argv, const std::string& help,
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports each bad step
   try {
-    if (ParseFlags(argc, argv, unused)) {
-      WriteStdout(help);
-      return kExitDone;
+    switch (ParseFlags(argc, argv, unused)) {
+      case Asked::kHelp:
+        WriteStdout(help);
+        return kExitDone;
+      case Asked::kVersion:
+        WriteStdout(help.substr(0, help.find(':')) + " " + VersionText() +
+                    "\n");
+        return kExitDone;
+      case Asked::kWork:
+        break;
     }
     return work();
   } catch (const InputError& error) {

@@ -22,11 +22,12 @@ inline constexpr int kExitBadInput = 2;
 // as --name value and --name=value (boolean ones also --name and --noname).
 // Throws InputError, naming the flag, for one that is unknown (with the nearest
 // known), has no value (or an empty one) or one that it cannot take, comes
-// twice, and for arguments that belong to no flag. True where --help was asked
-// for. `unused`: flags that this program shares with others but refuses itself
-// (no hint names them).
-bool ParseFlags(int argc, char** argv,
-                const std::vector<std::string>& unused = {});
+// twice, and for arguments that belong to no flag. `unused`: flags that this
+// program shares with others but refuses itself (no hint names them). Ends with
+// the first --help or --version, and says which came.
+enum class Asked { kWork, kHelp, kVersion };
+Asked ParseFlags(int argc, char** argv,
+                 const std::vector<std::string>& unused = {});
 
 // Whether a flag was given, and how it was written ("" where it was not).
 bool FlagGiven(const std::string& name);
@@ -56,9 +57,11 @@ void CheckCount(const std::string& flag, int value, int most);
 void CheckIsNoInput(const std::string& flag, const std::string& file,
                     const std::vector<std::string>& inputs);
 
-// Runs a program's work: prints `help` for --help; turns InputError into its
-// text on standard error and exit code 2, and any other exception (Cancelled:
-// nothing came of an interrupted fit) into one line and exit code 1.
+// Runs a program's work: prints `help` for --help, and for --version a line
+// with the program's name, which `help` begins with ("sysid_fit: ..."), and
+// version; turns InputError into its text on standard error and exit code 2,
+// and any other exception (Cancelled: nothing came of an interrupted fit) into
+// one line and exit code 1.
 int RunProgram(int argc, char** argv, const std::string& help,
                const std::function<int()>& work,
                const std::vector<std::string>& unused = {});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "models/error.h"
 
@@ -234,9 +235,9 @@ CustomLaw::CustomLaw(const Mechanism& mechanism, const std::string& target)
 
 CustomLaw::CustomLaw(const Mechanism& mechanism, Parsed parsed)
     : EffectOf(kName, parsed.hooks, mechanism, parsed.joint),
-      text_(parsed.text),
-      formula_(parsed.formula),
-      sources_(parsed.sources) {
+      text_(std::move(parsed.text)),
+      formula_(std::move(parsed.formula)),
+      sources_(std::move(parsed.sources)) {
   const std::vector<bool> linear = LinearOnes(formula_);
   if (linear.empty()) {
     throw LawFault("no value of its parameters makes the law zero",

@@ -62,8 +62,9 @@ class StribeckFriction : public EffectOf<StribeckFriction> {
   }
 
   std::string Implausible(const std::vector<double>& values) const override {
-    if (values[1] < values[0])
+    if (values[1] < values[0]) {
       return "its static friction is below its friction";
+    }
     // The bound of the velocity: no slow motion is slow enough for it.
     return values[2] <= 1.01 * parameters()[2].lower
                ? "its peak is too narrow to be told from Coulomb friction"

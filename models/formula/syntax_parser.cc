@@ -46,7 +46,8 @@ bool SyntaxParser::ParseSum() {
 int SyntaxParser::Fail(size_t at, std::string what, std::string hint) {
   fault_->at = at;
   fault_->what = std::move(what);
-  fault_->hint = hint.empty() ? words_.hint : std::move(hint);
+  if (hint.empty()) hint = words_.hint;
+  fault_->hint = std::move(hint);
   return kNone;
 }
 

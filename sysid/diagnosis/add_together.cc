@@ -85,7 +85,7 @@ bool Search::BeginByEquations() {
   for (const ScreenedEffect& effect : look.effects) {
     settled_.insert(effect.name());
   }
-  Take(std::move(look.effects), std::move(model));
+  Take(std::move(look.effects), model);
   return true;
 }
 

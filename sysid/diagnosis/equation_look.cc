@@ -334,8 +334,9 @@ std::vector<FollowedMotion> EquationSearch::Followed() const {
   const auto left = [&](const EquationRows& rows, int time, int v) {
     const auto row = rows.rows.row(time * nv + v);
     double r = row[rows.rows.cols() - 1];
-    for (size_t i = 0; i < now_.at.size(); ++i)
+    for (size_t i = 0; i < now_.at.size(); ++i) {
       r += row[now_.at[i]] * now_.d[i];
+    }
     return r;
   };
   const auto motion = [&](const EquationRows& rows, int time, int w) {

@@ -110,8 +110,8 @@ VectorXd SmoothForce::Reach(double ell) const {
         // Rows of the same degree of freedom.
         const int start = ((d - row) % nv + nv) % nv;
         for (int r = start; r < part.rows(); r += nv) {
-          reach[d] +=
-              times * part(r, c) * ForceCorrelation(((row + r) / nv - l) / ell);
+          const int apart = (row + r) / nv - l;
+          reach[d] += times * part(r, c) * ForceCorrelation(apart / ell);
         }
       }
     };

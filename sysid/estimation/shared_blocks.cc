@@ -225,8 +225,9 @@ bool SharedBlocks::Cost(const Point& at, double* cost) const {
   const bool ok = ParallelFor(count, threads_,
                               [&](int i) {
                                 Rows rows;
-                                if (!Evaluate(blocks_[i], at, false, &rows))
+                                if (!Evaluate(blocks_[i], at, false, &rows)) {
                                   return false;
+                                }
                                 costs[i] = SquaresOf(rows.r);
                                 return true;
                               }) &&

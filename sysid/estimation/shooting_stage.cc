@@ -45,8 +45,9 @@ class Watcher final : public ceres::IterationCallback {
           {first_ + summary.iteration, cost_, Now() - start_time_s_, theta_});
     }
     // Not SOLVER_ABORT, which puts the point back to where it started.
-    if (problem_.stop.stop_requested())
+    if (problem_.stop.stop_requested()) {
       return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
     if (problem_.progress && !options_.quiet) {
       problem_.progress({doing_, first_ + summary.iteration,
                          first_ + options_.max_iterations,

@@ -58,7 +58,8 @@ double DampingRate(const ShootingProblem& problem, const Solution& point) {
   const std::vector<double> held(model.held_size(), 0.0);
   std::vector<double> qdd(at.nv());
   // Of one workspace; 0 where its dynamics fail.
-  const auto braked = [&](Workspace<double>* ws, std::vector<double> x, int i) {
+  const auto braked = [&](Workspace<double>* ws, const std::vector<double>& x,
+                          int i) {
     double change = 0.0;
     for (const double sign : {1.0, -1.0}) {
       std::vector<double> moved = x;

@@ -21,9 +21,8 @@ class StopLater {
 
   explicit StopLater(std::stop_token first,
                      std::chrono::milliseconds later = kGrace)
-      : thread_([this, first = std::move(first), later](std::stop_token own) {
-          Wait(first, later, own);
-        }) {}
+      : thread_([this, first = std::move(first), later](
+                    const std::stop_token& own) { Wait(first, later, own); }) {}
   std::stop_token token() const { return source_.get_token(); }
 
  private:

@@ -79,8 +79,9 @@ ColumnOf<R> Find(const Mechanism& mechanism,
       return of(run->effort.data() + v + slot_in(group), run->effort.cols());
     }
     for (auto& channel : run->channels) {
-      if (channel.kind != group.kind || channel.target != group.target)
+      if (channel.kind != group.kind || channel.target != group.target) {
         continue;
+      }
       const int slot = slot_in(AlongAxes(group, channel.axes));
       if (slot < 0) continue;  // an axis that was not measured
       return of(channel.values.data() + slot, channel.values.cols());

@@ -76,8 +76,9 @@ EquationCoordinates::EquationCoordinates(
     }
   }
   for (const int link : links) {
-    for (int c = 0; c < kBodySize; ++c)
+    for (int c = 0; c < kBodySize; ++c) {
       coordinates_.push_back({kBody, link, c});
+    }
   }
   for (const auto& [joint, c] : origins) {
     coordinates_.push_back({kOrigin, joint, c});

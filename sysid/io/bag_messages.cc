@@ -77,9 +77,13 @@ class BagReader {
       if (size > kLargestChunk) Fail("a record of more than 1 GiB");
       std::string data;
       if (!ReadExactly(size, &data)) Fail("the file ends in a record");
-      if (op == kChunk) ReadChunk(fields, std::move(data));
-      if (op == kConnection) ReadConnection(fields, data);
-      if (op == kMessage) ReadMessage(fields, data);
+      if (op == kChunk) {
+        ReadChunk(fields, std::move(data));
+      } else if (op == kConnection) {
+        ReadConnection(fields, data);
+      } else {
+        ReadMessage(fields, data);
+      }
     }
   }
 

@@ -29,8 +29,10 @@ void ReadTrial(char separator, std::string_view text, Trial* trial_out) {
   std::vector<std::string> names = rows.ReadCells();
   // Tabs at a line's end are not seen in an editor.
   const auto drop_end = [&](std::vector<std::string>* cells, size_t least) {
-    while (separator == '\t' && cells->size() > least && cells->back().empty())
+    while (separator == '\t' && cells->size() > least &&
+           cells->back().empty()) {
       cells->pop_back();
+    }
   };
   drop_end(&names, 1);
   trial.names = static_cast<int>(names.size());
@@ -69,8 +71,9 @@ char FindSeparator(const std::string& path, std::string_view text,
   std::string_view head = text.substr(0, kEnough);
   // A cut row is none; but the header of a very wide file is kept.
   if (head.size() < text.size() &&
-      std::count(head.begin(), head.end(), '\n') < 2)
+      std::count(head.begin(), head.end(), '\n') < 2) {
     head = text;
+  }
   std::vector<Trial> best;
   for (const char separator : {',', ';', '\t'}) {
     const Trial trial = Try(separator, head);

@@ -122,8 +122,10 @@ class RunReader {
 
   void ReadRows(Run* run) {
     for (const Found& found : in_.held) {
-      if (!found.group.is_effort && found.group.kind == ChannelKind::kPosition)
+      if (!found.group.is_effort &&
+          found.group.kind == ChannelKind::kPosition) {
         held_.push_back({found.group.target, found.sources[0]});
+      }
     }
     for (const ColumnSource& source : in_.sources) {
       first_cell_.push_back(wanted_.size());

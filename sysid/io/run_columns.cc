@@ -63,8 +63,9 @@ void AddGroups(const std::string& name, JointType type, int target,
 std::vector<InputColumn> InputColumns(const Mechanism& mechanism) {
   std::vector<InputColumn> columns;
   for (const Joint& joint : mechanism.joints) {
-    if (VelocitySize(joint) == 1)
+    if (VelocitySize(joint) == 1) {
       columns.push_back({joint.name + ".cmd", true});
+    }
     if (VelocitySize(joint) > 0) {
       columns.push_back({joint.name + ".temperature", false});
     }
@@ -200,8 +201,9 @@ ColumnNameFault ExplainUnknownColumn(const std::string& name,
     }
     std::vector<std::string> columns;
     for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-      if (group.kind == ChannelKind::kFramePosition || group.target != j)
+      if (group.kind == ChannelKind::kFramePosition || group.target != j) {
         continue;
+      }
       columns.insert(columns.end(), group.columns.begin(), group.columns.end());
     }
     return {"joint '" + base + "' is " + ToString(joint.type) +

@@ -229,8 +229,9 @@ void CheckWritableFile(const std::string& path) {
   const std::string target = FollowLinks(path);
   RemoveAbandoned(FolderOf(target));
   const int error = Probe(target);
-  if (error != 0)
+  if (error != 0) {
     ThrowSystem(path, kUnwritable, error, FolderHint(path, error));
+  }
 }
 
 }  // namespace sysid

@@ -35,8 +35,9 @@ Json NameAndTarget(const std::string& name) {
 
 Json Values(const std::vector<ParameterEstimate>& parameters) {
   Json object = Json::object();
-  for (const ParameterEstimate& p : parameters)
+  for (const ParameterEstimate& p : parameters) {
     object[p.name] = Finite(p.value);
+  }
   return object;
 }
 

@@ -235,8 +235,9 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     text += "  adding " + ListEffects(added->effects, ", ") +
             Format(": error %.3g -> %.3g times the noise", added->train_before,
                    added->train_after);
-    if (added->predicted > 0)
+    if (added->predicted > 0) {
       text += Format(" (predicted %.3g)", added->predicted);
+    }
     if (holdout) {
       text += Format(", held out %.3g -> %.3g", added->holdout_before,
                      added->holdout_after);

@@ -11,13 +11,15 @@ namespace sysid {
 NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis) {
   std::vector<std::string> add, fix = session.assumed;
   // What does not explain the data is not recommended.
-  if (diagnosis.verdict == Verdict::kUnexplained)
+  if (diagnosis.verdict == Verdict::kUnexplained) {
     return {"", Join(fix, ","), ""};
+  }
   for (const auto& effect : diagnosis.last().added) {
     add.push_back(effect->name());
     for (const std::string& name : effect->ParameterNames()) {
-      if (diagnosis.last().without_influence.count(name) > 0)
+      if (diagnosis.last().without_influence.count(name) > 0) {
         fix.push_back(name);
+      }
     }
     // What was searched among whole numbers stays as it was found.
     for (const EffectParameter& parameter : effect->parameters()) {

@@ -174,8 +174,9 @@ std::string ListEffects(const std::vector<std::string>& names,
     if (!targets.contains(kind)) kinds.push_back(kind);
     targets[kind].push_back(at == std::string::npos ? "" : name.substr(at + 1));
   }
-  for (std::string& kind : kinds)
+  for (std::string& kind : kinds) {
     kind += " (" + Join(targets[kind], ", ") + ")";
+  }
   return Join(kinds, ", ");
 }
 

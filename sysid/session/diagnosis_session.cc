@@ -349,8 +349,9 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   AddedEffects result;
   result.effects = tried;
   for (const ParameterEstimate& p : after.fit.parameters) {
-    if (session.freed_by_added.count(p.name) > 0)
+    if (session.freed_by_added.count(p.name) > 0) {
       result.found[p.name] = p.value;
+    }
   }
   const EffectSet& found = after.fit.model.effects();
   for (size_t i = 0; i < found.parameters().size(); ++i) {

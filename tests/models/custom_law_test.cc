@@ -67,8 +67,9 @@ TEST(CustomLaw, SaysWhatItReads) {
   EXPECT_NE(effect->hooks() & kReadsEffort, 0u);
   EXPECT_TRUE(effect->NeedsDrive());
   std::vector<std::string> inputs;
-  for (const EffectInput& input : effect->inputs())
+  for (const EffectInput& input : effect->inputs()) {
     inputs.push_back(input.name);
+  }
   EXPECT_THAT(inputs, ElementsAre("t", "hinge.cmd", "wind"));
   EXPECT_EQ(effect->other_joints().size(), 2u);
   EXPECT_FALSE(Typed("custom@hinge: -k*q")->ReadsMore());

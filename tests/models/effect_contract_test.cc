@@ -102,8 +102,9 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
   std::vector<T> q(x.q.data(), x.q.data() + x.q.size());
   std::vector<T> qd;
   // None near rest: friction would show nothing.
-  for (const double rate : x.qd)
+  for (const double rate : x.qd) {
     qd.emplace_back(rate + std::copysign(0.5, rate));
+  }
   std::vector<T> out;
   const std::vector<T> inputs(8, T(0.7));
   if (effect.joint() >= 0) {
@@ -178,8 +179,9 @@ std::vector<T> Answers(const Mechanism& mechanism, const Effect& effect,
     }
     if (hooks & kInputHook) {
       std::vector<T> tau;
-      for (int i = 0; i < VelocitySize(joint.type); ++i)
+      for (int i = 0; i < VelocitySize(joint.type); ++i) {
         tau.push_back(T(i + 1));
+      }
       h.ModifyInput(p.data(), tau.data());
       out.insert(out.end(), tau.begin(), tau.end());
     }

@@ -314,8 +314,9 @@ TEST(Whitening, DividesByTheSigmas) {
   const WhitenedCost cost(std::make_unique<CurvedCost>(), SomeSigmas());
   const VectorXd plain = Residuals(CurvedCost(), CurvedPoint());
   const VectorXd r = Residuals(cost, CurvedPoint());
-  for (int i = 0; i < 6; ++i)
+  for (int i = 0; i < 6; ++i) {
     EXPECT_DOUBLE_EQ(r[i], plain[i] / SomeSigmas()[i]);
+  }
   ExpectGradients(cost, {nullptr, nullptr}, CurvedPoint());
 }
 

@@ -304,8 +304,9 @@ class TestRelaxes : public EffectOf<TestRelaxes<kStates>> {
   static bool Applies(JointType type) { return type != JointType::kSpherical; }
   template <typename T>
   void AddEffort(const JointState<T>& joint, const T* p, T* tau) const {
-    for (int i = 0; i < kStates; ++i)
+    for (int i = 0; i < kStates; ++i) {
       tau[0] -= p[0] * (joint.q[0] - joint.z[i]);
+    }
   }
   template <typename T>
   void StateRate(const JointState<T>& joint, const T*, T* rate) const {

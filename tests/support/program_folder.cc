@@ -1,6 +1,7 @@
 #include "tests/support/program_folder.h"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +13,8 @@
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+
+#include "tests/support/limits.h"
 
 namespace sysid {
 namespace {
@@ -39,6 +42,7 @@ void Become(const char* folder, const char* out, const char* err,
   const int null = open("/dev/null", O_RDONLY);
   const int out_fd = open(out, O_WRONLY | O_CREAT | O_TRUNC, 0600);
   const int err_fd = open(err, O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  LimitWork();
   if (chdir(folder) == 0 && dup2(null, 0) == 0 && dup2(out_fd, 1) == 1 &&
       dup2(err_fd, 2) == 2) {
     execv(argv[0], argv);
@@ -46,20 +50,28 @@ void Become(const char* folder, const char* out, const char* err,
   _exit(127);
 }
 
-// The exit code; -1 where it had to be killed.
-int Await(pid_t child) {
-  constexpr auto kLongest = std::chrono::minutes(2);
-  const auto end = std::chrono::steady_clock::now() + kLongest;
+double Seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * time.tv_usec;
+}
+
+// The exit code, -1 where it had to be killed, and the processor time.
+void Await(pid_t child, ProgramResult* result) {
+  const auto end = std::chrono::steady_clock::now() + kHang;
   int status = 0;
-  while (waitpid(child, &status, WNOHANG) == 0) {
+  rusage usage{};
+  bool hung = false;
+  while (wait4(child, &status, hung ? 0 : WNOHANG, &usage) == 0) {
     if (std::chrono::steady_clock::now() > end) {
+      hung = true;
       kill(child, SIGKILL);
-      waitpid(child, &status, 0);
-      return -1;
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  result->exit_code = hung                ? -1
+                      : WIFEXITED(status) ? WEXITSTATUS(status)
+                                          : 128 + WTERMSIG(status);
+  result->cpu_s = Seconds(usage.ru_utime) + Seconds(usage.ru_stime);
 }
 
 }  // namespace
@@ -123,7 +135,7 @@ ProgramResult ProgramFolder::Run(const std::string& program,
     Become(folder_.c_str(), out.c_str(), err.c_str(), argv.data());
   }
   ProgramResult result;
-  result.exit_code = Await(child);
+  Await(child, &result);
   if (stdout_file.empty()) result.out = ReadAll(out);
   result.err = ReadAll(err);
   return result;

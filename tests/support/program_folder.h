@@ -8,8 +8,9 @@ namespace sysid {
 
 // What a program did.
 struct ProgramResult {
-  int exit_code = -1;  // 128 + the signal that ended it; -1: killed, too slow
+  int exit_code = -1;  // 128 + the signal that ended it; -1: it hung
   std::string out, err;
+  double cpu_s = 0.0;  // of it and those that it waited for
 };
 
 // A fresh temporary folder in which programs are run, as a user does; it is
@@ -29,8 +30,9 @@ class ProgramFolder {
   // Every file, by its relative name, with its text; folders end in '/'.
   std::map<std::string, std::string> Contents() const;
 
-  // Runs the program in the folder, off a terminal; it is killed after two
-  // minutes. `stdout_file` takes its standard output instead of the result.
+  // Runs the program in the folder, off a terminal, for as much processor time
+  // as limits.h allows (SIGXCPU ends it then). `stdout_file` takes its standard
+  // output instead of the result.
   ProgramResult Run(const std::string& program,
                     const std::vector<std::string>& arguments,
                     const std::string& stdout_file = "") const;

@@ -5,12 +5,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <thread>
+
+#include "tests/support/limits.h"
 
 namespace sysid {
 namespace {
@@ -40,6 +44,7 @@ RunningProgram::RunningProgram(const ProgramFolder& folder,
   child_ = fork();
   if (child_ < 0) throw std::runtime_error("cannot fork");
   if (child_ == 0) {
+    LimitWork();
     const int null = open("/dev/null", O_RDONLY);
     const int errors = open(errors_.c_str(), O_WRONLY | O_TRUNC);
     if (dup2(null, 0) == 0 && dup2(ends[1], 1) == 1 && dup2(errors, 2) == 2 &&
@@ -65,7 +70,9 @@ std::string RunningProgram::Line() {
   std::string line;
   char c = 0;
   pollfd ready{out_, POLLIN, 0};
-  while (poll(&ready, 1, 60'000) == 1 && read(out_, &c, 1) == 1 && c != '\n') {
+  constexpr int kPatience_ms = std::chrono::milliseconds(kHang).count();
+  while (poll(&ready, 1, kPatience_ms) == 1 && read(out_, &c, 1) == 1 &&
+         c != '\n') {
     line += c;
   }
   return line;
@@ -89,26 +96,40 @@ void RunningProgram::Signal(int signal) {
   if (child_ > 0) kill(child_, signal);
 }
 
-bool RunningProgram::EndsWithin(std::chrono::milliseconds time) {
-  const auto end = std::chrono::steady_clock::now() + time;
-  while (child_ > 0) {
-    if (waitpid(child_, &status_, WNOHANG) == child_) {
+bool RunningProgram::HasEnded() {
+  if (child_ > 0 && waitpid(child_, &status_, WNOHANG) == child_) child_ = -1;
+  return child_ < 0;
+}
+
+bool RunningProgram::RunsUntil(const std::function<bool()>& holds) {
+  const auto end = std::chrono::steady_clock::now() + kHang;
+  while (!HasEnded()) {
+    if (holds()) return true;
+    if (std::chrono::steady_clock::now() > end) {
+      Signal(SIGKILL);
+      waitpid(child_, nullptr, 0);
       child_ = -1;
+      hung_ = true;
       break;
     }
-    if (std::chrono::steady_clock::now() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  return true;
+  return false;
+}
+
+bool RunningProgram::WorksFor(double cpu_s) {
+  clockid_t clock;
+  if (HasEnded() || clock_getcpuclockid(child_, &clock) != 0) return false;
+  return RunsUntil([&] {
+    timespec spent{};
+    return clock_gettime(clock, &spent) == 0 &&
+           static_cast<double>(spent.tv_sec) + 1e-9 * spent.tv_nsec >= cpu_s;
+  });
 }
 
 int RunningProgram::Await() {
-  if (!EndsWithin(std::chrono::minutes(2))) {
-    Signal(SIGKILL);
-    waitpid(child_, &status_, 0);
-    child_ = -1;
-    return -1;
-  }
+  RunsUntil([] { return false; });
+  if (hung_) return -1;
   return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
 }
 

@@ -2,7 +2,7 @@
 
 #include <sys/types.h>
 
-#include <chrono>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -11,7 +11,8 @@
 namespace sysid {
 
 // A program that goes on until it ends or is told to; killed where a test
-// forgets. Its standard output is a pipe to the test.
+// forgets. Its standard output is a pipe to the test. It may work as much as
+// limits.h allows.
 class RunningProgram {
  public:
   RunningProgram(const ProgramFolder& folder, const std::string& program,
@@ -20,7 +21,7 @@ class RunningProgram {
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
-  // The next line that it prints, within a minute; empty where none comes.
+  // The next line that it prints; empty where none comes.
   std::string Line();
   // All that it has printed and will print.
   std::string Rest();
@@ -28,10 +29,15 @@ class RunningProgram {
   void ClosePipe();
 
   void Signal(int signal);
-  // Whether it ended within that time.
-  bool EndsWithin(std::chrono::milliseconds time);
-  // Waits, at most two minutes: its exit code, 128 + the signal that ended it,
-  // -1 where it had to be killed.
+  // Whether it has ended.
+  bool HasEnded();
+  // Waits until it has worked for so many seconds of the processor: false where
+  // it ended before.
+  bool WorksFor(double cpu_s);
+  // Waits until that holds: false where it ended before.
+  bool RunsUntil(const std::function<bool()>& holds);
+  // Waits for its end: its exit code, 128 + the signal that ended it, -1 where
+  // it hung.
   int Await();
   // Its exit code after the signal.
   int End(int signal);
@@ -42,6 +48,7 @@ class RunningProgram {
   pid_t child_ = -1;
   int out_ = -1;
   int status_ = 0;
+  bool hung_ = false;
   std::string errors_;  // the file
 };
 

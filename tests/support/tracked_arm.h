@@ -44,8 +44,10 @@ inline Model ArmWithFriction(int joints) {
   std::map<int, double> held;
   for (size_t i = 0; i < mechanism.joints.size(); ++i) {
     const Joint& joint = mechanism.joints[i];
-    if (joint.type == JointType::kFixed || joint.name <= JointName(joints - 1))
+    if (joint.type == JointType::kFixed ||
+        joint.name <= JointName(joints - 1)) {
       continue;
+    }
     held[static_cast<int>(i)] = 0.5 * (joint.lower + joint.upper);
   }
   mechanism = HoldJoints(mechanism, held);

@@ -75,7 +75,7 @@ TEST_F(FullDiskTest, DiskThatIsFullAlreadyIsRefusedBeforeTheFit) {
   const std::string disk = folder_.Path("disk");
   SKIP_WITHOUT_MOUNT(MountSmall(disk, "size=64k"));
   FillTo(disk + "/filler", 0);
-  // Never done within the two minutes of a test, were it begun.
+  // Never done within the work of a test (limits.h), were it begun.
   const Arguments endless =
       Model() + Arguments{"--solver", "adam", "--epochs", "1000000"};
   for (const Arguments& where :

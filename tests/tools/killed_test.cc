@@ -15,7 +15,6 @@ namespace sysid {
 namespace {
 
 namespace fs = std::filesystem;
-using std::chrono::microseconds;
 
 long Lines(const std::string& text) {
   return std::count(text.begin(), text.end(), '\n');
@@ -24,16 +23,13 @@ long Lines(const std::string& text) {
 class KilledTest : public SurvivalTest {
  protected:
   // Kills the program at `times` moments of its life, which the first, whole
-  // run measures: half of them in its last tenth, where it writes.
+  // run measures in processor time: half of them in its last tenth, where it
+  // writes.
   void KillAtRandom(const std::string& program, const Arguments& arguments,
                     int times) {
-    const auto start = std::chrono::steady_clock::now();
     const ProgramResult whole = folder_.Run(program, arguments);
     // 1: so few epochs reach nothing, which is of no interest here.
     ASSERT_LE(whole.exit_code, 1) << whole.err;
-    const double life = std::chrono::duration<double, std::micro>(
-                            std::chrono::steady_clock::now() - start)
-                            .count();
     const Files before = folder_.Contents();
     std::mt19937_64 random(7);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -41,7 +37,7 @@ class KilledTest : public SurvivalTest {
       const double part =
           i % 2 == 0 ? uniform(random) : 0.9 + 0.15 * uniform(random);
       RunningProgram running(folder_, program, arguments);
-      std::this_thread::sleep_for(microseconds(static_cast<long>(part * life)));
+      running.WorksFor(part * whole.cpu_s);
       running.End(SIGKILL);
       ExpectAllWhole(before);
       if (HasFailure()) return;
@@ -94,26 +90,22 @@ TEST_F(KilledTest, ResumedFitEndsWhereItWouldHave) {
   const auto fit = [&](const std::string& out) {
     return Model() + Arguments{"--out", out, "--resume"};
   };
-  const auto start = std::chrono::steady_clock::now();
-  ASSERT_EQ(folder_.Run(SYSID_FIT, fit("whole")).exit_code, 0);
-  const double life = std::chrono::duration<double, std::micro>(
-                          std::chrono::steady_clock::now() - start)
-                          .count();
+  const ProgramResult alone = folder_.Run(SYSID_FIT, fit("whole"));
+  ASSERT_EQ(alone.exit_code, 0) << alone.err;
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> part(0.0, 1.2);
   const std::string kept = folder_.Path("killed/checkpoint.cbor");
   int resumed = 0;
   for (int i = 0; i < 50; ++i) {
     RunningProgram running(folder_, SYSID_FIT, fit("killed"));
-    // Every other time just after a stage, however slow the machine is by now.
-    double moment = part(random) * life;
+    // Every other time as soon as there is a checkpoint, or after a tenth of a
+    // whole run where there was one before.
     if (i % 2 == 1) {
-      while (!fs::exists(kept) &&
-             !running.EndsWithin(std::chrono::milliseconds(1))) {
-      }
-      moment *= 0.1;
+      running.RunsUntil([&] { return fs::exists(kept); });
+      running.WorksFor(0.1 * part(random) * alone.cpu_s);
+    } else {
+      running.WorksFor(part(random) * alone.cpu_s);
     }
-    std::this_thread::sleep_for(microseconds(static_cast<long>(moment)));
     running.End(SIGKILL);
     if (fs::exists(kept)) ++resumed;
   }
@@ -180,16 +172,18 @@ TEST_F(KilledTest, KilledComparisonLeavesWholeFiles) {
 #endif
 
 #ifdef SYSID_STUDIO
-// It ends only by a signal. The next one continues what was saved.
+// It ends only by a signal, and waits for nothing to do once its fit is done:
+// the moments are of the clock, and nothing is expected of any of them. The
+// next one continues what was saved.
 TEST_F(KilledTest, KilledStudioLeavesASessionThatContinues) {
   const Arguments arguments =
       Model() + Arguments{"--candidates", "coulomb_friction", "--port", "0",
                           "--out",        "session"};
   std::mt19937_64 random(7);
-  std::uniform_int_distribution<long> moment(0, 3'000'000);
+  std::uniform_int_distribution<int> moment_ms(0, 3000);
   for (int i = 0; i < 15; ++i) {
     RunningProgram studio(folder_, SYSID_STUDIO, arguments);
-    std::this_thread::sleep_for(microseconds(moment(random)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(moment_ms(random)));
     studio.End(SIGKILL);
     for (const auto& [name, text] : folder_.Contents()) {
       if (IsTemporary(name) || name.ends_with("/")) continue;

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
-#include <thread>
 
 #include "tests/support/running_program.h"
 #include "tests/tools/programs.h"
@@ -367,15 +366,14 @@ class LongFitTest : public ProcessesTest {
   }
   // The process of a rank that the launcher knows, once so many stages have
   // ended.
-  static pid_t WaitFor(const std::string& out, size_t stages, int rank) {
+  static pid_t WaitFor(RunningProgram* job, const std::string& out,
+                       size_t stages, int rank) {
     const std::string file = out + "/checkpoint.cbor";
-    for (int i = 0; i < 6000; ++i) {
-      if (folder_->Has(file)) {
-        const Json kept = Json::from_cbor(folder_->Read(file), true, false);
-        if (kept.is_object() && kept["stages"].size() >= stages) break;
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    job->RunsUntil([&] {
+      if (!folder_->Has(file)) return false;
+      const Json kept = Json::from_cbor(folder_->Read(file), true, false);
+      return kept.is_object() && kept["stages"].size() >= stages;
+    });
     return std::stoi(folder_->Read("pid." + std::to_string(rank)));
   }
   // Its child, which does the work.
@@ -393,10 +391,9 @@ class LongFitTest : public ProcessesTest {
 
 TEST_F(LongFitTest, AKilledProcessEndsTheJobWhichGoesOnFromItsStage) {
   RunningProgram job(*folder_, SYSID_MPIRUN, Command(2, Fit("killed")));
-  const pid_t worker = WorkerOf(WaitFor("killed", 1, 1));
+  const pid_t worker = WorkerOf(WaitFor(&job, "killed", 1, 1));
   ASSERT_GT(worker, 1);
   kill(worker, SIGKILL);
-  EXPECT_TRUE(job.EndsWithin(std::chrono::seconds(10)));
   EXPECT_EQ(job.Await(), 1);
   EXPECT_THAT(job.Errors(),
               HasSubstr("error: process 1 was killed by signal 9"));
@@ -415,16 +412,14 @@ TEST_F(LongFitTest, AKilledProcessEndsTheJobWhichGoesOnFromItsStage) {
 // go on from.
 TEST_F(LongFitTest, AnInterruptOfAResumedFitLosesNothing) {
   RunningProgram first(*folder_, SYSID_FIT, Fit("early"));
-  while (!folder_->Has("early/checkpoint.cbor") &&
-         !first.EndsWithin(std::chrono::milliseconds(1))) {
-  }
+  first.RunsUntil([] { return folder_->Has("early/checkpoint.cbor"); });
   first.End(SIGKILL);
   ASSERT_TRUE(folder_->Has("early/checkpoint.cbor"));
   RunningProgram resumed(*folder_, SYSID_FIT,
                          Fit("early") + Arguments{"--resume"});
-  while (resumed.Errors().find("note: goes on after ") == std::string::npos &&
-         !resumed.EndsWithin(std::chrono::milliseconds(1))) {
-  }
+  resumed.RunsUntil([&] {
+    return resumed.Errors().find("note: goes on after ") != std::string::npos;
+  });
   EXPECT_EQ(resumed.End(SIGTERM), 1) << resumed.Errors();
   EXPECT_TRUE(folder_->Has("early/checkpoint.cbor"));
   if (!folder_->Has("early/fit.json")) {
@@ -437,7 +432,7 @@ TEST_F(LongFitTest, AnInterruptOfAResumedFitLosesNothing) {
 
 TEST_F(LongFitTest, AnInterruptOfAnyProcessKeepsTheBestPoint) {
   RunningProgram job(*folder_, SYSID_MPIRUN, Command(2, Fit("stopped")));
-  kill(WaitFor("stopped", 3, 1), SIGTERM);
+  kill(WaitFor(&job, "stopped", 3, 1), SIGTERM);
   EXPECT_EQ(job.Await(), 1) << job.Errors();
   const Json fit = Read("stopped");
   EXPECT_FALSE(fit["converged"].get<bool>());

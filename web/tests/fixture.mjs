@@ -277,7 +277,7 @@ export function planarPage({seconds = 8, live = false} = {}) {
   models[0].candidates[0].confirmed.crossValidation = models[1].crossValidation;
   models[0].candidates[1].confirmed.crossValidation = scaled(models[0].crossValidation, 0.08);
   return {
-    schema: 'sysid.page/1', program: live ? 'sysid_studio' : 'sysid_diagnose', version: '0.1.0', live,
+    schema: 'sysid.page/1', program: live ? 'sysid_studio' : 'sysid_diagnose', version: '0.2.0', live,
     model: 'pendulum2_planar', command: 'sysid_diagnose --model pendulum2_planar --traj run_1.csv --holdout run_2.csv --auto --out result',
     notices: [], noise: kNoise,
     mechanism: {urdf: kPlanarUrdf, joints: [0, 1].map(i => ({name: `joint${i + 1}`, type: 'continuous', unit: 'rad', effortUnit: 'N m', q: i, v: i}))},

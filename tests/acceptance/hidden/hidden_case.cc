@@ -131,8 +131,9 @@ std::vector<Sites> AllSites() {
 
 std::string Joined(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& name : names)
+  for (const std::string& name : names) {
     text += (text.empty() ? "" : "+") + name;
+  }
   return text.empty() ? "complete" : text;
 }
 

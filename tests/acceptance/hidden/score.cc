@@ -186,8 +186,9 @@ std::string SuiteTable(const std::vector<Scored>& cases) {
   const long failed =
       std::count_if(cases.begin(), cases.end(),
                     [](const Scored& s) { return !s.outcome.fault.empty(); });
-  if (failed > 0)
+  if (failed > 0) {
     text += "| cases without a verdict | " + std::to_string(failed) + " |\n";
+  }
 
   using Names = std::vector<std::string>;
   AddTable(

@@ -44,8 +44,9 @@ struct Dense {
     n_theta = static_cast<int>(J_prior.cols());
     const int tangent = static_cast<int>(runs.front().J_prior.cols());
     int states = 0;
-    for (const auto& run : runs)
+    for (const auto& run : runs) {
       states += static_cast<int>(run.segments.size());
+    }
     const int n = n_theta + states * tangent;
     H.setZero(n, n);
     g.setZero(n);

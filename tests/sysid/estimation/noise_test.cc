@@ -30,8 +30,9 @@ std::vector<double> Times(double duration, double rate) {
 
 std::vector<double> NoisySwing(const std::vector<double>& t, Random* random) {
   std::vector<double> y;
-  for (const double time : t)
+  for (const double time : t) {
     y.push_back(Swing(time) + kSigma * random->Normal());
+  }
   return y;
 }
 

@@ -22,8 +22,9 @@ Channel Positions(int joint, const std::vector<double>& values) {
 // Times 10 ms apart, but for a wobble, from 0 to 1 s.
 std::vector<double> UnevenTimes() {
   std::vector<double> t;
-  for (int k = 0; k <= 100; ++k)
+  for (int k = 0; k <= 100; ++k) {
     t.push_back(0.01 * k + 0.002 * std::sin(7 * k));
+  }
   return t;
 }
 

@@ -22,9 +22,9 @@
 namespace sysid {
 
 // Live sessions over real HTTP. Nothing here sleeps: every wait is for an
-// event, and ends after a minute where that does not come.
+// event, and ends where something hangs and that does not come.
 
-inline constexpr std::chrono::seconds kPatience{60};
+inline constexpr std::chrono::seconds kPatience{900};
 
 // A pendulum whose first joint rubs, which its model does not know.
 inline StudioSetup RubbingPendulum(const std::string& folder = "",

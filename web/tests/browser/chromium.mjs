@@ -3,6 +3,9 @@ import {existsSync, mkdirSync} from 'node:fs';
 import {join} from 'node:path';
 import {chromium} from 'playwright-core';
 
+// For what comes on any machine, however busy: only what hangs takes longer.
+export const kPatience_ms = 900000;
+
 const kPlaces = [process.env.SYSID_CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
 
 export const executable = kPlaces.find(p => p && existsSync(p));
@@ -12,8 +15,7 @@ export const without = executable ? false
 export function launch({webgl = true} = {}) {
   return chromium.launch({
     executablePath: executable,
-    timeout: 120000,  // a loaded machine is slow
-    timeout: 120000,
+    timeout: kPatience_ms,
     args: [
       // Chromium refuses its sandbox to root.
       ...(process.getuid?.() === 0 ? ['--no-sandbox'] : []),

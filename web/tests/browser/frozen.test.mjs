@@ -3,8 +3,8 @@ import assert from 'node:assert/strict';
 import {readFile} from 'node:fs/promises';
 import {after, before, test} from 'node:test';
 import {drivenPage, failedPage, fitPage, planarPage, sphericalPage} from '../fixture.mjs';
-import {launch, without} from './chromium.mjs';
-import {compareTimes, html, kPatience_ms, openFile, ranges, settled, until, writeReport, zooming} from './open.mjs';
+import {kPatience_ms, launch, without} from './chromium.mjs';
+import {compareTimes, html, openFile, ranges, settled, until, writeReport, zooming} from './open.mjs';
 
 const skip = without;
 let browser;
@@ -463,13 +463,14 @@ test('100,000 samples are drawn with as few points as pixels ask for', {skip}, a
   const files = {};
   for (const name of ['short', 'long']) files[name] = writeReport(`${name}.html`, planarPage({seconds: seconds[name]}));
   await compareTimes('a fixture', async name => {
-    const {page, context, complaints, paint_ms} = await openFile(browser, files[name]);
+    const {page, context, complaints, work_ms} = await openFile(browser, files[name]);
+    const paint = await work_ms();
     const points = await page.$$eval('.time-plot .uplot', plots => plots.map(p => Number(p.dataset.points)));
     const width = await page.$eval('.time-plot', e => e.clientWidth);
     assert.ok(Math.max(...points) <= 2 * width, `${points} points on ${width} pixels`);
-    const zoom = await zooming(page);
+    const zoom = await zooming(page, work_ms);
     assert.deepEqual(complaints, []);
     await context.close();
-    return {paint: paint_ms, zoom};
+    return {paint, zoom};
   });
 });

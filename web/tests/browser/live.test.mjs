@@ -2,8 +2,8 @@
 import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
 import {planarPage} from '../fixture.mjs';
-import {launch, without} from './chromium.mjs';
-import {html, kPatience_ms, settled, until, watch} from './open.mjs';
+import {kPatience_ms, launch, without} from './chromium.mjs';
+import {html, settled, until, watch} from './open.mjs';
 import {startStudio} from './studio.mjs';
 
 const skip = without;
@@ -141,7 +141,7 @@ test('an event is shown that comes before the page has drawn itself', {skip}, ()
       window.setTimeout = (f, ms, ...rest) => later(f, Math.max(ms ?? 0, 700), ...rest);
     });
     await page.reload();
-    await page.getByText('iteration 3 of at most 50').waitFor({timeout: 20000});
+    await page.getByText('iteration 3 of at most 50').waitFor();
   }));
 
 test('a fit that ended between the document and the events is shown', {skip}, async () => {

@@ -9,9 +9,6 @@ const programs = process.env.SYSID_PROGRAMS, runs = process.env.SYSID_RUNS;
 export const withoutPrograms = programs && runs ? false
   : 'SYSID_PROGRAMS and SYSID_RUNS name no folders of the programs and of data/runs: tests/web/run does';
 
-// For all that has to wait for a fit: a loaded machine is slow.
-export const kPatience_ms = 120000;
-
 export const folder = mkdtempSync(join(tmpdir(), 'sysid-way-'));
 const children = new Set();
 process.on('exit', () => {
