@@ -1,6 +1,5 @@
 #include "sysid/estimation/joined_states.h"
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -24,7 +23,6 @@ JoinedStates::JoinedStates(const Model& model, Solution* point,
   const size_t runs = point->runs.size();
   base_.asked.resize(runs);
   base_.states.resize(runs);
-  base_.cost.resize(runs);
   base_.defect.resize(runs);
   base_.J.resize(runs);
   base_.J_next.resize(runs);
@@ -67,8 +65,8 @@ void JoinedStates::Move(int run) {
     BoxMinus<double>(model_, asked.row(k).data(),
                      base_.asked[run].row(k).data(), step.row(k).data());
     if (k == 0) continue;
-    BoxPlus<double>(model_, base_.states[run].row(k).data(),
-                    step.row(k).data(), now.row(k).data());
+    BoxPlus<double>(model_, base_.states[run].row(k).data(), step.row(k).data(),
+                    now.row(k).data());
   }
   Eigen::VectorXd moved(n + n_theta);
   moved.tail(n_theta) = (point_->theta - base_.theta).head(n_theta);
@@ -84,9 +82,7 @@ void JoinedStates::Move(int run) {
   }
   double of_defects = 0.0, of_others = 0.0;
   const double cost = Cost(run, now, &of_defects);
-  constexpr double kHundredth = 0.01;
-  const double gain = base_.cost[run] - cost;
-  if (of_defects - linear < std::max(least_, kHundredth * gain)) return;
+  if (of_defects - linear < least_) return;
   RowMatrixXd again = now;
   for (int k = 0; k + 1 < count; ++k) {
     ShootingSegment* segment = segments_->at(run, k);
@@ -106,8 +102,6 @@ void JoinedStates::SetBase(int run) {
   base_.defect[run].resize(count - 1);
   base_.J[run].resize(count - 1);
   base_.J_next[run].resize(count - 1);
-  double unused;
-  base_.cost[run] = Cost(run, now_[run], &unused);
   for (int k = 0; k + 1 < count; ++k) {
     ShootingSegment* segment = segments_->at(run, k);
     Eigen::VectorXd& defect = base_.defect[run][k];

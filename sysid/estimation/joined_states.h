@@ -24,17 +24,17 @@ namespace sysid {
 //   x'_k+1 = f(x'_k, theta + dtheta) [+] -(d_k + D_k dx_k + E_k dtheta
 //                                          - F_k dx_k+1)                (6.14)
 //
-// (as Mastalli et al. 2020 do in the multiple shooting of optimal control). It is the same step to first order,
-// and costs a rollout. A chaotic motion lets the change grow from segment to
-// segment: each run keeps what costs less.
+// (as Mastalli et al. 2020 do in the multiple shooting of optimal control). It
+// is the same step to first order, and costs a rollout. A chaotic motion lets
+// the change grow from segment to segment: each run keeps what costs less.
 //
-// Ceres' states are then only coordinates of these: those of ShootingSegmentCost
-// are asked here.
+// Ceres' states are then only coordinates of these: those of
+// ShootingSegmentCost are asked here.
 class JoinedStates final : public ceres::EvaluationCallback {
  public:
   // `point` is where the minimiser writes. Segments are joined by defects of
-  // these standard deviations. A second order that costs less than `least`, or
-  // than a hundredth of what the step gains in spite of it, is left. `columns`: of the derivatives that the minimiser will want.
+  // these standard deviations. A second order that costs less than `least` is
+  // left. `columns`: of the derivatives that the minimiser will want.
   JoinedStates(const Model& model, Solution* point, ShootingSegments* segments,
                const std::vector<double>& defect_sigma,
                ShootingSegment::Columns columns, int threads);
@@ -51,7 +51,6 @@ class JoinedStates final : public ceres::EvaluationCallback {
   // Where the minimiser took a step last: its numbers, and these.
   struct Base {
     std::vector<RowMatrixXd> asked, states;
-    std::vector<double> cost;  // of runs
     Eigen::VectorXd theta;
     // By run and segment; the defect, and its derivatives by the tangents of
     // x_k, theta and x_k+1.
