@@ -9,6 +9,7 @@
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/shared_blocks.h"
 #include "sysid/estimation/shared_solve.h"
+#include "sysid/estimation/stages.h"
 
 namespace sysid {
 namespace {
@@ -202,8 +203,12 @@ ShootingStage::ShootingStage(const ShootingProblem& problem,
     defect_sigma_ = DefectSigma(problem);
     for (double& sigma : defect_sigma_) sigma *= options.defect;
   }
-  // Looser joints take up the second order of a step.
-  if (options.defect < kMiddleDefect * options.misfit && !options.fix_states) {
+  // Looser joints take up the second order of a step. A model that misses the
+  // data has no trajectory to follow: its states are pulled from it by the
+  // data, and full steps lead it into other minima (the video of a pendulum,
+  // without damping, to twice the error).
+  if (options.defect < kMiddleDefect && options.misfit < kMissing &&
+      !options.fix_states) {
     using Columns = ShootingSegment::Columns;
     joined_ = std::make_unique<JoinedStates>(
         problem.model(), point, segments_.get(), defect_sigma_,
