@@ -142,8 +142,8 @@ Ended Join(Stages* stages, bool chaotic) {
     // trajectory; one that does not is led there by degrees.
     if (!(stages->Error() < kMissing)) {
       stages->Run({"long segments", stages->Defect(kCloseDefect), 1e-3, 10});
+      stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
     }
-    stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
   }
   const bool follows = stages->Error() < kMissing;
   const bool one_trajectory = !chaotic || follows;
