@@ -1,6 +1,6 @@
-#include "models/math/decompositions.h"
-
 #include <Eigen/Eigenvalues>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 
@@ -21,8 +21,7 @@ SymmetricEigen EigenOfTridiagonal(const VectorXd& diagonal,
 
 MatrixXd RootOfCovariance(const MatrixXd& S) {
   const SymmetricEigen eigen = EigenOfSymmetric(S);
-  return eigen.vectors *
-         eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
 Eigen::VectorXcd EigenvaluesOf(const MatrixXd& A) {

@@ -1,7 +1,7 @@
-#include "models/math/decompositions.h"
-
 #include <Eigen/QR>
 #include <algorithm>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 

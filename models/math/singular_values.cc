@@ -1,6 +1,6 @@
-#include "models/math/decompositions.h"
-
 #include <Eigen/SVD>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 

@@ -1,7 +1,7 @@
-#include "models/math/decompositions.h"
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+
+#include "models/math/decompositions.h"
 
 namespace sysid {
 

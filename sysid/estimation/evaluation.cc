@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <utility>
 
 #include "models/math/constants.h"
 #include "models/state.h"
@@ -114,6 +115,17 @@ bool RollSegments(
   return AllTrue(problem.processes(), !failed);
 }
 
+// The autocorrelation time of series by segment.
+double TimeOfSegments(const ShootingProblem& problem, const Solution& point,
+                      std::vector<WhitenedSeries> segments) {
+  const std::vector<SegmentPlace> all = AllSegments(point);
+  std::vector<std::vector<WhitenedSeries>> runs(point.runs.size());
+  for (size_t i = 0; i < all.size(); ++i) {
+    runs[all[i].run].push_back(std::move(segments[i]));
+  }
+  return AutocorrelationTime(runs, problem.processes());
+}
+
 }  // namespace
 
 bool RollErrors(const SegmentRollout& rollout, const double* x0,
@@ -135,7 +147,7 @@ double ObservedStateDof(const ShootingProblem& problem) {
 }
 
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
-                         double fitted) {
+                         double fitted, double* correlated) {
   RunErrors errors;
   for (const SensedChannel& channel : problem.data().channels()) {
     errors.channels.push_back({.name = channel.name,
@@ -145,11 +157,18 @@ RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
   }
   const std::vector<SegmentPlace> all = AllSegments(point);
   std::vector<std::vector<Sums>> sums(all.size());
+  std::vector<WhitenedSeries> series(all.size());
   const bool failed = !RollSegments(
       problem, point, all,
       [&](int i, const SegmentRollout& rollout, const std::vector<double>& r) {
-        sums[i] = SumByChannel(*problem.runs()[all[i].run], rollout, r);
+        const RunData& data = *problem.runs()[all[i].run];
+        sums[i] = SumByChannel(data, rollout, r);
+        if (correlated) series[i] = WhitenErrors(data, rollout, r.data());
       });
+  if (correlated) {
+    *correlated =
+        failed ? 1.0 : TimeOfSegments(problem, point, std::move(series));
+  }
   for (size_t i = 0; i < all.size(); ++i) {
     const RunData& data = *problem.runs()[all[i].run];
     Sums segment;
@@ -228,19 +247,9 @@ WhitenedSeries WhitenErrors(const RunData& data, const SegmentRollout& rollout,
 
 double AutocorrelationTime(const ShootingProblem& problem,
                            const Solution& point) {
-  const std::vector<SegmentPlace> all = AllSegments(point);
-  std::vector<WhitenedSeries> parts(all.size());
-  const auto whiten = [&](int i, const SegmentRollout& rollout,
-                          const std::vector<double>& errors) {
-    parts[i] =
-        WhitenErrors(*problem.runs()[all[i].run], rollout, errors.data());
-  };
-  if (!RollSegments(problem, point, all, whiten)) return 1.0;
-  std::vector<std::vector<WhitenedSeries>> runs(point.runs.size());
-  for (size_t i = 0; i < all.size(); ++i) {
-    runs[all[i].run].push_back(std::move(parts[i]));
-  }
-  return AutocorrelationTime(runs, problem.processes());
+  double time = 1.0;
+  EvaluateErrors(problem, point, 0.0, &time);
+  return time;
 }
 
 double AutocorrelationTime(const std::vector<std::vector<WhitenedSeries>>& runs,

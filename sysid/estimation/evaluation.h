@@ -49,8 +49,9 @@ struct RunErrors {
 // Of the trajectories of a point, when `fitted` numbers were fitted to them.
 // Where the dynamics fail the errors are infinite. Of several processes each
 // knows the segments of its own runs (GatherErrors); all else is of all runs.
+// `correlated`, where it is not null, is their AutocorrelationTime.
 RunErrors EvaluateErrors(const ShootingProblem& problem, const Solution& point,
-                         double fitted);
+                         double fitted, double* correlated = nullptr);
 
 // The mean square of errors as the problem weighs them: beside its noise where
 // it knows no misfit.

@@ -9,7 +9,7 @@
 namespace sysid {
 
 void SummarizeFit(const ShootingProblem& problem, const Solution& point,
-                  double fitted, Fit* fit) {
+                  double fitted, Fit* fit, double tangent_step) {
   const int n = problem.map().size();
   fit->point = point;
   RowMatrixXd R = RowMatrixXd::Zero(n, n + 1);
@@ -17,16 +17,17 @@ void SummarizeFit(const ShootingProblem& problem, const Solution& point,
   RowMatrixXd J_prior;
   Eigen::VectorXd r_prior;
   LinearizePriors(problem, point.theta, &J_prior, &r_prior);
-  if (Linearize(problem, point, {.defect = fit->defect}, &runs)) {
+  if (Linearize(problem, point,
+                {.defect = fit->defect, .tangent_step = tangent_step}, &runs)) {
     R = EliminateStates(runs, J_prior, r_prior, problem.options().threads,
                         problem.processes());
   } else {
     fit->converged = false;
   }
-  fit->train = EvaluateErrors(problem, point, fitted);
+  double correlated = 1.0;
+  fit->train = EvaluateErrors(problem, point, fitted, &correlated);
   const double chi2 = WeighedSquare(problem, fit->train);
-  const double inflation =
-      std::max(1.0, chi2) * AutocorrelationTime(problem, point);
+  const double inflation = std::max(1.0, chi2) * correlated;
   const RowMatrixXd root = R.leftCols(n);
   static_cast<Estimates&>(*fit) = MakeEstimates(
       problem, point.theta, root, inflation * root.transpose() * root);

@@ -122,8 +122,9 @@ Fit RefitIndependentSegments(const ShootingProblem& problem,
 // Fills in what a fit says of the point where it ended: the model, errors,
 // parameters with their uncertainty, what the data does not determine, step and
 // segments. `fitted` numbers were fitted to the runs. Linearised with the
-// fit's own defect; where the dynamics fail there it has not converged.
+// fit's own defect, with steps of `tangent_step` (ShootingSegment); where the
+// dynamics fail there it has not converged.
 void SummarizeFit(const ShootingProblem& problem, const Solution& point,
-                  double fitted, Fit* fit);
+                  double fitted, Fit* fit, double tangent_step = 0.0);
 
 }  // namespace sysid

@@ -113,7 +113,8 @@ double Begin(Stages* stages, int most) {
 // most. Returns whether that is less than could be.
 bool Grow(Stages* stages, double longest, Drift allowed) {
   const ShootingProblem& problem = stages->problem();
-  const double regular = ChooseSegment(problem, stages->solution, allowed);
+  const double regular = ChooseSegment(problem, stages->solution, allowed,
+                                       stages->Segments().get());
   const double given = problem.options().segment;
   const double last_length = given > 0 ? given : std::min(regular, longest);
   for (double length = kFirstLength * kStageGrowth;
@@ -136,16 +137,26 @@ Ended JoinSegments(Stages* stages, bool chaotic) {
       stages->Weigh();
       return SolveIndependent(stages);
     }
-    stages->Run({"long segments", stages->Defect(kCloseDefect), 1e-3, 10});
-    stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
+    // A model that follows the data to its noise is near enough to one
+    // trajectory; one that does not is led there by degrees.
+    if (!(stages->Error() < kMissing)) {
+      stages->Run({"long segments", stages->Defect(kCloseDefect), 1e-3, 10});
+      stages->Run({"joined segments", stages->Defect(kJoinedDefect), 1e-4});
+    }
   }
-  const bool one_trajectory = !chaotic || stages->Error() < kMissing;
+  const bool follows = stages->Error() < kMissing;
+  const bool one_trajectory = !chaotic || follows;
   Ended ended;
   ended.defect = one_trajectory
                      ? TightDefect(stages->problem(), stages->solution)
                      : kJoinedDefect;
+  // First with the steps that segments need by themselves, which cost less.
+  if (follows && !stages->IsWhole()) {
+    stages->Run({"joined segments", ended.defect, 1e-4});
+  }
   stages->RefineStep(ended.defect);
   StageGoal goal{"one trajectory", ended.defect, 1e-7};
+  goal.exact = true;
   goal.wanted = stages->problem().options().wanted_error;
   ended.last = stages->Run(goal);
   for (int i = 0;
@@ -193,7 +204,8 @@ Fit Finish(const Stages& stages, const Ended& ended) {
   }
   states = SumOver(problem.processes(), states);
   SummarizeFit(problem, stages.solution,
-               problem.map().size() + ObservedStateDof(problem) * states, &fit);
+               problem.map().size() + ObservedStateDof(problem) * states, &fit,
+               stages.TangentStep());
   stages.ReadClocks(&fit);
   return fit;
 }
@@ -242,7 +254,9 @@ Fit FitJoined(const ShootingProblem& problem,
   const EstimationOptions options = WithGrace(problem, later);
   try {
     const ShootingProblem rest = problem.With(options);
-    fit.horizon = EvaluateHorizon(rest, stages.solution);
+    // The noise of a window leaves its state by more than a fifth of it, which
+    // is all that a step of ChooseRollout does to one.
+    fit.horizon = EvaluateHorizon(rest, stages.Unrefined());
     fit.open = EvaluateOpen(rest, stages.solution);
   } catch (const Cancelled&) {
     if (!options.keep_best) throw;

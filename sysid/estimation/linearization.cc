@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "residuals/costs.h"
 #include "sysid/estimation/elimination.h"
@@ -79,7 +80,8 @@ class Linearizer {
                             const RolloutOptions& rollout) {
     const std::vector<int>& samples = solution_.runs[at.run].samples;
     return ShootingSegment(problem_, rollout, at.run, samples[at.segment],
-                           samples[at.segment + 1], &pool_);
+                           samples[at.segment + 1], &pool_,
+                           options_.tangent_step);
   }
   // x [-] the state that is believed, whitened; J by x's tangent.
   void Belief(const SegmentPlace& at, Eigen::VectorXd* r, RowMatrixXd* J) const;
@@ -207,18 +209,24 @@ bool Linearize(const ShootingProblem& problem, const Solution& solution,
 
 bool LinearizeChange(const ShootingProblem& problem, const Solution& solution,
                      const LinearizationOptions& options,
-                     const RolloutOptions& from, const RolloutOptions& to,
+                     const RolloutOptions& to, SegmentResiduals* residuals,
                      std::vector<RunLinearization>* runs) {
   Linearizer linearizer(problem, solution, options);
+  const bool own = residuals->empty();
+  residuals->resize(solution.runs.size());
+  for (size_t r = 0; r < residuals->size(); ++r) {
+    (*residuals)[r].resize(solution.runs[r].segments());
+  }
   return linearizer.All(
       [&](const SegmentPlace& at, SegmentLinearization* out) {
-        Eigen::VectorXd before, after;
+        Eigen::VectorXd* before = &(*residuals)[at.run][at.segment];
+        Eigen::VectorXd after;
         if (!linearizer.Linearize(at, out) ||
-            !linearizer.Roll(at, from, &before) ||
             !linearizer.Roll(at, to, &after)) {
           return false;
         }
-        out->r = after - before;
+        out->r = after - (own ? out->r : *before);
+        *before = std::move(after);
         return true;
       },
       runs);

@@ -37,6 +37,7 @@ struct LinearizationOptions {
   // Of a segment's rows J d + r, all (they grow with the samples), or only
   // their triangular factor by orthogonal transformations.
   bool triangular = true;
+  double tangent_step = 0.0;  // ShootingSegment's
 };
 
 // By all threads. False where the dynamics fail, in any process.
@@ -44,11 +45,14 @@ bool Linearize(const ShootingProblem& problem, const Solution& solution,
                const LinearizationOptions& options,
                std::vector<RunLinearization>* runs);
 
-// The same with the change of the residuals between two ways to integrate, in
+// The same with the change of the residuals to another way to integrate, in
 // place of the residuals: the derivatives are those of the solution's own.
+// `residuals`, by run and segment, are those that change: empty, the
+// solution's own; afterwards those of the other way.
+using SegmentResiduals = std::vector<std::vector<Eigen::VectorXd>>;
 bool LinearizeChange(const ShootingProblem& problem, const Solution& solution,
                      const LinearizationOptions& options,
-                     const RolloutOptions& from, const RolloutOptions& to,
+                     const RolloutOptions& to, SegmentResiduals* residuals,
                      std::vector<RunLinearization>* runs);
 
 // theta's priors as rows: J x theta, r.

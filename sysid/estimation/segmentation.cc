@@ -36,7 +36,8 @@ ShootingStage::Options StageOf(const StateOptions& options) {
           .fix_theta = true,
           .twist_hold = options.twist_hold,
           .max_iterations = options.max_iterations,
-          .function_tolerance = options.tolerance};
+          .function_tolerance = options.tolerance,
+          .news = options.news};
 }
 
 }  // namespace
@@ -112,7 +113,7 @@ bool IsRegular(const ShootingProblem& problem, const Solution& point) {
 }
 
 double ChooseSegment(const ShootingProblem& problem, const Solution& point,
-                     Drift allowed) {
+                     Drift allowed, ShootingSegments* segments) {
   // Where |dq/dq0| grows by more than this from half of a length to the length,
   // it grows faster than linearly: a regular motion (of a wide swing the period
   // depends on its width) about doubles it, chaos squares it.
@@ -126,6 +127,7 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
   // moves with that at the start; lengths double, so each goes on from there.
   struct Walk {
     SegmentPlace start;
+    int next;  // segment
     int sample;
     Eigen::VectorXd x;
     RowMatrixXd phi;
@@ -139,11 +141,19 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
       const int k = nodes.segments() * i / count;
       walks.push_back(
           {{static_cast<int>(r), k},
+           k,
            nodes.samples[k],
            nodes.states.row(k).transpose(),
            RowMatrixXd::Identity(at.tangent_size(), at.tangent_size())});
     }
   }
+  const auto follow = [&](Walk* walk, int sample, const RowMatrixXd& J_end) {
+    walk->sample = sample;
+    walk->phi = J_end * walk->phi;
+    walk->last =
+        walk->phi.block(at.dq(), at.dq(), at.nv(), at.nv()).operatorNorm();
+    walk->growth = std::max(walk->growth, walk->last);
+  };
   // Goes on to a sample; false where the dynamics fail.
   const auto go = [&](Walk* walk, int sample) {
     const RunData& data = *problem.runs()[walk->start.run];
@@ -156,13 +166,50 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
                            errors.data(), x_end.data(), &J, &J_end)) {
       return false;
     }
-    walk->sample = sample;
     walk->x = x_end;
-    walk->phi = J_end * walk->phi;
-    walk->last =
-        walk->phi.block(at.dq(), at.dq(), at.nv(), at.nv()).operatorNorm();
-    walk->growth = std::max(walk->growth, walk->last);
+    follow(walk, sample, J_end);
     return true;
+  };
+  // Segments that are as short as the ways: from one to the next, whose states
+  // are as near as the noise, and what one walk has seen serves all. Empty:
+  // not yet seen.
+  std::vector<std::vector<RowMatrixXd>> seen(point.runs.size());
+  const bool by_segments = segments != nullptr && segments->Fit(point) &&
+                           MeanSegment(problem, point) < 1.5 * kFirstLength;
+  for (size_t r = 0; r < seen.size(); ++r) {
+    seen[r].resize(point.runs[r].segments());
+  }
+  // Whether a walk has a next segment that ends by then.
+  const auto has_next = [&](const Walk& walk, double end) {
+    const Solution::Nodes& nodes = point.runs[walk.start.run];
+    const std::vector<double>& t = problem.runs()[walk.start.run]->run.t;
+    return walk.next < nodes.segments() &&
+           t[nodes.samples[walk.next + 1]] < end;
+  };
+  const auto see = [&](double length) {
+    std::vector<SegmentPlace> needed;
+    for (Walk walk : walks) {
+      const auto [r, k] = walk.start;
+      const double begin = problem.runs()[r]->run.t[point.runs[r].samples[k]];
+      for (; has_next(walk, begin + length + kFirstLength / 2); ++walk.next) {
+        if (seen[r][walk.next].size() > 0) continue;
+        seen[r][walk.next].resize(1, 1);
+        needed.push_back({r, walk.next});
+      }
+    }
+    return ParallelFor(
+        static_cast<int>(needed.size()), problem.options().threads, [&](int i) {
+          const auto [r, k] = needed[i];
+          ShootingSegment* segment = segments->at(r, k);
+          const bool ok = segment->Linearize(point.runs[r].states.row(k).data(),
+                                             point.theta.data(),
+                                             ShootingSegment::Columns::kState);
+          if (ok) {
+            seen[r][k] = segment->Take(segment->J_end(),
+                                       ShootingSegment::Columns::kState);
+          }
+          return ok;
+        });
   };
   double best = kFirstLength;
   while (best < longest) {
@@ -173,9 +220,14 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
       const double t0 =
           t[point.runs[walk.start.run].samples[walk.start.segment]];
       const double before = walk.growth;
+      if (by_segments) {
+        for (; has_next(walk, t0 + length + kFirstLength / 2); ++walk.next) {
+          follow(&walk, 0, seen[walk.start.run][walk.next]);
+        }
+      }
       // By short ways: |dq/dq0| swings, and its greatest counts.
-      for (double s = kFirstLength; s < length + kFirstLength / 2;
-           s += kFirstLength) {
+      for (double s = kFirstLength;
+           !by_segments && s < length + kFirstLength / 2; s += kFirstLength) {
         const auto end = std::upper_bound(t.begin(), t.end(), t0 + s);
         const int sample = static_cast<int>(end - t.begin()) - 1;
         if (sample > walk.sample && !go(&walk, sample)) return false;
@@ -184,7 +236,8 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
                  ? walk.last < kLittle
                  : walk.growth < std::max(kLittle, kLinear * before);
     };
-    const bool ok = ParallelFor(static_cast<int>(walks.size()),
+    const bool ok = (!by_segments || see(length)) &&
+                    ParallelFor(static_cast<int>(walks.size()),
                                 problem.options().threads, regular);
     if (!AllTrue(problem.processes(), ok)) return best;
     best = length;

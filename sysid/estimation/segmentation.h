@@ -51,8 +51,9 @@ double LongestSegment(const ShootingProblem& problem);
 enum class Drift { kLittle, kLinear };
 // The longest length, doubling from kFirstLength up to LongestSegment(), over
 // which a change of the initial position grows no more than that anywhere.
+// `segments`, those of the point, may know the derivatives.
 double ChooseSegment(const ShootingProblem& problem, const Solution& point,
-                     Drift allowed);
+                     Drift allowed, ShootingSegments* segments = nullptr);
 // Whether that is, linearly, as long as may be.
 bool IsRegular(const ShootingProblem& problem, const Solution& point);
 
@@ -63,6 +64,7 @@ struct StateOptions {
   double twist_hold = 1.0;                                  // of StateBelief
   int max_iterations = 100;
   double tolerance = 1e-6;  // of the cost
+  double news = 1e-6;       // ShootingStage::Options::news
 };
 Solution SolveStates(const ShootingProblem& problem, Solution solution,
                      const StateOptions& options);

@@ -20,8 +20,13 @@ double SquaresOf(const Eigen::VectorXd& r) { return 0.5 * r.squaredNorm(); }
 }  // namespace
 
 SharedBlocks::SharedBlocks(const Processes& all, int threads, double* theta,
-                           ceres::Problem* problem)
-    : all_(all), threads_(threads), theta_(theta), problem_(problem) {
+                           ceres::Problem* problem,
+                           ceres::EvaluationCallback* moved)
+    : all_(all),
+      threads_(threads),
+      theta_(theta),
+      problem_(problem),
+      moved_(moved) {
   std::vector<ceres::ResidualBlockId> ids;
   problem->GetResidualBlocks(&ids);
   std::map<double*, int> places;  // of states
@@ -218,7 +223,14 @@ bool SharedBlocks::EvaluateShared(const Point& at, bool with_J,
   return true;
 }
 
+void SharedBlocks::Tell(const Point& at, bool with_J) const {
+  if (moved_ == nullptr) return;
+  Write(at);
+  moved_->PrepareForEvaluation(with_J, true);
+}
+
 bool SharedBlocks::Cost(const Point& at, double* cost) const {
+  Tell(at, false);
   const int count = static_cast<int>(blocks_.size());
   std::vector<double> costs(count);
   Rows shared;
@@ -252,6 +264,7 @@ Eigen::VectorXd SharedBlocks::Times(const Block& block, const Rows& rows,
 
 bool SharedBlocks::CostAlong(const Point& at, const Point& direction,
                              double* cost, double* slope) const {
+  Tell(at, true);
   const int count = static_cast<int>(blocks_.size());
   std::vector<double> costs(count), slopes(count);
   Rows shared;
@@ -282,6 +295,7 @@ bool SharedBlocks::CostAlong(const Point& at, const Point& direction,
 }
 
 bool SharedBlocks::Linearize(const Point& at, bool rescale, double* cost) {
+  Tell(at, true);
   const int count = static_cast<int>(blocks_.size());
   rows_.resize(count);
   const bool ok =

@@ -36,9 +36,12 @@ class SharedBlocks {
     RowMatrixXd states;
   };
 
-  // `theta` is its block in the problem; both must outlive this.
+  // `theta` is its block in the problem; both must outlive this. `moved`, where
+  // it is not null, is told of every place before a cost is asked there, which
+  // then is the problem's.
   SharedBlocks(const Processes& all, int threads, double* theta,
-               ceres::Problem* problem);
+               ceres::Problem* problem,
+               ceres::EvaluationCallback* moved = nullptr);
 
   // Whether there is nothing to move, in any process.
   bool Empty() const { return variables_ == 0.0; }
@@ -86,6 +89,7 @@ class SharedBlocks {
   RowMatrixXd TangentOf(const Point& at, int state) const;
   bool Evaluate(const Block& block, const Point& at, bool with_J,
                 Rows* rows) const;
+  void Tell(const Point& at, bool with_J) const;
   bool EvaluateShared(const Point& at, bool with_J, Rows* rows) const;
   RunLinearization Damped(const std::vector<int>& chain,
                           const RowMatrixXd& damping) const;
@@ -99,6 +103,7 @@ class SharedBlocks {
   const int threads_;
   double* const theta_;
   ceres::Problem* const problem_;
+  ceres::EvaluationCallback* const moved_;
   std::vector<double*> states_;
   std::vector<Block> blocks_;  // segments and priors
   std::vector<const ceres::CostFunction*> shared_;

@@ -153,7 +153,7 @@ bool SharedMinimiser::Begin() {
 
 // Ends an iteration: tells who watches, and asks whether there is another.
 bool SharedMinimiser::GoesOn() {
-  if (now_.step_is_successful) blocks_.Write(x_);
+  blocks_.Write(x_);
   now_.trust_region_radius = radius_;
   summary_.iterations.push_back(now_);
   for (ceres::IterationCallback* callback : options_.callbacks) {
@@ -250,7 +250,10 @@ bool SharedMinimiser::TakeStep() {
     return true;
   }
   invalid_ = 0;
-  if (blocks_.HasBounds()) SearchAlong(&step);
+  if (blocks_.HasBounds() &&
+      options_.max_num_line_search_step_size_iterations > 0) {
+    SearchAlong(&step);
+  }
   const Point candidate = blocks_.Plus(x_, step);
   double cost = 0.0;
   ++summary_.num_residual_evaluations;
@@ -295,6 +298,7 @@ void SharedMinimiser::Run() {
       now_.iteration = summary_.iterations.back().iteration + 1;
       if (!TakeStep()) break;
     }
+    blocks_.Write(x_);
   }
   summary_.final_cost = cost_;
 }
@@ -304,17 +308,19 @@ void SharedMinimiser::Run() {
 void SolveOverProcesses(const Processes& all,
                         const ceres::Solver::Options& options, double* theta,
                         ceres::Problem* problem,
+                        ceres::EvaluationCallback* moved,
                         ceres::Solver::Summary* summary) {
   *summary = ceres::Solver::Summary();
   summary->num_residual_evaluations = summary->num_jacobian_evaluations = 0;
-  SharedBlocks blocks(all, options.num_threads, theta, problem);
+  SharedBlocks blocks(all, options.num_threads, theta, problem, moved);
   SharedMinimiser(options, &blocks, summary).Run();
 }
 
 bool GradientOverProcesses(const Processes& all, int threads, double* theta,
                            ceres::Problem* problem,
+                           ceres::EvaluationCallback* moved,
                            std::vector<double>* gradient) {
-  SharedBlocks blocks(all, threads, theta, problem);
+  SharedBlocks blocks(all, threads, theta, problem, moved);
   double cost = 0.0;
   if (!blocks.Linearize(blocks.Read(), true, &cost)) return false;
   const Eigen::VectorXd& by_theta = blocks.gradient().theta;

@@ -16,11 +16,13 @@ namespace sysid {
 void SolveOverProcesses(const Processes& all,
                         const ceres::Solver::Options& options, double* theta,
                         ceres::Problem* problem,
+                        ceres::EvaluationCallback* moved,
                         ceres::Solver::Summary* summary);
 
 // The gradient of the whole cost by theta. False where it cannot be evaluated.
 bool GradientOverProcesses(const Processes& all, int threads, double* theta,
                            ceres::Problem* problem,
+                           ceres::EvaluationCallback* moved,
                            std::vector<double>* gradient);
 
 }  // namespace sysid

@@ -138,12 +138,14 @@ struct Solution {
     std::vector<int> samples;  // segments + 1
     RowMatrixXd states;        // segments x state_size
     int segments() const { return static_cast<int>(samples.size()) - 1; }
+    bool operator==(const Nodes&) const = default;
   };
   Eigen::VectorXd theta;
   std::vector<Nodes> runs;
   // How its segments are integrated: the step that was chosen is part of what
   // was found.
   RolloutOptions rollout;
+  bool operator==(const Solution&) const = default;
 };
 
 // A segment of a point, and all of them in the order of runs and time.

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+
+#include "sysid/estimation/joined_states.h"
 
 namespace sysid {
 
@@ -41,11 +44,18 @@ void ScratchPool::Give(std::unique_ptr<SegmentScratch> scratch) {
 
 ShootingSegment::ShootingSegment(const ShootingProblem& problem,
                                  const RolloutOptions& rollout, int run,
-                                 int first, int last, ScratchPool* pool)
+                                 int first, int last, ScratchPool* pool,
+                                 double tangent_step)
     : rollout_(&problem.model(), &problem.map(),
                &problem.runs()[run]->measurements, first, last, rollout),
       pool_(pool),
-      whitening_(MakeWhitening(problem, run, rollout_)) {}
+      whitening_(MakeWhitening(problem, run, rollout_)) {
+  if (!(tangent_step > rollout.step)) return;
+  RolloutOptions longer = rollout;
+  longer.step = tangent_step;
+  tangent_.emplace(&problem.model(), &problem.map(), &rollout_.measurements(),
+                   first, last, longer);
+}
 
 int ShootingSegment::CountColumns(Columns columns) const {
   const int tangent = rollout_.model().tangent_size();
@@ -90,24 +100,33 @@ bool ShootingSegment::RollRows(const double* x, const double* theta,
   return true;
 }
 
-bool ShootingSegment::LinearizeRows(const double* x, const double* theta,
+bool ShootingSegment::Differentiate(const double* x, const double* theta,
                                     Columns columns, Eigen::VectorXd* r,
                                     Eigen::VectorXd* x_end, RowMatrixXd* J,
                                     RowMatrixXd* J_end) const {
   r->resize(rollout_.num_residuals());
   x_end->resize(rollout_.model().state_size());
   if (!Possible(theta)) return false;
+  const SegmentRollout& rollout = tangent_ ? *tangent_ : rollout_;
   std::unique_ptr<SegmentScratch> scratch = pool_->Take();
   const bool ok =
       columns == Columns::kTheta
-          ? rollout_.LinearizeByTheta(x, theta, r->data(), x_end->data(), J,
-                                      J_end, scratch.get())
-          : rollout_.Linearize(x, theta, columns == Columns::kBoth, r->data(),
-                               x_end->data(), J, J_end, scratch.get());
+          ? rollout.LinearizeByTheta(x, theta, r->data(), x_end->data(), J,
+                                     J_end, scratch.get())
+          : rollout.Linearize(x, theta, columns == Columns::kBoth, r->data(),
+                              x_end->data(), J, J_end, scratch.get());
   pool_->Give(std::move(scratch));
   if (!ok) return false;
   whitening_.Apply(r->data(), {Map(J->data(), J->rows(), J->cols())});
   return true;
+}
+
+bool ShootingSegment::LinearizeRows(const double* x, const double* theta,
+                                    Columns columns, Eigen::VectorXd* r,
+                                    Eigen::VectorXd* x_end, RowMatrixXd* J,
+                                    RowMatrixXd* J_end) const {
+  return Differentiate(x, theta, columns, r, x_end, J, J_end) &&
+         (!tangent_ || RollRows(x, theta, r, x_end));
 }
 
 bool ShootingSegment::Roll(const double* x, const double* theta) {
@@ -116,6 +135,7 @@ bool ShootingSegment::Roll(const double* x, const double* theta) {
   Eigen::VectorXd r;
   if (!RollRows(x, theta, &r, &x_end_)) return false;
   squares_ = r.squaredNorm();
+  if (tangent_) r_ = std::move(r);
   Remember(Known::kValues, x, theta);
   return true;
 }
@@ -126,13 +146,15 @@ bool ShootingSegment::Linearize(const double* x, const double* theta,
       (columns_ == columns || columns_ == Columns::kBoth)) {
     return true;
   }
+  // With steps of their own derivatives do not bring the values.
+  if (tangent_ && !Roll(x, theta)) return false;
   known_ = Known::kNothing;
   Eigen::VectorXd r;
   RowMatrixXd J;
-  if (!LinearizeRows(x, theta, columns, &r, &x_end_, &J, &J_end_)) {
-    return false;
-  }
-  Compress(J, r);
+  Eigen::VectorXd x_end;
+  if (!Differentiate(x, theta, columns, &r, &x_end, &J, &J_end_)) return false;
+  if (!tangent_) x_end_ = std::move(x_end);
+  Compress(J, tangent_ ? r_ : r);
   columns_ = columns;
   Remember(Known::kColumns, x, theta);
   return true;
@@ -180,7 +202,7 @@ void ShootingSegment::Compress(const RowMatrixXd& J, const Eigen::VectorXd& r) {
 }
 
 ShootingSegments::ShootingSegments(const ShootingProblem& problem,
-                                   const Solution& point)
+                                   const Solution& point, double tangent_step)
     : rollout_(point.rollout) {
   for (size_t r = 0; r < point.runs.size(); ++r) {
     const std::vector<int>& samples = point.runs[r].samples;
@@ -189,7 +211,7 @@ ShootingSegments::ShootingSegments(const ShootingProblem& problem,
     for (size_t k = 0; k + 1 < samples.size(); ++k) {
       runs_.back().push_back(std::make_unique<ShootingSegment>(
           problem, point.rollout, static_cast<int>(r), samples[k],
-          samples[k + 1], &pool_));
+          samples[k + 1], &pool_, tangent_step));
     }
   }
 }
@@ -205,9 +227,13 @@ bool ShootingSegments::Fit(const Solution& point) const {
 }
 
 ShootingSegmentCost::ShootingSegmentCost(
-    ShootingSegment* segment, const std::vector<double>& defect_sigma)
+    ShootingSegment* segment, const std::vector<double>& defect_sigma,
+    const JoinedStates* joined, int run, int place)
     : segment_(segment),
       defect_(defect_sigma),
+      joined_(joined),
+      run_(run),
+      place_(place),
       measured_(segment->rollout().num_residuals() > 0
                     ? segment->CountColumns(ShootingSegment::Columns::kBoth) + 1
                     : 0) {
@@ -227,7 +253,11 @@ bool ShootingSegmentCost::Evaluate(double const* const* parameters,
   const int n_theta = segment_->rollout().parameters().size();
   const int n_defect = defect_.rows();
   const int next = n_theta > 0 ? 2 : 1;
-  const double* x = parameters[0];
+  // Derivatives are by tangents, which they share with the parameters.
+  const double* x = joined_ ? joined_->State(run_, place_) : parameters[0];
+  const double* x_next = n_defect == 0 ? nullptr
+                         : joined_     ? joined_->State(run_, place_ + 1)
+                                       : parameters[next];
   const double* theta = n_theta > 0 ? parameters[1] : nullptr;
   Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
   double* defect = residuals + measured_;
@@ -236,8 +266,8 @@ bool ShootingSegmentCost::Evaluate(double const* const* parameters,
     r.head(measured_).setZero();
     if (measured_ > 0) r[measured_ - 1] = std::sqrt(segment_->squares());
     if (n_defect == 0) return true;
-    StateDefect(model, segment_->x_end().data(), parameters[next], defect,
-                nullptr, nullptr);
+    StateDefect(model, segment_->x_end().data(), x_next, defect, nullptr,
+                nullptr);
     defect_.Apply(defect, {});
     return true;
   }
@@ -262,8 +292,8 @@ bool ShootingSegmentCost::Evaluate(double const* const* parameters,
   }
   if (n_defect > 0) {
     RowMatrixXd D_end;
-    StateDefect(model, segment_->x_end().data(), parameters[next], defect,
-                &D_end, &J_next);
+    StateDefect(model, segment_->x_end().data(), x_next, defect, &D_end,
+                &J_next);
     RowMatrixXd J_defect = D_end * segment_->Take(segment_->J_end(), columns);
     defect_.Apply(defect, {Map(J_defect.data(), n_defect, width),
                            Map(J_next.data(), n_defect, tangent)});
@@ -271,7 +301,7 @@ bool ShootingSegmentCost::Evaluate(double const* const* parameters,
   }
   if (jacobians[0] != nullptr) {
     Map out(jacobians[0], num_residuals(), size);
-    LiftToAmbient(model, x, J.leftCols(tangent), out);
+    LiftToAmbient(model, parameters[0], J.leftCols(tangent), out);
   }
   if (with_theta) {
     Map(jacobians[1], num_residuals(), n_theta) = J.rightCols(n_theta);

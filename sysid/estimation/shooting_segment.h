@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "ceres/ceres.h"
@@ -44,9 +45,12 @@ Whitening MakeWhitening(const ShootingProblem& problem, int run,
 class ShootingSegment {
  public:
   // Samples `first` to `last` of a run. The problem must outlive it, and the
-  // pool, which segments of one problem share.
+  // pool, which segments of one problem share. Derivatives may have a longer
+  // step, `tangent_step` (0: the same): their errors turn a step of the
+  // minimiser a little, and leave the values, and so the minimum, as they are.
   ShootingSegment(const ShootingProblem& problem, const RolloutOptions& rollout,
-                  int run, int first, int last, ScratchPool* pool);
+                  int run, int first, int last, ScratchPool* pool,
+                  double tangent_step = 0.0);
 
   const SegmentRollout& rollout() const { return rollout_; }
   // Derivatives by the tangent of x_k, by theta, or by both in this order: what
@@ -76,17 +80,23 @@ class ShootingSegment {
  private:
   enum class Known { kNothing, kValues, kColumns };
   bool Possible(const double* theta) const;
+  // The rows with the steps of the derivatives.
+  bool Differentiate(const double* x, const double* theta, Columns columns,
+                     Eigen::VectorXd* r, Eigen::VectorXd* x_end, RowMatrixXd* J,
+                     RowMatrixXd* J_end) const;
   bool IsAt(const double* x, const double* theta) const;
   void Remember(Known what, const double* x, const double* theta);
   void Compress(const RowMatrixXd& J, const Eigen::VectorXd& r);
 
   SegmentRollout rollout_;
+  std::optional<SegmentRollout> tangent_;  // with a step of its own
   ScratchPool* pool_;
   Whitening whitening_;
   Known known_ = Known::kNothing;
   Columns columns_ = Columns::kBoth;  // where they are known
   std::vector<double> place_;
   double squares_ = 0.0;
+  Eigen::VectorXd r_;  // of the last place, where derivatives roll out anew
   Eigen::VectorXd x_end_, z_;
   RowMatrixXd R_, J_end_;
 };
@@ -95,7 +105,8 @@ class ShootingSegment {
 class ShootingSegments {
  public:
   // The problem must outlive it; of the point only the cut counts.
-  ShootingSegments(const ShootingProblem& problem, const Solution& point);
+  ShootingSegments(const ShootingProblem& problem, const Solution& point,
+                   double tangent_step = 0.0);
   // Whether they are those of this cut, integrated as it says.
   bool Fit(const Solution& point) const;
   ShootingSegment* at(int run, int k) const { return runs_[run][k].get(); }
@@ -107,20 +118,27 @@ class ShootingSegments {
   RolloutOptions rollout_;
 };
 
+class JoinedStates;
+
 // Of a segment for Ceres: parameter blocks x_k, theta (none where nothing is
 // free), and x_{k+1} where another segment follows; residuals z and the rest of
 // (6.4), then the whitened defect where `defect_sigma` is not empty. Where no
-// derivatives are asked for all of |r| is in the rest.
+// derivatives are asked for all of |r| is in the rest. With `joined` the states
+// are those that it has for this segment of a run and the next.
 class ShootingSegmentCost final : public ceres::CostFunction {
  public:
   ShootingSegmentCost(ShootingSegment* segment,
-                      const std::vector<double>& defect_sigma);
+                      const std::vector<double>& defect_sigma,
+                      const JoinedStates* joined = nullptr, int run = 0,
+                      int place = 0);
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
  private:
   ShootingSegment* segment_;
   Whitening defect_;
+  const JoinedStates* joined_;
+  int run_, place_;
   int measured_;  // rows
 };
 

@@ -7,17 +7,24 @@
 
 #include "glog/logging.h"
 #include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/shared_blocks.h"
 #include "sysid/estimation/shared_solve.h"
+#include "sysid/estimation/stages.h"
 
 namespace sysid {
 namespace {
+
+// A radius that damps no more than keeps what is singular solvable: Ceres'
+// largest.
+constexpr double kUndamped = 1e16;
 
 // Reports iterations to the history and to whoever watches.
 class Watcher final : public ceres::IterationCallback {
  public:
   Watcher(const ShootingProblem& problem, const ShootingStage::Options& options,
           const std::string& doing, double start_time_s,
-          const Eigen::VectorXd& theta, std::vector<HistoryEntry>* history)
+          const Eigen::VectorXd& theta, SharedBlocks* blocks,
+          JoinedStates* joined, std::vector<HistoryEntry>* history)
       : problem_(problem.options()),
         options_(options),
         doing_(doing),
@@ -29,6 +36,8 @@ class Watcher final : public ceres::IterationCallback {
                     ? 0.5 * dof_ * std::pow(options.wanted_error, 2)
                     : std::numeric_limits<double>::infinity()),
         theta_(theta),
+        blocks_(blocks),
+        joined_(joined),
         history_(history),
         first_(history->empty() ? 0 : history->back().iteration) {}
 
@@ -39,6 +48,7 @@ class Watcher final : public ceres::IterationCallback {
     // A step that was refused leaves the cost as it was.
     if (summary.step_is_successful || summary.iteration == 0) {
       cost_ = summary.cost;
+      if (joined_ != nullptr) joined_->set_least(Insignificant());
     }
     if (summary.iteration > 0 || history_->empty()) {
       history_->push_back(
@@ -56,14 +66,23 @@ class Watcher final : public ceres::IterationCallback {
     if (Crawls(summary.iteration)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     const bool was_taken = std::exchange(
         taken_, summary.step_is_successful || summary.iteration == 0);
-    return summary.iteration > 0 && Gain(summary, was_taken) < Insignificant()
-               ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-               : ceres::SOLVER_CONTINUE;
+    const bool ends =
+        (summary.iteration > 0 && Gain(summary, was_taken) < Insignificant()) ||
+        (taken_ && IsAsPromised(summary) && Promised() < LeastPromise());
+    return ends ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 
  private:
   double Insignificant() const {
     return std::max(options_.news, options_.function_tolerance * cost_);
+  }
+
+  // Half of |dx|^2, dx in standard errors, which the misfit makes wider.
+  double LeastPromise() const {
+    constexpr double kThousandth = 1e-3;
+    const double size = kThousandth * options_.misfit;
+    return options_.exact ? std::min(Insignificant(), 0.5 * size * size)
+                          : Insignificant();
   }
 
   // By EstimationOptions::least_gain and Options::wanted_error.
@@ -75,6 +94,27 @@ class Watcher final : public ceres::IterationCallback {
     const double pace = (costs_[last - kFew] - cost_) / kFew;
     const int left = options_.max_iterations - iteration;
     return pace * left < std::max(problem_.least_gain * cost_, cost_ - wanted_);
+  }
+
+  // Whether the linear model told what a step gained that was taken, to a
+  // tenth: where it did not there is more to gain, and no need to ask.
+  static bool IsAsPromised(const ceres::IterationSummary& step) {
+    constexpr double kTenth = 0.1;
+    return step.iteration == 0 ||
+           std::abs(step.relative_decrease - 1.0) < kTenth;
+  }
+
+  // What the step of Gauss and Newton from here gains by the linear model: no
+  // more than that is left where the model holds. Half of |dx|^2 in units of
+  // the standard errors.
+  double Promised() const {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (blocks_ == nullptr || blocks_->Empty()) return kInfinity;
+    double cost, promised, radius = kUndamped;
+    SharedBlocks::Point step;
+    const bool known = blocks_->Linearize(blocks_->Read(), true, &cost) &&
+                       blocks_->Solve(&radius, &step, &promised);
+    return known ? std::abs(promised) : kInfinity;
   }
 
   // What a step gained that was taken. Of one that was refused what it
@@ -99,6 +139,8 @@ class Watcher final : public ceres::IterationCallback {
   const double start_time_s_, dof_;
   const double wanted_;  // the cost of Options::wanted_error
   const Eigen::VectorXd& theta_;
+  SharedBlocks* const blocks_;  // null: not asked for promises
+  JoinedStates* const joined_;  // may be null
   std::vector<HistoryEntry>* history_;
   int first_;
   double cost_ = 0.0;
@@ -162,8 +204,20 @@ ShootingStage::ShootingStage(const ShootingProblem& problem,
     defect_sigma_ = DefectSigma(problem);
     for (double& sigma : defect_sigma_) sigma *= options.defect;
   }
+  // Looser joints take up the second order of a step. A model that misses the
+  // data has no trajectory to follow: its states are pulled from it by the
+  // data, and full steps lead it into other minima (the video of a pendulum,
+  // without damping, to twice the error).
+  if (options.defect < kMiddleDefect && options.misfit < kMissing &&
+      !options.fix_states) {
+    using Columns = ShootingSegment::Columns;
+    joined_ = std::make_unique<JoinedStates>(
+        problem.model(), point, segments_.get(), defect_sigma_,
+        options.fix_theta ? Columns::kState : Columns::kBoth, Threads());
+  }
   ceres::Problem::Options problem_options;
   problem_options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  problem_options.evaluation_callback = joined_.get();
   problem_ = std::make_unique<ceres::Problem>(problem_options);
   AddSegments();
   AddPriors();
@@ -196,7 +250,8 @@ void ShootingStage::AddSegments() {
       const bool with_defect = HasDefect(r, k);
       auto cost = std::make_unique<ShootingSegmentCost>(
           segments_->at(r, k),
-          with_defect ? defect_sigma_ : std::vector<double>());
+          with_defect ? defect_sigma_ : std::vector<double>(), joined_.get(),
+          static_cast<int>(r), k);
       if (cost->num_residuals() == 0) continue;
       std::vector<double*> parameters{State(r, k)};
       if (with_theta) parameters.push_back(theta);
@@ -292,6 +347,8 @@ ceres::Solver::Options ShootingStage::SolverOptions() const {
       : joined                ? std::min(options.max_trust_region_radius,
                                          kJoined / std::pow(std::min(1.0, options_.defect), 4))
                               : kNear;
+  // They follow a full step; one that is cut short follows nothing.
+  if (joined_ != nullptr) options.max_num_line_search_step_size_iterations = 0;
   options.logging_type = ceres::SILENT;
   return options;
 }
@@ -340,7 +397,7 @@ bool ShootingStage::ThetaGradient(std::vector<double>* gradient) {
   double* theta = point_->theta.data();
   if (shooting_.options().processes != nullptr) {
     return GradientOverProcesses(shooting_.processes(), Threads(), theta,
-                                 problem_.get(), gradient);
+                                 problem_.get(), joined_.get(), gradient);
   }
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = {theta};
@@ -379,8 +436,14 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
   for (int set = 0; set < kMostSets; ++set) {
     ThrowIfCancelled(stop);
     HoldTheta(held);
+    std::unique_ptr<SharedBlocks> blocks;
+    if (!options_.fix_states) {
+      blocks =
+          std::make_unique<SharedBlocks>(shooting_.processes(), Threads(),
+                                         point_->theta.data(), problem_.get());
+    }
     Watcher watcher(shooting_, options_, doing, start_time_s, point_->theta,
-                    history);
+                    blocks.get(), joined_.get(), history);
     options.callbacks = {&watcher};
     options.update_state_every_iteration = true;  // theta, for the history
     options.linear_solver_ordering = Ordering();  // Ceres strikes what is held
@@ -388,10 +451,11 @@ StageSummary ShootingStage::Solve(const std::string& doing, double start_time_s,
     ceres::Solver::Summary summary;
     if (shooting_.options().processes != nullptr) {
       SolveOverProcesses(shooting_.processes(), options, point_->theta.data(),
-                         problem_.get(), &summary);
+                         problem_.get(), joined_.get(), &summary);
     } else {
       ceres::Solve(options, problem_.get(), &summary);
     }
+    if (joined_ != nullptr) joined_->Adopt();
     ThrowIfCancelled(stop);
     result.converged = summary.termination_type == ceres::CONVERGENCE ||
                        summary.termination_type == ceres::USER_SUCCESS;

@@ -8,6 +8,7 @@
 
 #include "ceres/ceres.h"
 #include "sysid/estimation/clock.h"
+#include "sysid/estimation/joined_states.h"
 #include "sysid/estimation/shooting_problem.h"
 #include "sysid/estimation/shooting_segment.h"
 #include "sysid/estimation/state_weights.h"
@@ -52,6 +53,10 @@ class ShootingStage {
     // log-likelihood less is no news, however small the cost itself has become
     // (data without noise).
     double news = 1e-6;
+    // The stage also ends, before its step, where the linear model promises
+    // less than such a gain; of an exact one, less than what a thousandth of a
+    // standard error is worth.
+    bool exact = false;
     // Normalised; as EstimationOptions has it.
     double wanted_error = std::numeric_limits<double>::infinity();
     int threads = 0;     // 0: as many as the problem has
@@ -90,6 +95,7 @@ class ShootingStage {
   std::unique_ptr<ceres::Manifold> manifold_, theta_manifold_;
   std::vector<double> defect_sigma_;  // empty where segments are independent
   std::shared_ptr<ShootingSegments> segments_;
+  std::unique_ptr<JoinedStates> joined_;  // null where they are not tightly
   std::unique_ptr<ceres::Problem> problem_;
 };
 

@@ -27,7 +27,8 @@ bool FreesEffects(const ShootingProblem& problem) {
 
 const std::shared_ptr<ShootingSegments>& Stages::Segments() {
   if (segments_ == nullptr || !segments_->Fit(solution)) {
-    segments_ = std::make_shared<ShootingSegments>(problem_, solution);
+    segments_ =
+        std::make_shared<ShootingSegments>(problem_, solution, TangentStep());
   }
   return segments_;
 }
@@ -49,7 +50,7 @@ bool Stages::Weigh() {
   constexpr double kSettled = 1.25;
   const bool bends = problem_.options().loss != RobustLoss::kNone;
   if (!weighs_ || bends) return false;
-  const RunErrors errors = EvaluateErrors(problem_, solution, 0.0);
+  const RunErrors& errors = Errors();
   std::map<std::string, double> misfit;
   double least = kInfinity;
   for (const ChannelError& channel : errors.channels) {
@@ -75,14 +76,17 @@ bool Stages::Weigh() {
 
 double Stages::EquationsWeight() const {
   if (problem_.equations() == nullptr) return 0.0;
-  const double square =
-      WeighedSquare(problem_, EvaluateErrors(problem_, solution, 0.0));
+  const double square = WeighedSquare(problem_, Errors());
   return std::sqrt(square * AutocorrelationTime(problem_, solution));
 }
 
 bool Stages::IsWhole() const {
-  return AllTrue(problem_.processes(),
-                 SameCut(solution, Recut(problem_, solution, kInfinity)));
+  const auto is_one = [](const Solution::Nodes& nodes) {
+    return nodes.segments() == 1;
+  };
+  return AllTrue(
+      problem_.processes(),
+      std::all_of(solution.runs.begin(), solution.runs.end(), is_one));
 }
 
 // From the error e of segments of length L: where errors grow fourfold over one
@@ -96,20 +100,33 @@ bool Stages::LosesMotion(bool chaotic) const {
 }
 
 bool Stages::ShortenStep() {
-  return choose_step_ && AdaptRollout(problem_, &solution);
+  if (!choose_step_ || !AdaptRollout(problem_, &solution)) return false;
+  unrefined_ = RolloutOptions();
+  return true;
 }
 
 void Stages::RefineStep(double defect) {
   if (!choose_step_) return;
+  unrefined_ = solution.rollout;
   solution.rollout.step = sysid::RefineStep(problem_, defect, solution);
 }
 
-double Stages::Error() const {
-  return EvaluateErrors(problem_, solution, 0.0).total.normalized_rms;
+double Stages::TangentStep() const { return Unrefined().rollout.step; }
+
+Solution Stages::Unrefined() const {
+  Solution unrefined = solution;
+  if (unrefined_.integrator == solution.rollout.integrator &&
+      unrefined_.step > 0.0) {
+    unrefined.rollout = unrefined_;
+  }
+  return unrefined;
 }
 
-double Stages::Rms() const {
-  return EvaluateErrors(problem_, solution, 0.0).total.rms;
+const RunErrors& Stages::Errors() const {
+  if (!errors_ || !(errors_->first == solution)) {
+    errors_.emplace(solution, EvaluateErrors(problem_, solution, 0.0));
+  }
+  return errors_->second;
 }
 
 StageSummary Stages::Logged(const std::string& doing,
@@ -159,6 +176,7 @@ StageSummary Stages::Minimise(const StageGoal& goal) {
   options.misfit = misfit_;
   options.equations = goal.equations;
   options.news = goal.news;
+  options.exact = goal.exact;
   options.wanted_error = goal.wanted;
   options.function_tolerance = goal.tolerance;
   StageSummary done;
@@ -177,8 +195,7 @@ StageSummary Stages::Minimise(const StageGoal& goal) {
 }
 
 void Stages::Measure() {
-  const double error = std::sqrt(
-      WeighedSquare(problem_, EvaluateErrors(problem_, solution, 0.0)));
+  const double error = std::sqrt(WeighedSquare(problem_, Errors()));
   if (std::isfinite(error)) misfit_ = std::max(1.0, error);
 }
 

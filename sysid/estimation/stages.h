@@ -3,7 +3,9 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sysid/estimation/clock.h"
@@ -29,6 +31,7 @@ struct StageGoal {
   double misfit = 0.0;      // times the noise, where the start is far off
   double equations = 0.0;   // times those of theta, (6.10)
   double news = 1e-6;       // the least gain of a step, of the cost
+  bool exact = false;       // ShootingStage::Options::exact
   // The error to reach, normalised, or there is no need to go on.
   double wanted = std::numeric_limits<double>::infinity();
 };
@@ -69,10 +72,16 @@ class Stages {
   bool Weigh();
   // To what theta needs over whole runs (RefineStep).
   void RefineStep(double defect);
+  // The solution, integrated as its segments need it by themselves.
+  Solution Unrefined() const;
+  // Of its derivatives, which need no more.
+  double TangentStep() const;
   // (6.10), of the problem's equations of theta; 0 where it has none.
   double EquationsWeight() const;
-  double Error() const;  // normalised
-  double Rms() const;    // rad or m
+  double Error() const { return Errors().total.normalized_rms; }
+  double Rms() const { return Errors().total.rms; }  // rad or m
+  // Of the solution as it is, as if nothing were fitted.
+  const RunErrors& Errors() const;
   // A defect in multiples of what the last stage left of the data where that is
   // more than the noise: a joint that is tighter than that of nothing but noise
   // holds states to a model that is wrong by more, and the search crawls. (Not
@@ -109,7 +118,10 @@ class Stages {
   // Earlier by the time of the stages from the log.
   double start_s_ = Now();
   const double start_cpu_s_ = CpuSeconds();
+  // Errors, and of which solution.
+  mutable std::optional<std::pair<Solution, RunErrors>> errors_;
   std::shared_ptr<ShootingSegments> segments_;
+  RolloutOptions unrefined_;  // its step is 0 where none was refined
   std::string doing_;
   double defect_ = kJoinedDefect;
   double misfit_ = 1.0;  // what the last stage left, times the noise

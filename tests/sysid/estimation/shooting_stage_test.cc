@@ -232,6 +232,31 @@ TEST(ShootingStage, FindsAPointWithoutAGradient) {
   EXPECT_LT((R.leftCols(2) * left).norm(), 0.01);
 }
 
+// Of planar joints, of which no spin is believed that a new stage would move.
+TEST(ShootingStage, TakesNoStepWhereNothingIsPromised) {
+  const Model model = Shipped("pendulum2_planar");
+  EstimationOptions of_problem;
+  of_problem.rollout.step = 0.01;
+  SimulationOptions simulation;
+  simulation.duration = 2.0;
+  simulation.noise = 1e-3;
+  const ShootingProblem problem(
+      model, FreeFrom(model, {{"link1.length", 0.45}, {"link2.length", 0.55}}),
+      {Simulate(model, RandomState(model, 0.5, 1), simulation)}, of_problem);
+  for (const double defect : {0.01, 0.3, kInfinity}) {
+    Solution point = CutPoint(problem, problem.InitialTheta(),
+                              {StatesFromData(problem, 0)}, 0.25);
+    ShootingStage::Options options = WithDefect(defect);
+    options.exact = true;
+    std::vector<HistoryEntry> history;
+    ShootingStage(problem, options, &point).Solve("first", Now(), &history);
+    const StageSummary again = ShootingStage(problem, options, &point)
+                                   .Solve("second", Now(), &history);
+    EXPECT_TRUE(again.converged) << again.message;
+    EXPECT_EQ(again.iterations, 0) << defect;
+  }
+}
+
 TEST(ShootingStage, LeavesThetaWhereItIsFixed) {
   Problem at;
   const VectorXd theta = at.point.theta;
