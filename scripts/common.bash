@@ -66,20 +66,22 @@ configure_and_build() {
   echo "built build/$preset in $((SECONDS - start)) s"
 }
 
-# Reads ninja's lines; on a terminal a live line, elsewhere one every tenth.
+# Reads ninja's lines; on a terminal a live line, elsewhere one every tenth, with
+# the time that is left if the rest goes as fast as what is done.
 show_progress() {
-  local title="$1" line tenth last_tenth=0
+  local title="$1" line tenth last_tenth=0 start=$SECONDS done all left
   while IFS= read -r line; do
     [[ "$line" =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
+    done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
+    tenth=$((10 * done / all))
+    left=$(((SECONDS - start) * (all - done) / done))
+    left="about $((left / 60)) min $((left % 60)) s left"
     if [[ -t 1 ]]; then
-      printf '\r%s: %s/%s' "$title" "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}"
+      printf '\r%s: %s/%s, %s\e[K' "$title" "$done" "$all" "$left"
       last_tenth=1
-    else
-      tenth=$((10 * BASH_REMATCH[1] / BASH_REMATCH[2]))
-      if ((tenth > last_tenth)); then
-        echo "$title: ${BASH_REMATCH[1]}/${BASH_REMATCH[2]}"
-        last_tenth=$tenth
-      fi
+    elif ((tenth > last_tenth)); then
+      echo "$title: $done/$all, $left"
+      last_tenth=$tenth
     fi
   done
   if [[ -t 1 ]] && ((last_tenth > 0)); then
@@ -106,29 +108,29 @@ run_tests() {
     sed -n '/ tests failed out of /,$p' "$log" >&2
     fail "tests failed; their output is in $log"
   fi
-  # Up to the list of tests that did not run, which report_skipped sums up.
+  # Up to the list of tests that did not run, which report_cases sums up.
   sed -n '/ tests passed, /,/did not run:$/p' "$log" | sed '/did not run:$/d'
   echo "tested build/$preset in $((SECONDS - start)) s"
-  report_skipped "$preset" "$log"
+  report_cases "$preset"
 }
 
-# report_skipped PRESET LOG: how many tests a run left out, and why.
-report_skipped() {
-  local all recordings=0
+# report_cases PRESET: how many cases the suites that CTest ran have, how many of
+# them were skipped, and why.
+report_cases() {
   local outputs="$root/build/$1/Testing/Temporary/LastTest.log"
-  all="$(grep -c '\*\*\*Skipped ' "$2" || true)"
-  ((all > 0)) || return 0
-  # The tests say so themselves, in what they print.
-  if [[ -e "$outputs" ]]; then
-    recordings="$(grep -c '^no recordings' "$outputs" || true)"
-  fi
+  [[ -e "$outputs" ]] || return 0
+  local passed skipped recordings
+  passed="$(awk '/^\[  PASSED  \]/ { n += $4 } END { print n + 0 }' "$outputs")"
+  skipped="$(grep -c '^\[  SKIPPED \] .* (' "$outputs" || true)"
+  recordings="$(grep -c '^no recordings' "$outputs" || true)"
+  echo "cases of C++ suites: $passed passed"
   if ((recordings > 0)); then
-    echo "skipped: $recordings tests of real recordings, which are not all" \
+    echo "skipped: $recordings cases with real recordings, which are not all" \
       "in ${SYSID_REAL_DATA:-$root/../shared/data} (SYSID_REAL_DATA names" \
       "another folder)"
   fi
-  if ((all > recordings)); then
-    echo "skipped: $((all - recordings)) tests that this machine does not" \
+  if ((skipped > recordings)); then
+    echo "skipped: $((skipped - recordings)) cases that this machine does not" \
       "allow; $outputs says why"
   fi
 }
