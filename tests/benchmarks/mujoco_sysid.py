@@ -14,28 +14,22 @@ Runge-Kutta of fourth order with the step of sysid_fit. Joints of one degree of
 freedom are compared by position, ball joints by the heading of their links.
 
 Prints JSON: `parameters` (name: value), `intervals` (name: half width, 95 %),
-`iterations`, `seconds` since the process began: `imported` and `done`.
+`iterations`.
 """
 
 import argparse
 import contextlib
 import json
 import sys
+import xml.etree.ElementTree as tree
 
 import mujoco
 import numpy as np
 from mujoco import sysid
 
 STEP = 0.01  # s
-WIDE = {"length": (0.05, 10.0), "mass": (0.01, 100.0), "friction": (0.0, 1.0)}
-
-
-def since_start():
-    """Seconds that have passed since the process began."""
-    with open("/proc/self/stat", encoding="ascii") as file:
-        ticks = float(file.read().rsplit(")", 1)[1].split()[19])
-    with open("/proc/uptime", encoding="ascii") as file:
-        return float(file.read().split()[0]) - ticks / 100.0
+# Bounds, those of the shipped specifications.
+BOUNDS = {"length": (0.05, 10.0), "mass": (0.01, 100.0), "friction": (0.0, 1.0)}
 
 
 def assignments(text):
@@ -76,21 +70,20 @@ def parameter(spec, tips, name, start):
             s.body(link).mass = p.value[0]
     else:
         raise SystemExit(f"no parameter {name}")
-    low, high = WIDE[kind]
+    low, high = BOUNDS[kind]
     return sysid.Parameter(name, start, low, high, modifier=modifier)
 
 
 def friction(joint, start):
     def modifier(spec, p):
         spec.joint(joint).frictionloss = p.value[0]
-    low, high = WIDE["friction"]
+    low, high = BOUNDS["friction"]
     return sysid.Parameter(f"{joint}.friction", start, low, high,
                            modifier=modifier)
 
 
 def tips_of(urdf):
     """Where links end that have no child in MuJoCo, which fuses fixed frames."""
-    import xml.etree.ElementTree as tree
     tips = {}
     for joint in tree.parse(urdf).getroot().findall("joint"):
         if joint.get("type") == "fixed":
@@ -169,7 +162,6 @@ class StartRollout:
 
 
 def main():
-    imported = since_start()
     parser = argparse.ArgumentParser()
     parser.add_argument("urdf")
     parser.add_argument("runs")
@@ -236,7 +228,6 @@ def main():
         "parameters": {n: float(found[n].value[0]) for n in names},
         "intervals": {n: float(w) for n, w in zip(names, widths)},
         "iterations": len(result.extras["objective"]),
-        "seconds": {"imported": imported, "done": since_start()},
     }))
 
 

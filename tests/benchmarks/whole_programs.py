@@ -95,21 +95,19 @@ A_METRE = {name: 1.0 for name in PAPER.truth}
 
 
 def identifications():
-    """Problem, how the start is called, line, command."""
-    for problem, start, said in [
-            (PENDULUM3, HALF_A_METRE, "0.5 m"),
-            (CARTPOLE, CARTPOLE.start(0.2), "20 % off"),
-            (FRICTION, FRICTION.start(0.2), "20 % off"),
-            (HIDDEN, HIDDEN.start(0.2), "20 % off"),
-            (PAPER, A_METRE, "1 m")]:
+    """Problem, how the start is called, line, command. From two of the starts
+    of sysid_fit the toolbox ends in a wrong minimum: `nearer` is another."""
+    for problem, start, said, nearer in [
+            (PENDULUM3, HALF_A_METRE, "0.5 m", 0.05),
+            (CARTPOLE, CARTPOLE.start(0.2), "20 % off", 0.02),
+            (FRICTION, FRICTION.start(0.2), "20 % off", None),
+            (HIDDEN, HIDDEN.start(0.2), "20 % off", None),
+            (PAPER, A_METRE, "1 m", None)]:
         yield problem, said, "sysid_fit", problem.ours(start)
         yield problem, said, "toolbox", problem.theirs(start)
-        if problem is PENDULUM3:
-            # From there it takes minutes to a wrong minimum.
-            start, said = problem.start(0.05), "5 % off"
-        elif problem is CARTPOLE:
-            start, said = problem.start(0.02), "2 % off"
-        if problem in (PENDULUM3, CARTPOLE):
+        if nearer:
+            start, said = problem.start(nearer), f"{100 * nearer:.0f} % off"
+            yield problem, said, "sysid_fit", problem.ours(start)
             yield problem, said, "toolbox", problem.theirs(start)
         yield (problem, said, "toolbox, initial states estimated",
                problem.theirs(start, "--states"))
@@ -151,9 +149,11 @@ def spent(command, folder):
         process.returncode = os.waitstatus_to_exitcode(status)
         output.seek(0)
         text = output.read().decode()
-    if process.returncode not in (0, 1):  # 1: not converged, or findings
-        raise SystemExit(f"{' '.join(command)}\n{errors}\nfailed: exit code "
-                         f"{process.returncode}")
+    # 1 of our programs: not converged, or findings.
+    if process.returncode not in ((0,) if command[0] == sys.executable
+                                  else (0, 1)):
+        raise SystemExit(f"{errors[-2000:]}\nexit code {process.returncode} "
+                         f"of {' '.join(command)}")
     return wall, used.ru_utime + used.ru_stime, text
 
 

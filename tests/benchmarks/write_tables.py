@@ -88,8 +88,10 @@ def benchmark_table(name, path):
         label = b.get("error_message") or b.get("label") or ""
         if b.get("error_occurred") or "failed" in label:
             raise SystemExit(f"{name}: {b['name']}: {label}")
-    columns = [(key, title) for key, title in COLUMNS[name]
-               if any(key in b for b in found)]
+    columns = COLUMNS[name]
+    for key, _ in columns:
+        if not any(key in b for b in found):
+            raise SystemExit(f"{name}: nothing has {key}")
     lines = [["line", "time"] + [title.format_map(said["context"])
                                  for _, title in columns]]
     for b in found:
