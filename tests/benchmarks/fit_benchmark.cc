@@ -214,7 +214,7 @@ void FitBesideScipy(benchmark::State& state, double factor, double defect) {
   if (!done.converged) state.SetLabel("not converged");
   const Eigen::ArrayXd error =
       (point.theta.array() - kLength).abs() / sigma.array();
-  state.counters["iterations"] = done.iterations;
+  state.counters["lm_iterations"] = done.iterations;
   state.counters["error"] = error.maxCoeff();
 #ifdef SYSID_MUJOCO_ROLLOUT
   const Json theirs = Reference(task).Solve();

@@ -25,7 +25,7 @@ COLUMNS = {
                 ("over_plain", "over the plain rollout")],
     "rigid_body": [("pinocchio", "Pinocchio {pinocchio}, ns"),
                    ("ratio", "times faster")],
-    "fit": [("iterations", "iterations"), ("reference", "SciPy + MuJoCo, ms"),
+    "fit": [("lm_iterations", "iterations"), ("reference", "SciPy + MuJoCo, ms"),
             ("ratio", "times faster"), ("their_rollouts", "their rollouts"),
             ("error", "error, std. errors"), ("their_error", "theirs"),
             ("alone", "one thread, ms"), ("speedup", "speed-up"),
