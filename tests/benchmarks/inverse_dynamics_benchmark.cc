@@ -2,7 +2,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -24,6 +23,7 @@
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/io/read_run.h"
 #include "sysid/report/svg_plot.h"
+#include "tests/benchmarks/reference.h"
 #include "tests/support/tracked_arm.h"
 
 // Inverse dynamics as an estimator, of arm7 tracked for 20 s at 500 Hz with all
@@ -102,7 +102,7 @@ class Recording {
 
   std::string Csv() const { return folder_ / "run.csv"; }
 
-  // Theirs; nothing where there is no python3-scipy.
+  // Theirs; nothing where there is no SciPy.
   Seconds Reference(const Model& model, double cut_off, int every) const {
     Json json;
     const MechanismParameters<double>& values = model.nominal();
@@ -124,16 +124,9 @@ class Recording {
            {"axis", {joint.axis[0], joint.axis[1], joint.axis[2]}}});
     }
     std::ofstream(folder_ / "arm.json") << json;
-    const std::string command = std::string("/usr/bin/python3 ") +
-                                SYSID_NUMPY_REFERENCE + " " + folder_.string();
-    FILE* pipe = popen(command.c_str(), "r");
-    if (pipe == nullptr) return {};
-    std::string text;
-    for (char part[4096]; std::fgets(part, sizeof(part), pipe) != nullptr;) {
-      text += part;
-    }
-    if (pclose(pipe) != 0) return {};
-    const Json said = Json::parse(text);
+    const Json said = RunReference(std::string(SYSID_NUMPY_REFERENCE) + " " +
+                                   folder_.string());
+    if (said.is_null()) return {};
     return {said["seconds"], said["cpu"]};
   }
 

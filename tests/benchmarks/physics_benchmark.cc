@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <ctime>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <vector>
 
 #include "glog/logging.h"
 #include "models/stepper.h"
+#include "tests/benchmarks/engine.h"
 #include "tests/support/fit_setup.h"
-#ifdef SYSID_HAVE_MUJOCO
-#include "tests/support/mujoco_model.h"
-#endif
 
 // What the physics cost, from one evaluation of the dynamics to a whole fit,
 // in units of MuJoCo's mj_forward (contacts off) measured around each of them:
@@ -21,8 +20,11 @@
 // Counters:
 //   evaluations  of the forward dynamics that the line contains; 0 where it is
 //                not fixed (a fit)
-//   mj_forward   ns that MuJoCo takes for one, beside this line
+//   mj_forward   ns that MuJoCo takes for one, beside this line: the newest
+//   that
+//                is there, whose version is in the context of the results
 //   ratio        time per evaluation over mj_forward
+//   debian       ns that Debian's MuJoCo takes, where a newer one is there
 //   over_plain   time over that of the same rollout without derivatives
 
 namespace sysid {
@@ -59,22 +61,18 @@ double NanosecondsSince(std::clock_t start) {
   return 1e9 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
-// mj_forward at the moving state of a model. The copy of the state into MuJoCo
-// is in it (about 1 %).
+// mj_forward at the moving state of a model.
 class Reference {
  public:
-#ifdef SYSID_HAVE_MUJOCO
-  explicit Reference(const Model& model) : mujoco_(model.mechanism(), {}) {
-    const State state = Moving(model);
-    q_ = state.x.head(model.nq());
-    qd_ = state.x.tail(model.nv());
-    tau_ = state.tau;
+  Reference(const Model& model, const char* module)
+      : engine_(LoadEngine(module, model.mechanism())),
+        nq_(model.nq()),
+        state_(Moving(model)),
+        qdd_(model.nv()) {}
+  void Forward() {
+    engine_->ForwardDynamics(state_.x.data(), state_.x.data() + nq_,
+                             state_.tau.data(), qdd_.data());
   }
-  void Forward() { mujoco_.Forward(q_, qd_, tau_); }
-#else
-  explicit Reference(const Model&) {}
-  void Forward() {}
-#endif
   // Nanoseconds, the mean over some milliseconds.
   double Measure() {
     constexpr int kTimes = 4000;
@@ -82,33 +80,55 @@ class Reference {
     for (int i = 0; i < kTimes; ++i) Forward();
     return NanosecondsSince(start) / kTimes;
   }
+  std::string Version() const { return engine_->Version(); }
 
-#ifdef SYSID_HAVE_MUJOCO
  private:
-  MujocoModel mujoco_;
-  Eigen::VectorXd q_, qd_, tau_;
-#endif
+  std::unique_ptr<Engine> engine_;
+  int nq_;
+  State state_;
+  Eigen::VectorXd qdd_;
 };
 
-// Runs `work` as often as the benchmark asks for, with the reference before and
-// after.
+// The MuJoCos that are there, the newest first: what the counters call it.
+struct Module {
+  const char *counter, *path;
+};
+const std::vector<Module>& Modules() {
+  static const auto& modules = *new std::vector<Module>{
+#ifdef SYSID_MUJOCO_ENGINE
+      {"mj_forward", SYSID_MUJOCO_ENGINE},
+#endif
+#ifdef SYSID_DEBIAN_MUJOCO_ENGINE
+      {"debian", SYSID_DEBIAN_MUJOCO_ENGINE},
+#endif
+  };
+  return modules;
+}
+
+// Runs `work` as often as the benchmark asks for, with the references before
+// and after.
 template <class Work>
 void MeasureBeside(benchmark::State& state, const Model& model, int evaluations,
                    Work work) {
-  Reference reference(model);
-  reference.Measure();  // warm
-  double mj_forward = 0.5 * reference.Measure();
+  std::vector<Reference> references;
+  for (const Module& module : Modules()) {
+    references.emplace_back(model, module.path).Measure();  // warm
+  }
+  std::vector<double> beside;
+  for (Reference& reference : references) {
+    beside.push_back(0.5 * reference.Measure());
+  }
   const std::clock_t start = std::clock();
   for (auto _ : state) work();
   const double own = NanosecondsSince(start) / state.iterations();
-  mj_forward += 0.5 * reference.Measure();
+  for (size_t i = 0; i < references.size(); ++i) {
+    beside[i] += 0.5 * references[i].Measure();
+    state.counters[Modules()[i].counter] = beside[i];
+  }
   state.counters["evaluations"] = evaluations;
-#ifdef SYSID_HAVE_MUJOCO
-  state.counters["mj_forward"] = mj_forward;
-  state.counters["ratio"] = own / std::max(evaluations, 1) / mj_forward;
-#else
-  benchmark::DoNotOptimize(own + mj_forward);
-#endif
+  if (!beside.empty()) {
+    state.counters["ratio"] = own / std::max(evaluations, 1) / beside[0];
+  }
 }
 
 // --- One evaluation ---------------------------------------------------------
@@ -141,14 +161,6 @@ void ForwardDynamicsOf(benchmark::State& state, const std::string& name) {
     benchmark::ClobberMemory();
   });
 }
-
-#ifdef SYSID_HAVE_MUJOCO
-void MjForward(benchmark::State& state, const std::string& name) {
-  const Model model = Shipped(name);
-  Reference reference(model);
-  for (auto _ : state) reference.Forward();
-}
-#endif
 
 // --- Rollouts ---------------------------------------------------------------
 
@@ -324,9 +336,6 @@ void Register() {
       return benchmark::RegisterBenchmark((name + "/" + what).c_str(), function,
                                           name);
     };
-#ifdef SYSID_HAVE_MUJOCO
-    add("mj_forward", MjForward);
-#endif
     add("ForwardDynamics<double>", ForwardDynamicsOf<double>);
     add("ForwardDynamics<Jet8>", ForwardDynamicsOf<Jet8>);
     add("ForwardDynamics<Jet16>", ForwardDynamicsOf<Jet16>);
@@ -364,6 +373,11 @@ int main(int argc, char** argv) {
   google::InitGoogleLogging(argv[0]);
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  for (const sysid::Module& module : sysid::Modules()) {
+    benchmark::AddCustomContext(
+        module.counter,
+        sysid::Reference(sysid::Shipped("arm7"), module.path).Version());
+  }
   sysid::Register();
   sysid::MedianReporter reporter;
   benchmark::RunSpecifiedBenchmarks(&reporter);

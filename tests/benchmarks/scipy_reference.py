@@ -1,8 +1,7 @@
 """What fit_benchmark compares with: SciPy's least squares over MuJoCo.
 
 The lengths of a chain of ball joints from headings, with derivatives by finite
-differences through whole rollouts, as MuJoCo's own toolbox makes them; test-only
-(python3-scipy, libmujoco-dev). fit_benchmark writes FOLDER:
+differences through whole rollouts. fit_benchmark writes FOLDER:
 
   model.xml   the chain at the true lengths
   problem.json

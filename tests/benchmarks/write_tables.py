@@ -1,26 +1,35 @@
-"""Writes what scripts/benchmark measured between the markers of a Markdown page.
+"""Writes what scripts/benchmark measured into docs/performance.md and its plots.
 
-    write_tables.py FOLDER PAGE HEADING
+    write_tables.py FOLDER DOCS HEADING
 
-FOLDER holds NAME.json of Google Benchmark and instructions.txt (lines: level
-model scalar count instructions). In PAGE what is between `<!-- NAME -->` and
-`<!-- end -->` is replaced, and between `<!-- measured -->` and `<!-- end -->` by
-the heading.
+FOLDER holds NAME.json of Google Benchmark, programs.json and arm.json
+(whole_programs.py, whole_arm.py), instructions.txt (lines: level model scalar
+count instructions) and the plots. In DOCS/performance.md what is between
+`<!-- NAME -->` and `<!-- end -->` is replaced, and between `<!-- measured -->`
+and `<!-- end -->` by the heading. Where a table or a line of it is missing,
+nothing is written.
 """
 
 import json
 import os
 import re
+import shutil
 import sys
 
-# Of each program: what the columns are called, counter by counter.
+# Of each program: what the columns are called, counter by counter; {} are the
+# versions that the program says.
 COLUMNS = {
-    "physics": [("mj_forward", "mj_forward, ns"), ("ratio", "ratio"),
+    "physics": [("mj_forward", "mj_forward of MuJoCo {mj_forward}, ns"),
+                ("ratio", "ratio"),
+                ("debian", "of MuJoCo {debian}, ns"),
                 ("over_plain", "over the plain rollout")],
-    "fit": [("iterations", "iterations"), ("reference", "SciPy + MuJoCo, ms"),
-            ("ratio", "times faster"), ("error", "error, std. errors"),
-            ("their_error", "theirs"), ("alone", "one thread, ms"),
-            ("speedup", "speed-up"), ("cut_out", "cut out by hand, ms"),
+    "rigid_body": [("pinocchio", "Pinocchio {pinocchio}, ns"),
+                   ("ratio", "times faster")],
+    "fit": [("lm_iterations", "iterations"), ("reference", "SciPy + MuJoCo, ms"),
+            ("ratio", "times faster"), ("their_rollouts", "their rollouts"),
+            ("error", "error, std. errors"), ("their_error", "theirs"),
+            ("alone", "one thread, ms"), ("speedup", "speed-up"),
+            ("cut_out", "cut out by hand, ms"),
             ("over_cut_out", "over that")],
     "growth": [("ns_sample", "ns a sample and linearisation"),
                ("B_sample", "bytes of peak memory a sample")],
@@ -28,13 +37,15 @@ COLUMNS = {
                          ("reference", "NumPy, ms"), ("ratio", "times faster"),
                          ("cpu_ratio", "in processor time"),
                          ("iteration", "iteration of lm, ms")],
-    "diagnosis": [("candidates", "candidates"), ("iteration", "iteration, ms"),
-                  ("ratio", "ratio")],
+    "diagnosis": [("candidates", "candidates"), ("tests", "points of grids"),
+                  ("iteration", "iteration, ms"), ("ratio", "ratio")],
     "typed_laws": [("shipped_ms", "of the catalogue, ms"),
                    ("typed_ms", "typed, ms"), ("ratio", "ratio")],
     "stochastic": [("rollout_us", "rollout, us"), ("ratio", "ratio"),
+                   ("tape_kB", "tape, kB"),
                    ("epochs_s", "epochs a second"), ("speedup", "speed-up")],
 }
+PLOTS = ["growth.svg", "growth_joints.svg"]
 TO_MS = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
 
 
@@ -65,36 +76,81 @@ def table(lines):
     return "\n".join(text)
 
 
+def read(path):
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
+
 def benchmark_table(name, path):
-    with open(path) as file:
-        found = medians(json.load(file)["benchmarks"])
-    columns = [(key, title) for key, title in COLUMNS[name]
-               if any(key in b for b in found)]
-    lines = [["line", "time"] + [title for _, title in columns]]
+    said = read(path)
+    found = medians(said["benchmarks"])
+    for b in found:
+        label = b.get("error_message") or b.get("label") or ""
+        if b.get("error_occurred") or "failed" in label:
+            raise SystemExit(f"{name}: {b['name']}: {label}")
+    columns = COLUMNS[name]
+    for key, _ in columns:
+        if not any(key in b for b in found):
+            raise SystemExit(f"{name}: nothing has {key}")
+    lines = [["line", "time"] + [title.format_map(said["context"])
+                                 for _, title in columns]]
     for b in found:
         label = f" ({b['label']})" if b.get("label") else ""
         wall = ("real_time" if re.search("real_time|manual_time", b["name"])
                 else "cpu_time")
         row_name = b.get("run_name", b["name"])
-        row_name = re.sub(r"/(iterations|repeats):\d+|/(real|manual)_time", "", row_name)
+        row_name = re.sub(r"/(iterations|repeats):\d+|/(real|manual)_time", "",
+                          row_name)
         lines.append([f"`{row_name}`{label}",
                       time(b[wall] * TO_MS[b["time_unit"]])] +
                      [number(b.get(key)) for key, _ in columns])
     return table(lines)
 
 
+def identification_table(said):
+    lines = [["identification", "start", "by", "wall, s", "CPU, s",
+              "iterations", "largest error, %"]]
+    last = None
+    for i in said["identifications"]:
+        runs = ", ".join(f"`{run}`" for run in i["run"].split(","))
+        lines.append([
+            f"{runs}: {i['problem']}" if i["run"] != last else "", i["start"],
+            i["program"], number(i["wall"]), number(i["cpu"]),
+            str(i["iterations"]), f"{i['error']:.2g}"])
+        last = i["run"]
+    imports = said["imports"]
+    lines.append(["(nothing)", "", "toolbox, its imports alone",
+                  number(imports["wall"]), number(imports["cpu"]), "", ""])
+    return table(lines)
+
+
+def program_table(said):
+    return table([["command", "wall, s", "CPU, s"]] + [
+        [f"`{p['command']}`", number(p["wall"]), number(p["cpu"])]
+        for p in said["programs"]])
+
+
+def arm_table(said):
+    return table([["by", "wall, s", "CPU, s", "base parameters",
+                   "error of efforts, %"]] + [
+        [p["by"], number(p["wall"]), number(p["cpu"]), str(p["base"]),
+         f"{p['error']:.2g}"] for p in said])
+
+
 def instruction_table(path):
     counts = {}
-    with open(path) as file:
+    with open(path, encoding="utf-8") as file:
         for line in file:
             level, model, scalar, count, total = line.split()
             counts[level, model, scalar, int(count)] = int(total)
     scalars = ["double", "Jet8", "Jet16", "Jet24"]
     lines = [["instructions an evaluation"] + [f"`{s}`" for s in scalars]]
-    for level, model in dict.fromkeys((k[0], k[1]) for k in counts):
-        lines.append([f"{model}, {level}"] + [
-            number((counts[level, model, s, 1100] -
-                    counts[level, model, s, 100]) / 1000) for s in scalars])
+    for level in ["x86-64-v3", "x86-64"]:
+        for model in ["pendulum3", "pendulum3_planar", "arm7"]:
+            lines.append([f"{model}, {level}"] + [
+                number((counts[level, model, s, 1100] -
+                        counts[level, model, s, 100]) / 1000)
+                for s in scalars])
     return table(lines)
 
 
@@ -108,19 +164,35 @@ def replace(page, name, text):
 
 
 def main():
-    folder, path, heading = sys.argv[1:]
-    with open(path) as file:
-        page = file.read()
-    page = replace(page, "measured", heading)
+    folder, docs, heading = sys.argv[1:]
+
+    def measured(name):
+        path = os.path.join(folder, name)
+        if not os.path.exists(path) or os.path.getsize(path) == 0:
+            raise SystemExit(f"{name} was not measured")
+        return path
+
+    programs = read(measured("programs.json"))
+    tables = {
+        "measured": heading,
+        "identifications": identification_table(programs),
+        "programs": program_table(programs),
+        "arm": arm_table(read(measured("arm.json"))),
+        "instructions": instruction_table(measured("instructions.txt")),
+    }
     for name in COLUMNS:
-        source = os.path.join(folder, name + ".json")
-        if os.path.exists(source):
-            page = replace(page, name, benchmark_table(name, source))
-    source = os.path.join(folder, "instructions.txt")
-    if os.path.exists(source) and os.path.getsize(source) > 0:
-        page = replace(page, "instructions", instruction_table(source))
-    with open(path, "w") as file:
+        tables[name] = benchmark_table(name, measured(name + ".json"))
+    plots = [measured(name) for name in PLOTS]
+    path = os.path.join(docs, "performance.md")
+    with open(path, encoding="utf-8") as file:
+        page = file.read()
+    for name, text in tables.items():
+        page = replace(page, name, text)
+    with open(path + ".part", "w", encoding="utf-8") as file:
         file.write(page)
+    for plot in plots:
+        shutil.copy(plot, os.path.join(docs, "figures"))
+    os.replace(path + ".part", path)
 
 
 if __name__ == "__main__":

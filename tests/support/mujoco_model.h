@@ -12,14 +12,7 @@ struct mjData_;
 
 namespace sysid {
 
-// The mechanism as MJCF text: bodies l1, l2, ... with joints j1, j2, ... in the
-// numbering of Mechanism::links and joints[i - 1]; nominal parameters,
-// Joint::damping and friction, and per joint the armature (empty: none).
-// Contacts off.
-std::string ToMjcf(const Mechanism& mechanism,
-                   const std::vector<double>& armature);
-
-// MuJoCo's model of it; CHECKs the text. mj_deleteModel frees it.
+// MuJoCo's model of MJCF text; CHECKs the text. mj_deleteModel frees it.
 mjModel_* LoadMjcf(const std::string& text);
 
 // Debian's MuJoCo as an engine that is not ours: the mechanism's accelerations

@@ -8,6 +8,7 @@
 #include "models/effects/coulomb_friction.h"
 #include "mujoco/mujoco.h"
 #include "tests/acceptance/hidden/plant.h"
+#include "tests/support/mjcf.h"
 #include "tests/support/mujoco_model.h"
 
 namespace sysid {
