@@ -1,7 +1,6 @@
 #include "sysid/checks/inertia.h"
 
-#include <Eigen/Eigenvalues>
-
+#include "models/math/decompositions.h"
 #include "sysid/checks/finding.h"
 
 namespace sysid {
@@ -15,15 +14,12 @@ Eigen::Matrix3d AboutCentre(const Inertial<double>& body) {
 
 bool CouldBeAboutJoint(const Inertial<double>& body, double share) {
   const double mr2 = body.mass * body.com.squaredNorm();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> as_given(
-      body.inertia, Eigen::EigenvaluesOnly);
-  const double largest = as_given.eigenvalues()[2];
+  const double largest = EigenOfSymmetric(body.inertia).values[2];
   if (!(mr2 > 0.0) || mr2 < share * largest) return false;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> left(
-      SecondMoments<double>(AboutCentre(body)), Eigen::EigenvaluesOnly);
+  const double least =
+      EigenOfSymmetric(SecondMoments<double>(AboutCentre(body))).values[0];
   // Data sheets round: a moment of the mass may be a little negative.
-  return left.eigenvalues()[0] > -0.05 * mr2 &&
-         AboutCentre(body).diagonal().minCoeff() > 0.0;
+  return least > -0.05 * mr2 && AboutCentre(body).diagonal().minCoeff() > 0.0;
 }
 
 std::string InertialLine(const Inertial<double>& body, const std::string& link,

@@ -294,9 +294,8 @@ void Minimiser::Curve(const Point& point, Eigen::VectorXd* g,
 double Minimiser::ToTheBound(const Eigen::VectorXd& step) const {
   double part = INFINITY;
   for (const FreeBody& body : bodies_) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> along(
-        Symmetric(step.segment<kTen>(body.unknown)), Eigen::EigenvaluesOnly);
-    const double least = along.eigenvalues()[0];
+    const double least =
+        EigenOfSymmetric(Symmetric(step.segment<kTen>(body.unknown))).values[0];
     if (least < 0.0) part = std::min(part, -1.0 / least);
   }
   return part;

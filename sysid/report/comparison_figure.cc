@@ -1,7 +1,7 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "models/math/decompositions.h"
 #include "sysid/report/comparison_report.h"
 #include "sysid/report/svg_plot.h"
 #include "sysid/report/text.h"
@@ -153,15 +153,12 @@ void DrawCovariance(const Comparison& comparison, SvgPanel* panel) {
     panel->Note("dashed: the direction in which lm's", colour);
     panel->Note("covariance is open (not identifiable)", colour);
   } else {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(
-        Eigen::Matrix2d(fit.covariance));
+    const SymmetricEigen eigen = EigenOfSymmetric(fit.covariance);
     const double chi = std::sqrt(5.991);
-    const Eigen::Vector2d a = chi *
-                              std::sqrt(std::max(0.0, eigen.eigenvalues()[0])) *
-                              eigen.eigenvectors().col(0);
-    const Eigen::Vector2d b = chi *
-                              std::sqrt(std::max(0.0, eigen.eigenvalues()[1])) *
-                              eigen.eigenvectors().col(1);
+    const Eigen::VectorXd a =
+        chi * std::sqrt(std::max(0.0, eigen.values[0])) * eigen.vectors.col(0);
+    const Eigen::VectorXd b =
+        chi * std::sqrt(std::max(0.0, eigen.values[1])) * eigen.vectors.col(1);
     panel->Ellipse(x, y, a.data(), b.data(), colour);
     panel->Note("ellipse: 95 % by lm's covariance", colour);
   }

@@ -1,8 +1,8 @@
 // Inertial values that no such body has.
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "models/math/decompositions.h"
 #include "sysid/checks/inertia.h"
 #include "sysid/checks/shipped_checks.h"
 
@@ -38,9 +38,7 @@ void CheckBodies(const CheckInput& input, std::vector<Finding>* findings) {
     finding.file = input.model_file;
     finding.subject = mechanism.links[i].name;
     const double r = body.com.norm();
-    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
-                               body.inertia, Eigen::EigenvaluesOnly)
-                               .eigenvalues()[2];
+    const double largest = EigenOfSymmetric(body.inertia).values[2];
     const double k = std::sqrt(largest / body.mass);  // radius of gyration
     if (CouldBeAboutJoint(body, kPlain)) {
       finding.fault = "inertia_about_joint";
