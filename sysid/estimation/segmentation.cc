@@ -174,7 +174,8 @@ double ChooseSegment(const ShootingProblem& problem, const Solution& point,
   // are as near as the noise, and what one walk has seen serves all. Empty:
   // not yet seen.
   std::vector<std::vector<RowMatrixXd>> seen(point.runs.size());
-  const bool by_segments = segments != nullptr && segments->Fit(point) &&
+  const bool by_segments = segments != nullptr &&
+                           AllTrue(problem.processes(), segments->Fit(point)) &&
                            MeanSegment(problem, point) < 1.5 * kFirstLength;
   for (size_t r = 0; r < seen.size(); ++r) {
     seen[r].resize(point.runs[r].segments());

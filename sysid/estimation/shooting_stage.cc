@@ -18,6 +18,14 @@ namespace {
 // largest.
 constexpr double kUndamped = 1e16;
 
+bool HasDryFriction(const Model& model) {
+  const EffectSet& effects = model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    if ((effects.effect(i).hooks() & kDryFrictionHook) != 0) return true;
+  }
+  return false;
+}
+
 // Reports iterations to the history and to whoever watches.
 class Watcher final : public ceres::IterationCallback {
  public:
@@ -207,9 +215,11 @@ ShootingStage::ShootingStage(const ShootingProblem& problem,
   // Looser joints take up the second order of a step. A model that misses the
   // data has no trajectory to follow: its states are pulled from it by the
   // data, and full steps lead it into other minima (the video of a pendulum,
-  // without damping, to twice the error).
+  // without damping, to twice the error). Where dry friction lets go a motion
+  // has no second order: full steps crawled along what the data left open
+  // (Stribeck's velocity and static friction).
   if (options.defect < kMiddleDefect && options.misfit < kMissing &&
-      !options.fix_states) {
+      !options.fix_states && !HasDryFriction(problem.model())) {
     using Columns = ShootingSegment::Columns;
     joined_ = std::make_unique<JoinedStates>(
         problem.model(), point, segments_.get(), defect_sigma_,

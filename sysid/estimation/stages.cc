@@ -123,7 +123,8 @@ Solution Stages::Unrefined() const {
 }
 
 const RunErrors& Stages::Errors() const {
-  if (!errors_ || !(errors_->first == solution)) {
+  // A process without runs cannot see that those of others have moved.
+  if (!AllTrue(problem_.processes(), errors_ && errors_->first == solution)) {
     errors_.emplace(solution, EvaluateErrors(problem_, solution, 0.0));
   }
   return errors_->second;
