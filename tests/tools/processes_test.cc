@@ -332,8 +332,8 @@ TEST_F(ProcessesTest, ExchangeAsMuchWhateverTheRuns) {
   RecordProperty("more_runs", std::to_string(more_runs));
   RecordProperty("more_samples", std::to_string(more_samples));
   // What is exchanged once (errors, noise, summary) is spread over the
-  // iterations: the same 43 kB over five that were eight, and 8 kB of each, when
-  // states did not follow steps yet.
+  // iterations: the same 43 kB over five that were eight, and 8 kB of each,
+  // when states did not follow steps yet.
   EXPECT_LT(few, 12288.0);
   EXPECT_LT(more_runs, 1.5 * few);
   EXPECT_LT(more_samples, 1.5 * few);
