@@ -76,7 +76,8 @@ class Watcher final : public ceres::IterationCallback {
         taken_, summary.step_is_successful || summary.iteration == 0);
     const bool ends =
         (summary.iteration > 0 && Gain(summary, was_taken) < Insignificant()) ||
-        (taken_ && IsAsPromised(summary) && Promised() < LeastPromise());
+        (taken_ && Follows() && IsAsPromised(summary) &&
+         Promised() < LeastPromise());
     return ends ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
 
@@ -103,6 +104,11 @@ class Watcher final : public ceres::IterationCallback {
     const int left = options_.max_iterations - iteration;
     return pace * left < std::max(problem_.least_gain * cost_, cost_ - wanted_);
   }
+
+  // Whether the model follows the data. Of one that does not the linear model
+  // sees only the way from here, not what is left (an elastic drive ended a
+  // hundred times too stiff).
+  bool Follows() const { return 2.0 * cost_ < kMissing * kMissing * dof_; }
 
   // Whether the linear model told what a step gained that was taken, to a
   // tenth: where it did not there is more to gain, and no need to ask.
