@@ -69,18 +69,19 @@ configure_and_build() {
 # Reads ninja's lines; on a terminal a live line, elsewhere one every tenth, with
 # the time that is left if the rest goes as fast as what is done.
 show_progress() {
-  local title="$1" line tenth last_tenth=0 start=$SECONDS done all left
+  local title="$1" line tenth last_tenth=0 start=$SECONDS made all left
   while IFS= read -r line; do
     [[ "$line" =~ ^\[([0-9]+)/([0-9]+)\] ]] || continue
-    done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
-    tenth=$((10 * done / all))
-    left=$(((SECONDS - start) * (all - done) / done))
+    made=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
+    ((made > 0)) || continue  # "[0/2] Re-checking globbed directories..."
+    tenth=$((10 * made / all))
+    left=$(((SECONDS - start) * (all - made) / made))
     left="about $((left / 60)) min $((left % 60)) s left"
     if [[ -t 1 ]]; then
-      printf '\r%s: %s/%s, %s\e[K' "$title" "$done" "$all" "$left"
+      printf '\r%s: %s/%s, %s\e[K' "$title" "$made" "$all" "$left"
       last_tenth=1
     elif ((tenth > last_tenth)); then
-      echo "$title: $done/$all, $left"
+      echo "$title: $made/$all, $left"
       last_tenth=$tenth
     fi
   done
