@@ -113,8 +113,9 @@ function(sysid_compile_options target)
     VISIBILITY_INLINES_HIDDEN ON)
 endfunction()
 
-# What calls the physics, and reads and writes: -O3 makes nothing of it faster
-# that could be measured, and takes a seventh more of the compiler's time.
+# What calls the physics, and reads and writes: its time goes into the physics and
+# the decompositions (models/, -O3). -O3 here takes a seventh more of the
+# compiler's time; whether it runs faster was not measured.
 set(sysid_optimisation $<$<CONFIG:Release>:-O2>)
 
 # sysid_add_precompiled(SET LIBRARY...): the headers of cmake/SET.h, parsed once;
