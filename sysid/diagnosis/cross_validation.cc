@@ -67,6 +67,7 @@ class StretchGrid {
       }
     }
   }
+  int size() const { return size_; }
   int At(int run, double t) const {
     const Part& at = runs_[run];
     const int k = static_cast<int>(at.parts * (t - at.begin) / at.duration);
@@ -124,33 +125,40 @@ bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried) {
                                     std::log1p(kMatters));
 }
 
+Folds FoldsOf(const LinearizedFit& fit) {
+  const ShootingProblem& problem = fit.problem();
+  const StretchGrid grid(problem.data());
+  // With other runs, those alone give the parameters.
+  const bool by_run = problem.runs().size() > 1;
+  Folds folds;
+  for (const auto& segment : fit.segments()) {
+    const std::vector<double>& t = problem.runs()[segment->run]->run.t;
+    const std::vector<int>& samples = fit.point().runs[segment->run].samples;
+    const double middle =
+        0.5 * (t[samples[segment->index]] + t[samples[segment->index + 1]]);
+    folds.stretch.push_back(grid.At(segment->run, middle));
+    folds.fold.push_back(by_run ? segment->run : folds.stretch.back());
+  }
+  folds.stretches = grid.size();
+  folds.count = by_run ? static_cast<int>(problem.runs().size()) : grid.size();
+  return folds;
+}
+
 CrossValidation CrossValidate(const LinearizedFit& fit) {
   // What only the stretch that is left out tells of stays where it is: (7.11)
   // would divide by zero.
   constexpr double kMostOfIt = 0.99;
   const auto& segments = fit.segments();
-  const ShootingProblem& problem = fit.problem();
-  const StretchGrid grid(problem.data());
-  const double state_dof = ObservedStateDof(problem);
+  const double state_dof = ObservedStateDof(fit.problem());
   const int count = static_cast<int>(segments.size());
   CrossValidation result;
-  grid.AddTo(&result.stretches);
-  // With other runs, those alone give the parameters.
-  const bool by_run = problem.runs().size() > 1;
-  std::vector<int> stretch_of, fold_of;
-  for (const auto& segment : segments) {
-    const std::vector<double>& t = problem.runs()[segment->run]->run.t;
-    const std::vector<int>& samples = fit.point().runs[segment->run].samples;
-    const double middle =
-        0.5 * (t[samples[segment->index]] + t[samples[segment->index + 1]]);
-    stretch_of.push_back(grid.At(segment->run, middle));
-    fold_of.push_back(by_run ? segment->run : stretch_of.back());
-  }
+  StretchGrid(fit.problem().data()).AddTo(&result.stretches);
+  const Folds folds = FoldsOf(fit);
   for (int first = 0, end = 0; first < count; first = end) {
     const int rank = fit.theta_basis().rank();
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(rank, rank);
     Eigen::VectorXd g = Eigen::VectorXd::Zero(rank);
-    for (; end < count && fold_of[end] == fold_of[first]; ++end) {
+    for (; end < count && folds.fold[end] == folds.fold[first]; ++end) {
       const Eigen::MatrixXd& B = fit.theta_basis().of(end);
       H.noalias() += B.transpose() * B;
       g.noalias() += B.transpose() * segments[end]->r;
@@ -166,7 +174,7 @@ CrossValidation CrossValidate(const LinearizedFit& fit) {
       const Eigen::VectorXd e =
           segments[s]->r + fit.theta_basis().of(s) * change;
       const int rows = segments[s]->rows();
-      Stretch& stretch = result.stretches[stretch_of[s]];
+      Stretch& stretch = result.stretches[folds.stretch[s]];
       stretch.squares += e.head(rows).squaredNorm();
       stretch.dof += segments[s]->numbers() - state_dof;
     }

@@ -49,6 +49,14 @@ double DeviationsOfBest(int tried);
 // by more than what matters.
 bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried = 1);
 
+// Which stretch each segment of a fit belongs to, and which part of the data
+// predicts it without: the other runs, or of one run the other stretches.
+struct Folds {
+  std::vector<int> stretch, fold;  // of the segments
+  int stretches = 0, count = 0;    // in all; of folds
+};
+Folds FoldsOf(const LinearizedFit& fit);
+
 // Of the fitted runs, from one linearisation of the fit: (7.11).
 CrossValidation CrossValidate(const LinearizedFit& fit);
 // Adds the stretches of runs that were not fitted at all. Each segment's state

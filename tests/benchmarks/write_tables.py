@@ -15,6 +15,7 @@ import os
 import re
 import shutil
 import sys
+import textwrap
 
 # Of each program: what the columns are called, counter by counter; {} are the
 # versions that the program says.
@@ -174,7 +175,7 @@ def main():
 
     programs = read(measured("programs.json"))
     tables = {
-        "measured": heading,
+        "measured": textwrap.fill(heading, 120),
         "identifications": identification_table(programs),
         "programs": program_table(programs),
         "arm": arm_table(read(measured("arm.json"))),

@@ -62,6 +62,9 @@ class PatternsTest : public ::testing::Test {
 TEST_F(PatternsTest, MeetParametersOfWhatMovesAndShows) {
   EXPECT_THAT(Parameters("*.mass"), ElementsAre("link1.mass", "link2.mass",
                                                 "gripper.mass", "bob.mass"));
+  // Not the plate's, which cannot move.
+  EXPECT_THAT(Parameters("*.com_x"), ElementsAre("link1.com_x", "link2.com_x",
+                                                 "gripper.com_x", "bob.com_x"));
   EXPECT_THAT(Parameters("link[2-9].com_?"),
               ElementsAre("link2.com_x", "link2.com_y", "link2.com_z"));
   EXPECT_THAT(Parameters("grav*"), ElementsAre("gravity"));

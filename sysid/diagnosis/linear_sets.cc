@@ -1,0 +1,390 @@
+#include "sysid/diagnosis/linear_sets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <string>
+
+#include "models/math/decompositions.h"
+#include "sysid/diagnosis/candidate_batch.h"
+#include "sysid/diagnosis/candidate_weights.h"
+#include "sysid/diagnosis/columns_by_forces.h"
+#include "sysid/diagnosis/grid_choice.h"
+
+namespace sysid {
+namespace {
+
+using Eigen::ArrayXd;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// A stretch that is left out keeps this part of its weight: what it alone tells
+// of stays where it is.
+constexpr double kLeftOut = 0.99;
+// Of a set's scaled normal matrix: below it the data cannot tell its columns
+// apart.
+constexpr double kLeastPivot = 1e-4;
+constexpr double kLeastTrust = 0.05;  // kappa
+// Probe sets of a law that get exact columns, the most promising first.
+constexpr size_t kProbeSets = 3;
+
+std::vector<std::vector<int>> ChooseProbeSets(
+    const LinearizedFit& fit, const Model& model,
+    const std::vector<Candidate>& candidates) {
+  const ColumnsByForces by_forces(fit, model);
+  std::vector<std::vector<int>> sets = ChooseSets(
+      fit, by_forces, candidates, fit.SumOfSquares() / fit.DegreesOfFreedom());
+  for (size_t i = 0; i < sets.size(); ++i) {
+    if (by_forces.Says(candidates[i]) && sets[i].size() > kProbeSets) {
+      sets[i].resize(kProbeSets);
+    }
+  }
+  return sets;
+}
+
+// T of x_B = T x_R that minimises x' N x over what every model has (the first
+// `count` columns); what the data does not tell of stays.
+MatrixXd Elimination(const MatrixXd& N, int count) {
+  constexpr double kNothing = 1e-12;
+  const MatrixXd B = N.topLeftCorner(count, count);
+  const VectorXd scale =
+      B.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const SymmetricEigen eigen =
+      EigenOfSymmetric(scale.asDiagonal() * B * scale.asDiagonal());
+  const VectorXd inverse = eigen.values.unaryExpr(
+      [](double x) { return x > kNothing ? 1.0 / x : 0.0; });
+  const MatrixXd right =
+      eigen.vectors.transpose() *
+      (scale.asDiagonal() * N.topRightCorner(count, N.cols() - count));
+  return -(scale.asDiagonal() *
+           (eigen.vectors * (inverse.asDiagonal() * right)));
+}
+
+// G with x_B = T x_R: of x_R alone.
+MatrixXd Reduced(const MatrixXd& G, const MatrixXd& T) {
+  const Eigen::Index b = T.rows(), r = T.cols();
+  const MatrixXd across = G.topRightCorner(b, r).transpose() * T;
+  return G.bottomRightCorner(r, r) + across + across.transpose() +
+         T.transpose() * (G.topLeftCorner(b, b) * T);
+}
+
+std::set<std::string> NamesOf(const Effect& effect) {
+  const std::vector<std::string> names = effect.ParameterNames();
+  return {names.begin(), names.end()};
+}
+
+}  // namespace
+
+LinearSets::LinearSets(const DiagnosisProblem& problem,
+                       const EvaluatedModel& fitted,
+                       const Candidates& catalogue)
+    : problem_(problem), fitted_(fitted), catalogue_(catalogue) {
+  const ShootingProblem& posed = *fitted.problem;
+  // Parameters that ran away for want of an effect are no place to look from.
+  const Fit from = IsDoubtful(fitted.fit)
+                       ? StatesAtStart(posed, fitted.fit.point)
+                       : fitted.fit;
+  const LinearizedFit fit(posed, from.point);
+  valid_ = fit.Valid();
+  if (!valid_) return;
+  std::set<std::string> taken = problem.known;
+  for (const FreeParameter& free : posed.free()) {
+    taken.insert(free.parameter.name);
+  }
+  candidates_ = MakeCandidates(from.model, catalogue, taken);
+  const std::vector<std::vector<int>> chosen =
+      ChooseProbeSets(fit, from.model, candidates_);
+  std::vector<CandidateSet> sets;
+  for (size_t i = 0; i < candidates_.size(); ++i) {
+    for (const int set : chosen[i]) sets.push_back({static_cast<int>(i), set});
+  }
+  const std::vector<MatrixXd> columns =
+      RespondToCandidates(fit, from.model, candidates_, sets);
+
+  // What every model has first, then r and the members' parameters.
+  std::set<std::string> given;
+  for (const FreeParameter& free : problem.free) {
+    given.insert(free.parameter.name);
+  }
+  std::vector<int> always, own;
+  for (size_t k = 0; k < fit.kept().size(); ++k) {
+    const std::string& name = posed.free()[fit.kept()[k]].parameter.name;
+    (given.contains(name) ? always : own).push_back(static_cast<int>(k));
+  }
+  const int b = static_cast<int>(always.size());
+  const int m = static_cast<int>(own.size());
+  const int a = CountColumns(candidates_, sets);
+  const Folds folds = FoldsOf(fit);
+  const int width = b + 1 + m + a;
+  std::vector<MatrixXd> G(folds.stretches, MatrixXd::Zero(width, width));
+  std::vector<MatrixXd> F(folds.count, G[0]);  // with what is believed
+  VectorXd own_length = VectorXd::Zero(a);
+  dof_ = ArrayXd::Zero(folds.stretches);
+  fold_.assign(folds.stretches, 0);
+  const double state_dof = ObservedStateDof(posed);
+  for (size_t s = 0; s < fit.segments().size(); ++s) {
+    const LinearizedFit::Segment& at = *fit.segments()[s];
+    const MatrixXd A = fit.WithoutStates(at, columns[s]);
+    MatrixXd X(A.rows(), width);
+    X << at.theta(Eigen::all, always), fit.WithoutStates(at, at.whitened),
+        at.theta(Eigen::all, own), A;
+    own_length += columns[s].colwise().squaredNorm().transpose();
+    const int stretch = folds.stretch[s];
+    const auto measured = X.topRows(at.rows());
+    G[stretch].noalias() += measured.transpose() * measured;
+    F[folds.fold[s]].noalias() += X.transpose() * X;
+    fold_[stretch] = folds.fold[s];
+    dof_[stretch] += at.numbers() - state_dof;
+  }
+  MatrixXd N = MatrixXd::Zero(width, width);
+  for (const MatrixXd& part : F) N += part;
+  for (int i = 0; i < b + m; ++i) {
+    const auto& free = posed.free()[fit.kept()[i < b ? always[i] : own[i - b]]];
+    const int at = i < b ? i : i + 1;
+    if (free.prior) N(at, at) += 1.0 / (free.prior->std * free.prior->std);
+  }
+  all_ = Reduced(N, Elimination(N, b));
+  std::vector<MatrixXd> eliminations;
+  for (const MatrixXd& part : F) {
+    const MatrixXd rest = N - kLeftOut * part;
+    eliminations.push_back(Elimination(rest, b));
+    without_.push_back(Reduced(rest, eliminations.back()));
+  }
+  for (int j = 0; j < folds.stretches; ++j) {
+    stretch_.push_back(Reduced(G[j], eliminations[fold_[j]]));
+  }
+
+  AddMembers(fit, own);
+  AddCandidates(sets, own_length, all_(0, 0) / std::max(1.0, dof_.sum()));
+  FindExclusions();
+  const auto now = ScoreOf(members_);
+  const double percent = fitted.fit.train.total.fit_percent;
+  const double kappa = std::isfinite(percent)
+                           ? std::clamp(1.0 - percent / 100.0, kLeastTrust, 1.0)
+                           : kLeastTrust;
+  valid_ = now.has_value();
+  if (valid_) trust_ = kappa * kappa * now->squares;
+}
+
+void LinearSets::AddMembers(const LinearizedFit& fit,
+                            const std::vector<int>& own) {
+  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
+  const ShootingProblem& posed = *fitted_.problem;
+  const ParameterMap& map = posed.map();
+  const int m = static_cast<int>(own.size());
+  off_ = VectorXd::Zero(1 + m);
+  down_ = VectorXd::Constant(1 + m, -kUnbounded);
+  up_ = VectorXd::Constant(1 + m, kUnbounded);
+  VectorXd values(map.size());
+  map.ValuesOf(fit.point().theta.data(), values.data());
+  std::vector<std::string> names;  // of columns
+  for (int i = 0; i < m; ++i) {
+    const int at = fit.kept()[own[i]];
+    const FreeParameter& free = posed.free()[at];
+    names.push_back(free.parameter.name);
+    if (map.IsTransformed(at)) continue;
+    down_[1 + i] = free.lower - values[at];
+    up_[1 + i] = free.upper - values[at];
+  }
+  const auto add = [&](const Effect& effect) {
+    Term term;
+    const auto same = [&](const auto& other) {
+      return other->name() == effect.name();
+    };
+    const auto at = std::find_if(catalogue_.begin(), catalogue_.end(), same);
+    if (at == catalogue_.end()) return;
+    term.effect = static_cast<int>(at - catalogue_.begin());
+    const std::set<std::string> its = NamesOf(effect);
+    for (int i = 0; i < m; ++i) {
+      if (its.contains(names[i])) term.columns.push_back(1 + i);
+    }
+    term.parameters = static_cast<int>(term.columns.size());
+    terms_.push_back(term);
+  };
+  for (const auto& member : fitted_.added) {
+    members_.push_back(static_cast<int>(terms_.size()));
+    add(*member);
+    // Where it is off: its own parameters at null, the mechanism's as given.
+    VectorXd moved = values, theta;
+    for (int i = 0; i < map.size(); ++i) {
+      const Parameter& parameter = posed.free()[i].parameter;
+      for (const EffectParameter& its : member->parameters()) {
+        if (its.name == parameter.name) moved[i] = its.null_value;
+      }
+      const auto& adjusts = member->adjusts_nominal();
+      if (std::find(adjusts.begin(), adjusts.end(), parameter.name) !=
+          adjusts.end()) {
+        moved[i] =
+            FindParameters(problem_.model, {parameter.name}, member->name())[0]
+                .nominal;
+      }
+    }
+    if (!map.ThetaOf(moved, &theta)) continue;
+    for (int i = 0; i < m; ++i) {
+      const int at = fit.kept()[own[i]];
+      if (moved[at] != values[at])
+        off_[1 + i] = theta[at] - fit.point().theta[at];
+    }
+  }
+  for (const auto& part : catalogue_) {
+    const bool is_part =
+        std::any_of(fitted_.added.begin(), fitted_.added.end(),
+                    [&](const auto& whole) { return IsPartOf(*part, *whole); });
+    if (is_part) add(*part);
+  }
+}
+
+void LinearSets::AddCandidates(const std::vector<CandidateSet>& sets,
+                               const VectorXd& own_length, double variance) {
+  int first = 0;
+  for (const CandidateSet& at : sets) {
+    const Candidate& candidate = candidates_[at.candidate];
+    const int size = candidate.columns(at.set);
+    const int begin = static_cast<int>(off_.size()) + first;
+    const ColumnProducts products = {all_.block(begin, begin, size, size),
+                                     all_.block(begin, 0, size, 1),
+                                     own_length.segment(first, size)};
+    first += size;
+    const Weights weights = BestWeights(candidate, at.set, products, variance);
+    if (weights.identifiable.empty()) continue;
+    Term term;
+    const auto same = [&](const auto& effect) {
+      return effect->name() == candidate.effect->name();
+    };
+    term.effect = static_cast<int>(
+        std::find_if(catalogue_.begin(), catalogue_.end(), same) -
+        catalogue_.begin());
+    term.candidate = at.candidate;
+    term.set = at.set;
+    std::set<size_t> found;
+    for (const int k : weights.identifiable) {
+      found.insert(candidate.ParameterOf(at.set, k));
+    }
+    for (size_t p = 0; p < candidate.own(); ++p) {
+      if (candidate.IsSearched(p) ||
+          !candidate.effect->parameters()[p].grid.empty()) {
+        found.insert(p);
+      }
+    }
+    term.parameters = static_cast<int>(found.size());
+    const ProbeSet& probes = candidate.sets[at.set];
+    const auto add = [&](const std::vector<int>& of_set) {
+      term.of_set = of_set;
+      term.columns.clear();
+      VectorXd secants(of_set.size());
+      for (size_t i = 0; i < of_set.size(); ++i) {
+        term.columns.push_back(begin + of_set[i]);
+        secants[i] = of_set[i] < static_cast<int>(probes.size())
+                         ? probes[of_set[i]].secant
+                         : 0.0;
+      }
+      term.held.resize(0);
+      if ((secants.array() != 0.0).all()) {
+        // A law that is its probe's whatever the weight.
+        Weights all{at.set, {}, of_set, secants, 0.0}, less = all;
+        constexpr double kLess = 0.37;
+        less.alpha *= kLess;
+        if (ValuesOf(candidate, all) == ValuesOf(candidate, less)) {
+          term.held = secants;
+        }
+      }
+      terms_.push_back(term);
+    };
+    add(weights.identifiable);
+    if (weights.active != weights.identifiable) add(weights.active);
+  }
+}
+
+void LinearSets::FindExclusions() {
+  const size_t n = terms_.size();
+  excludes_.assign(n, std::vector<bool>(n, false));
+  std::vector<std::set<std::string>> names;
+  for (const Term& term : terms_) {
+    names.push_back(NamesOf(*catalogue_[term.effect]));
+  }
+  for (size_t i = 0; i < n; ++i) {
+    for (size_t j = 0; j < n; ++j) {
+      excludes_[i][j] =
+          terms_[i].effect == terms_[j].effect ||
+          std::any_of(names[i].begin(), names[i].end(), [&](const auto& name) {
+            return names[j].contains(name);
+          });
+    }
+  }
+}
+
+std::optional<LinearSets::Score> LinearSets::ScoreOf(const Set& set) const {
+  VectorXd u = VectorXd::Zero(all_.rows());
+  u[0] = 1.0;
+  u.segment(1, off_.size() - 1) = off_.tail(off_.size() - 1);
+  std::vector<int> columns;
+  Score score;
+  for (const int t : set) {
+    const Term& term = terms_[t];
+    score.effects.push_back(term.effect);
+    score.parameters += term.parameters;
+    if (term.held.size() > 0) {
+      u(term.columns) = term.held;
+    } else {
+      u(term.columns).setZero();
+      columns.insert(columns.end(), term.columns.begin(), term.columns.end());
+    }
+  }
+  std::sort(score.effects.begin(), score.effects.end());
+  score.set = set;
+  if (!columns.empty() && set != members_) {
+    const MatrixXd C = all_(columns, columns);
+    const VectorXd scale = C.diagonal().cwiseSqrt().cwiseInverse();
+    const Cholesky factor(scale.asDiagonal() * C * scale.asDiagonal());
+    if (!factor.Valid() ||
+        factor.L().diagonal().array().square().minCoeff() < kLeastPivot) {
+      return std::nullopt;
+    }
+  }
+  const auto solve = [&](const MatrixXd& N) -> VectorXd {
+    const VectorXd right = N(columns, Eigen::all) * u;
+    return -SolveSymmetric(N(columns, columns), right);
+  };
+  // One bound after the other, the members'.
+  for (bool again = true; again && !columns.empty();) {
+    again = false;
+    const VectorXd alpha = solve(all_);
+    for (size_t i = 0; i < columns.size() && !again; ++i) {
+      const int c = columns[i];
+      if (c >= off_.size()) continue;
+      const double inside = std::clamp(alpha[i], down_[c], up_[c]);
+      if (inside == alpha[i]) continue;
+      u[c] = inside;
+      columns.erase(columns.begin() + i);
+      again = true;
+    }
+  }
+  score.v = u;
+  if (!columns.empty()) score.v(columns) = solve(all_);
+  for (const int t : set) {
+    const Term& term = terms_[t];
+    score.values.emplace_back();
+    if (term.candidate < 0) continue;
+    const Candidate& candidate = candidates_[term.candidate];
+    const Weights weights{term.set, {}, term.of_set, score.v(term.columns), 0};
+    if (!Feasible(candidate, weights)) return std::nullopt;
+    score.values.back() = ValuesOf(candidate, weights);
+  }
+  std::vector<VectorXd> v(without_.size(), u);
+  if (!columns.empty()) {
+    for (size_t f = 0; f < v.size(); ++f) v[f](columns) = solve(without_[f]);
+  }
+  score.squares.resize(dof_.size());
+  for (Eigen::Index j = 0; j < dof_.size(); ++j) {
+    const VectorXd& at = v[fold_[j]];
+    score.squares[j] = std::max(0.0, at.dot(stretch_[j] * at)) / dof_[j];
+  }
+  return score;
+}
+
+ArrayXd LinearSets::LogErrors(const Score& score) const {
+  return 0.5 * (score.squares + trust_).log();
+}
+
+}  // namespace sysid
