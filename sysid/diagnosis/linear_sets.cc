@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "glog/logging.h"
 #include "models/math/decompositions.h"
 #include "sysid/diagnosis/candidate_batch.h"
 #include "sysid/diagnosis/candidate_weights.h"
@@ -151,9 +152,14 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
     eliminations.push_back(Elimination(rest, b));
     without_.push_back(Reduced(rest, eliminations.back()));
   }
+  std::vector<double> dof;
   for (int j = 0; j < folds.stretches; ++j) {
+    if (!(dof_[j] > 0.0)) continue;  // no segment's middle is in it
     stretch_.push_back(Reduced(G[j], eliminations[fold_[j]]));
+    fold_[dof.size()] = fold_[j];
+    dof.push_back(dof_[j]);
   }
+  dof_ = Eigen::Map<const ArrayXd>(dof.data(), dof.size());
 
   AddMembers(fit, own);
   AddCandidates(sets, own_length, all_(0, 0) / std::max(1.0, dof_.sum()));
@@ -193,7 +199,7 @@ void LinearSets::AddMembers(const LinearizedFit& fit,
       return other->name() == effect.name();
     };
     const auto at = std::find_if(catalogue_.begin(), catalogue_.end(), same);
-    if (at == catalogue_.end()) return;
+    CHECK(at != catalogue_.end()) << effect.name();
     term.effect = static_cast<int>(at - catalogue_.begin());
     const std::set<std::string> its = NamesOf(effect);
     for (int i = 0; i < m; ++i) {

@@ -52,7 +52,6 @@ class LinearSets {
   std::optional<Score> ScoreOf(const Set& set) const;
   // ln e_j(F) of (J.3), by stretch.
   Eigen::ArrayXd LogErrors(const Score& score) const;
-  const std::vector<Candidate>& candidates() const { return candidates_; }
 
  private:
   // `own`: places in fit.kept() of the members' parameters.
