@@ -95,6 +95,14 @@ double CrossValidation::Stretch::error() const {
                    : std::numeric_limits<double>::quiet_NaN();
 }
 
+Eigen::ArrayXd CrossValidation::LogErrors() const {
+  Eigen::ArrayXd logs(stretches.size());
+  for (size_t j = 0; j < stretches.size(); ++j) {
+    logs[j] = std::log(stretches[j].error());
+  }
+  return logs;
+}
+
 double CrossValidation::error() const {
   return std::exp(MeanLogError(*this).value);
 }

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/linearized_fit.h"
 #include "sysid/estimation/evaluation.h"
 
@@ -24,6 +25,7 @@ struct CrossValidation {
   };
   std::vector<Stretch> stretches;
 
+  Eigen::ArrayXd LogErrors() const;  // by stretch
   // The geometric mean of the stretches' normalised errors: none of them, where
   // all models fail alike, hides the others.
   double error() const;
@@ -38,9 +40,6 @@ struct ErrorRatio {
 };
 ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b);
 
-// What matters: a twentieth of the error. An effect that lowers it by less does
-// next to nothing, however certain it is.
-inline constexpr double kMatters = 0.05;
 // By so many standard errors the best of `tried` models must be better than
 // another: one (the rule of Breiman et al. 1984), or the largest of as many
 // standard normal deviates, about sqrt(2 ln tried), which chance makes of it.

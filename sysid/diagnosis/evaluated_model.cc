@@ -27,15 +27,6 @@ std::map<std::string, double> HeldValues(const EvaluatedModel& evaluated) {
   return values;
 }
 
-// Those and the values of the fit.
-std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated) {
-  std::map<std::string, double> values = HeldValues(evaluated);
-  for (const ParameterEstimate& p : evaluated.fit.parameters) {
-    values[p.name] = p.value;
-  }
-  return values;
-}
-
 // Takes effects out, by name: what they adjusted goes back to what it was.
 void TakeOut(const std::set<std::string>& names,
              std::vector<std::shared_ptr<const Effect>>* effects,
@@ -196,14 +187,49 @@ void FitFrom(Solution start, EvaluatedModel* evaluated) {
   evaluated->fit = RefitIndependentSegments(*evaluated->problem, start);
 }
 
-// Refits from the best of several starts, in the segments of `before`; the
-// first alone, if it comes down to `enough` squares.
-EvaluatedModel Refit(const DiagnosisProblem& problem,
-                     const EvaluatedModel& before,
-                     std::vector<std::shared_ptr<const Effect>> effects,
-                     std::set<std::string> without_influence,
-                     const std::vector<std::map<std::string, double>>& starts,
-                     double enough, const EstimationOptions& options) {
+}  // namespace
+
+bool IsDoubtful(const Fit& fit) { return !fit.converged || HasBound(fit); }
+
+EstimationOptions Coarse(EstimationOptions options, double error) {
+  constexpr double kCoarse = 0.1;
+  options.step_error *= std::max(1.0, kCoarse * error);
+  return options;
+}
+
+EvaluatedModel OpenModel(const DiagnosisProblem& problem,
+                         std::vector<std::shared_ptr<const Effect>> effects,
+                         std::set<std::string> without_influence,
+                         const std::map<std::string, double>& values,
+                         const EstimationOptions& options) {
+  const DiagnosisProblem with =
+      WithEffects(problem, effects, without_influence, values);
+  EvaluatedModel opened(with.model);
+  opened.added = std::move(effects);
+  opened.without_influence = std::move(without_influence);
+  opened.problem = Pose(with, options);
+  return opened;
+}
+
+std::map<std::string, double> StartingValues(const EvaluatedModel& evaluated) {
+  std::map<std::string, double> values;
+  const ShootingProblem& problem = *evaluated.problem;
+  const Model& model = problem.model();
+  for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
+    values[model.effects().parameters()[i].name] = model.nominal().effects[i];
+  }
+  for (const FreeParameter& free : problem.free()) {
+    values[free.parameter.name] = free.initial;
+  }
+  return values;
+}
+
+EvaluatedModel EvaluateFrom(
+    const DiagnosisProblem& problem, const EvaluatedModel& before,
+    std::vector<std::shared_ptr<const Effect>> effects,
+    std::set<std::string> without_influence,
+    const std::vector<std::map<std::string, double>>& starts, double enough,
+    const EstimationOptions& options) {
   EvaluatedModel after =
       OpenModel(problem, std::move(effects), std::move(without_influence),
                 starts.front(), options);
@@ -273,39 +299,10 @@ EvaluatedModel Refit(const DiagnosisProblem& problem,
   return after;
 }
 
-}  // namespace
-
-bool IsDoubtful(const Fit& fit) { return !fit.converged || HasBound(fit); }
-
-EstimationOptions Coarse(EstimationOptions options, double error) {
-  constexpr double kCoarse = 0.1;
-  options.step_error *= std::max(1.0, kCoarse * error);
-  return options;
-}
-
-EvaluatedModel OpenModel(const DiagnosisProblem& problem,
-                         std::vector<std::shared_ptr<const Effect>> effects,
-                         std::set<std::string> without_influence,
-                         const std::map<std::string, double>& values,
-                         const EstimationOptions& options) {
-  const DiagnosisProblem with =
-      WithEffects(problem, effects, without_influence, values);
-  EvaluatedModel opened(with.model);
-  opened.added = std::move(effects);
-  opened.without_influence = std::move(without_influence);
-  opened.problem = Pose(with, options);
-  return opened;
-}
-
-std::map<std::string, double> StartingValues(const EvaluatedModel& evaluated) {
-  std::map<std::string, double> values;
-  const ShootingProblem& problem = *evaluated.problem;
-  const Model& model = problem.model();
-  for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
-    values[model.effects().parameters()[i].name] = model.nominal().effects[i];
-  }
-  for (const FreeParameter& free : problem.free()) {
-    values[free.parameter.name] = free.initial;
+std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated) {
+  std::map<std::string, double> values = HeldValues(evaluated);
+  for (const ParameterEstimate& p : evaluated.fit.parameters) {
+    values[p.name] = p.value;
   }
   return values;
 }
@@ -394,7 +391,7 @@ EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
     without_influence.insert(effect->without_influence.begin(),
                              effect->without_influence.end());
   }
-  return Refit(problem, before, std::move(added), std::move(without_influence),
+  return EvaluateFrom(problem, before, std::move(added), std::move(without_influence),
                starts, EnoughOf(effects, before), options);
 }
 
@@ -405,7 +402,7 @@ EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
   std::vector<std::shared_ptr<const Effect>> left = before.added;
   std::map<std::string, double> values = ValuesOf(before);
   TakeOut({effect}, &left, &values);
-  return Refit(problem, before, std::move(left), before.without_influence,
+  return EvaluateFrom(problem, before, std::move(left), before.without_influence,
                {values}, 0.0, options);
 }
 
@@ -418,7 +415,7 @@ EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
   for (auto& added : effects) {
     if (added->name() == effect) added = part;
   }
-  return Refit(problem, before, std::move(effects), before.without_influence,
+  return EvaluateFrom(problem, before, std::move(effects), before.without_influence,
                {ValuesOf(before)}, 0.0, options);
 }
 

@@ -74,6 +74,9 @@ EvaluatedModel OpenModel(const DiagnosisProblem& problem,
                          const EstimationOptions& options);
 std::map<std::string, double> StartingValues(const EvaluatedModel& evaluated);
 
+// The values of a fit, and of the effects' parameters that it did not move.
+std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated);
+
 // The problem's own model, from its start.
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);
 
@@ -87,6 +90,16 @@ EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem);
 EvaluatedModel EvaluateByEquations(
     const DiagnosisProblem& problem, const EvaluatedModel& before,
     const std::vector<const ScreenedEffect*>& effects);
+
+// The problem's model with these effects, fitted in the segments of `before`
+// from the best of several starts, values by name; the first of them alone if
+// it comes down to `enough` squares.
+EvaluatedModel EvaluateFrom(
+    const DiagnosisProblem& problem, const EvaluatedModel& before,
+    std::vector<std::shared_ptr<const Effect>> effects,
+    std::set<std::string> without_influence,
+    const std::vector<std::map<std::string, double>>& starts, double enough,
+    const EstimationOptions& options);
 
 // The model of `before` with further effects, which start where the screening
 // expects them; `threads` and `progress` as in `options`.

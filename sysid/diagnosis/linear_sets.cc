@@ -12,6 +12,7 @@
 #include "sysid/diagnosis/candidate_weights.h"
 #include "sysid/diagnosis/columns_by_forces.h"
 #include "sysid/diagnosis/grid_choice.h"
+#include "sysid/diagnosis/judgement_constants.h"
 
 namespace sysid {
 namespace {
@@ -20,15 +21,10 @@ using Eigen::ArrayXd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A stretch that is left out keeps this part of its weight: what it alone tells
-// of stays where it is.
-constexpr double kLeftOut = 0.99;
-// Of a set's scaled normal matrix: below it the data cannot tell its columns
-// apart.
-constexpr double kLeastPivot = 1e-4;
-constexpr double kLeastTrust = 0.05;  // kappa
 // Probe sets of a law that get exact columns, the most promising first.
 constexpr size_t kProbeSets = 3;
+// Of a stretch: none is predicted without any error.
+constexpr double kLeastSquares = 1e-9;
 
 std::vector<std::vector<int>> ChooseProbeSets(
     const LinearizedFit& fit, const Model& model,
@@ -145,7 +141,18 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
     const int at = i < b ? i : i + 1;
     if (free.prior) N(at, at) += 1.0 / (free.prior->std * free.prior->std);
   }
-  all_ = Reduced(N, Elimination(N, b));
+  follow_ = Elimination(N, b);
+  all_ = Reduced(N, follow_);
+  VectorXd values(posed.map().size());
+  posed.map().ValuesOf(fit.point().theta.data(), values.data());
+  for (const std::vector<int>* part : {&always, &own}) {
+    for (const int k : *part) {
+      const int at = fit.kept()[k];
+      (part == &own ? own_ : always_)
+          .push_back({posed.free()[at].parameter.name, values[at],
+                      !posed.map().IsTransformed(at)});
+    }
+  }
   std::vector<MatrixXd> eliminations;
   for (const MatrixXd& part : F) {
     const MatrixXd rest = N - kLeftOut * part;
@@ -166,11 +173,11 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
   FindExclusions();
   const auto now = ScoreOf(members_);
   const double percent = fitted.fit.train.total.fit_percent;
-  const double kappa = std::isfinite(percent)
-                           ? std::clamp(1.0 - percent / 100.0, kLeastTrust, 1.0)
-                           : kLeastTrust;
+  kappa_ = std::isfinite(percent)
+               ? std::clamp(1.0 - percent / 100.0, kLeastTrust, 1.0)
+               : kLeastTrust;
   valid_ = now.has_value();
-  if (valid_) trust_ = kappa * kappa * now->squares;
+  if (valid_) trust_ = kappa_ * kappa_ * now->squares;
 }
 
 void LinearSets::AddMembers(const LinearizedFit& fit,
@@ -274,6 +281,10 @@ void LinearSets::AddCandidates(const std::vector<CandidateSet>& sets,
       }
     }
     term.parameters = static_cast<int>(found.size());
+    for (size_t p = 0; p < candidate.parameters.size(); ++p) {
+      if (found.contains(p)) continue;
+      term.without_influence.insert(candidate.parameters[p].name);
+    }
     const ProbeSet& probes = candidate.sets[at.set];
     const auto add = [&](const std::vector<int>& of_set) {
       term.of_set = of_set;
@@ -348,8 +359,14 @@ std::optional<LinearSets::Score> LinearSets::ScoreOf(const Set& set) const {
       return std::nullopt;
     }
   }
+  // What u or the set have at all: few of many columns.
+  std::vector<int> some;
+  std::set<int> of_set(columns.begin(), columns.end());
+  for (int c = 0; c < u.size(); ++c) {
+    if (u[c] != 0.0 || of_set.contains(c)) some.push_back(c);
+  }
   const auto solve = [&](const MatrixXd& N) -> VectorXd {
-    const VectorXd right = N(columns, Eigen::all) * u;
+    const VectorXd right = N(columns, some) * u(some);
     return -SolveSymmetric(N(columns, columns), right);
   };
   // One bound after the other, the members'.
@@ -383,14 +400,52 @@ std::optional<LinearSets::Score> LinearSets::ScoreOf(const Set& set) const {
   }
   score.squares.resize(dof_.size());
   for (Eigen::Index j = 0; j < dof_.size(); ++j) {
-    const VectorXd& at = v[fold_[j]];
-    score.squares[j] = std::max(0.0, at.dot(stretch_[j] * at)) / dof_[j];
+    const VectorXd at = v[fold_[j]](some);
+    const double squares = at.dot(stretch_[j](some, some) * at);
+    score.squares[j] = std::max(kLeastSquares, squares) / dof_[j];
   }
   return score;
 }
 
-ArrayXd LinearSets::LogErrors(const Score& score) const {
-  return 0.5 * (score.squares + trust_).log();
+std::map<std::string, double> LinearSets::StartOf(const Score& score,
+                                                  double part) const {
+  std::map<std::string, double> start;
+  const auto move = [&](const Value& at, double step) {
+    start[at.name] = at.value + (at.is_plain ? part * step : 0.0);
+  };
+  const VectorXd step = follow_ * score.v;
+  for (size_t i = 0; i < always_.size(); ++i) move(always_[i], step[i]);
+  for (size_t k = 0; k < score.set.size(); ++k) {
+    const Term& term = terms_[score.set[k]];
+    if (term.candidate < 0) {
+      for (const int c : term.columns) move(own_[c - 1], score.v[c]);
+      continue;
+    }
+    const Candidate& candidate = candidates_[term.candidate];
+    for (size_t p = 0; p < candidate.parameters.size(); ++p) {
+      const Parameter& parameter = candidate.parameters[p];
+      const double to = score.values[k][p];
+      // Part of the way the law would still be off.
+      const bool all_the_way =
+          candidate.IsSearched(p) ||
+          (p < candidate.own() &&
+           candidate.effect->parameters()[p].start.has_value());
+      start[parameter.name] =
+          all_the_way ? to
+                      : parameter.nominal + part * (to - parameter.nominal);
+    }
+  }
+  for (const std::string& name : WithoutInfluence(score)) start.erase(name);
+  return start;
+}
+
+std::set<std::string> LinearSets::WithoutInfluence(const Score& score) const {
+  std::set<std::string> without;
+  for (const int t : score.set) {
+    without.insert(terms_[t].without_influence.begin(),
+                   terms_[t].without_influence.end());
+  }
+  return without;
 }
 
 }  // namespace sysid

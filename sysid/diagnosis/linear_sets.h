@@ -1,6 +1,9 @@
 #pragma once
 
+#include <map>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "sysid/diagnosis/candidate_columns.h"
@@ -24,6 +27,7 @@ class LinearSets {
     // part of one.
     int candidate = -1, set = -1;
     std::vector<int> of_set;
+    std::set<std::string> without_influence;  // parameters
   };
   using Set = std::vector<int>;  // terms, ascending
 
@@ -50,8 +54,24 @@ class LinearSets {
   // Nothing where the data cannot tell the set's columns apart, or where its
   // values are beyond their bounds.
   std::optional<Score> ScoreOf(const Set& set) const;
-  // ln e_j(F) of (J.3), by stretch.
-  Eigen::ArrayXd LogErrors(const Score& score) const;
+  // ln e_j(F) of (J.3), by stretch; and of squares that were not predicted here
+  // but are to be compared with such.
+  Eigen::ArrayXd LogErrors(const Score& score) const {
+    return LogErrors(score.squares);
+  }
+  Eigen::ArrayXd LogErrors(const Eigen::ArrayXd& squares) const {
+    return 0.5 * (squares + trust_).log();
+  }
+  // Whether a change of the model towards other effects can be believed at all:
+  // kappa of (J.3).
+  double kappa() const { return kappa_; }
+
+  // Where a fit of the set starts: values by name of what it moves, `part` of
+  // the way from the fitted model to where the score has them. What has no
+  // derivative at its null value goes all the way.
+  std::map<std::string, double> StartOf(const Score& score, double part) const;
+  // Parameters of its effects that the data says nothing of.
+  std::set<std::string> WithoutInfluence(const Score& score) const;
 
  private:
   // `own`: places in fit.kept() of the members' parameters.
@@ -76,8 +96,18 @@ class LinearSets {
   std::vector<int> fold_;  // of a stretch
   Eigen::ArrayXd dof_;     // of a stretch
   Eigen::ArrayXd trust_;   // kappa^2 e_j(S)^2
+  double kappa_ = 1.0;
   // Of the members' parameters: to where the law is off, and to the bounds.
   Eigen::VectorXd off_, down_, up_;
+  // What is free at the linearised point, by name: what every model has, as it
+  // follows X (x_B = T x_R), then the members' parameters.
+  struct Value {
+    std::string name;
+    double value;
+    bool is_plain;  // theta is the value itself, not a transform of it
+  };
+  std::vector<Value> always_, own_;
+  Eigen::MatrixXd follow_;  // T
 };
 
 }  // namespace sysid

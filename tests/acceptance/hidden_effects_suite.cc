@@ -23,6 +23,7 @@ DEFINE_int32(threads, 2, "cases at once");
 DEFINE_string(out, "", "file of the table");
 DEFINE_string(csv, "", "file with a line a case");
 DEFINE_bool(oracle, false, "fit with what was planted instead of finding it");
+DEFINE_bool(sets, false, "by the search for sets of effects");
 DEFINE_double(friction_time, 0, "time constant of MuJoCo's frictionloss, s");
 DEFINE_bool(list, false, "only list the cases");
 DEFINE_string(export_to, "",
@@ -61,7 +62,9 @@ Scored RunCase(HiddenCase info) {
         info.strength *= 2.0;
         continue;
       }
-      next.outcome = FLAGS_oracle ? AskOracle(data) : DiagnoseCase(data);
+      next.outcome = FLAGS_oracle ? AskOracle(data)
+                     : FLAGS_sets ? SearchCase(data)
+                                  : DiagnoseCase(data);
     } catch (const std::exception& error) {
       if (attempt > 1 && scored.outcome.fault.empty() &&
           !scored.outcome.verdict.empty()) {

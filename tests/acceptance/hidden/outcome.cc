@@ -5,7 +5,9 @@
 #include <cmath>
 #include <memory>
 
+#include "sysid/diagnosis/base_fit.h"
 #include "sysid/diagnosis/diagnose.h"
+#include "sysid/diagnosis/effect_search.h"
 
 namespace sysid {
 namespace {
@@ -108,6 +110,69 @@ Outcome DiagnoseCase(const HiddenData& data) {
   outcome.holdout_before = scale * diagnosis.base.holdout_error();
   outcome.train_after = scale * diagnosis.last().train_error();
   outcome.holdout_after = scale * diagnosis.last().holdout_error();
+  outcome.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
+          .count();
+  return outcome;
+}
+
+Outcome SearchCase(const HiddenData& data) {
+  const auto start = std::chrono::steady_clock::now();
+  DiagnosisProblem problem(data.mechanism.plain);
+  problem.free = data.mechanism.free;
+  problem.options = Options();
+  problem.SetRuns(data.train, {data.holdout});
+  const Catalogue catalogue;
+  const Mechanism& mechanism = data.mechanism.plain.mechanism();
+  Candidates candidates;
+  for (const std::string& name : catalogue.Names(mechanism)) {
+    const auto effect = catalogue.Make(name, mechanism, "test");
+    if (!effect->inputs().empty()) continue;
+    if (effect->NeedsDrive() && effect->joint() >= 0) {
+      const int v = mechanism.joints[effect->joint()].v_index;
+      const bool driven =
+          std::any_of(data.train.begin(), data.train.end(), [&](const Run& r) {
+            return !r.effort.col(v).isZero(0.0);
+          });
+      if (!driven) continue;
+    }
+    candidates.push_back(effect);
+  }
+  Diagnosis begin(data.mechanism.plain);
+  begin.base = EvaluateGiven(problem);
+  ShortenSegments(problem, &begin);
+  EffectSearch search(problem, candidates, [](const std::string&, double) {});
+  const EffectSearch::Answer answer = search.Run(begin.base);
+
+  Outcome outcome;
+  const double scale = Scale(data, answer.base->model.fit.noise);
+  const bool found = !answer.found->effects.empty();
+  outcome.verdict = answer.explains ? found                   ? answer.rivals.empty()
+                                                 ? "missing_effect"
+                                                 : "undecided"
+                                           : "adequate"
+                                    : "unexplained";
+  for (const int e : answer.found->effects) {
+    Outcome::Candidate one{candidates[e]->name(), {}};
+    for (const auto& rival : answer.rivals) {
+      for (const int r : rival->effects) {
+        one.indistinguishable_from.push_back(candidates[r]->name());
+      }
+    }
+    outcome.ranked.push_back(one);
+    Outcome::Step step;
+    step.added = one;
+    step.train_before = scale * answer.base->model.train_error();
+    step.train_after = step.predicted_after =
+        scale * answer.found->model.train_error();
+    step.holdout_before = scale * answer.base->model.holdout_error();
+    step.holdout_after = scale * answer.found->model.holdout_error();
+    outcome.added.push_back(step);
+  }
+  outcome.train_before = scale * answer.base->model.train_error();
+  outcome.holdout_before = scale * answer.base->model.holdout_error();
+  outcome.train_after = scale * answer.found->model.train_error();
+  outcome.holdout_after = scale * answer.found->model.holdout_error();
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
           .count();

@@ -32,6 +32,10 @@ struct Outcome {
 // Fits the plain model, says what is missing, adds it, until nothing is.
 Outcome DiagnoseCase(const HiddenData& data);
 
+// The same by the search for sets of effects (sysid/diagnosis/effect_search.h),
+// with all laws of the catalogue as candidates.
+Outcome SearchCase(const HiddenData& data);
+
 // The error of the training runs, over the planted noise, of the plain model
 // with only these of the planted effects, fitted from the truth.
 double ErrorWith(const HiddenData& data,

@@ -1,0 +1,102 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "sysid/diagnosis/longer_segments.h"
+#include "sysid/diagnosis/set_search.h"
+
+namespace sysid {
+
+// A set of effects of the catalogue beside the model as given, fitted at a
+// horizon.
+struct FittedSet {
+  std::vector<int> effects;  // in the catalogue, ascending
+  EvaluatedModel model;
+  Eigen::ArrayXd log_errors;  // (J.1), by stretch; nothing: the dynamics fail
+  int parameters = 0;         // beside those of the model as given
+  std::string refused;        // why it is no answer; else empty
+  bool is_final = false;      // fitted until nothing is to be gained
+
+  double error() const { return model.cv.error(); }
+  bool IsAnswer() const { return refused.empty() && log_errors.size() > 0; }
+};
+
+// The search for the set of effects that is missing: docs/judgement.md, section
+// 4. What is fitted is kept; the answer is the best of it, whatever the way.
+class EffectSearch {
+ public:
+  // Both must outlive it.
+  EffectSearch(const DiagnosisProblem& problem, const Candidates& catalogue,
+               ReportDoing report);
+
+  struct Answer {
+    std::shared_ptr<const FittedSet> base;   // as given, over its own segments
+    std::shared_ptr<const FittedSet> found;  // the base itself: nothing missing
+    // Of as many parameters at most, and as good.
+    std::vector<std::shared_ptr<const FittedSet>> rivals;
+    bool explains = false;  // most of what the base misses
+    bool at_noise = false;
+    int fits = 0, looks = 0;
+  };
+  // From the model as it was fitted; where `start` names effects, from those.
+  Answer Run(const EvaluatedModel& base, const std::vector<int>& start = {});
+
+ private:
+  using Fitted = std::shared_ptr<FittedSet>;
+  // A linearisation and what it predicts.
+  struct Look {
+    Fitted at;
+    std::unique_ptr<LinearSets> sets;
+    std::vector<PredictedSet> predicted;
+    // Effects that a refit from here added, and by how much less they did than
+    // was predicted: ln of the ratio of the errors.
+    std::vector<std::pair<std::set<int>, double>> refuted;
+  };
+  struct Proposal {
+    const Look* look;
+    const PredictedSet* predicted;
+    Eigen::ArrayXd log_errors;  // with what was refuted
+  };
+
+  Fitted Keep(std::vector<int> effects, EvaluatedModel model);
+  // Of the store, the set with the fewest parameters that none beats.
+  Fitted Best() const;
+  // How common the effects' laws are: the sum of their places in the catalogue.
+  int Rank(const std::vector<int>& effects) const;
+  std::vector<std::shared_ptr<const Effect>> EffectsOf(
+      const std::vector<int>& effects) const;
+
+  bool LookFrom(const Fitted& at);
+  bool WasLookedFrom(const FittedSet& at) const;
+  std::optional<Proposal> NextProposal(const FittedSet& best) const;
+  Fitted Fit(const Proposal& proposal);
+  Fitted FitFrom(const FittedSet& from, std::vector<int> effects,
+                 const std::set<std::string>& without_influence,
+                 const std::vector<std::map<std::string, double>>& starts,
+                 double enough, double error);
+  // Fits proposals until none is left, at the horizon of the store.
+  void SearchAtHorizon();
+  // Fits the best set without each of its members.
+  void LeaveOutEach();
+  std::vector<std::shared_ptr<const FittedSet>> FindRivals(
+      const FittedSet& best);
+  void Say(const std::string& what, const FittedSet& fitted) const;
+
+  const DiagnosisProblem& problem_;
+  const Candidates& catalogue_;
+  const ReportDoing report_;
+  const double deviations_;  // z of (J.2)
+  std::map<std::string, int> ranks_;
+  std::map<std::vector<int>, Fitted> store_;
+  std::vector<Look> looks_;
+  // Which sets were fitted from where.
+  std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;
+  int fits_ = 0, look_count_ = 0;
+};
+
+}  // namespace sysid

@@ -1,0 +1,49 @@
+#pragma once
+
+// Every constant that decides a verdict (docs/judgement.md has the symbols).
+
+namespace sysid {
+
+// What matters: a twentieth of the error. An effect that lowers it by less does
+// next to nothing, however certain it is.
+inline constexpr double kMatters = 0.05;
+
+// (J.3). A stretch that is left out keeps this part of its weight: what it
+// alone tells of stays where it is, and nothing is divided by zero.
+inline constexpr double kLeftOut = 0.99;
+// kappa at least: a linearisation at a model that follows the motion predicts
+// another model's errors to about a twentieth of what is left.
+inline constexpr double kLeastTrust = 0.05;
+// Of a set's scaled normal matrix: below it a hundredth of a column is all that
+// the others do not make, and the data cannot tell them apart.
+inline constexpr double kLeastPivot = 1e-4;
+
+// The search for sets. So many go on at each size; so many terms are added, one
+// at a time; exchanges and removals come after.
+inline constexpr int kBeam = 5;
+inline constexpr int kDepth = 3;
+
+// The fits at one horizon end after so many, or so many in a row of which none
+// became the best.
+inline constexpr int kMostFits = 16;
+inline constexpr int kMostFailures = 4;
+// A refit whose error is above the predicted one by more than this factor says
+// the same of predictions of sets that have all that it added.
+inline constexpr double kRefuted = 1.25;
+// Of two sets with as many parameters one is worth a fit where it should leave
+// so much less (ln).
+inline constexpr double kLeastGain = 0.01;
+
+// A model follows the motion where it explains this part of it, by (8.2):
+// beyond, errors are as large as they can be, and nothing is linear in them.
+inline constexpr double kFollows = 50.0;  // percent
+
+// (7.14): the part of the excess over the noise that an answer must explain of
+// what the model as given leaves: half of the error.
+inline constexpr double kMost = 0.75;
+
+// A member whose parameters could be none by chance with this probability is
+// not determined by the data.
+inline constexpr double kByChance = 0.05;
+
+}  // namespace sysid
