@@ -22,6 +22,7 @@
 #include "tools/program.h"
 
 DEFINE_bool(auto, false, "add effects until nothing is missing");
+DEFINE_bool(sets, false, "by the search over sets of effects");
 DEFINE_string(candidates, "", "effects to consider; all where not given");
 
 namespace sysid {
@@ -127,7 +128,7 @@ int Main(ProcessGroup* group) {
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
       catalogue, session, SplitEffects(request.candidates, "--candidates"),
-      "--candidates");
+      "--candidates", FLAGS_sets);
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   const Processes& all = group != nullptr ? *group : Alone();
   const bool is_first = all.rank() == 0;
@@ -143,6 +144,7 @@ int Main(ProcessGroup* group) {
   DiagnosisOptions options;
   options.add = FLAGS_auto;
   options.keep_evaluated = true;
+  options.by_sets = FLAGS_sets;
   if (!is_first) {
     HelpToRefit(problem, candidates);
     SumOver(all, CpuSeconds());

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 #include "sysid/diagnosis/judgement_constants.h"
 
@@ -10,24 +12,35 @@ namespace sysid {
 
 Difference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  const Eigen::Index stretches = std::min(a.size(), b.size());
-  double n = 0.0, sum = 0.0, squares = 0.0;
-  for (Eigen::Index j = 0; j < stretches; ++j) {
-    const double d = a[j] - b[j];
-    if (std::isnan(d)) continue;
-    ++n, sum += d;
+  std::vector<double> d;
+  for (Eigen::Index j = 0; j < std::min(a.size(), b.size()); ++j) {
+    if (!std::isnan(a[j] - b[j])) d.push_back(a[j] - b[j]);
   }
-  if (n < 1.0) return {kInfinity, kInfinity};
-  const double mean = sum / n;
-  for (Eigen::Index j = 0; j < stretches; ++j) {
-    const double d = a[j] - b[j];
-    if (!std::isnan(d)) squares += (d - mean) * (d - mean);
+  if (d.empty()) return {kInfinity, kInfinity, 0.0};
+  const double n = static_cast<double>(d.size());
+  const double mean = std::accumulate(d.begin(), d.end(), 0.0) / n;
+  double squares = 0.0;
+  for (const double x : d) squares += (x - mean) * (x - mean);
+  // Ranks by size; differences of nothing count for neither side.
+  std::sort(d.begin(), d.end(), [](double x, double y) {
+    return std::abs(x) < std::abs(y);
+  });
+  double signed_ranks = 0.0, variance = 0.0;
+  for (size_t i = 0; i < d.size(); ++i) {
+    const double rank = static_cast<double>(i + 1);
+    if (d[i] != 0.0) signed_ranks += d[i] > 0.0 ? rank : -rank;
+    variance += rank * rank;
   }
-  return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : kInfinity};
+  return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : kInfinity,
+          signed_ranks / std::sqrt(variance)};
 }
 
 double Deviations(int compared) {
-  return std::max(1.0, std::sqrt(2.0 * std::log(compared)));
+  return std::max(1.0, std::sqrt(2.0 * std::log(2.0 * compared)));
+}
+
+bool Matters(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
+  return DifferenceOf(b, a).mean > std::log1p(kMatters);
 }
 
 bool Beats(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b,
@@ -35,7 +48,8 @@ bool Beats(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b,
   if (a.size() == 0) return false;
   if (b.size() == 0) return true;
   const Difference by = DifferenceOf(b, a);
-  return by.mean > std::max(deviations * by.std_error, std::log1p(kMatters));
+  return by.mean > std::log1p(kMatters) &&
+         (by.mean > deviations * by.std_error || by.agreement > deviations);
 }
 
 }  // namespace sysid

@@ -8,21 +8,26 @@ namespace sysid {
 // model is what it leaves of each stretch of the data, ln e_j of (J.1): NaN
 // where a stretch has no data, nothing at all where the dynamics fail.
 
-// The mean over the stretches that both have, and its standard error (infinite
-// where one stretch is all).
+// Over the stretches that both have: the mean, its standard error (infinite
+// where one stretch is all), and how far the stretches agree on its sign:
+// Wilcoxon's signed-rank statistic as a standard normal deviate. Where a few
+// stretches differ by far more than the others the mean is uncertain, and yet
+// all may say the same.
 struct Difference {
-  double mean = 0.0, std_error = 0.0;
+  double mean = 0.0, std_error = 0.0, agreement = 0.0;
 };
 // ln(error of a / error of b).
 Difference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 
-// By so many standard errors the best of `compared` models must be better than
-// another: the largest of as many standard normal deviates, which is what
-// chance makes of it, about sqrt(2 ln compared); one at least.
+// What chance makes of the best of `compared` models, each by two tests: the
+// largest of as many standard normal deviates, about sqrt(2 ln (2 compared)).
 double Deviations(int compared);
 
-// Whether a predicts better than b: by so many standard errors, and by what
-// matters (kMatters).
+// Whether a predicts better than b: by what matters (kMatters), and by so many
+// deviates that the mean is certain or the stretches agree.
 bool Beats(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b, double deviations);
+
+// Whether a predicts better by what matters, certain or not.
+bool Matters(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 
 }  // namespace sysid

@@ -1,5 +1,6 @@
 #include "sysid/diagnosis/diagnose.h"
 
+#include "sysid/diagnosis/diagnose_by_sets.h"
 #include "sysid/diagnosis/search.h"
 
 namespace sysid {
@@ -13,6 +14,7 @@ std::vector<std::string> Diagnosis::added() const {
 Diagnosis Diagnose(const DiagnosisProblem& problem,
                    const std::vector<std::shared_ptr<const Effect>>& candidates,
                    const DiagnosisOptions& options) {
+  if (options.by_sets) return DiagnoseBySets(problem, candidates, options);
   return Search(problem, candidates, options).Run();
 }
 

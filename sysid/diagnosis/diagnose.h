@@ -82,6 +82,9 @@ struct DiagnosisOptions {
   // Where EstimationOptions::stop asks to end: what was judged so far instead
   // of Cancelled, once the model as given was.
   bool keep_evaluated = false;
+  // By the search over sets of effects (docs/judgement.md), which will take the
+  // place of the other one.
+  bool by_sets = false;
 };
 
 // Throws InputError where the runs are too short or too still to decide

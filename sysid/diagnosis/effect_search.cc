@@ -17,12 +17,12 @@ namespace {
 
 using Eigen::ArrayXd;
 
-// Those of the training runs that have data, as LinearSets has them.
-ArrayXd OfFittedRuns(const FittedSet& fitted, Eigen::Index count) {
-  ArrayXd some(count);
+// Of the stretches that have data, as LinearSets has them.
+ArrayXd WithData(const FittedSet& fitted) {
+  ArrayXd some(fitted.log_errors.size());
   Eigen::Index n = 0;
-  for (Eigen::Index j = 0; j < fitted.log_errors.size() && n < count; ++j) {
-    if (!std::isnan(fitted.log_errors[j])) some[n++] = fitted.log_errors[j];
+  for (const double log : fitted.log_errors) {
+    if (!std::isnan(log)) some[n++] = log;
   }
   return some.head(n);
 }
@@ -39,8 +39,9 @@ int CountParameters(const EvaluatedModel& model) {
 
 // Of items in the order of their numbers of parameters, those with the fewest
 // that no other item beats; where each is beaten by some other, all.
-template <typename Item>
-std::vector<Item> FewestUnbeaten(std::vector<Item> items, double deviations) {
+template <typename Item, typename Beaten>
+std::vector<Item> FewestUnbeaten(const std::vector<Item>& items,
+                                 const Beaten& beats) {
   std::vector<Item> unbeaten;
   for (const Item& item : items) {
     if (!unbeaten.empty() && item.parameters > unbeaten.front().parameters) {
@@ -48,8 +49,7 @@ std::vector<Item> FewestUnbeaten(std::vector<Item> items, double deviations) {
     }
     const bool beaten =
         std::any_of(items.begin(), items.end(), [&](const Item& other) {
-          return &other != &item &&
-                 Beats(other.log_errors, item.log_errors, deviations);
+          return &other != &item && beats(other, item);
         });
     if (!beaten) unbeaten.push_back(item);
   }
@@ -57,19 +57,11 @@ std::vector<Item> FewestUnbeaten(std::vector<Item> items, double deviations) {
 }
 
 // Why a model is no answer; empty where it may be one.
-std::string WhyNoAnswer(const DiagnosisProblem& problem,
-                        const EvaluatedModel& model) {
+std::string WhyNoAnswer(const EvaluatedModel& model) {
   if (!std::isfinite(model.cv.error())) {
     return "the motion does not stay finite with it";
   }
-  const std::string implausible = WhyImplausible(model);
-  if (!implausible.empty()) return implausible;
-  for (const auto& effect : model.added) {
-    if (PValueOf(*effect, problem.model, model.fit) > kByChance) {
-      return "this data does not determine " + effect->name();
-    }
-  }
-  return "";
+  return WhyImplausible(model);
 }
 
 std::set<int> Minus(const std::vector<int>& a, const std::vector<int>& b) {
@@ -128,12 +120,26 @@ std::vector<std::shared_ptr<const Effect>> EffectSearch::EffectsOf(
 EffectSearch::Fitted EffectSearch::Keep(std::vector<int> effects,
                                         EvaluatedModel model) {
   auto fitted = std::make_shared<FittedSet>(
-      FittedSet{std::move(effects), std::move(model), {}, 0, "", false});
+      FittedSet{std::move(effects), std::move(model), {}, 0, "", {}, false});
   if (std::isfinite(fitted->error())) {
     fitted->log_errors = fitted->model.cv.LogErrors();
   }
   fitted->parameters = CountParameters(fitted->model);
-  fitted->refused = WhyNoAnswer(problem_, fitted->model);
+  fitted->refused = WhyNoAnswer(fitted->model);
+  if (fitted->refused.empty()) {
+    double most = kByChance;
+    for (const int e : fitted->effects) {
+      const double p =
+          PValueOf(*catalogue_[e], problem_.model, fitted->model.fit);
+      if (!(p > most)) continue;
+      most = p;
+      fitted->undetermined = e;
+    }
+    if (fitted->undetermined) {
+      fitted->refused = "this data does not determine " +
+                        catalogue_[*fitted->undetermined]->name();
+    }
+  }
   Fitted& at = store_[fitted->effects];
   // The same set may have been fitted from elsewhere: as it did best.
   if (at == nullptr || !at->IsAnswer() ||
@@ -147,19 +153,25 @@ EffectSearch::Fitted EffectSearch::Best() const {
   struct Item {
     int parameters;
     ArrayXd log_errors;
+    bool at_noise;
     Fitted fitted;
   };
   std::vector<Item> items;
   for (const auto& [effects, fitted] : store_) {
     if (!fitted->IsAnswer()) continue;
-    items.push_back({fitted->parameters, fitted->log_errors, fitted});
+    items.push_back({fitted->parameters, fitted->log_errors,
+                     IsAtNoiseFloor(fitted->model), fitted});
   }
   std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
     return std::pair(a.parameters, a.fitted->error()) <
            std::pair(b.parameters, b.fitted->error());
   });
   if (items.empty()) return nullptr;
-  const std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
+  const std::vector<Item> unbeaten =
+      FewestUnbeaten(items, [&](const Item& a, const Item& b) {
+        return Beats(a.log_errors, b.log_errors, deviations_) ||
+               (a.at_noise && !b.at_noise && Matters(a.log_errors, b.log_errors));
+      });
   const auto least = std::min_element(
       unbeaten.begin(), unbeaten.end(), [](const auto& a, const auto& b) {
         return a.fitted->error() < b.fitted->error();
@@ -185,10 +197,18 @@ bool EffectSearch::LookFrom(const Fitted& at) {
   report_("looking for what is missing", at->model.train_error());
   Look look{at, nullptr, {}, {}};
   look.sets = std::make_unique<LinearSets>(problem_, at->model, catalogue_);
-  ++look_count_;
   if (look.sets->Valid()) look.predicted = SearchSets(*look.sets);
   Say("look at " + std::to_string(look.predicted.size()) + " sets from",
       *at);
+  for (size_t i = 0; i < look.predicted.size() && VLOG_IS_ON(2); ++i) {
+    if (i == 20) break;
+    std::string names;
+    for (const int e : look.predicted[i].score.effects) {
+      names += " " + catalogue_[e]->name();
+    }
+    VLOG(2) << "  " << std::exp(look.predicted[i].mean) << " "
+            << look.predicted[i].score.parameters << names;
+  }
   looks_.push_back(std::move(look));
   return !looks_.back().predicted.empty();
 }
@@ -214,7 +234,7 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
       ArrayXd logs = one.log_errors;
       const ArrayXd now =
           look.sets->LogErrors(
-              (2.0 * OfFittedRuns(*look.at, logs.size())).exp().eval());
+              (2.0 * WithData(*look.at)).exp().eval());
       for (const auto& [added, ratio] : look.refuted) {
         if (!std::includes(effects.begin(), effects.end(), added.begin(),
                            added.end())) {
@@ -236,11 +256,11 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
                                             std::move(logs), &look, &one}));
     }
   }
-  std::vector<Item> items;
+  std::vector<Item> items, others;
   for (auto& [effects, at] : nearest) {
     Item& item = at.second;
     const ArrayXd now = item.look->sets->LogErrors(
-        (2.0 * OfFittedRuns(best, item.log_errors.size())).exp().eval());
+        (2.0 * WithData(best)).exp().eval());
     if (now.size() != item.log_errors.size()) continue;
     bool wanted = false;
     if (item.parameters > best.parameters) {
@@ -256,7 +276,18 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
         wanted = wanted && !Beats(now, item.log_errors, 1.0);
       }
     }
-    if (wanted) items.push_back(std::move(item));
+    if (wanted) {
+      items.push_back(std::move(item));
+    } else if (effects.size() <= std::max<size_t>(1, best.effects.size())) {
+      others.push_back(std::move(item));
+    }
+  }
+  // While something is missing nothing is known better than by a fit: of the
+  // sets with no more effects the best by its prediction.
+  if (items.empty() && !others.empty() && !IsAtNoiseFloor(best.model)) {
+    items = {*std::min_element(
+        others.begin(), others.end(),
+        [](const auto& a, const auto& b) { return a.mean() < b.mean(); })};
   }
   if (items.empty()) return std::nullopt;
   std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
@@ -265,7 +296,10 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
                                              b.predicted->score.effects.size(),
                                              b.mean());
   });
-  std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
+  std::vector<Item> unbeaten =
+      FewestUnbeaten(items, [&](const Item& a, const Item& b) {
+        return Beats(a.log_errors, b.log_errors, deviations_);
+      });
   const auto first = std::min_element(
       unbeaten.begin(), unbeaten.end(),
       [](const auto& a, const auto& b) { return a.mean() < b.mean(); });
@@ -314,13 +348,22 @@ EffectSearch::Fitted EffectSearch::FitFrom(
     for (const auto& [name, value] : start) all.back()[name] = value;
   }
   if (all.empty()) all.push_back(values);
-  ++fits_;
   return Keep(effects,
               EvaluateFrom(problem_, from.model, EffectsOf(effects), without,
                            all, enough, TrialOptions(problem_.options, error)));
 }
 
-EffectSearch::Fitted EffectSearch::Fit(const Proposal& proposal) {
+// The whole joint step, less of it, and none: its first order may overshoot.
+std::vector<std::map<std::string, double>> EffectSearch::StartsOf(
+    const LinearSets& sets, const LinearSets::Score& score) {
+  std::vector<std::map<std::string, double>> starts;
+  for (const double part : {1.0, 0.3, 0.0}) {
+    starts.push_back(sets.StartOf(score, part));
+  }
+  return starts;
+}
+
+void EffectSearch::Fit(const Proposal& proposal) {
   constexpr double kOfPromise = 0.5;
   Look& look = const_cast<Look&>(*proposal.look);
   const LinearSets::Score& score = proposal.predicted->score;
@@ -328,15 +371,11 @@ EffectSearch::Fitted EffectSearch::Fit(const Proposal& proposal) {
   tried_.insert({score.effects, &from});
   const double promised = std::exp(0.5 * score.squares.log().mean());
   const double now =
-      std::exp(OfFittedRuns(from, score.squares.size()).mean());
+      std::exp(WithData(from).mean());
   const double left = std::min(1.0, std::pow(promised / now, 2));
-  // The whole joint step, less of it, and none: its first order may overshoot.
-  std::vector<std::map<std::string, double>> starts;
-  for (const double part : {1.0, 0.3, 0.0}) {
-    starts.push_back(look.sets->StartOf(score, part));
-  }
   Fitted fitted =
-      FitFrom(from, score.effects, look.sets->WithoutInfluence(score), starts,
+      FitFrom(from, score.effects, look.sets->WithoutInfluence(score),
+              StartsOf(*look.sets, score),
               (1.0 - kOfPromise * (1.0 - left)) * from.model.fit.train.squares,
               std::max(1.0, promised));
   const double ratio = fitted->error() / promised;
@@ -348,7 +387,15 @@ EffectSearch::Fitted EffectSearch::Fit(const Proposal& proposal) {
   char text[60];
   std::snprintf(text, sizeof(text), "fit (%.2f predicted)", promised);
   Say(text, *fitted);
-  return fitted;
+  // What the data does not determine goes.
+  while (fitted->undetermined) {
+    std::vector<int> rest = fitted->effects;
+    rest.erase(std::find(rest.begin(), rest.end(), *fitted->undetermined));
+    if (store_.contains(rest)) break;
+    fitted = FitFrom(*fitted, rest, {}, {}, 0.0,
+                     std::max(1.0, fitted->error()));
+    Say("without what is not determined", *fitted);
+  }
 }
 
 void EffectSearch::SearchAtHorizon() {
@@ -370,12 +417,20 @@ void EffectSearch::SearchAtHorizon() {
       continue;
     }
     if (best->is_final) return;
-    // To the end: what is gained may change what is the best.
+    // To the end, and from whole runs where its states may be caught in wrong
+    // ones: what is gained may change what is the best.
     best->is_final = true;
-    if (best->model.fit.converged && best->effects.empty()) return;
-    Fitted again = Keep(best->effects, EvaluateAgain(problem_, best->model));
-    again->is_final = true;
-    Say("to the end", *again);
+    if (!best->effects.empty()) {
+      const Fitted again =
+          Keep(best->effects, EvaluateAgain(problem_, best->model));
+      again->is_final = true;
+      Say("to the end", *again);
+    }
+    best = Best();
+    if (auto joined = FromWholeRuns(problem_, best->model, report_)) {
+      const Fitted again = Keep(best->effects, std::move(*joined));
+      Say("from whole runs", *again);
+    }
     best = Best();
   }
 }
@@ -395,30 +450,22 @@ void EffectSearch::LeaveOutEach() {
   }
 }
 
-std::vector<std::shared_ptr<const FittedSet>> EffectSearch::FindRivals(
-    const FittedSet& best) {
-  constexpr int kMostRivals = 3;
+void EffectSearch::NoteAlike(const FittedSet& best) {
   constexpr double kAlike = 0.9;   // of what the best explains
   constexpr double kFarOff = 0.3;  // ln
-  struct Item {
-    double mean;
-    const Look* look;
-    const PredictedSet* predicted;
-  };
-  std::map<std::vector<int>, Item> items;
+  auto& noted = alike_[best.effects];
   for (const Look& look : looks_) {
     const auto own = std::find_if(
         look.predicted.begin(), look.predicted.end(),
         [&](const auto& one) { return one.score.effects == best.effects; });
     if (own == look.predicted.end()) continue;
-    const ArrayXd now =
-        (2.0 * OfFittedRuns(*look.at, own->log_errors.size())).exp();
+    const ArrayXd now = (2.0 * WithData(*look.at)).exp();
     const auto explained = [&](const PredictedSet& one) {
       return (now - one.score.squares).sum();
     };
     for (const PredictedSet& one : look.predicted) {
-      const std::vector<int>& effects = one.score.effects;
-      if (store_.contains(effects) || effects.size() > best.effects.size() ||
+      if (one.score.effects == best.effects ||
+          one.score.effects.size() > best.effects.size() ||
           one.score.parameters > best.parameters) {
         continue;
       }
@@ -427,22 +474,33 @@ std::vector<std::shared_ptr<const FittedSet>> EffectSearch::FindRivals(
           by.mean <= std::max(std::min(by.std_error, kFarOff),
                               std::log1p(kMatters)) ||
           explained(one) > kAlike * explained(*own);
-      if (!near) continue;
-      const auto at = items.find(effects);
-      if (at == items.end() || by.mean < at->second.mean) {
-        items.insert_or_assign(effects, Item{by.mean, &look, &one});
-      }
+      const auto at = noted.find(one.score.effects);
+      if (!near || (at != noted.end() && at->second.mean <= by.mean)) continue;
+      noted.insert_or_assign(
+          one.score.effects,
+          Alike{by.mean, look.sets->WithoutInfluence(one.score),
+                StartsOf(*look.sets, one.score)});
     }
   }
-  std::vector<Item> order;
-  for (const auto& [effects, item] : items) order.push_back(item);
-  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
-    return a.mean < b.mean;
-  });
-  if (order.size() > kMostRivals) order.resize(kMostRivals);
-  for (const Item& item : order) {
-    Fit({item.look, item.predicted, item.predicted->log_errors});
+}
+
+void EffectSearch::FitRivals(const FittedSet& best) {
+  constexpr size_t kMostRivals = 3;
+  std::vector<std::pair<double, std::vector<int>>> order;
+  for (const auto& [effects, alike] : alike_[best.effects]) {
+    if (!store_.contains(effects)) order.emplace_back(alike.mean, effects);
   }
+  std::sort(order.begin(), order.end());
+  if (order.size() > kMostRivals) order.resize(kMostRivals);
+  for (const auto& [mean, effects] : order) {
+    const Alike& alike = alike_[best.effects][effects];
+    Say("as good", *FitFrom(best, effects, alike.without_influence,
+                            alike.starts, 0.0, std::max(1.0, best.error())));
+  }
+}
+
+std::vector<std::shared_ptr<const FittedSet>> EffectSearch::RivalsOf(
+    const FittedSet& best) const {
   std::vector<std::shared_ptr<const FittedSet>> rivals;
   for (const auto& [effects, fitted] : store_) {
     if (!fitted->IsAnswer() || effects == best.effects ||
@@ -455,23 +513,74 @@ std::vector<std::shared_ptr<const FittedSet>> EffectSearch::FindRivals(
   return rivals;
 }
 
-EffectSearch::Answer EffectSearch::Run(const EvaluatedModel& given,
-                                       const std::vector<int>& start) {
-  Answer answer;
-  answer.base = Keep({}, given);
-  Say("base", *answer.base);
+EvaluatedModel EffectSearch::FitGiven() const {
+  constexpr double kShortest = 0.1;  // s
+  report_("fitting the model as given", std::nan(""));
+  EvaluatedModel given = EvaluateGiven(problem_);
+  // Over a motion that it does not follow nothing is linear: shorter, as long
+  // as that helps.
+  while (!Follows(given) && !(problem_.options.segment > 0.0)) {
+    DiagnosisProblem shorter = problem_;
+    const double length = given.fit.segment_s;
+    shorter.options.segment = std::max(kShortest, 0.5 * length);
+    EvaluatedModel next = EvaluateGiven(shorter);
+    if (!std::isfinite(next.cv.error()) ||
+        !(next.fit.segment_s < 0.9 * length)) {
+      break;
+    }
+    given = std::move(next);
+    given.problem = std::make_shared<const ShootingProblem>(
+        given.problem->With(Coarse(problem_.options, given.train_error())));
+  }
+  return given;
+}
+
+void EffectSearch::RefuseChance() {
+  for (Fitted best = Best(); best != nullptr && !best->effects.empty();
+       best = Best()) {
+    if (IsAtNoiseFloor(best->model)) return;
+    report_("significance of the effects", best->model.train_error());
+    const std::string name = LikeliestChance(
+        problem_, best->model,
+        FitWholeRuns(WithAllRuns(problem_, best->model), best->model),
+        catalogue_.size());
+    if (name.empty()) return;
+    best->refused =
+        "a random force as large as the remaining error could make up " + name;
+    Say("chance", *best);
+    std::vector<int> rest = best->effects;
+    std::erase_if(rest, [&](int e) { return catalogue_[e]->name() == name; });
+    if (!store_.contains(rest)) {
+      FitFrom(*best, rest, {}, {}, 0.0, std::max(1.0, best->error()));
+    }
+  }
+}
+
+EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
+  base_ = Keep({}, FitGiven());
+  Say("base", *base_);
   if (!start.empty()) {
-    const Fitted base = store_.at({});
-    Fitted from = FitFrom(*base, start, {}, {}, 0.0, 1.0);
+    const Fitted from = FitFrom(*base_, start, {}, {}, 0.0, 1.0);
     Say("start", *from);
     if (from->IsAnswer()) store_.erase(std::vector<int>{});
   }
   while (true) {
-    SearchAtHorizon();
-    const Fitted best = Best();
+    // What is at the noise is asked over longer segments first.
+    Fitted best = Best();
+    if (best == nullptr || !IsAtNoiseFloor(best->model)) {
+      SearchAtHorizon();
+      best = Best();
+    }
     if (best == nullptr) break;
+    NoteAlike(*best);
     auto longer = Lengthen(problem_, best->model, report_);
-    if (!longer) break;
+    if (!longer) {
+      if (looks_.empty()) {
+        SearchAtHorizon();
+        NoteAlike(*Best());
+      }
+      break;
+    }
     const std::vector<int> effects = best->effects;
     store_.clear();
     tried_.clear();
@@ -479,20 +588,41 @@ EffectSearch::Answer EffectSearch::Run(const EvaluatedModel& given,
     Say("longer", *Keep(effects, std::move(*longer)));
   }
   LeaveOutEach();
-  Fitted best = Best();
-  if (best != nullptr && !best->effects.empty()) {
-    FindRivals(*best);
-    best = Best();
-    if (!best->effects.empty()) answer.rivals = FindRivals(*best);
+  RefuseChance();
+  if (const Fitted best = Best(); best != nullptr && !best->effects.empty()) {
+    FitRivals(*best);
   }
-  answer.found = best != nullptr ? best : answer.base;
-  answer.at_noise = IsAtNoiseFloor(answer.found->model);
+  return SoFar();
+}
+
+EffectSearch::Answer EffectSearch::SoFar() const {
+  Answer answer;
+  answer.base = base_;
+  const Fitted best = Best();
+  answer.found = best != nullptr ? best : base_;
+  const FittedSet& found = *answer.found;
+  if (!found.effects.empty()) answer.rivals = RivalsOf(found);
+  answer.at_noise = IsAtNoiseFloor(found.model);
   answer.explains =
       answer.at_noise ||
-      (!answer.found->effects.empty() &&
-       ExplainsMost(problem_, given, answer.found->model, 1.0));
-  answer.fits = fits_;
-  answer.looks = look_count_;
+      (!found.effects.empty() &&
+       ExplainsMost(problem_, base_->model, found.model, 1.0));
+  answer.usable = base_->model.fit.converged ||
+                  (base_->model.fit.iterations > 0 &&
+                   std::isfinite(base_->model.train_error()) &&
+                   std::isfinite(base_->model.holdout_error()));
+  // By the error without each.
+  std::map<int, double> without;
+  for (const int e : found.effects) {
+    std::vector<int> rest = found.effects;
+    rest.erase(std::find(rest.begin(), rest.end(), e));
+    const auto at = store_.find(rest);
+    without[e] = at != store_.end() ? at->second->error() : 0.0;
+  }
+  answer.order = found.effects;
+  std::stable_sort(answer.order.begin(), answer.order.end(),
+                   [&](int a, int b) { return without[a] > without[b]; });
+  for (const auto& [effects, fitted] : store_) answer.fitted.push_back(fitted);
   return answer;
 }
 

@@ -20,6 +20,9 @@ struct FittedSet {
   Eigen::ArrayXd log_errors;  // (J.1), by stretch; nothing: the dynamics fail
   int parameters = 0;         // beside those of the model as given
   std::string refused;        // why it is no answer; else empty
+  // The one of its effects that the data determines least, where that is not
+  // enough.
+  std::optional<int> undetermined;
   bool is_final = false;      // fitted until nothing is to be gained
 
   double error() const { return model.cv.error(); }
@@ -41,10 +44,18 @@ class EffectSearch {
     std::vector<std::shared_ptr<const FittedSet>> rivals;
     bool explains = false;  // most of what the base misses
     bool at_noise = false;
-    int fits = 0, looks = 0;
+    bool usable = true;  // the base could be fitted at all
+    // The effects of `found`, what is missed most first.
+    std::vector<int> order;
+    // All that was fitted over the segments of `found`.
+    std::vector<std::shared_ptr<const FittedSet>> fitted;
   };
-  // From the model as it was fitted; where `start` names effects, from those.
-  Answer Run(const EvaluatedModel& base, const std::vector<int>& start = {});
+  // From the model as given; where `start` has effects, from those.
+  Answer Run(const std::vector<int>& start = {});
+
+  // The answer by what was fitted until Run() threw Cancelled.
+  bool HasBase() const { return base_ != nullptr; }
+  Answer SoFar() const;
 
  private:
   using Fitted = std::shared_ptr<FittedSet>;
@@ -56,6 +67,12 @@ class EffectSearch {
     // Effects that a refit from here added, and by how much less they did than
     // was predicted: ln of the ratio of the errors.
     std::vector<std::pair<std::set<int>, double>> refuted;
+  };
+  // A set that is as good as another, as it was predicted.
+  struct Alike {
+    double mean;  // of the log errors' difference
+    std::set<std::string> without_influence;
+    std::vector<std::map<std::string, double>> starts;
   };
   struct Proposal {
     const Look* look;
@@ -71,20 +88,32 @@ class EffectSearch {
   std::vector<std::shared_ptr<const Effect>> EffectsOf(
       const std::vector<int>& effects) const;
 
+  // The model as given, over segments that it follows.
+  EvaluatedModel FitGiven() const;
   bool LookFrom(const Fitted& at);
   bool WasLookedFrom(const FittedSet& at) const;
   std::optional<Proposal> NextProposal(const FittedSet& best) const;
-  Fitted Fit(const Proposal& proposal);
+  void Fit(const Proposal& proposal);
+  static std::vector<std::map<std::string, double>> StartsOf(
+      const LinearSets& sets, const LinearSets::Score& score);
   Fitted FitFrom(const FittedSet& from, std::vector<int> effects,
                  const std::set<std::string>& without_influence,
                  const std::vector<std::map<std::string, double>>& starts,
                  double enough, double error);
   // Fits proposals until none is left, at the horizon of the store.
   void SearchAtHorizon();
+  // Takes out what a random force as large as what is still missing may have
+  // made up.
+  void RefuseChance();
   // Fits the best set without each of its members.
   void LeaveOutEach();
-  std::vector<std::shared_ptr<const FittedSet>> FindRivals(
-      const FittedSet& best);
+  // Notes what the linearisations from which the best set was proposed call as
+  // good: at its own fit they do not know what its going would do.
+  void NoteAlike(const FittedSet& best);
+  // Fits the nearest of those.
+  void FitRivals(const FittedSet& best);
+  std::vector<std::shared_ptr<const FittedSet>> RivalsOf(
+      const FittedSet& best) const;
   void Say(const std::string& what, const FittedSet& fitted) const;
 
   const DiagnosisProblem& problem_;
@@ -96,7 +125,9 @@ class EffectSearch {
   std::vector<Look> looks_;
   // Which sets were fitted from where.
   std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;
-  int fits_ = 0, look_count_ = 0;
+  Fitted base_;
+  // By the effects of a set that was the best, those of each other one.
+  std::map<std::vector<int>, std::map<std::vector<int>, Alike>> alike_;
 };
 
 }  // namespace sysid

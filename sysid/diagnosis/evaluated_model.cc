@@ -435,9 +435,12 @@ bool HasBlindStates(const EvaluatedModel& evaluated) {
 
 EvaluatedModel EvaluateJoined(const DiagnosisProblem& problem,
                               const EvaluatedModel& before) {
+  constexpr int kMostJoined = 100;
   EvaluatedModel after = OpenAgain(problem, before);
   EstimationOptions quiet = after.problem->options();
   quiet.progress = nullptr;
+  // What takes longer is chaos, or another minimum.
+  quiet.max_iterations = std::min(quiet.max_iterations, kMostJoined);
   const Fit joined = FitLevenbergMarquardt(after.problem->With(quiet));
   Solution start = Recut(*after.problem, joined.point, before.fit.segment_s);
   after.fit = RefitIndependentSegments(*after.problem, start);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <set>
 #include <string>
 
@@ -66,6 +67,46 @@ MatrixXd Reduced(const MatrixXd& G, const MatrixXd& T) {
          T.transpose() * (G.topLeftCorner(b, b) * T);
 }
 
+// Of X = [what every model has | r | the members' parameters | A] of some runs.
+struct Products {
+  std::vector<MatrixXd> stretches;  // of the numbers measured
+  std::vector<MatrixXd> folds;      // with what is believed of the states
+  std::vector<int> fold;            // of a stretch
+  ArrayXd dof;                      // of a stretch
+  VectorXd own_length;              // squares of A with the states
+};
+
+Products ProductsOf(const LinearizedFit& fit, const std::vector<int>& always,
+                    const std::vector<int>& own,
+                    const std::vector<MatrixXd>& columns) {
+  const Folds folds = FoldsOf(fit);
+  const auto a = columns.empty() ? 0 : columns[0].cols();
+  const auto width = static_cast<Eigen::Index>(always.size() + own.size()) +
+                     1 + a;
+  Products products;
+  products.stretches.assign(folds.stretches, MatrixXd::Zero(width, width));
+  products.folds.assign(folds.count, MatrixXd::Zero(width, width));
+  products.fold.assign(folds.stretches, 0);
+  products.dof = ArrayXd::Zero(folds.stretches);
+  products.own_length = VectorXd::Zero(a);
+  const double state_dof = ObservedStateDof(fit.problem());
+  for (size_t s = 0; s < fit.segments().size(); ++s) {
+    const LinearizedFit::Segment& at = *fit.segments()[s];
+    const MatrixXd A = fit.WithoutStates(at, columns[s]);
+    MatrixXd X(A.rows(), width);
+    X << at.theta(Eigen::all, always), fit.WithoutStates(at, at.whitened),
+        at.theta(Eigen::all, own), A;
+    products.own_length += columns[s].colwise().squaredNorm().transpose();
+    const int stretch = folds.stretch[s];
+    const auto measured = X.topRows(at.rows());
+    products.stretches[stretch].noalias() += measured.transpose() * measured;
+    products.folds[folds.fold[s]].noalias() += X.transpose() * X;
+    products.fold[stretch] = folds.fold[s];
+    products.dof[stretch] += at.numbers() - state_dof;
+  }
+  return products;
+}
+
 std::set<std::string> NamesOf(const Effect& effect) {
   const std::vector<std::string> names = effect.ParameterNames();
   return {names.begin(), names.end()};
@@ -96,9 +137,6 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
   for (size_t i = 0; i < candidates_.size(); ++i) {
     for (const int set : chosen[i]) sets.push_back({static_cast<int>(i), set});
   }
-  const std::vector<MatrixXd> columns =
-      RespondToCandidates(fit, from.model, candidates_, sets);
-
   // What every model has first, then r and the members' parameters.
   std::set<std::string> given;
   for (const FreeParameter& free : problem.free) {
@@ -109,33 +147,18 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
     const std::string& name = posed.free()[fit.kept()[k]].parameter.name;
     (given.contains(name) ? always : own).push_back(static_cast<int>(k));
   }
+  const auto products_of = [&](const LinearizedFit& linearized) {
+    return ProductsOf(
+        linearized, always, own,
+        RespondToCandidates(linearized, from.model, candidates_, sets));
+  };
+  const Products fitted_runs = products_of(fit);
   const int b = static_cast<int>(always.size());
   const int m = static_cast<int>(own.size());
-  const int a = CountColumns(candidates_, sets);
-  const Folds folds = FoldsOf(fit);
-  const int width = b + 1 + m + a;
-  std::vector<MatrixXd> G(folds.stretches, MatrixXd::Zero(width, width));
-  std::vector<MatrixXd> F(folds.count, G[0]);  // with what is believed
-  VectorXd own_length = VectorXd::Zero(a);
-  dof_ = ArrayXd::Zero(folds.stretches);
-  fold_.assign(folds.stretches, 0);
-  const double state_dof = ObservedStateDof(posed);
-  for (size_t s = 0; s < fit.segments().size(); ++s) {
-    const LinearizedFit::Segment& at = *fit.segments()[s];
-    const MatrixXd A = fit.WithoutStates(at, columns[s]);
-    MatrixXd X(A.rows(), width);
-    X << at.theta(Eigen::all, always), fit.WithoutStates(at, at.whitened),
-        at.theta(Eigen::all, own), A;
-    own_length += columns[s].colwise().squaredNorm().transpose();
-    const int stretch = folds.stretch[s];
-    const auto measured = X.topRows(at.rows());
-    G[stretch].noalias() += measured.transpose() * measured;
-    F[folds.fold[s]].noalias() += X.transpose() * X;
-    fold_[stretch] = folds.fold[s];
-    dof_[stretch] += at.numbers() - state_dof;
+  MatrixXd N = fitted_runs.folds[0];
+  for (size_t f = 1; f < fitted_runs.folds.size(); ++f) {
+    N += fitted_runs.folds[f];
   }
-  MatrixXd N = MatrixXd::Zero(width, width);
-  for (const MatrixXd& part : F) N += part;
   for (int i = 0; i < b + m; ++i) {
     const auto& free = posed.free()[fit.kept()[i < b ? always[i] : own[i - b]]];
     const int at = i < b ? i : i + 1;
@@ -154,22 +177,43 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
     }
   }
   std::vector<MatrixXd> eliminations;
-  for (const MatrixXd& part : F) {
+  for (const MatrixXd& part : fitted_runs.folds) {
     const MatrixXd rest = N - kLeftOut * part;
     eliminations.push_back(Elimination(rest, b));
     without_.push_back(Reduced(rest, eliminations.back()));
   }
   std::vector<double> dof;
-  for (int j = 0; j < folds.stretches; ++j) {
-    if (!(dof_[j] > 0.0)) continue;  // no segment's middle is in it
-    stretch_.push_back(Reduced(G[j], eliminations[fold_[j]]));
-    fold_[dof.size()] = fold_[j];
-    dof.push_back(dof_[j]);
+  // Those where no segment's middle is have no data.
+  const auto add_stretches = [&](const Products& products, bool held_out) {
+    for (size_t j = 0; j < products.stretches.size(); ++j) {
+      if (!(products.dof[j] > 0.0)) continue;
+      const int fold = held_out ? static_cast<int>(eliminations.size()) - 1
+                                : products.fold[j];
+      stretch_.push_back(Reduced(products.stretches[j], eliminations[fold]));
+      fold_.push_back(fold);
+      dof.push_back(products.dof[j]);
+    }
+  };
+  add_stretches(fitted_runs, false);
+  const double fitted_dof = std::accumulate(dof.begin(), dof.end(), 0.0);
+  if (problem.holdout != nullptr && !fitted.holdout_point.runs.empty()) {
+    // Nothing is left out of what predicts these.
+    eliminations.push_back(follow_);
+    without_.push_back(all_);
+    const ShootingProblem held_out = posed.WithData(problem.holdout);
+    Solution point = fitted.holdout_point;
+    point.theta = from.point.theta;
+    if (IsDoubtful(fitted.fit)) point = StatesAtStart(held_out, point).point;
+    const LinearizedFit linearized(held_out, point);
+    valid_ = linearized.Valid();
+    if (!valid_) return;
+    add_stretches(products_of(linearized), true);
   }
   dof_ = Eigen::Map<const ArrayXd>(dof.data(), dof.size());
 
   AddMembers(fit, own);
-  AddCandidates(sets, own_length, all_(0, 0) / std::max(1.0, dof_.sum()));
+  AddCandidates(sets, fitted_runs.own_length,
+                all_(0, 0) / std::max(1.0, fitted_dof));
   FindExclusions();
   const auto now = ScoreOf(members_);
   const double percent = fitted.fit.train.total.fit_percent;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"
 
@@ -16,16 +17,14 @@ namespace {
 // Segments are of whole samples and equal in a run: this near is as long.
 constexpr double kAsLong = 0.9;
 
-// Whether what the model leaves is less than half of the motion (or nothing but
-// noise). Beyond, errors grow no more, as large as they are, and what is
-// missing is not linear in them.
-bool Follows(const EvaluatedModel& evaluated) {
-  constexpr double kHalf = 50.0;  // percent, by (8.2); NaN where nothing moves
-  return IsAtNoiseFloor(evaluated) ||
-         !(evaluated.fit.train.total.fit_percent < kHalf);
-}
-
 }  // namespace
+
+bool Follows(const EvaluatedModel& evaluated) {
+  // (8.2) is NaN where nothing moves.
+  return evaluated.fit.converged && std::isfinite(evaluated.cv.error()) &&
+         (IsAtNoiseFloor(evaluated) ||
+          !(evaluated.fit.train.total.fit_percent < kFollows));
+}
 
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
@@ -44,8 +43,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   report("longer segments", now.train_error());
   EvaluatedModel longer =
       EvaluateLonger(problem, now, std::min(2.0 * length, longest));
-  if (!longer.fit.converged || !std::isfinite(longer.cv.error()) ||
-      longer.train_error() > kGrowth * now.train_error() || !Follows(longer) ||
+  if (longer.train_error() > kGrowth * now.train_error() || !Follows(longer) ||
       longer.fit.segment_s < 1.1 * length) {
     return std::nullopt;
   }

@@ -15,6 +15,11 @@ namespace sysid {
 // What is being done, and the error so far.
 using ReportDoing = std::function<void(const std::string& doing, double error)>;
 
+// Whether a fit converged to what leaves less than half of the motion (or
+// nothing but noise). Beyond, errors grow no more, as large as they are, and
+// what is missing is not linear in them.
+bool Follows(const EvaluatedModel& evaluated);
+
 // The model in segments twice as long, where its motion can be followed so far;
 // nothing where it cannot, or where too few segments would be left.
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,

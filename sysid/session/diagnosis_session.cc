@@ -202,7 +202,8 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
 
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Session& session,
-    const std::vector<std::string>& names, const std::string& place) {
+    const std::vector<std::string>& names, const std::string& place,
+    bool all_laws) {
   const Mechanism& mechanism = session.model.mechanism();
   const Vocabulary vocabulary = EffectVocabulary(
       catalogue, mechanism, OfMeasuredMotors(catalogue, session));
@@ -242,7 +243,7 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const bool is_seen = (effect->hooks() & kMotorHook) != 0 &&
                          MeasureBothEnds(runs, effect->joint());
     return names.empty() &&
-           ((!effect->IsCandidate() && !is_seen) ||
+           ((!effect->IsCandidate() && !is_seen && !all_laws) ||
             (effect->NeedsDrive() &&
              !IsDriven(mechanism, effect->joint(), session.runs)));
   });
