@@ -4,9 +4,9 @@
 #include <set>
 #include <string>
 
-#include "models/dynamics_tangent.h"
 #include "sysid/diagnosis/base_fit.h"
 #include "sysid/diagnosis/equation_look.h"
+#include "sysid/diagnosis/first_sets.h"
 #include "sysid/diagnosis/rivals.h"
 #include "sysid/diagnosis/search.h"
 
@@ -15,33 +15,6 @@
 
 namespace sysid {
 namespace {
-
-// Drops the effects that ended at a bound: each is no more than a column that
-// helped. True where there were any.
-bool DropAtBound(const EvaluatedModel& model,
-                 std::vector<ScreenedEffect>* effects) {
-  std::set<std::string> bound;
-  for (const ParameterEstimate& p : model.fit.parameters) {
-    if (p.at_bound) bound.insert(p.name);
-  }
-  return 0 < std::erase_if(*effects, [&](const ScreenedEffect& effect) {
-           const std::vector<std::string> own = effect.effect->ParameterNames();
-           return std::any_of(
-               own.begin(), own.end(),
-               [&](const std::string& name) { return bound.contains(name); });
-         });
-}
-
-// By Jets, or by the small steps of the smoothed friction of pairs, of a model
-// with so many effects that the equations of motion begin its search.
-bool FitsTakeMinutes(const Model& model) {
-  const EffectSet& effects = model.effects();
-  bool has_pairs = false;
-  for (int i = 0; i < effects.size(); ++i) {
-    has_pairs |= (effects.effect(i).hooks() & kPairHook) != 0;
-  }
-  return has_pairs || !DynamicsTangent::Covers(model);
-}
 
 // What a model that has an effect says of it.
 Confirmation ConfirmedBy(const EvaluatedModel& model, const Effect& effect) {
@@ -72,7 +45,7 @@ bool Search::BeginByEquations() {
   }
   diagnosis_.base = EvaluateAtStart(problem_);
   Report("what the equations of motion show", diagnosis_.base.train_error());
-  const auto model = ByEquations(&look.effects);
+  const auto model = FitByEquations(problem_, diagnosis_.base, &look.effects);
   if (!std::isfinite(model->train_error()) ||
       !std::isfinite(model->holdout_error())) {
     return false;
@@ -89,35 +62,9 @@ bool Search::BeginByEquations() {
   return true;
 }
 
-std::shared_ptr<EvaluatedModel> Search::ByEquations(
-    std::vector<ScreenedEffect>* effects) {
-  std::shared_ptr<EvaluatedModel> model;
-  do {
-    std::vector<const ScreenedEffect*> all;
-    for (const ScreenedEffect& effect : *effects) all.push_back(&effect);
-    model = std::make_shared<EvaluatedModel>(
-        EvaluateByEquations(problem_, diagnosis_.base, all));
-  } while (DropAtBound(*model, effects));
-  return model;
-}
-
 void Search::AddDrives() {
-  std::vector<ScreenedEffect> drives;
-  for (const auto& candidate : candidates_) {
-    if (!(candidate->hooks() & kDriveHook)) continue;
-    const Joint& joint = problem_.model.mechanism().joints[candidate->joint()];
-    const auto is_driven = [&](const auto& one) {
-      return !one->run.effort.col(joint.v_index).isZero(0.0);
-    };
-    const auto& runs = problem_.train->runs();
-    if (problem_.model.effects().Contains(candidate->name()) ||
-        std::any_of(runs.begin(), runs.end(), is_driven)) {
-      continue;
-    }
-    drives.emplace_back().effect = candidate;
-    // Nothing moves the joint without it: that needs no test.
-    drives.back().p_value = std::nan("");
-  }
+  std::vector<ScreenedEffect> drives =
+      DrivesWithoutEffort(problem_, candidates_);
   if (drives.empty() || IsAtNoiseFloor(diagnosis_.base)) return;
   Report("drives of commanded joints", diagnosis_.base.train_error());
   std::vector<const ScreenedEffect*> shown;
@@ -148,7 +95,7 @@ void Search::AddTogether() {
     // What the base made of its parameters for want of them may be too far off:
     // from where the equations of motion have them all.
     do {
-      model = ByEquations(&shown_);
+      model = FitByEquations(problem_, diagnosis_.base, &shown_);
       *model = EvaluateAgain(problem_, std::move(*model));
     } while (DropAtBound(*model, &shown_));
     if (shown_.empty() || !explains(*model)) return;

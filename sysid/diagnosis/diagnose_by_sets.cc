@@ -46,7 +46,9 @@ class Writer {
     FillRivals(&diagnosis);
     if (add && !found_.effects.empty()) FillSteps(&diagnosis);
     FillComparison(add, &diagnosis);
+    diagnosis.by_equations = answer_.by_equations;
     diagnosis.where = FindWhere(base_.model);
+    diagnosis.where.followed = answer_.followed;
     AddForcesToCompare(base_.model, kMostCompared, &diagnosis.where.force,
                        &diagnosis.candidates);
     return diagnosis;

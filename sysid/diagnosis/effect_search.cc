@@ -9,6 +9,7 @@
 #include "glog/logging.h"
 #include "sysid/diagnosis/comparison.h"
 #include "sysid/diagnosis/discrepancy.h"
+#include "sysid/diagnosis/first_sets.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/verdict.h"
 
@@ -518,7 +519,9 @@ EvaluatedModel EffectSearch::FitGiven() const {
   report_("fitting the model as given", std::nan(""));
   EvaluatedModel given = EvaluateGiven(problem_);
   // Over a motion that it does not follow nothing is linear: shorter, as long
-  // as that helps.
+  // as that helps. What does not move at all for want of a drive is no matter of
+  // length.
+  if (!DrivesWithoutEffort(problem_, catalogue_).empty()) return given;
   while (!Follows(given) && !(problem_.options.segment > 0.0)) {
     DiagnosisProblem shorter = problem_;
     const double length = given.fit.segment_s;
@@ -556,9 +559,80 @@ void EffectSearch::RefuseChance() {
   }
 }
 
+std::vector<int> EffectSearch::IndicesOf(
+    const std::vector<ScreenedEffect>& effects) const {
+  std::vector<int> indices;
+  for (const ScreenedEffect& effect : effects) {
+    const auto at = std::find_if(
+        catalogue_.begin(), catalogue_.end(),
+        [&](const auto& one) { return one->name() == effect.name(); });
+    indices.push_back(static_cast<int>(at - catalogue_.begin()));
+  }
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+bool EffectSearch::BeginByEquations() {
+  report_("looking at the equations of motion", std::nan(""));
+  by_equations_ = LookByEquations(problem_, catalogue_);
+  std::vector<ScreenedEffect>& shown = by_equations_.effects;
+  if (shown.size() <= size_t{kMostEffectsBySegments}) return false;
+  EvaluatedModel base = EvaluateAtStart(problem_);
+  report_("what the equations of motion show", base.train_error());
+  std::shared_ptr<EvaluatedModel> model =
+      FitByEquations(problem_, base, &shown);
+  if (!std::isfinite(model->train_error()) ||
+      !std::isfinite(model->holdout_error())) {
+    return false;
+  }
+  // A fit of the motion would make up by all that is free for what follows
+  // another joint and no candidate describes.
+  values_by_equations_ = !by_equations_.followed.empty() ||
+                         FitsTakeMinutes(model->problem->model());
+  if (!values_by_equations_) *model = EvaluateAgain(problem_, *model);
+  base_ = Keep({}, std::move(base));
+  Say("base", *base_);
+  Say("by the equations of motion", *Keep(IndicesOf(shown), *model));
+  return true;
+}
+
+void EffectSearch::FitFirstSets() {
+  if (IsAtNoiseFloor(base_->model)) return;
+  const std::vector<ScreenedEffect> drives =
+      DrivesWithoutEffort(problem_, catalogue_);
+  if (!drives.empty()) {
+    report_("drives of commanded joints", base_->model.train_error());
+    std::vector<const ScreenedEffect*> all;
+    for (const ScreenedEffect& drive : drives) all.push_back(&drive);
+    EvaluatedModel model = EvaluateAgain(
+        problem_, EvaluateByEquations(problem_, base_->model, all));
+    if (std::isfinite(model.train_error())) {
+      Say("drives", *Keep(IndicesOf(drives), std::move(model)));
+    }
+  }
+  std::vector<ScreenedEffect> shown = by_equations_.effects;
+  if (shown.size() < 2) return;
+  report_("what the equations of motion show", base_->model.train_error());
+  std::vector<const ScreenedEffect*> all;
+  for (const ScreenedEffect& effect : shown) all.push_back(&effect);
+  const Fitted together =
+      Keep(IndicesOf(shown), EvaluateWith(problem_, base_->model, all,
+                                          TrialOptions(problem_.options, 0.0)));
+  Say("shown by the equations of motion", *together);
+  if (together->IsAnswer() && !IsDoubtful(together->model.fit)) return;
+  // What the base made of its parameters for want of them may be too far off:
+  // from where the equations of motion have them all.
+  const auto model = FitByEquations(problem_, base_->model, &shown);
+  if (shown.empty()) return;
+  Say("by the equations of motion",
+      *Keep(IndicesOf(shown), EvaluateAgain(problem_, *model)));
+}
+
 EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
+  if (BeginByEquations()) return SoFar();
   base_ = Keep({}, FitGiven());
   Say("base", *base_);
+  FitFirstSets();
   if (!start.empty()) {
     const Fitted from = FitFrom(*base_, start, {}, {}, 0.0, 1.0);
     Say("start", *from);
@@ -600,6 +674,8 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   answer.base = base_;
   const Fitted best = Best();
   answer.found = best != nullptr ? best : base_;
+  answer.by_equations = values_by_equations_;
+  answer.followed = by_equations_.followed;
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) answer.rivals = RivalsOf(found);
   answer.at_noise = IsAtNoiseFloor(found.model);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/diagnosis/equation_look.h"
 #include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/set_search.h"
 
@@ -45,6 +46,9 @@ class EffectSearch {
     bool explains = false;  // most of what the base misses
     bool at_noise = false;
     bool usable = true;  // the base could be fitted at all
+    // The values of `found` are those of the equations of motion.
+    bool by_equations = false;
+    std::vector<FollowedMotion> followed;  // LookByEquations
     // The effects of `found`, what is missed most first.
     std::vector<int> order;
     // All that was fitted over the segments of `found`.
@@ -88,8 +92,18 @@ class EffectSearch {
   std::vector<std::shared_ptr<const Effect>> EffectsOf(
       const std::vector<int>& effects) const;
 
+  // What the equations of motion show, where that is more than a search adds
+  // one by one, which would judge each while the others are missing; no fit
+  // would follow the motion of a model that misses so much. False where segments
+  // judge fewer better than differentiated positions do: they are kept for
+  // FitFirstSets().
+  bool BeginByEquations();
   // The model as given, over segments that it follows.
   EvaluatedModel FitGiven() const;
+  // Sets that are known before anything was linearised: drives that nobody
+  // recorded, and the few effects that the equations of motion show.
+  void FitFirstSets();
+  std::vector<int> IndicesOf(const std::vector<ScreenedEffect>& effects) const;
   bool LookFrom(const Fitted& at);
   bool WasLookedFrom(const FittedSet& at) const;
   std::optional<Proposal> NextProposal(const FittedSet& best) const;
@@ -126,6 +140,8 @@ class EffectSearch {
   // Which sets were fitted from where.
   std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;
   Fitted base_;
+  EquationLook by_equations_;
+  bool values_by_equations_ = false;
   // By the effects of a set that was the best, those of each other one.
   std::map<std::vector<int>, std::map<std::vector<int>, Alike>> alike_;
 };

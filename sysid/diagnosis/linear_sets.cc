@@ -45,6 +45,7 @@ std::vector<std::vector<int>> ChooseProbeSets(
 // `count` columns); what the data does not tell of stays.
 MatrixXd Elimination(const MatrixXd& N, int count) {
   constexpr double kNothing = 1e-12;
+  if (count == 0) return MatrixXd::Zero(0, N.cols());
   const MatrixXd B = N.topLeftCorner(count, count);
   const VectorXd scale =
       B.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
@@ -68,7 +69,7 @@ MatrixXd Reduced(const MatrixXd& G, const MatrixXd& T) {
 }
 
 // Of X = [what every model has | r | the members' parameters | A] of some runs.
-struct Products {
+struct NormalMatrices {
   std::vector<MatrixXd> stretches;  // of the numbers measured
   std::vector<MatrixXd> folds;      // with what is believed of the states
   std::vector<int> fold;            // of a stretch
@@ -76,19 +77,19 @@ struct Products {
   VectorXd own_length;              // squares of A with the states
 };
 
-Products ProductsOf(const LinearizedFit& fit, const std::vector<int>& always,
+NormalMatrices MatricesOf(const LinearizedFit& fit, const std::vector<int>& always,
                     const std::vector<int>& own,
                     const std::vector<MatrixXd>& columns) {
   const Folds folds = FoldsOf(fit);
   const auto a = columns.empty() ? 0 : columns[0].cols();
   const auto width = static_cast<Eigen::Index>(always.size() + own.size()) +
                      1 + a;
-  Products products;
-  products.stretches.assign(folds.stretches, MatrixXd::Zero(width, width));
-  products.folds.assign(folds.count, MatrixXd::Zero(width, width));
-  products.fold.assign(folds.stretches, 0);
-  products.dof = ArrayXd::Zero(folds.stretches);
-  products.own_length = VectorXd::Zero(a);
+  NormalMatrices matrices;
+  matrices.stretches.assign(folds.stretches, MatrixXd::Zero(width, width));
+  matrices.folds.assign(folds.count, MatrixXd::Zero(width, width));
+  matrices.fold.assign(folds.stretches, 0);
+  matrices.dof = ArrayXd::Zero(folds.stretches);
+  matrices.own_length = VectorXd::Zero(a);
   const double state_dof = ObservedStateDof(fit.problem());
   for (size_t s = 0; s < fit.segments().size(); ++s) {
     const LinearizedFit::Segment& at = *fit.segments()[s];
@@ -96,15 +97,15 @@ Products ProductsOf(const LinearizedFit& fit, const std::vector<int>& always,
     MatrixXd X(A.rows(), width);
     X << at.theta(Eigen::all, always), fit.WithoutStates(at, at.whitened),
         at.theta(Eigen::all, own), A;
-    products.own_length += columns[s].colwise().squaredNorm().transpose();
+    matrices.own_length += columns[s].colwise().squaredNorm().transpose();
     const int stretch = folds.stretch[s];
     const auto measured = X.topRows(at.rows());
-    products.stretches[stretch].noalias() += measured.transpose() * measured;
-    products.folds[folds.fold[s]].noalias() += X.transpose() * X;
-    products.fold[stretch] = folds.fold[s];
-    products.dof[stretch] += at.numbers() - state_dof;
+    matrices.stretches[stretch].noalias() += measured.transpose() * measured;
+    matrices.folds[folds.fold[s]].noalias() += X.transpose() * X;
+    matrices.fold[stretch] = folds.fold[s];
+    matrices.dof[stretch] += at.numbers() - state_dof;
   }
-  return products;
+  return matrices;
 }
 
 std::set<std::string> NamesOf(const Effect& effect) {
@@ -147,12 +148,12 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
     const std::string& name = posed.free()[fit.kept()[k]].parameter.name;
     (given.contains(name) ? always : own).push_back(static_cast<int>(k));
   }
-  const auto products_of = [&](const LinearizedFit& linearized) {
-    return ProductsOf(
+  const auto matrices_of = [&](const LinearizedFit& linearized) {
+    return MatricesOf(
         linearized, always, own,
         RespondToCandidates(linearized, from.model, candidates_, sets));
   };
-  const Products fitted_runs = products_of(fit);
+  const NormalMatrices fitted_runs = matrices_of(fit);
   const int b = static_cast<int>(always.size());
   const int m = static_cast<int>(own.size());
   MatrixXd N = fitted_runs.folds[0];
@@ -184,14 +185,14 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
   }
   std::vector<double> dof;
   // Those where no segment's middle is have no data.
-  const auto add_stretches = [&](const Products& products, bool held_out) {
-    for (size_t j = 0; j < products.stretches.size(); ++j) {
-      if (!(products.dof[j] > 0.0)) continue;
+  const auto add_stretches = [&](const NormalMatrices& matrices, bool held_out) {
+    for (size_t j = 0; j < matrices.stretches.size(); ++j) {
+      if (!(matrices.dof[j] > 0.0)) continue;
       const int fold = held_out ? static_cast<int>(eliminations.size()) - 1
-                                : products.fold[j];
-      stretch_.push_back(Reduced(products.stretches[j], eliminations[fold]));
+                                : matrices.fold[j];
+      stretch_.push_back(Reduced(matrices.stretches[j], eliminations[fold]));
       fold_.push_back(fold);
-      dof.push_back(products.dof[j]);
+      dof.push_back(matrices.dof[j]);
     }
   };
   add_stretches(fitted_runs, false);
@@ -207,7 +208,7 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
     const LinearizedFit linearized(held_out, point);
     valid_ = linearized.Valid();
     if (!valid_) return;
-    add_stretches(products_of(linearized), true);
+    add_stretches(matrices_of(linearized), true);
   }
   dof_ = Eigen::Map<const ArrayXd>(dof.data(), dof.size());
 

@@ -55,10 +55,6 @@ class Search {
   // Segments judge fewer better than differentiated positions do: false, and
   // there is no base yet.
   bool BeginByEquations();
-  // The base with effects, at the values that the equations of motion give
-  // them all; without those that end at a bound.
-  std::shared_ptr<EvaluatedModel> ByEquations(
-      std::vector<ScreenedEffect>* effects);
   void RunFromBase();
   // Adds the drives of joints that are commanded and whose efforts nobody
   // recorded, together: without them such a machine would not move at all, and

@@ -1,0 +1,69 @@
+#include "sysid/diagnosis/first_sets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "models/dynamics_tangent.h"
+
+namespace sysid {
+
+bool DropAtBound(const EvaluatedModel& model,
+                 std::vector<ScreenedEffect>* effects) {
+  std::set<std::string> bound;
+  for (const ParameterEstimate& p : model.fit.parameters) {
+    if (p.at_bound) bound.insert(p.name);
+  }
+  return 0 < std::erase_if(*effects, [&](const ScreenedEffect& effect) {
+           const std::vector<std::string> own = effect.effect->ParameterNames();
+           return std::any_of(
+               own.begin(), own.end(),
+               [&](const std::string& name) { return bound.contains(name); });
+         });
+}
+
+bool FitsTakeMinutes(const Model& model) {
+  const EffectSet& effects = model.effects();
+  bool has_pairs = false;
+  for (int i = 0; i < effects.size(); ++i) {
+    has_pairs |= (effects.effect(i).hooks() & kPairHook) != 0;
+  }
+  return has_pairs || !DynamicsTangent::Covers(model);
+}
+
+std::shared_ptr<EvaluatedModel> FitByEquations(
+    const DiagnosisProblem& problem, const EvaluatedModel& base,
+    std::vector<ScreenedEffect>* effects) {
+  std::shared_ptr<EvaluatedModel> model;
+  do {
+    std::vector<const ScreenedEffect*> all;
+    for (const ScreenedEffect& effect : *effects) all.push_back(&effect);
+    model = std::make_shared<EvaluatedModel>(
+        EvaluateByEquations(problem, base, all));
+  } while (DropAtBound(*model, effects));
+  return model;
+}
+
+std::vector<ScreenedEffect> DrivesWithoutEffort(const DiagnosisProblem& problem,
+                                                const Candidates& candidates) {
+  std::vector<ScreenedEffect> drives;
+  for (const auto& candidate : candidates) {
+    if (!(candidate->hooks() & kDriveHook)) continue;
+    const Joint& joint = problem.model.mechanism().joints[candidate->joint()];
+    const auto is_driven = [&](const auto& one) {
+      return !one->run.effort.col(joint.v_index).isZero(0.0);
+    };
+    const auto& runs = problem.train->runs();
+    if (problem.model.effects().Contains(candidate->name()) ||
+        std::any_of(runs.begin(), runs.end(), is_driven)) {
+      continue;
+    }
+    drives.emplace_back().effect = candidate;
+    // Nothing moves the joint without it: that needs no test.
+    drives.back().p_value = std::nan("");
+  }
+  return drives;
+}
+
+}  // namespace sysid
