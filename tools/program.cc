@@ -233,7 +233,8 @@ int RunProgram(int argc, char** argv, const std::string& help,
   Arguments() = {argv + 1, argv + argc};
   google::InitGoogleLogging(argv[0]);
   FLAGS_logtostderr = true;
-  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres reports each bad step
+  // Ceres reports each bad step. GLOG_vmodule=effect_search=1 shows a search.
+  if (FLAGS_vmodule.empty()) FLAGS_minloglevel = google::GLOG_FATAL;
   try {
     switch (ParseFlags(argc, argv, unused)) {
       case Asked::kHelp:

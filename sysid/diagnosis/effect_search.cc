@@ -159,7 +159,7 @@ EffectSearch::Fitted EffectSearch::Best() const {
   };
   std::vector<Item> items;
   for (const auto& [effects, fitted] : store_) {
-    if (!fitted->IsAnswer()) continue;
+    if (!fitted->IsAnswer() || IsBeaten(effects, fitted->log_errors)) continue;
     items.push_back({fitted->parameters, fitted->log_errors,
                      IsAtNoiseFloor(fitted->model), fitted});
   }
@@ -189,9 +189,40 @@ EffectSearch::Fitted EffectSearch::Best() const {
   return best;
 }
 
+bool EffectSearch::IsBeaten(const std::vector<int>& effects,
+                            const ArrayXd& log_errors) const {
+  const auto by = beaten_by_.find(effects);
+  if (by == beaten_by_.end()) return false;
+  const auto at = store_.find(by->second);
+  if (at == store_.end() || !at->second->IsAnswer()) return false;
+  return at->second->log_errors.size() != log_errors.size() ||
+         !Matters(log_errors, at->second->log_errors);
+}
+
+void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
+  for (const auto& [effects, fitted] : store_) {
+    if (effects == best.effects) continue;
+    // Those with fewer parameters were beaten by some, or they were the best.
+    if (!fitted->IsAnswer() || fitted->parameters < best.parameters ||
+        Beats(best.log_errors, fitted->log_errors, deviations_)) {
+      beaten_by_[effects] = best.effects;
+    }
+  }
+  const std::vector<int> effects = best.effects;
+  beaten_by_.erase(effects);
+  store_.clear();
+  tried_.clear();
+  looks_.clear();
+  const Fitted kept = Keep(effects, std::move(longer));
+  Say("longer", *kept);
+  DropUndetermined(kept);
+}
+
 bool EffectSearch::WasLookedFrom(const FittedSet& at) const {
-  return std::any_of(looks_.begin(), looks_.end(),
-                     [&](const Look& look) { return look.at.get() == &at; });
+  return std::any_of(looks_.begin(), looks_.end(), [&](const Look& look) {
+    return look.at->effects == at.effects &&
+           !Matters(at.log_errors, look.at->log_errors);
+  });
 }
 
 bool EffectSearch::LookFrom(const Fitted& at) {
@@ -263,6 +294,7 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
     const ArrayXd now = item.look->sets->LogErrors(
         (2.0 * WithData(best)).exp().eval());
     if (now.size() != item.log_errors.size()) continue;
+    if (beaten_by_.contains(effects) && !Matters(item.log_errors, now)) continue;
     bool wanted = false;
     if (item.parameters > best.parameters) {
       wanted = Beats(item.log_errors, now, deviations_);
@@ -273,7 +305,7 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
       if (item.parameters == best.parameters) {
         const Difference by = DifferenceOf(now, item.log_errors);
         wanted = wanted && by.mean > std::max(by.std_error, kLeastGain);
-      } else if (item.look->at.get() != &best) {
+      } else if (item.look->at->effects != best.effects) {
         wanted = wanted && !Beats(now, item.log_errors, 1.0);
       }
     }
@@ -354,6 +386,18 @@ EffectSearch::Fitted EffectSearch::FitFrom(
                            all, enough, TrialOptions(problem_.options, error)));
 }
 
+void EffectSearch::DropUndetermined(Fitted fitted) {
+  while (fitted->undetermined) {
+    std::vector<int> rest = fitted->effects;
+    rest.erase(std::find(rest.begin(), rest.end(), *fitted->undetermined));
+    beaten_by_.erase(rest);
+    if (store_.contains(rest)) break;
+    fitted = FitFrom(*fitted, rest, {}, {}, 0.0,
+                     std::max(1.0, fitted->error()));
+    Say("without what is not determined", *fitted);
+  }
+}
+
 // The whole joint step, less of it, and none: its first order may overshoot.
 std::vector<std::map<std::string, double>> EffectSearch::StartsOf(
     const LinearSets& sets, const LinearSets::Score& score) {
@@ -374,7 +418,7 @@ void EffectSearch::Fit(const Proposal& proposal) {
   const double now =
       std::exp(WithData(from).mean());
   const double left = std::min(1.0, std::pow(promised / now, 2));
-  Fitted fitted =
+  const Fitted fitted =
       FitFrom(from, score.effects, look.sets->WithoutInfluence(score),
               StartsOf(*look.sets, score),
               (1.0 - kOfPromise * (1.0 - left)) * from.model.fit.train.squares,
@@ -388,15 +432,7 @@ void EffectSearch::Fit(const Proposal& proposal) {
   char text[60];
   std::snprintf(text, sizeof(text), "fit (%.2f predicted)", promised);
   Say(text, *fitted);
-  // What the data does not determine goes.
-  while (fitted->undetermined) {
-    std::vector<int> rest = fitted->effects;
-    rest.erase(std::find(rest.begin(), rest.end(), *fitted->undetermined));
-    if (store_.contains(rest)) break;
-    fitted = FitFrom(*fitted, rest, {}, {}, 0.0,
-                     std::max(1.0, fitted->error()));
-    Say("without what is not determined", *fitted);
-  }
+  DropUndetermined(fitted);
 }
 
 void EffectSearch::SearchAtHorizon() {
@@ -404,9 +440,12 @@ void EffectSearch::SearchAtHorizon() {
   int fits = 0, failures = 0;
   Fitted best = Best();
   while (best != nullptr) {
-    if (!WasLookedFrom(*best)) LookFrom(best);
+    // Nothing has fewer parameters than one, and nothing is missing.
+    const bool is_done =
+        best->parameters <= 1 && IsAtNoiseFloor(best->model);
+    if (!is_done && !WasLookedFrom(*best)) LookFrom(best);
     std::optional<Proposal> next;
-    if (fits < kMostFits && failures < kMostFailures) {
+    if (!is_done && fits < kMostFits && failures < kMostFailures) {
       next = NextProposal(*best);
     }
     if (next) {
@@ -648,18 +687,8 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
     if (best == nullptr) break;
     NoteAlike(*best);
     auto longer = Lengthen(problem_, best->model, report_);
-    if (!longer) {
-      if (looks_.empty()) {
-        SearchAtHorizon();
-        NoteAlike(*Best());
-      }
-      break;
-    }
-    const std::vector<int> effects = best->effects;
-    store_.clear();
-    tried_.clear();
-    looks_.clear();
-    Say("longer", *Keep(effects, std::move(*longer)));
+    if (!longer) break;
+    GoOnWith(*best, std::move(*longer));
   }
   LeaveOutEach();
   RefuseChance();

@@ -87,6 +87,12 @@ class EffectSearch {
   Fitted Keep(std::vector<int> effects, EvaluatedModel model);
   // Of the store, the set with the fewest parameters that none beats.
   Fitted Best() const;
+  // Whether a set was beaten over shorter segments by one of the store which it
+  // does not leave behind now.
+  bool IsBeaten(const std::vector<int>& effects,
+                const Eigen::ArrayXd& log_errors) const;
+  // Goes on with the best set over longer segments.
+  void GoOnWith(const FittedSet& best, EvaluatedModel longer);
   // How common the effects' laws are: the sum of their places in the catalogue.
   int Rank(const std::vector<int>& effects) const;
   std::vector<std::shared_ptr<const Effect>> EffectsOf(
@@ -108,6 +114,8 @@ class EffectSearch {
   bool WasLookedFrom(const FittedSet& at) const;
   std::optional<Proposal> NextProposal(const FittedSet& best) const;
   void Fit(const Proposal& proposal);
+  // What the data does not determine goes, and the rest is fitted.
+  void DropUndetermined(Fitted fitted);
   static std::vector<std::map<std::string, double>> StartsOf(
       const LinearSets& sets, const LinearSets::Score& score);
   Fitted FitFrom(const FittedSet& from, std::vector<int> effects,
@@ -139,6 +147,9 @@ class EffectSearch {
   std::vector<Look> looks_;
   // Which sets were fitted from where.
   std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;
+  // Of a set that was beaten over shorter segments, by which. Longer ones are
+  // fewer, and say less.
+  std::map<std::vector<int>, std::vector<int>> beaten_by_;
   Fitted base_;
   EquationLook by_equations_;
   bool values_by_equations_ = false;

@@ -1,0 +1,77 @@
+#include "sysid/diagnosis/comparison.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace sysid {
+namespace {
+
+using Eigen::ArrayXd;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+ArrayXd Values(std::initializer_list<double> values) {
+  ArrayXd array(values.size());
+  std::copy(values.begin(), values.end(), array.data());
+  return array;
+}
+
+TEST(DifferenceOfTest, IsTheMeanOfWhatBothHave) {
+  const Difference by = DifferenceOf(Values({1.0, kNone, 3.0, 2.0}),
+                                     Values({0.5, 1.0, 1.0, kNone}));
+  EXPECT_DOUBLE_EQ(by.mean, 1.25);  // of 0.5 and 2
+  EXPECT_DOUBLE_EQ(by.std_error, 0.75);
+  // Ranks 1 and 2, both up: 3 / sqrt(5).
+  EXPECT_DOUBLE_EQ(by.agreement, 3.0 / std::sqrt(5.0));
+}
+
+TEST(DifferenceOfTest, KnowsNoErrorOfOneStretchAndNothingOfNone) {
+  EXPECT_TRUE(std::isinf(DifferenceOf(Values({1.0}), Values({0.0})).std_error));
+  EXPECT_TRUE(std::isinf(DifferenceOf(Values({kNone}), Values({0.0})).mean));
+}
+
+TEST(DifferenceOfTest, CountsAgreementByRank) {
+  // The largest against all others: (1 + 2 + 3 - 4) / sqrt(30).
+  const Difference by =
+      DifferenceOf(Values({0.1, 0.2, 0.3, -9.0}), ArrayXd::Zero(4));
+  EXPECT_DOUBLE_EQ(by.agreement, 2.0 / std::sqrt(30.0));
+}
+
+TEST(DeviationsTest, GrowWithWhatWasCompared) {
+  EXPECT_NEAR(Deviations(1), std::sqrt(2.0 * std::log(2.0)), 1e-12);
+  EXPECT_NEAR(Deviations(100), 3.26, 0.01);
+}
+
+TEST(BeatsTest, NeedsWhatMattersAndCertainty) {
+  const ArrayXd b = ArrayXd::Zero(20);
+  // Certain, but 4 % only.
+  EXPECT_FALSE(Beats(ArrayXd::Constant(20, std::log(0.96)), b, 3.0));
+  EXPECT_TRUE(Beats(ArrayXd::Constant(20, std::log(0.94)), b, 3.0));
+  EXPECT_FALSE(Beats(b, ArrayXd::Constant(20, std::log(0.94)), 3.0));
+  // Much in the mean, and half of the stretches are worse.
+  ArrayXd mixed(20);
+  for (int j = 0; j < 20; ++j) mixed[j] = j % 2 == 0 ? -0.9 : 0.6;
+  EXPECT_TRUE(Matters(mixed, b));
+  EXPECT_FALSE(Beats(mixed, b, 3.0));
+}
+
+// One stretch that was hopeless makes the mean uncertain; the others agree.
+TEST(BeatsTest, TakesTheStretchesWord) {
+  ArrayXd a = ArrayXd::Constant(20, -0.2);
+  a[7] = -40.0;
+  const Difference by = DifferenceOf(ArrayXd::Zero(20), a);
+  EXPECT_LT(by.mean, 3.0 * by.std_error);
+  EXPECT_TRUE(Beats(a, ArrayXd::Zero(20), 3.0));
+}
+
+TEST(BeatsTest, PrefersWhatStaysFinite) {
+  const ArrayXd some = ArrayXd::Constant(20, 5.0), none;
+  EXPECT_TRUE(Beats(some, none, 3.0));
+  EXPECT_FALSE(Beats(none, some, 3.0));
+  EXPECT_FALSE(Beats(none, none, 3.0));
+}
+
+}  // namespace
+}  // namespace sysid
