@@ -39,17 +39,18 @@ double Deviations(int compared) {
   return std::max(1.0, std::sqrt(2.0 * std::log(2.0 * compared)));
 }
 
-bool Matters(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
-  return DifferenceOf(b, a).mean > std::log1p(kMatters);
+bool Matters(const ModelScore& a, const ModelScore& b) {
+  if (a.log_errors.size() == 0) return false;
+  if (b.log_errors.size() == 0) return true;
+  return DifferenceOf(b.log_errors, a.log_errors).mean >
+         std::max(1, a.parameters - b.parameters) * std::log1p(kMatters);
 }
 
-bool Beats(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b,
-           double deviations) {
-  if (a.size() == 0) return false;
-  if (b.size() == 0) return true;
-  const Difference by = DifferenceOf(b, a);
-  return by.mean > std::log1p(kMatters) &&
-         (by.mean > deviations * by.std_error || by.agreement > deviations);
+bool Beats(const ModelScore& a, const ModelScore& b, double deviations) {
+  if (!Matters(a, b)) return false;
+  if (b.log_errors.size() == 0 || (a.at_noise && !b.at_noise)) return true;
+  const Difference by = DifferenceOf(b.log_errors, a.log_errors);
+  return by.mean > deviations * by.std_error || by.agreement > deviations;
 }
 
 }  // namespace sysid

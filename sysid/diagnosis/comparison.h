@@ -4,9 +4,16 @@
 
 namespace sysid {
 
-// The one way in which two models are compared: (J.2) of docs/judgement.md. A
-// model is what it leaves of each stretch of the data, ln e_j of (J.1): NaN
-// where a stretch has no data, nothing at all where the dynamics fail.
+// The one way in which two models are compared: (J.2) of docs/judgement.md.
+
+// What is compared of a model.
+struct ModelScore {
+  // ln e_j of (J.1), by stretch: NaN where a stretch has no data, nothing at all
+  // where the dynamics fail.
+  Eigen::ArrayXd log_errors;
+  int parameters = 0;     // beside those of the model as given
+  bool at_noise = false;  // its errors may be noise alone; not of predictions
+};
 
 // Over the stretches that both have: the mean, its standard error (infinite
 // where one stretch is all), and how far the stretches agree on its sign:
@@ -23,11 +30,12 @@ Difference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 // largest of as many standard normal deviates, about sqrt(2 ln (2 compared)).
 double Deviations(int compared);
 
-// Whether a predicts better than b: by what matters (kMatters), and by so many
-// deviates that the mean is certain or the stretches agree.
-bool Beats(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b, double deviations);
+// Whether a predicts better than b by what matters (kMatters), once for each
+// parameter that it has more, certain or not.
+bool Matters(const ModelScore& a, const ModelScore& b);
 
-// Whether a predicts better by what matters, certain or not.
-bool Matters(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
+// Whether it does, and by so many deviates that the mean is certain or the
+// stretches agree; or is at the noise where b is not, which is no chance.
+bool Beats(const ModelScore& a, const ModelScore& b, double deviations);
 
 }  // namespace sysid

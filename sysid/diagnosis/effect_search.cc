@@ -20,9 +20,9 @@ using Eigen::ArrayXd;
 
 // Of the stretches that have data, as LinearSets has them.
 ArrayXd WithData(const FittedSet& fitted) {
-  ArrayXd some(fitted.log_errors.size());
+  ArrayXd some(fitted.score.log_errors.size());
   Eigen::Index n = 0;
-  for (const double log : fitted.log_errors) {
+  for (const double log : fitted.score.log_errors) {
     if (!std::isnan(log)) some[n++] = log;
   }
   return some.head(n);
@@ -40,17 +40,19 @@ int CountParameters(const EvaluatedModel& model) {
 
 // Of items in the order of their numbers of parameters, those with the fewest
 // that no other item beats; where each is beaten by some other, all.
-template <typename Item, typename Beaten>
+template <typename Item>
 std::vector<Item> FewestUnbeaten(const std::vector<Item>& items,
-                                 const Beaten& beats) {
+                                 double deviations) {
   std::vector<Item> unbeaten;
   for (const Item& item : items) {
-    if (!unbeaten.empty() && item.parameters > unbeaten.front().parameters) {
+    if (!unbeaten.empty() &&
+        item.score.parameters > unbeaten.front().score.parameters) {
       break;
     }
     const bool beaten =
         std::any_of(items.begin(), items.end(), [&](const Item& other) {
-          return &other != &item && beats(other, item);
+          return &other != &item &&
+                 Beats(other.score, item.score, deviations);
         });
     if (!beaten) unbeaten.push_back(item);
   }
@@ -99,7 +101,7 @@ void EffectSearch::Say(const std::string& what,
                 ": error %.3f, train %.3f, held out %.3f, %.2f s, %d parameters",
                 fitted.error(), fitted.model.train_error(),
                 fitted.model.holdout_error(), fitted.model.fit.segment_s,
-                fitted.parameters);
+                fitted.score.parameters);
   VLOG(1) << what << names << text
           << (fitted.refused.empty() ? "" : "; refused: " + fitted.refused)
           << (fitted.model.fit.converged ? "" : "; not converged");
@@ -121,11 +123,12 @@ std::vector<std::shared_ptr<const Effect>> EffectSearch::EffectsOf(
 EffectSearch::Fitted EffectSearch::Keep(std::vector<int> effects,
                                         EvaluatedModel model) {
   auto fitted = std::make_shared<FittedSet>(
-      FittedSet{std::move(effects), std::move(model), {}, 0, "", {}, false});
+      FittedSet{std::move(effects), std::move(model), {}, "", {}, false});
   if (std::isfinite(fitted->error())) {
-    fitted->log_errors = fitted->model.cv.LogErrors();
+    fitted->score.log_errors = fitted->model.cv.LogErrors();
   }
-  fitted->parameters = CountParameters(fitted->model);
+  fitted->score.parameters = CountParameters(fitted->model);
+  fitted->score.at_noise = IsAtNoiseFloor(fitted->model);
   fitted->refused = WhyNoAnswer(fitted->model);
   if (fitted->refused.empty()) {
     double most = kByChance;
@@ -152,27 +155,20 @@ EffectSearch::Fitted EffectSearch::Keep(std::vector<int> effects,
 
 EffectSearch::Fitted EffectSearch::Best() const {
   struct Item {
-    int parameters;
-    ArrayXd log_errors;
-    bool at_noise;
+    ModelScore score;
     Fitted fitted;
   };
   std::vector<Item> items;
   for (const auto& [effects, fitted] : store_) {
-    if (!fitted->IsAnswer() || IsBeaten(effects, fitted->log_errors)) continue;
-    items.push_back({fitted->parameters, fitted->log_errors,
-                     IsAtNoiseFloor(fitted->model), fitted});
+    if (!fitted->IsAnswer() || IsBeaten(*fitted)) continue;
+    items.push_back({fitted->score, fitted});
   }
   std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.parameters, a.fitted->error()) <
-           std::pair(b.parameters, b.fitted->error());
+    return std::pair(a.score.parameters, a.fitted->error()) <
+           std::pair(b.score.parameters, b.fitted->error());
   });
   if (items.empty()) return nullptr;
-  const std::vector<Item> unbeaten =
-      FewestUnbeaten(items, [&](const Item& a, const Item& b) {
-        return Beats(a.log_errors, b.log_errors, deviations_) ||
-               (a.at_noise && !b.at_noise && Matters(a.log_errors, b.log_errors));
-      });
+  const std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
   const auto least = std::min_element(
       unbeaten.begin(), unbeaten.end(), [](const auto& a, const auto& b) {
         return a.fitted->error() < b.fitted->error();
@@ -180,7 +176,7 @@ EffectSearch::Fitted EffectSearch::Best() const {
   // Of those that are as good, the most common laws.
   Fitted best = least->fitted;
   for (const Item& item : unbeaten) {
-    const Difference by = DifferenceOf(item.log_errors, least->log_errors);
+    const Difference by = DifferenceOf(item.score.log_errors, least->score.log_errors);
     if (by.mean <= by.std_error &&
         Rank(item.fitted->effects) < Rank(best->effects)) {
       best = item.fitted;
@@ -189,22 +185,20 @@ EffectSearch::Fitted EffectSearch::Best() const {
   return best;
 }
 
-bool EffectSearch::IsBeaten(const std::vector<int>& effects,
-                            const ArrayXd& log_errors) const {
-  const auto by = beaten_by_.find(effects);
+bool EffectSearch::IsBeaten(const FittedSet& fitted) const {
+  const auto by = beaten_by_.find(fitted.effects);
   if (by == beaten_by_.end()) return false;
   const auto at = store_.find(by->second);
-  if (at == store_.end() || !at->second->IsAnswer()) return false;
-  return at->second->log_errors.size() != log_errors.size() ||
-         !Matters(log_errors, at->second->log_errors);
+  return at != store_.end() && at->second->IsAnswer() &&
+         !Matters(fitted.score, at->second->score);
 }
 
 void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
   for (const auto& [effects, fitted] : store_) {
     if (effects == best.effects) continue;
     // Those with fewer parameters were beaten by some, or they were the best.
-    if (!fitted->IsAnswer() || fitted->parameters < best.parameters ||
-        Beats(best.log_errors, fitted->log_errors, deviations_)) {
+    if (!fitted->IsAnswer() || fitted->score.parameters < best.score.parameters ||
+        Beats(best.score, fitted->score, deviations_)) {
       beaten_by_[effects] = best.effects;
     }
   }
@@ -221,7 +215,7 @@ void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
 bool EffectSearch::WasLookedFrom(const FittedSet& at) const {
   return std::any_of(looks_.begin(), looks_.end(), [&](const Look& look) {
     return look.at->effects == at.effects &&
-           !Matters(at.log_errors, look.at->log_errors);
+           !Matters(at.score, look.at->score);
   });
 }
 
@@ -251,11 +245,10 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
   // so much less.
   constexpr double kMuchLess = 0.8;
   struct Item {
-    int parameters;
-    ArrayXd log_errors;
+    ModelScore score;
     const Look* look;
     const PredictedSet* predicted;
-    double mean() const { return log_errors.mean(); }
+    double mean() const { return score.log_errors.mean(); }
   };
   // Of all looks the nearest one counts, the last of those.
   std::map<std::vector<int>, std::pair<size_t, Item>> nearest;
@@ -284,29 +277,34 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
       const auto at = nearest.find(effects);
       if (at != nearest.end() && at->second.first < distance) continue;
       nearest.insert_or_assign(
-          effects, std::pair(distance, Item{one.score.parameters,
-                                            std::move(logs), &look, &one}));
+          effects,
+          std::pair(distance, Item{{std::move(logs), one.score.parameters},
+                                   &look,
+                                   &one}));
     }
   }
   std::vector<Item> items, others;
   for (auto& [effects, at] : nearest) {
     Item& item = at.second;
-    const ArrayXd now = item.look->sets->LogErrors(
-        (2.0 * WithData(best)).exp().eval());
-    if (now.size() != item.log_errors.size()) continue;
-    if (beaten_by_.contains(effects) && !Matters(item.log_errors, now)) continue;
+    // As uncertain as the prediction.
+    const ModelScore now = {
+        item.look->sets->LogErrors((2.0 * WithData(best)).exp().eval()),
+        best.score.parameters};
+    if (now.log_errors.size() != item.score.log_errors.size()) continue;
+    if (beaten_by_.contains(effects) && !Matters(item.score, now)) continue;
     bool wanted = false;
-    if (item.parameters > best.parameters) {
-      wanted = Beats(item.log_errors, now, deviations_);
+    if (item.score.parameters > now.parameters) {
+      wanted = Beats(item.score, now, deviations_);
     } else {
-      wanted = !Beats(now, item.log_errors, deviations_);
+      wanted = !Beats(now, item.score, deviations_);
       // As many parameters must do better; fewer are only asked for where the
       // best itself was linearised: what goes far is not predicted.
-      if (item.parameters == best.parameters) {
-        const Difference by = DifferenceOf(now, item.log_errors);
+      if (item.score.parameters == now.parameters) {
+        const Difference by =
+            DifferenceOf(now.log_errors, item.score.log_errors);
         wanted = wanted && by.mean > std::max(by.std_error, kLeastGain);
       } else if (item.look->at->effects != best.effects) {
-        wanted = wanted && !Beats(now, item.log_errors, 1.0);
+        wanted = wanted && !Beats(now, item.score, 1.0);
       }
     }
     if (wanted) {
@@ -324,15 +322,13 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
   }
   if (items.empty()) return std::nullopt;
   std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
-    return std::tuple(a.parameters, a.predicted->score.effects.size(),
-                      a.mean()) < std::tuple(b.parameters,
-                                             b.predicted->score.effects.size(),
-                                             b.mean());
+    const auto key = [](const Item& item) {
+      return std::tuple(item.score.parameters,
+                        item.predicted->score.effects.size(), item.mean());
+    };
+    return key(a) < key(b);
   });
-  std::vector<Item> unbeaten =
-      FewestUnbeaten(items, [&](const Item& a, const Item& b) {
-        return Beats(a.log_errors, b.log_errors, deviations_);
-      });
+  std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
   const auto first = std::min_element(
       unbeaten.begin(), unbeaten.end(),
       [](const auto& a, const auto& b) { return a.mean() < b.mean(); });
@@ -344,7 +340,7 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
       chosen = item;
     }
   }
-  return Proposal{chosen->look, chosen->predicted, chosen->log_errors};
+  return Proposal{chosen->look, chosen->predicted};
 }
 
 EffectSearch::Fitted EffectSearch::FitFrom(
@@ -442,7 +438,7 @@ void EffectSearch::SearchAtHorizon() {
   while (best != nullptr) {
     // Nothing has fewer parameters than one, and nothing is missing.
     const bool is_done =
-        best->parameters <= 1 && IsAtNoiseFloor(best->model);
+        best->score.parameters <= 1 && IsAtNoiseFloor(best->model);
     if (!is_done && !WasLookedFrom(*best)) LookFrom(best);
     std::optional<Proposal> next;
     if (!is_done && fits < kMostFits && failures < kMostFailures) {
@@ -485,7 +481,7 @@ void EffectSearch::LeaveOutEach() {
                               std::max(1.0, best->error())));
     }
     const Fitted now = Best();
-    if (now == best || now->parameters >= best->parameters) return;
+    if (now == best || now->score.parameters >= best->score.parameters) return;
     best = now;
   }
 }
@@ -506,7 +502,7 @@ void EffectSearch::NoteAlike(const FittedSet& best) {
     for (const PredictedSet& one : look.predicted) {
       if (one.score.effects == best.effects ||
           one.score.effects.size() > best.effects.size() ||
-          one.score.parameters > best.parameters) {
+          one.score.parameters > best.score.parameters) {
         continue;
       }
       const Difference by = DifferenceOf(one.log_errors, own->log_errors);
@@ -544,10 +540,10 @@ std::vector<std::shared_ptr<const FittedSet>> EffectSearch::RivalsOf(
   std::vector<std::shared_ptr<const FittedSet>> rivals;
   for (const auto& [effects, fitted] : store_) {
     if (!fitted->IsAnswer() || effects == best.effects ||
-        fitted->parameters > best.parameters) {
+        fitted->score.parameters > best.score.parameters) {
       continue;
     }
-    const Difference by = DifferenceOf(fitted->log_errors, best.log_errors);
+    const Difference by = DifferenceOf(fitted->score.log_errors, best.score.log_errors);
     if (by.mean <= std::max(by.std_error, 1e-3)) rivals.push_back(fitted);
   }
   return rivals;

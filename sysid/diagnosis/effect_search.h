@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/diagnosis/comparison.h"
 #include "sysid/diagnosis/equation_look.h"
 #include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/set_search.h"
@@ -18,8 +19,7 @@ namespace sysid {
 struct FittedSet {
   std::vector<int> effects;  // in the catalogue, ascending
   EvaluatedModel model;
-  Eigen::ArrayXd log_errors;  // (J.1), by stretch; nothing: the dynamics fail
-  int parameters = 0;         // beside those of the model as given
+  ModelScore score;
   std::string refused;        // why it is no answer; else empty
   // The one of its effects that the data determines least, where that is not
   // enough.
@@ -27,7 +27,9 @@ struct FittedSet {
   bool is_final = false;      // fitted until nothing is to be gained
 
   double error() const { return model.cv.error(); }
-  bool IsAnswer() const { return refused.empty() && log_errors.size() > 0; }
+  bool IsAnswer() const {
+    return refused.empty() && score.log_errors.size() > 0;
+  }
 };
 
 // The search for the set of effects that is missing: docs/judgement.md, section
@@ -81,7 +83,6 @@ class EffectSearch {
   struct Proposal {
     const Look* look;
     const PredictedSet* predicted;
-    Eigen::ArrayXd log_errors;  // with what was refuted
   };
 
   Fitted Keep(std::vector<int> effects, EvaluatedModel model);
@@ -89,8 +90,7 @@ class EffectSearch {
   Fitted Best() const;
   // Whether a set was beaten over shorter segments by one of the store which it
   // does not leave behind now.
-  bool IsBeaten(const std::vector<int>& effects,
-                const Eigen::ArrayXd& log_errors) const;
+  bool IsBeaten(const FittedSet& fitted) const;
   // Goes on with the best set over longer segments.
   void GoOnWith(const FittedSet& best, EvaluatedModel longer);
   // How common the effects' laws are: the sum of their places in the catalogue.

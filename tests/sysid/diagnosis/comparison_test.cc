@@ -44,17 +44,30 @@ TEST(DeviationsTest, GrowWithWhatWasCompared) {
   EXPECT_NEAR(Deviations(100), 3.26, 0.01);
 }
 
+ModelScore Of(const ArrayXd& log_errors, int parameters = 1) {
+  return {log_errors, parameters};
+}
+const ModelScore kZero = Of(ArrayXd::Zero(20));
+
 TEST(BeatsTest, NeedsWhatMattersAndCertainty) {
-  const ArrayXd b = ArrayXd::Zero(20);
   // Certain, but 4 % only.
-  EXPECT_FALSE(Beats(ArrayXd::Constant(20, std::log(0.96)), b, 3.0));
-  EXPECT_TRUE(Beats(ArrayXd::Constant(20, std::log(0.94)), b, 3.0));
-  EXPECT_FALSE(Beats(b, ArrayXd::Constant(20, std::log(0.94)), 3.0));
+  EXPECT_FALSE(Beats(Of(ArrayXd::Constant(20, std::log(0.96))), kZero, 3.0));
+  const ModelScore better = Of(ArrayXd::Constant(20, std::log(0.94)));
+  EXPECT_TRUE(Beats(better, kZero, 3.0));
+  EXPECT_FALSE(Beats(kZero, better, 3.0));
   // Much in the mean, and half of the stretches are worse.
   ArrayXd mixed(20);
   for (int j = 0; j < 20; ++j) mixed[j] = j % 2 == 0 ? -0.9 : 0.6;
-  EXPECT_TRUE(Matters(mixed, b));
-  EXPECT_FALSE(Beats(mixed, b, 3.0));
+  EXPECT_TRUE(Matters(Of(mixed), kZero));
+  EXPECT_FALSE(Beats(Of(mixed), kZero, 3.0));
+}
+
+TEST(BeatsTest, NeedsMoreForMoreParameters) {
+  const ArrayXd tenth = ArrayXd::Constant(20, std::log(0.9));
+  EXPECT_TRUE(Beats(Of(tenth, 3), kZero, 3.0));
+  EXPECT_FALSE(Beats(Of(tenth, 4), kZero, 3.0));
+  // Fewer are no reason to be worse.
+  EXPECT_FALSE(Beats(Of(ArrayXd::Constant(20, 0.01), 0), kZero, 3.0));
 }
 
 // One stretch that was hopeless makes the mean uncertain; the others agree.
@@ -63,11 +76,21 @@ TEST(BeatsTest, TakesTheStretchesWord) {
   a[7] = -40.0;
   const Difference by = DifferenceOf(ArrayXd::Zero(20), a);
   EXPECT_LT(by.mean, 3.0 * by.std_error);
-  EXPECT_TRUE(Beats(a, ArrayXd::Zero(20), 3.0));
+  EXPECT_TRUE(Beats(Of(a), kZero, 3.0));
+}
+
+TEST(BeatsTest, TakesTheNoiseForProof) {
+  ModelScore a = Of(ArrayXd::Zero(20)), b = a;
+  for (int j = 0; j < 4; ++j) b.log_errors[j] = 4.0;
+  EXPECT_FALSE(Beats(a, b, 3.0));  // by four of twenty
+  a.at_noise = true;
+  EXPECT_TRUE(Beats(a, b, 3.0));
+  b.at_noise = true;
+  EXPECT_FALSE(Beats(a, b, 3.0));
 }
 
 TEST(BeatsTest, PrefersWhatStaysFinite) {
-  const ArrayXd some = ArrayXd::Constant(20, 5.0), none;
+  const ModelScore some = Of(ArrayXd::Constant(20, 5.0)), none = Of({});
   EXPECT_TRUE(Beats(some, none, 3.0));
   EXPECT_FALSE(Beats(none, some, 3.0));
   EXPECT_FALSE(Beats(none, none, 3.0));

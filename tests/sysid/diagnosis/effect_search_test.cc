@@ -64,7 +64,8 @@ TEST_F(EffectSearchTest, AddNothingToAModelThatIsComplete) {
   EXPECT_TRUE(answer.at_noise);
   EXPECT_TRUE(answer.explains);
   // Asked at the longest horizon.
-  EXPECT_NEAR(answer.found->model.fit.segment_s, problem.LongestToJudge(), 0.1);
+  EXPECT_NEAR(answer.found->model.fit.segment_s,
+              problem.train->TotalDuration() / kFewestSegments, 0.1);
 }
 
 TEST_F(EffectSearchTest, FindTwoAtOnceWhateverTheWay) {
@@ -98,7 +99,7 @@ TEST_F(EffectSearchTest, CallWhatTheDataCannotTellApartRivals) {
   std::vector<std::string> all = Names(answer.found->effects);
   for (const auto& rival : answer.rivals) {
     EXPECT_TRUE(rival->IsAnswer());
-    EXPECT_LE(rival->parameters, answer.found->parameters);
+    EXPECT_LE(rival->score.parameters, answer.found->score.parameters);
     for (const std::string& name : Names(rival->effects)) all.push_back(name);
   }
   EXPECT_THAT(all, testing::Contains("quadratic_drag@joint1"));
