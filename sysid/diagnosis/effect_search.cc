@@ -207,6 +207,7 @@ void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
   store_.clear();
   tried_.clear();
   looks_.clear();
+  fits_ = failures_ = 0;
   const Fitted kept = Keep(effects, std::move(longer));
   Say("longer", *kept);
   DropUndetermined(kept);
@@ -431,44 +432,47 @@ void EffectSearch::Fit(const Proposal& proposal) {
   DropUndetermined(fitted);
 }
 
-void EffectSearch::SearchAtHorizon() {
-  looks_.clear();
-  int fits = 0, failures = 0;
-  Fitted best = Best();
-  while (best != nullptr) {
+bool EffectSearch::Improve() {
+  const Fitted before = Best();
+  for (Fitted best = before; best != nullptr;) {
     // Nothing has fewer parameters than one, and nothing is missing.
-    const bool is_done =
-        best->score.parameters <= 1 && IsAtNoiseFloor(best->model);
-    if (!is_done && !WasLookedFrom(*best)) LookFrom(best);
+    if (best->score.parameters <= 1 && best->score.at_noise) return false;
+    if (!WasLookedFrom(*best)) LookFrom(best);
     std::optional<Proposal> next;
-    if (!is_done && fits < kMostFits && failures < kMostFailures) {
+    if (fits_ < kMostFits && failures_ < kMostFailures) {
       next = NextProposal(*best);
     }
-    if (next) {
-      Fit(*next);
-      ++fits;
-      const Fitted now = Best();
-      failures = now == best ? failures + 1 : 0;
-      best = now;
-      continue;
+    if (!next) return FitToTheEnd(best);
+    Fit(*next);
+    ++fits_;
+    const Fitted now = Best();
+    if (now != best) {
+      failures_ = 0;
+      return true;
     }
-    if (best->is_final) return;
-    // To the end, and from whole runs where its states may be caught in wrong
-    // ones: what is gained may change what is the best.
-    best->is_final = true;
-    if (!best->effects.empty()) {
-      const Fitted again =
-          Keep(best->effects, EvaluateAgain(problem_, best->model));
-      again->is_final = true;
-      Say("to the end", *again);
-    }
-    best = Best();
-    if (auto joined = FromWholeRuns(problem_, best->model, report_)) {
-      const Fitted again = Keep(best->effects, std::move(*joined));
-      Say("from whole runs", *again);
-    }
-    best = Best();
+    ++failures_;
   }
+  return false;
+}
+
+bool EffectSearch::FitToTheEnd(const Fitted& best) {
+  if (best->is_final) return false;
+  best->is_final = true;
+  Fitted now = best;
+  if (!best->effects.empty()) {
+    now = Keep(best->effects, EvaluateAgain(problem_, best->model));
+    now->is_final = true;
+    Say("to the end", *now);
+  }
+  // Its states may be caught in wrong ones.
+  if (auto joined = FromWholeRuns(problem_, now->model, report_)) {
+    now = Keep(best->effects, std::move(*joined));
+    now->is_final = true;
+    Say("from whole runs", *now);
+  }
+  const Fitted after = Best();
+  return after != nullptr &&
+         (after->effects != best->effects || Matters(after->score, best->score));
 }
 
 void EffectSearch::LeaveOutEach() {
@@ -673,18 +677,23 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
     Say("start", *from);
     if (from->IsAnswer()) store_.erase(std::vector<int>{});
   }
-  while (true) {
-    // What is at the noise is asked over longer segments first.
+  // What is better can be followed for longer, and what is needed shows there;
+  // what is at the noise is asked over longer segments first.
+  for (bool improved = true; improved;) {
     Fitted best = Best();
-    if (best == nullptr || !IsAtNoiseFloor(best->model)) {
-      SearchAtHorizon();
-      best = Best();
-    }
+    if (best == nullptr) break;
+    improved = !best->score.at_noise && Improve();
+    best = Best();
     if (best == nullptr) break;
     NoteAlike(*best);
-    auto longer = Lengthen(problem_, best->model, report_);
-    if (!longer) break;
-    GoOnWith(*best, std::move(*longer));
+    if (!best->model.fit.converged) {
+      FitToTheEnd(best);
+      best = Best();
+    }
+    if (auto longer = Lengthen(problem_, best->model, report_)) {
+      GoOnWith(*best, std::move(*longer));
+      improved = true;
+    }
   }
   LeaveOutEach();
   RefuseChance();

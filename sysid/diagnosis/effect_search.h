@@ -122,8 +122,12 @@ class EffectSearch {
                  const std::set<std::string>& without_influence,
                  const std::vector<std::map<std::string, double>>& starts,
                  double enough, double error);
-  // Fits proposals until none is left, at the horizon of the store.
-  void SearchAtHorizon();
+  // Fits proposals, at the horizon of the store, until another set is the best:
+  // true then. Where none is left the best is fitted to its end.
+  bool Improve();
+  // Until nothing is to be gained, and from whole runs. True where that makes
+  // another model of it, by what matters.
+  bool FitToTheEnd(const Fitted& best);
   // Takes out what a random force as large as what is still missing may have
   // made up.
   void RefuseChance();
@@ -145,6 +149,7 @@ class EffectSearch {
   std::map<std::string, int> ranks_;
   std::map<std::vector<int>, Fitted> store_;
   std::vector<Look> looks_;
+  int fits_ = 0, failures_ = 0;  // at this horizon; in a row
   // Which sets were fitted from where.
   std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;
   // Of a set that was beaten over shorter segments, by which. Longer ones are
