@@ -587,11 +587,16 @@ void EffectSearch::RefuseChance() {
         FitWholeRuns(WithAllRuns(problem_, best->model), best->model),
         catalogue_.size());
     if (name.empty()) return;
-    best->refused =
-        "a random force as large as the remaining error could make up " + name;
+    const auto made_up = [&](int e) { return catalogue_[e]->name() == name; };
+    for (const auto& [effects, fitted] : store_) {
+      if (!std::any_of(effects.begin(), effects.end(), made_up)) continue;
+      fitted->refused =
+          "a random force as large as the remaining error could make up " +
+          name;
+    }
     Say("chance", *best);
     std::vector<int> rest = best->effects;
-    std::erase_if(rest, [&](int e) { return catalogue_[e]->name() == name; });
+    std::erase_if(rest, made_up);
     if (!store_.contains(rest)) {
       FitFrom(*best, rest, {}, {}, 0.0, std::max(1.0, best->error()));
     }
@@ -677,8 +682,10 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
     Say("start", *from);
     if (from->IsAnswer()) store_.erase(std::vector<int>{});
   }
-  // What is better can be followed for longer, and what is needed shows there;
-  // what is at the noise is asked over longer segments first.
+  // What explains most of what the base misses can be followed for longer, and
+  // what else is needed shows there; before that longer segments only make what
+  // is missing less linear. What is at the noise is asked there first.
+  bool explains = false;
   for (bool improved = true; improved;) {
     Fitted best = Best();
     if (best == nullptr) break;
@@ -686,6 +693,10 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
     best = Best();
     if (best == nullptr) break;
     NoteAlike(*best);
+    if (const auto base = store_.find({}); base != store_.end()) {
+      explains = ExplainsMost(base->second->model.cv, best->model.cv);
+    }
+    if (improved && !explains && !best->score.at_noise) continue;
     if (!best->model.fit.converged) {
       FitToTheEnd(best);
       best = Best();
