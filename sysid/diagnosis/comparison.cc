@@ -10,7 +10,7 @@
 
 namespace sysid {
 
-Difference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
+ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::vector<double> d;
   for (Eigen::Index j = 0; j < std::min(a.size(), b.size()); ++j) {
@@ -22,9 +22,8 @@ Difference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   double squares = 0.0;
   for (const double x : d) squares += (x - mean) * (x - mean);
   // Ranks by size; differences of nothing count for neither side.
-  std::sort(d.begin(), d.end(), [](double x, double y) {
-    return std::abs(x) < std::abs(y);
-  });
+  std::sort(d.begin(), d.end(),
+            [](double x, double y) { return std::abs(x) < std::abs(y); });
   double signed_ranks = 0.0, variance = 0.0;
   for (size_t i = 0; i < d.size(); ++i) {
     const double rank = static_cast<double>(i + 1);
@@ -49,7 +48,7 @@ bool Matters(const ModelScore& a, const ModelScore& b) {
 bool Beats(const ModelScore& a, const ModelScore& b, double deviations) {
   if (!Matters(a, b)) return false;
   if (b.log_errors.size() == 0 || (a.at_noise && !b.at_noise)) return true;
-  const Difference by = DifferenceOf(b.log_errors, a.log_errors);
+  const ErrorDifference by = DifferenceOf(b.log_errors, a.log_errors);
   return by.mean > deviations * by.std_error || by.agreement > deviations;
 }
 

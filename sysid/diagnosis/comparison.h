@@ -8,8 +8,8 @@ namespace sysid {
 
 // What is compared of a model.
 struct ModelScore {
-  // ln e_j of (J.1), by stretch: NaN where a stretch has no data, nothing at all
-  // where the dynamics fail.
+  // ln e_j of (J.1), by stretch: NaN where a stretch has no data, nothing at
+  // all where the dynamics fail.
   Eigen::ArrayXd log_errors;
   int parameters = 0;     // beside those of the model as given
   bool at_noise = false;  // its errors may be noise alone; not of predictions
@@ -20,11 +20,11 @@ struct ModelScore {
 // Wilcoxon's signed-rank statistic as a standard normal deviate. Where a few
 // stretches differ by far more than the others the mean is uncertain, and yet
 // all may say the same.
-struct Difference {
+struct ErrorDifference {
   double mean = 0.0, std_error = 0.0, agreement = 0.0;
 };
 // ln(error of a / error of b).
-Difference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
+ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 
 // What chance makes of the best of `compared` models, each by two tests: the
 // largest of as many standard normal deviates, about sqrt(2 ln (2 compared)).

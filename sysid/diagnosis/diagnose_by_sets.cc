@@ -111,9 +111,8 @@ class Writer {
   // screened for them.
   void List(Diagnosis* diagnosis) const {
     const LinearizedFit linearized(*base_.model.problem, base_.model.fit.point);
-    const Screening screening =
-        ScreenEffects(linearized, base_.model.fit.model, candidates_,
-                      problem_.known);
+    const Screening screening = ScreenEffects(linearized, base_.model.fit.model,
+                                              candidates_, problem_.known);
     diagnosis->tests = screening.tests;
     std::set<std::string> listed;
     for (const int e : answer_.order) {
@@ -207,9 +206,9 @@ class Writer {
         }
         have.push_back(e);
         step.effects.push_back(candidates_[e]->name());
-        step.indistinguishable_from.push_back(
-            fitted == answer_.found ? InPlaceOf(e)
-                                    : std::vector<std::string>{});
+        step.indistinguishable_from.push_back(fitted == answer_.found
+                                                  ? InPlaceOf(e)
+                                                  : std::vector<std::string>{});
         for (const ParameterEstimate& p :
              EstimatesOf(fitted->model, {candidates_[e].get()})) {
           step.parameters.push_back(p);
@@ -264,8 +263,7 @@ Diagnosis DiagnoseBySets(const DiagnosisProblem& problem,
     interrupted = true;
     answer = search.SoFar();
   }
-  Diagnosis diagnosis =
-      Writer(problem, candidates, answer).Write(options.add);
+  Diagnosis diagnosis = Writer(problem, candidates, answer).Write(options.add);
   if (interrupted) {
     diagnosis.interrupted = doing;
     diagnosis.doubts.insert(

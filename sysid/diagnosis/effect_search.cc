@@ -51,8 +51,7 @@ std::vector<Item> FewestUnbeaten(const std::vector<Item>& items,
     }
     const bool beaten =
         std::any_of(items.begin(), items.end(), [&](const Item& other) {
-          return &other != &item &&
-                 Beats(other.score, item.score, deviations);
+          return &other != &item && Beats(other.score, item.score, deviations);
         });
     if (!beaten) unbeaten.push_back(item);
   }
@@ -91,17 +90,16 @@ EffectSearch::EffectSearch(const DiagnosisProblem& problem,
   }
 }
 
-void EffectSearch::Say(const std::string& what,
-                       const FittedSet& fitted) const {
+void EffectSearch::Say(const std::string& what, const FittedSet& fitted) const {
   if (!VLOG_IS_ON(1)) return;
   std::string names;
   for (const int e : fitted.effects) names += " " + catalogue_[e]->name();
   char text[200];
-  std::snprintf(text, sizeof(text),
-                ": error %.3f, train %.3f, held out %.3f, %.2f s, %d parameters",
-                fitted.error(), fitted.model.train_error(),
-                fitted.model.holdout_error(), fitted.model.fit.segment_s,
-                fitted.score.parameters);
+  std::snprintf(
+      text, sizeof(text),
+      ": error %.3f, train %.3f, held out %.3f, %.2f s, %d parameters",
+      fitted.error(), fitted.model.train_error(), fitted.model.holdout_error(),
+      fitted.model.fit.segment_s, fitted.score.parameters);
   VLOG(1) << what << names << text
           << (fitted.refused.empty() ? "" : "; refused: " + fitted.refused)
           << (fitted.model.fit.converged ? "" : "; not converged");
@@ -163,10 +161,11 @@ EffectSearch::Fitted EffectSearch::Best() const {
     if (!fitted->IsAnswer() || IsBeaten(*fitted)) continue;
     items.push_back({fitted->score, fitted});
   }
-  std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
-    return std::pair(a.score.parameters, a.fitted->error()) <
-           std::pair(b.score.parameters, b.fitted->error());
-  });
+  std::stable_sort(items.begin(), items.end(),
+                   [](const auto& a, const auto& b) {
+                     return std::pair(a.score.parameters, a.fitted->error()) <
+                            std::pair(b.score.parameters, b.fitted->error());
+                   });
   if (items.empty()) return nullptr;
   const std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
   const auto least = std::min_element(
@@ -176,7 +175,8 @@ EffectSearch::Fitted EffectSearch::Best() const {
   // Of those that are as good, the most common laws.
   Fitted best = least->fitted;
   for (const Item& item : unbeaten) {
-    const Difference by = DifferenceOf(item.score.log_errors, least->score.log_errors);
+    const ErrorDifference by =
+        DifferenceOf(item.score.log_errors, least->score.log_errors);
     if (by.mean <= by.std_error &&
         Rank(item.fitted->effects) < Rank(best->effects)) {
       best = item.fitted;
@@ -197,7 +197,8 @@ void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
   for (const auto& [effects, fitted] : store_) {
     if (effects == best.effects) continue;
     // Those with fewer parameters were beaten by some, or they were the best.
-    if (!fitted->IsAnswer() || fitted->score.parameters < best.score.parameters ||
+    if (!fitted->IsAnswer() ||
+        fitted->score.parameters < best.score.parameters ||
         Beats(best.score, fitted->score, deviations_)) {
       beaten_by_[effects] = best.effects;
     }
@@ -215,8 +216,7 @@ void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
 
 bool EffectSearch::WasLookedFrom(const FittedSet& at) const {
   return std::any_of(looks_.begin(), looks_.end(), [&](const Look& look) {
-    return look.at->effects == at.effects &&
-           !Matters(at.score, look.at->score);
+    return look.at->effects == at.effects && !Matters(at.score, look.at->score);
   });
 }
 
@@ -225,8 +225,7 @@ bool EffectSearch::LookFrom(const Fitted& at) {
   Look look{at, nullptr, {}, {}};
   look.sets = std::make_unique<LinearSets>(problem_, at->model, catalogue_);
   if (look.sets->Valid()) look.predicted = SearchSets(*look.sets);
-  Say("look at " + std::to_string(look.predicted.size()) + " sets from",
-      *at);
+  Say("look at " + std::to_string(look.predicted.size()) + " sets from", *at);
   for (size_t i = 0; i < look.predicted.size() && VLOG_IS_ON(2); ++i) {
     if (i == 20) break;
     std::string names;
@@ -259,8 +258,7 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
       if (tried_.contains({effects, look.at.get()})) continue;
       ArrayXd logs = one.log_errors;
       const ArrayXd now =
-          look.sets->LogErrors(
-              (2.0 * WithData(*look.at)).exp().eval());
+          look.sets->LogErrors((2.0 * WithData(*look.at)).exp().eval());
       for (const auto& [added, ratio] : look.refuted) {
         if (!std::includes(effects.begin(), effects.end(), added.begin(),
                            added.end())) {
@@ -279,9 +277,9 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
       if (at != nearest.end() && at->second.first < distance) continue;
       nearest.insert_or_assign(
           effects,
-          std::pair(distance, Item{{std::move(logs), one.score.parameters},
-                                   &look,
-                                   &one}));
+          std::pair(
+              distance,
+              Item{{std::move(logs), one.score.parameters}, &look, &one}));
     }
   }
   std::vector<Item> items, others;
@@ -301,7 +299,7 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
       // As many parameters must do better; fewer are only asked for where the
       // best itself was linearised: what goes far is not predicted.
       if (item.score.parameters == now.parameters) {
-        const Difference by =
+        const ErrorDifference by =
             DifferenceOf(now.log_errors, item.score.log_errors);
         wanted = wanted && by.mean > std::max(by.std_error, kLeastGain);
       } else if (item.look->at->effects != best.effects) {
@@ -322,13 +320,14 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
         [](const auto& a, const auto& b) { return a.mean() < b.mean(); })};
   }
   if (items.empty()) return std::nullopt;
-  std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) {
-    const auto key = [](const Item& item) {
-      return std::tuple(item.score.parameters,
-                        item.predicted->score.effects.size(), item.mean());
-    };
-    return key(a) < key(b);
-  });
+  std::stable_sort(
+      items.begin(), items.end(), [](const auto& a, const auto& b) {
+        const auto key = [](const Item& item) {
+          return std::tuple(item.score.parameters,
+                            item.predicted->score.effects.size(), item.mean());
+        };
+        return key(a) < key(b);
+      });
   std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
   const auto first = std::min_element(
       unbeaten.begin(), unbeaten.end(),
@@ -389,8 +388,8 @@ void EffectSearch::DropUndetermined(Fitted fitted) {
     rest.erase(std::find(rest.begin(), rest.end(), *fitted->undetermined));
     beaten_by_.erase(rest);
     if (store_.contains(rest)) break;
-    fitted = FitFrom(*fitted, rest, {}, {}, 0.0,
-                     std::max(1.0, fitted->error()));
+    fitted =
+        FitFrom(*fitted, rest, {}, {}, 0.0, std::max(1.0, fitted->error()));
     Say("without what is not determined", *fitted);
   }
 }
@@ -412,8 +411,7 @@ void EffectSearch::Fit(const Proposal& proposal) {
   const FittedSet& from = *look.at;
   tried_.insert({score.effects, &from});
   const double promised = std::exp(0.5 * score.squares.log().mean());
-  const double now =
-      std::exp(WithData(from).mean());
+  const double now = std::exp(WithData(from).mean());
   const double left = std::min(1.0, std::pow(promised / now, 2));
   const Fitted fitted =
       FitFrom(from, score.effects, look.sets->WithoutInfluence(score),
@@ -471,8 +469,8 @@ bool EffectSearch::FitToTheEnd(const Fitted& best) {
     Say("from whole runs", *now);
   }
   const Fitted after = Best();
-  return after != nullptr &&
-         (after->effects != best->effects || Matters(after->score, best->score));
+  return after != nullptr && (after->effects != best->effects ||
+                              Matters(after->score, best->score));
 }
 
 void EffectSearch::LeaveOutEach() {
@@ -481,8 +479,8 @@ void EffectSearch::LeaveOutEach() {
       std::vector<int> rest = best->effects;
       rest.erase(std::find(rest.begin(), rest.end(), e));
       if (store_.contains(rest)) continue;
-      Say("without", *FitFrom(*best, rest, {}, {}, 0.0,
-                              std::max(1.0, best->error())));
+      Say("without",
+          *FitFrom(*best, rest, {}, {}, 0.0, std::max(1.0, best->error())));
     }
     const Fitted now = Best();
     if (now == best || now->score.parameters >= best->score.parameters) return;
@@ -509,11 +507,10 @@ void EffectSearch::NoteAlike(const FittedSet& best) {
           one.score.parameters > best.score.parameters) {
         continue;
       }
-      const Difference by = DifferenceOf(one.log_errors, own->log_errors);
-      const bool near =
-          by.mean <= std::max(std::min(by.std_error, kFarOff),
-                              std::log1p(kMatters)) ||
-          explained(one) > kAlike * explained(*own);
+      const ErrorDifference by = DifferenceOf(one.log_errors, own->log_errors);
+      const bool near = by.mean <= std::max(std::min(by.std_error, kFarOff),
+                                            std::log1p(kMatters)) ||
+                        explained(one) > kAlike * explained(*own);
       const auto at = noted.find(one.score.effects);
       if (!near || (at != noted.end() && at->second.mean <= by.mean)) continue;
       noted.insert_or_assign(
@@ -547,7 +544,8 @@ std::vector<std::shared_ptr<const FittedSet>> EffectSearch::RivalsOf(
         fitted->score.parameters > best.score.parameters) {
       continue;
     }
-    const Difference by = DifferenceOf(fitted->score.log_errors, best.score.log_errors);
+    const ErrorDifference by =
+        DifferenceOf(fitted->score.log_errors, best.score.log_errors);
     if (by.mean <= std::max(by.std_error, 1e-3)) rivals.push_back(fitted);
   }
   return rivals;
@@ -558,8 +556,8 @@ EvaluatedModel EffectSearch::FitGiven() const {
   report_("fitting the model as given", std::nan(""));
   EvaluatedModel given = EvaluateGiven(problem_);
   // Over a motion that it does not follow nothing is linear: shorter, as long
-  // as that helps. What does not move at all for want of a drive is no matter of
-  // length.
+  // as that helps. What does not move at all for want of a drive is no matter
+  // of length.
   if (!DrivesWithoutEffort(problem_, catalogue_).empty()) return given;
   while (!Follows(given) && !(problem_.options.segment > 0.0)) {
     DiagnosisProblem shorter = problem_;
@@ -724,10 +722,9 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) answer.rivals = RivalsOf(found);
   answer.at_noise = IsAtNoiseFloor(found.model);
-  answer.explains =
-      answer.at_noise ||
-      (!found.effects.empty() &&
-       ExplainsMost(problem_, base_->model, found.model, 1.0));
+  answer.explains = answer.at_noise ||
+                    (!found.effects.empty() &&
+                     ExplainsMost(problem_, base_->model, found.model, 1.0));
   answer.usable = base_->model.fit.converged ||
                   (base_->model.fit.iterations > 0 &&
                    std::isfinite(base_->model.train_error()) &&

@@ -20,11 +20,11 @@ struct FittedSet {
   std::vector<int> effects;  // in the catalogue, ascending
   EvaluatedModel model;
   ModelScore score;
-  std::string refused;        // why it is no answer; else empty
+  std::string refused;  // why it is no answer; else empty
   // The one of its effects that the data determines least, where that is not
   // enough.
   std::optional<int> undetermined;
-  bool is_final = false;      // fitted until nothing is to be gained
+  bool is_final = false;  // fitted until nothing is to be gained
 
   double error() const { return model.cv.error(); }
   bool IsAnswer() const {
@@ -100,9 +100,9 @@ class EffectSearch {
 
   // What the equations of motion show, where that is more than a search adds
   // one by one, which would judge each while the others are missing; no fit
-  // would follow the motion of a model that misses so much. False where segments
-  // judge fewer better than differentiated positions do: they are kept for
-  // FitFirstSets().
+  // would follow the motion of a model that misses so much. False where
+  // segments judge fewer better than differentiated positions do: they are kept
+  // for FitFirstSets().
   bool BeginByEquations();
   // The model as given, over segments that it follows.
   EvaluatedModel FitGiven() const;

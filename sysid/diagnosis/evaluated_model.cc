@@ -391,8 +391,9 @@ EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
     without_influence.insert(effect->without_influence.begin(),
                              effect->without_influence.end());
   }
-  return EvaluateFrom(problem, before, std::move(added), std::move(without_influence),
-               starts, EnoughOf(effects, before), options);
+  return EvaluateFrom(problem, before, std::move(added),
+                      std::move(without_influence), starts,
+                      EnoughOf(effects, before), options);
 }
 
 EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
@@ -402,8 +403,8 @@ EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
   std::vector<std::shared_ptr<const Effect>> left = before.added;
   std::map<std::string, double> values = ValuesOf(before);
   TakeOut({effect}, &left, &values);
-  return EvaluateFrom(problem, before, std::move(left), before.without_influence,
-               {values}, 0.0, options);
+  return EvaluateFrom(problem, before, std::move(left),
+                      before.without_influence, {values}, 0.0, options);
 }
 
 EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
@@ -415,8 +416,9 @@ EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
   for (auto& added : effects) {
     if (added->name() == effect) added = part;
   }
-  return EvaluateFrom(problem, before, std::move(effects), before.without_influence,
-               {ValuesOf(before)}, 0.0, options);
+  return EvaluateFrom(problem, before, std::move(effects),
+                      before.without_influence, {ValuesOf(before)}, 0.0,
+                      options);
 }
 
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,

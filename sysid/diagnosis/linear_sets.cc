@@ -77,13 +77,14 @@ struct NormalMatrices {
   VectorXd own_length;              // squares of A with the states
 };
 
-NormalMatrices MatricesOf(const LinearizedFit& fit, const std::vector<int>& always,
-                    const std::vector<int>& own,
-                    const std::vector<MatrixXd>& columns) {
+NormalMatrices MatricesOf(const LinearizedFit& fit,
+                          const std::vector<int>& always,
+                          const std::vector<int>& own,
+                          const std::vector<MatrixXd>& columns) {
   const Folds folds = FoldsOf(fit);
   const auto a = columns.empty() ? 0 : columns[0].cols();
-  const auto width = static_cast<Eigen::Index>(always.size() + own.size()) +
-                     1 + a;
+  const auto width =
+      static_cast<Eigen::Index>(always.size() + own.size()) + 1 + a;
   NormalMatrices matrices;
   matrices.stretches.assign(folds.stretches, MatrixXd::Zero(width, width));
   matrices.folds.assign(folds.count, MatrixXd::Zero(width, width));
@@ -185,7 +186,8 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
   }
   std::vector<double> dof;
   // Those where no segment's middle is have no data.
-  const auto add_stretches = [&](const NormalMatrices& matrices, bool held_out) {
+  const auto add_stretches = [&](const NormalMatrices& matrices,
+                                 bool held_out) {
     for (size_t j = 0; j < matrices.stretches.size(); ++j) {
       if (!(matrices.dof[j] > 0.0)) continue;
       const int fold = held_out ? static_cast<int>(eliminations.size()) - 1

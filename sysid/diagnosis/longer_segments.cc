@@ -45,8 +45,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
       EvaluateLonger(problem, now, std::min(2.0 * length, longest));
   if (longer.train_error() > kGrowth * now.train_error() ||
       longer.holdout_error() > kGrowth * std::max(1.0, now.holdout_error()) ||
-      !Follows(longer) ||
-      longer.fit.segment_s < 1.1 * length) {
+      !Follows(longer) || longer.fit.segment_s < 1.1 * length) {
     return std::nullopt;
   }
   return longer;

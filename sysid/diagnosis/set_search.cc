@@ -33,10 +33,11 @@ class Looker {
     }
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
-    std::stable_sort(found.begin(), found.end(), [](const auto* a,
-                                                    const auto* b) {
-      return std::pair(a->mean, a->score.set) < std::pair(b->mean, b->score.set);
-    });
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto* a, const auto* b) {
+                       return std::pair(a->mean, a->score.set) <
+                              std::pair(b->mean, b->score.set);
+                     });
     return found;
   }
 
@@ -81,9 +82,9 @@ class Looker {
     }
     std::vector<PredictedSet> all;
     for (auto& [effects, one] : best) all.push_back(std::move(one));
-    std::stable_sort(
-        all.begin(), all.end(),
-        [](const auto& a, const auto& b) { return a.mean < b.mean; });
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+      return a.mean < b.mean;
+    });
     return all;
   }
 

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <memory>
 
-#include "sysid/diagnosis/diagnose.h"
 #include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/diagnose.h"
 
 namespace sysid {
 namespace {
@@ -143,18 +143,16 @@ Outcome SearchCase(const HiddenData& data) {
     if (!effect->inputs().empty()) continue;
     if (!effect->IsCandidate() && effect->NeedsDrive()) {
       const int v = mechanism.joints[effect->joint()].v_index;
-      const bool driven =
-          std::any_of(data.train.begin(), data.train.end(), [&](const Run& r) {
-            return !r.effort.col(v).isZero(0.0);
-          });
+      const bool driven = std::any_of(
+          data.train.begin(), data.train.end(),
+          [&](const Run& r) { return !r.effort.col(v).isZero(0.0); });
       if (!driven) continue;
     }
     candidates.push_back(effect);
   }
   DiagnosisOptions options;
   options.add = options.by_sets = true;
-  Outcome outcome =
-      OutcomeOf(data, Diagnose(problem, candidates, options));
+  Outcome outcome = OutcomeOf(data, Diagnose(problem, candidates, options));
   outcome.seconds = CpuSecondsOfThread() - start;
   return outcome;
 }

@@ -19,8 +19,8 @@ ArrayXd Values(std::initializer_list<double> values) {
 }
 
 TEST(DifferenceOfTest, IsTheMeanOfWhatBothHave) {
-  const Difference by = DifferenceOf(Values({1.0, kNone, 3.0, 2.0}),
-                                     Values({0.5, 1.0, 1.0, kNone}));
+  const ErrorDifference by = DifferenceOf(Values({1.0, kNone, 3.0, 2.0}),
+                                          Values({0.5, 1.0, 1.0, kNone}));
   EXPECT_DOUBLE_EQ(by.mean, 1.25);  // of 0.5 and 2
   EXPECT_DOUBLE_EQ(by.std_error, 0.75);
   // Ranks 1 and 2, both up: 3 / sqrt(5).
@@ -34,7 +34,7 @@ TEST(DifferenceOfTest, KnowsNoErrorOfOneStretchAndNothingOfNone) {
 
 TEST(DifferenceOfTest, CountsAgreementByRank) {
   // The largest against all others: (1 + 2 + 3 - 4) / sqrt(30).
-  const Difference by =
+  const ErrorDifference by =
       DifferenceOf(Values({0.1, 0.2, 0.3, -9.0}), ArrayXd::Zero(4));
   EXPECT_DOUBLE_EQ(by.agreement, 2.0 / std::sqrt(30.0));
 }
@@ -74,7 +74,7 @@ TEST(BeatsTest, NeedsMoreForMoreParameters) {
 TEST(BeatsTest, TakesTheStretchesWord) {
   ArrayXd a = ArrayXd::Constant(20, -0.2);
   a[7] = -40.0;
-  const Difference by = DifferenceOf(ArrayXd::Zero(20), a);
+  const ErrorDifference by = DifferenceOf(ArrayXd::Zero(20), a);
   EXPECT_LT(by.mean, 3.0 * by.std_error);
   EXPECT_TRUE(Beats(Of(a), kZero, 3.0));
 }

@@ -17,7 +17,8 @@ using testing::UnorderedElementsAre;
 class EffectSearchTest : public testing::Test {
  protected:
   explicit EffectSearchTest()
-      : model_(Shipped("pendulum2_planar")), catalogue_(AllCandidates(model_)) {}
+      : model_(Shipped("pendulum2_planar")),
+        catalogue_(AllCandidates(model_)) {}
 
   DiagnosisProblem Recorded(const Model& truth, double noise = kSetupNoise) {
     std::vector<sysid::Run> runs;
@@ -69,9 +70,9 @@ TEST_F(EffectSearchTest, AddNothingToAModelThatIsComplete) {
 }
 
 TEST_F(EffectSearchTest, FindTwoAtOnceWhateverTheWay) {
-  const Model truth = Shipped("pendulum2_planar", kPair,
-                              {{"joint1.damping", 0.02},
-                               {"joint2.friction", 0.01}});
+  const Model truth =
+      Shipped("pendulum2_planar", kPair,
+              {{"joint1.damping", 0.02}, {"joint2.friction", 0.01}});
   const DiagnosisProblem problem = Recorded(truth);
   const auto answer = Search(problem);
   EXPECT_THAT(Names(answer.found->effects),
