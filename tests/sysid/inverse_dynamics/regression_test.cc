@@ -88,5 +88,21 @@ TEST(EquationRegression, ErrorsAreThoseOfEstimatesWithoutABlock) {
             1e-4 * expected.norm());
 }
 
+// A wrist's small efforts are weighed by their own size; none at all by the
+// largest of the others, and a machine without efforts by one.
+TEST(EquationRegression, BeginsWithTheSizeOfEachJointsEfforts) {
+  const auto begins_with = [](double first, double second) -> Eigen::VectorXd {
+    EquationRows rows = RandomRows(50, 1);
+    rows.effort.col(0).setConstant(first);
+    rows.effort.col(1).setConstant(second);
+    return EquationRegression(kJoints, kColumns, {rows}, {}, RobustLoss::kNone,
+                              3.0, 1)
+        .sigma();
+  };
+  EXPECT_TRUE(begins_with(80.0, 0.02).isApprox(Eigen::Vector2d(80.0, 0.02)));
+  EXPECT_TRUE(begins_with(80.0, 0.0).isApprox(Eigen::Vector2d(80.0, 80.0)));
+  EXPECT_TRUE(begins_with(0.0, 0.0).isApprox(Eigen::Vector2d(1.0, 1.0)));
+}
+
 }  // namespace
 }  // namespace sysid
