@@ -220,7 +220,7 @@ bool EffectSearch::WasLookedFrom(const FittedSet& at) const {
   });
 }
 
-bool EffectSearch::LookFrom(const Fitted& at) {
+void EffectSearch::LookFrom(const Fitted& at) {
   report_("looking for what is missing", at->model.train_error());
   Look look{at, nullptr, {}, {}};
   look.sets = std::make_unique<LinearSets>(problem_, at->model, catalogue_);
@@ -236,29 +236,20 @@ bool EffectSearch::LookFrom(const Fitted& at) {
             << look.predicted[i].score.parameters << names;
   }
   looks_.push_back(std::move(look));
-  return !looks_.back().predicted.empty();
 }
 
-std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
-    const FittedSet& best) const {
+std::vector<EffectSearch::Prediction> EffectSearch::NearestPredictions() const {
   // A fit from elsewhere may end elsewhere: worth another where it should leave
   // so much less.
   constexpr double kMuchLess = 0.8;
-  struct Item {
-    ModelScore score;
-    const Look* look;
-    const PredictedSet* predicted;
-    double mean() const { return score.log_errors.mean(); }
-  };
-  // Of all looks the nearest one counts, the last of those.
-  std::map<std::vector<int>, std::pair<size_t, Item>> nearest;
-  for (const Look& look : looks_) {
+  std::map<std::vector<int>, std::pair<size_t, Prediction>> nearest;
+  for (size_t l = 0; l < looks_.size(); ++l) {
+    const Look& look = looks_[l];
+    const ArrayXd now = NowAt(look, *look.at).log_errors;
     for (const PredictedSet& one : look.predicted) {
       const std::vector<int>& effects = one.score.effects;
       if (tried_.contains({effects, look.at.get()})) continue;
       ArrayXd logs = one.log_errors;
-      const ArrayXd now =
-          look.sets->LogErrors((2.0 * WithData(*look.at)).exp().eval());
       for (const auto& [added, ratio] : look.refuted) {
         if (!std::includes(effects.begin(), effects.end(), added.begin(),
                            added.end())) {
@@ -272,6 +263,7 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
            !(std::exp(logs.mean()) < kMuchLess * known->second->error()))) {
         continue;
       }
+      // Of all looks the nearest one counts, the last of those.
       const size_t distance = Distance(effects, look.at->effects);
       const auto at = nearest.find(effects);
       if (at != nearest.end() && at->second.first < distance) continue;
@@ -279,68 +271,79 @@ std::optional<EffectSearch::Proposal> EffectSearch::NextProposal(
           effects,
           std::pair(
               distance,
-              Item{{std::move(logs), one.score.parameters}, &look, &one}));
+              Prediction{{std::move(logs), one.score.parameters}, l, &one}));
     }
   }
-  std::vector<Item> items, others;
-  for (auto& [effects, at] : nearest) {
-    Item& item = at.second;
-    // As uncertain as the prediction.
-    const ModelScore now = {
-        item.look->sets->LogErrors((2.0 * WithData(best)).exp().eval()),
-        best.score.parameters};
-    if (now.log_errors.size() != item.score.log_errors.size()) continue;
-    if (beaten_by_.contains(effects) && !Matters(item.score, now)) continue;
-    bool wanted = false;
-    if (item.score.parameters > now.parameters) {
-      wanted = Beats(item.score, now, deviations_);
-    } else {
-      wanted = !Beats(now, item.score, deviations_);
-      // As many parameters must do better; fewer are only asked for where the
-      // best itself was linearised: what goes far is not predicted.
-      if (item.score.parameters == now.parameters) {
-        const ErrorDifference by =
-            DifferenceOf(now.log_errors, item.score.log_errors);
-        wanted = wanted && by.mean > std::max(by.std_error, kLeastGain);
-      } else if (item.look->at->effects != best.effects) {
-        wanted = wanted && !Beats(now, item.score, 1.0);
-      }
-    }
-    if (wanted) {
-      items.push_back(std::move(item));
+  std::vector<Prediction> all;
+  for (auto& [effects, at] : nearest) all.push_back(std::move(at.second));
+  return all;
+}
+
+ModelScore EffectSearch::NowAt(const Look& look, const FittedSet& fitted) {
+  return {look.sets->LogErrors((2.0 * WithData(fitted)).exp().eval()),
+          fitted.score.parameters};
+}
+
+bool EffectSearch::IsWanted(const Prediction& one, const ModelScore& now,
+                            const FittedSet& best) const {
+  if (one.score.parameters > now.parameters) {
+    return Beats(one.score, now, deviations_);
+  }
+  if (Beats(now, one.score, deviations_)) return false;
+  // As many parameters must do better; fewer are only asked for where the best
+  // itself was linearised: what goes far is not predicted.
+  if (one.score.parameters == now.parameters) {
+    const ErrorDifference by =
+        DifferenceOf(now.log_errors, one.score.log_errors);
+    return by.mean > std::max(by.std_error, kLeastGain);
+  }
+  return looks_[one.look].at->effects == best.effects ||
+         !Beats(now, one.score, 1.0);
+}
+
+std::optional<EffectSearch::Prediction> EffectSearch::NextProposal(
+    const FittedSet& best) const {
+  const auto is_less = [](const Prediction& a, const Prediction& b) {
+    return a.mean() < b.mean();
+  };
+  std::vector<Prediction> wanted, others;
+  for (Prediction& one : NearestPredictions()) {
+    const std::vector<int>& effects = one.set->score.effects;
+    const ModelScore now = NowAt(looks_[one.look], best);
+    if (now.log_errors.size() != one.score.log_errors.size()) continue;
+    if (beaten_by_.contains(effects) && !Matters(one.score, now)) continue;
+    if (IsWanted(one, now, best)) {
+      wanted.push_back(std::move(one));
     } else if (effects.size() <= std::max<size_t>(1, best.effects.size())) {
-      others.push_back(std::move(item));
+      others.push_back(std::move(one));
     }
   }
-  // While something is missing nothing is known better than by a fit: of the
-  // sets with no more effects the best by its prediction.
-  if (items.empty() && !others.empty() && !IsAtNoiseFloor(best.model)) {
-    items = {*std::min_element(
-        others.begin(), others.end(),
-        [](const auto& a, const auto& b) { return a.mean() < b.mean(); })};
+  if (wanted.empty()) {
+    // While something is missing nothing is known better than by a fit: of the
+    // sets with no more effects the best by its prediction.
+    if (others.empty() || best.score.at_noise) return std::nullopt;
+    return *std::min_element(others.begin(), others.end(), is_less);
   }
-  if (items.empty()) return std::nullopt;
+  const auto key = [](const Prediction& one) {
+    return std::tuple(one.score.parameters, one.set->score.effects.size(),
+                      one.mean());
+  };
   std::stable_sort(
-      items.begin(), items.end(), [](const auto& a, const auto& b) {
-        const auto key = [](const Item& item) {
-          return std::tuple(item.score.parameters,
-                            item.predicted->score.effects.size(), item.mean());
-        };
-        return key(a) < key(b);
-      });
-  std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
-  const auto first = std::min_element(
-      unbeaten.begin(), unbeaten.end(),
-      [](const auto& a, const auto& b) { return a.mean() < b.mean(); });
-  auto chosen = first;
-  for (auto item = unbeaten.begin(); item != unbeaten.end(); ++item) {
-    if (item->mean() < first->mean() + 1e-3 &&
-        Rank(item->predicted->score.effects) <
-            Rank(chosen->predicted->score.effects)) {
-      chosen = item;
+      wanted.begin(), wanted.end(),
+      [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  const std::vector<Prediction> unbeaten = FewestUnbeaten(wanted, deviations_);
+  const auto least =
+      std::min_element(unbeaten.begin(), unbeaten.end(), is_less);
+  // Of the same force under two names the more common one.
+  constexpr double kSame = 1e-3;  // ln
+  auto chosen = least;
+  for (auto one = unbeaten.begin(); one != unbeaten.end(); ++one) {
+    if (one->mean() < least->mean() + kSame &&
+        Rank(one->set->score.effects) < Rank(chosen->set->score.effects)) {
+      chosen = one;
     }
   }
-  return Proposal{chosen->look, chosen->predicted};
+  return *chosen;
 }
 
 EffectSearch::Fitted EffectSearch::FitFrom(
@@ -404,10 +407,11 @@ std::vector<std::map<std::string, double>> EffectSearch::StartsOf(
   return starts;
 }
 
-void EffectSearch::Fit(const Proposal& proposal) {
+void EffectSearch::Fit(const Prediction& proposal) {
+  // The first start alone is tried where it gains so much of what was promised.
   constexpr double kOfPromise = 0.5;
-  Look& look = const_cast<Look&>(*proposal.look);
-  const LinearSets::Score& score = proposal.predicted->score;
+  Look& look = looks_[proposal.look];
+  const LinearSets::Score& score = proposal.set->score;
   const FittedSet& from = *look.at;
   tried_.insert({score.effects, &from});
   const double promised = std::exp(0.5 * score.squares.log().mean());
@@ -436,7 +440,7 @@ bool EffectSearch::Improve() {
     // Nothing has fewer parameters than one, and nothing is missing.
     if (best->score.parameters <= 1 && best->score.at_noise) return false;
     if (!WasLookedFrom(*best)) LookFrom(best);
-    std::optional<Proposal> next;
+    std::optional<Prediction> next;
     if (fits_ < kMostFits && failures_ < kMostFailures) {
       next = NextProposal(*best);
     }

@@ -80,9 +80,12 @@ class EffectSearch {
     std::set<std::string> without_influence;
     std::vector<std::map<std::string, double>> starts;
   };
-  struct Proposal {
-    const Look* look;
-    const PredictedSet* predicted;
+  // A set as a look predicts it, with what was refuted there.
+  struct Prediction {
+    ModelScore score;
+    size_t look;
+    const PredictedSet* set;
+    double mean() const { return score.log_errors.mean(); }
   };
 
   Fitted Keep(std::vector<int> effects, EvaluatedModel model);
@@ -110,10 +113,17 @@ class EffectSearch {
   // recorded, and the few effects that the equations of motion show.
   void FitFirstSets();
   std::vector<int> IndicesOf(const std::vector<ScreenedEffect>& effects) const;
-  bool LookFrom(const Fitted& at);
+  void LookFrom(const Fitted& at);
   bool WasLookedFrom(const FittedSet& at) const;
-  std::optional<Proposal> NextProposal(const FittedSet& best) const;
-  void Fit(const Proposal& proposal);
+  // Of each set that was not fitted from there, as the nearest look has it.
+  std::vector<Prediction> NearestPredictions() const;
+  // A fitted set, as uncertain as the look's predictions.
+  static ModelScore NowAt(const Look& look, const FittedSet& fitted);
+  // Whether the best set (`now`) should give way to a prediction.
+  bool IsWanted(const Prediction& one, const ModelScore& now,
+                const FittedSet& best) const;
+  std::optional<Prediction> NextProposal(const FittedSet& best) const;
+  void Fit(const Prediction& proposal);
   // What the data does not determine goes, and the rest is fitted.
   void DropUndetermined(Fitted fitted);
   static std::vector<std::map<std::string, double>> StartsOf(
