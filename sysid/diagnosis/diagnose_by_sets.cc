@@ -30,7 +30,8 @@ class Writer {
         base_(*answer.base),
         found_(*answer.found) {}
 
-  Diagnosis Write(bool add) const {
+  // Of a search that was stopped nothing is fitted or linearised any more.
+  Diagnosis Write(bool add, bool stopped) const {
     Diagnosis diagnosis(problem_.model);
     diagnosis.base = base_.model;
     diagnosis.usable = answer_.usable;
@@ -41,10 +42,22 @@ class Writer {
     for (const int e : answer_.order) {
       diagnosis.proposed.push_back(candidates_[e]->name());
     }
-    if (!diagnosis.usable) return diagnosis;
-    List(&diagnosis);
     FillRivals(&diagnosis);
     if (add && !found_.effects.empty()) FillSteps(&diagnosis);
+    if (stopped || !diagnosis.usable) {
+      List(Screening(), &diagnosis);
+      diagnosis.where.channels = base_.model.fit.train.channels;
+      diagnosis.where.segments = base_.model.fit.train.segments;
+      diagnosis.comparison.path = {ErrorsOf(base_.model)};
+      for (const DiagnosisStep& step : diagnosis.steps) {
+        diagnosis.comparison.path.push_back(ErrorsOf(*step.after));
+      }
+      return diagnosis;
+    }
+    List(ScreenEffects(
+             LinearizedFit(*base_.model.problem, base_.model.fit.point),
+             base_.model.fit.model, candidates_, problem_.known),
+         &diagnosis);
     FillComparison(add, &diagnosis);
     diagnosis.by_equations = answer_.by_equations;
     diagnosis.where = FindWhere(base_.model);
@@ -109,10 +122,7 @@ class Writer {
 
   // The effects of the answer first, then all others as the model as given was
   // screened for them.
-  void List(Diagnosis* diagnosis) const {
-    const LinearizedFit linearized(*base_.model.problem, base_.model.fit.point);
-    const Screening screening = ScreenEffects(linearized, base_.model.fit.model,
-                                              candidates_, problem_.known);
+  void List(const Screening& screening, Diagnosis* diagnosis) const {
     diagnosis->tests = screening.tests;
     std::set<std::string> listed;
     for (const int e : answer_.order) {
@@ -263,7 +273,8 @@ Diagnosis DiagnoseBySets(const DiagnosisProblem& problem,
     interrupted = true;
     answer = search.SoFar();
   }
-  Diagnosis diagnosis = Writer(problem, candidates, answer).Write(options.add);
+  Diagnosis diagnosis =
+      Writer(problem, candidates, answer).Write(options.add, interrupted);
   if (interrupted) {
     diagnosis.interrupted = doing;
     diagnosis.doubts.insert(

@@ -675,7 +675,7 @@ void EffectSearch::FitFirstSets() {
 }
 
 EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
-  if (BeginByEquations()) return SoFar();
+  if (BeginByEquations()) return Judged();
   base_ = Keep({}, FitGiven());
   Say("base", *base_);
   FitFirstSets();
@@ -713,7 +713,16 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
   if (const Fitted best = Best(); best != nullptr && !best->effects.empty()) {
     FitRivals(*best);
   }
-  return SoFar();
+  return Judged();
+}
+
+EffectSearch::Answer EffectSearch::Judged() const {
+  Answer answer = SoFar();
+  const FittedSet& found = *answer.found;
+  answer.explains = answer.at_noise ||
+                    (!found.effects.empty() &&
+                     ExplainsMost(problem_, base_->model, found.model, 1.0));
+  return answer;
 }
 
 EffectSearch::Answer EffectSearch::SoFar() const {
@@ -725,10 +734,7 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   answer.followed = by_equations_.followed;
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) answer.rivals = RivalsOf(found);
-  answer.at_noise = IsAtNoiseFloor(found.model);
-  answer.explains = answer.at_noise ||
-                    (!found.effects.empty() &&
-                     ExplainsMost(problem_, base_->model, found.model, 1.0));
+  answer.explains = answer.at_noise = found.score.at_noise;
   answer.usable = base_->model.fit.converged ||
                   (base_->model.fit.iterations > 0 &&
                    std::isfinite(base_->model.train_error()) &&

@@ -59,7 +59,8 @@ class EffectSearch {
   // From the model as given; where `start` has effects, from those.
   Answer Run(const std::vector<int>& start = {});
 
-  // The answer by what was fitted until Run() threw Cancelled.
+  // The answer by what was fitted until Run() threw Cancelled; without a fit
+  // that would judge it, so that it explains nothing unless it is at the noise.
   bool HasBase() const { return base_ != nullptr; }
   Answer SoFar() const;
 
@@ -115,6 +116,7 @@ class EffectSearch {
   std::vector<int> IndicesOf(const std::vector<ScreenedEffect>& effects) const;
   void LookFrom(const Fitted& at);
   bool WasLookedFrom(const FittedSet& at) const;
+  Answer Judged() const;
   // Of each set that was not fitted from there, as the nearest look has it.
   std::vector<Prediction> NearestPredictions() const;
   // A fitted set, as uncertain as the look's predictions.
