@@ -435,26 +435,24 @@ void EffectSearch::Fit(const Prediction& proposal) {
 }
 
 bool EffectSearch::Improve() {
-  const Fitted before = Best();
-  for (Fitted best = before; best != nullptr;) {
-    // Nothing has fewer parameters than one, and nothing is missing.
-    if (best->score.parameters <= 1 && best->score.at_noise) return false;
-    if (!WasLookedFrom(*best)) LookFrom(best);
-    std::optional<Prediction> next;
-    if (fits_ < kMostFits && failures_ < kMostFailures) {
-      next = NextProposal(*best);
-    }
-    if (!next) return FitToTheEnd(best);
+  const Fitted best = Best();
+  // Nothing has fewer parameters than one, and nothing is missing.
+  if (best == nullptr ||
+      (best->score.parameters <= 1 && best->score.at_noise)) {
+    return false;
+  }
+  if (!WasLookedFrom(*best)) LookFrom(best);
+  for (; fits_ < kMostFits && failures_ < kMostFailures; ++failures_) {
+    const std::optional<Prediction> next = NextProposal(*best);
+    if (!next) break;
     Fit(*next);
     ++fits_;
-    const Fitted now = Best();
-    if (now != best) {
+    if (Best() != best) {
       failures_ = 0;
       return true;
     }
-    ++failures_;
   }
-  return false;
+  return FitToTheEnd(best);
 }
 
 bool EffectSearch::FitToTheEnd(const Fitted& best) {
