@@ -701,7 +701,8 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
       FitToTheEnd(best);
       best = Best();
     }
-    if (auto longer = Lengthen(problem_, best->model, report_)) {
+    if (auto longer =
+            Lengthen(problem_, best->model, report_, kMostIterationsToFollow)) {
       GoOnWith(*best, std::move(*longer));
       improved = true;
     }

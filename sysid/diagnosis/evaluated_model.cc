@@ -422,8 +422,13 @@ EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
 }
 
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
-                              const EvaluatedModel& before, double segment_s) {
+                              const EvaluatedModel& before, double segment_s,
+                              int most_iterations) {
   EvaluatedModel after = OpenAgain(problem, before);
+  EstimationOptions options = after.problem->options();
+  options.max_iterations = std::min(options.max_iterations, most_iterations);
+  after.problem =
+      std::make_shared<const ShootingProblem>(after.problem->With(options));
   // Rolled out to the new cuts with the step that served before.
   FitFrom(Recut(*after.problem, before.fit.point, segment_s), &after);
   Evaluate(problem, nullptr, &after);

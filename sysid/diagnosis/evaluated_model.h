@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -133,9 +134,11 @@ EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
 // Whether a fit did not converge or ended at a bound.
 bool IsDoubtful(const Fit& fit);
 
-// The same model in longer segments, s, which show what adds up slowly.
-EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
-                              const EvaluatedModel& before, double segment_s);
+// The same model in longer segments, s, which show what adds up slowly; fitted
+// in so many iterations at most.
+EvaluatedModel EvaluateLonger(
+    const DiagnosisProblem& problem, const EvaluatedModel& before,
+    double segment_s, int most_iterations = std::numeric_limits<int>::max());
 
 // The same model from one trajectory a run, joined over all segments. Where no
 // sensor sees a spin, the states of single segments may each be caught in a

@@ -38,6 +38,10 @@ inline constexpr double kLeastGain = 0.01;
 // beyond, errors are as large as they can be, and nothing is linear in them.
 inline constexpr double kFollows = 50.0;  // percent
 
+// What can be followed over segments twice as long is fitted there in so many
+// iterations: it begins near its minimum. More are chaos.
+inline constexpr int kMostIterationsToFollow = 30;
+
 // (7.14): the part of the excess over the noise that an answer must explain of
 // what the model as given leaves: half of the error.
 inline constexpr double kMost = 0.75;

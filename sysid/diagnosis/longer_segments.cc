@@ -28,7 +28,8 @@ bool Follows(const EvaluatedModel& evaluated) {
 
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
-                                       const ReportDoing& report) {
+                                       const ReportDoing& report,
+                                       int most_iterations) {
   // What a constant force is missed by grows with the square of the time; more
   // is chaos, or a wrong minimum.
   constexpr double kGrowth = 4.0;
@@ -41,8 +42,8 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
     return std::nullopt;
   }
   report("longer segments", now.train_error());
-  EvaluatedModel longer =
-      EvaluateLonger(problem, now, std::min(2.0 * length, longest));
+  EvaluatedModel longer = EvaluateLonger(
+      problem, now, std::min(2.0 * length, longest), most_iterations);
   if (longer.train_error() > kGrowth * now.train_error() ||
       longer.holdout_error() > kGrowth * std::max(1.0, now.holdout_error()) ||
       !Follows(longer) || longer.fit.segment_s < 1.1 * length) {

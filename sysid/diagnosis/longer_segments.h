@@ -20,11 +20,13 @@ using ReportDoing = std::function<void(const std::string& doing, double error)>;
 // what is missing is not linear in them.
 bool Follows(const EvaluatedModel& evaluated);
 
-// The model in segments twice as long, where its motion can be followed so far;
-// nothing where it cannot, or where too few segments would be left.
-std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
-                                       const EvaluatedModel& now,
-                                       const ReportDoing& report);
+// The model in segments twice as long, where its motion can be followed so far
+// in so many iterations; nothing where it cannot, or where too few segments
+// would be left.
+std::optional<EvaluatedModel> Lengthen(
+    const DiagnosisProblem& problem, const EvaluatedModel& now,
+    const ReportDoing& report,
+    int most_iterations = std::numeric_limits<int>::max());
 
 // The model from whole trajectories, where its states may be caught in wrong
 // ones; nothing where that does not help.
