@@ -239,9 +239,6 @@ void EffectSearch::LookFrom(const Fitted& at) {
 }
 
 std::vector<EffectSearch::Prediction> EffectSearch::NearestPredictions() const {
-  // A fit from elsewhere may end elsewhere: worth another where it should leave
-  // so much less.
-  constexpr double kMuchLess = 0.8;
   std::map<std::vector<int>, std::pair<size_t, Prediction>> nearest;
   for (size_t l = 0; l < looks_.size(); ++l) {
     const Look& look = looks_[l];
@@ -335,10 +332,9 @@ std::optional<EffectSearch::Prediction> EffectSearch::NextProposal(
   const auto least =
       std::min_element(unbeaten.begin(), unbeaten.end(), is_less);
   // Of the same force under two names the more common one.
-  constexpr double kSame = 1e-3;  // ln
   auto chosen = least;
   for (auto one = unbeaten.begin(); one != unbeaten.end(); ++one) {
-    if (one->mean() < least->mean() + kSame &&
+    if (one->mean() < least->mean() + kSameError &&
         Rank(one->set->score.effects) < Rank(chosen->set->score.effects)) {
       chosen = one;
     }
@@ -491,8 +487,6 @@ void EffectSearch::LeaveOutEach() {
 }
 
 void EffectSearch::NoteAlike(const FittedSet& best) {
-  constexpr double kAlike = 0.9;   // of what the best explains
-  constexpr double kFarOff = 0.3;  // ln
   auto& noted = alike_[best.effects];
   for (const Look& look : looks_) {
     const auto own = std::find_if(
@@ -510,9 +504,10 @@ void EffectSearch::NoteAlike(const FittedSet& best) {
         continue;
       }
       const ErrorDifference by = DifferenceOf(one.log_errors, own->log_errors);
-      const bool near = by.mean <= std::max(std::min(by.std_error, kFarOff),
-                                            std::log1p(kMatters)) ||
-                        explained(one) > kAlike * explained(*own);
+      const bool near =
+          by.mean <= std::max(std::min(by.std_error, kRivalFarOff),
+                              std::log1p(kMatters)) ||
+          explained(one) > kRivalExplains * explained(*own);
       const auto at = noted.find(one.score.effects);
       if (!near || (at != noted.end() && at->second.mean <= by.mean)) continue;
       noted.insert_or_assign(
@@ -524,13 +519,12 @@ void EffectSearch::NoteAlike(const FittedSet& best) {
 }
 
 void EffectSearch::FitRivals(const FittedSet& best) {
-  constexpr size_t kMostRivals = 3;
   std::vector<std::pair<double, std::vector<int>>> order;
   for (const auto& [effects, alike] : alike_[best.effects]) {
     if (!store_.contains(effects)) order.emplace_back(alike.mean, effects);
   }
   std::sort(order.begin(), order.end());
-  if (order.size() > kMostRivals) order.resize(kMostRivals);
+  if (order.size() > kMostRivalsFitted) order.resize(kMostRivalsFitted);
   for (const auto& [mean, effects] : order) {
     const Alike& alike = alike_[best.effects][effects];
     Say("as good", *FitFrom(best, effects, alike.without_influence,
@@ -548,7 +542,7 @@ std::vector<std::shared_ptr<const FittedSet>> EffectSearch::RivalsOf(
     }
     const ErrorDifference by =
         DifferenceOf(fitted->score.log_errors, best.score.log_errors);
-    if (by.mean <= std::max(by.std_error, 1e-3)) rivals.push_back(fitted);
+    if (by.mean <= std::max(by.std_error, kSameError)) rivals.push_back(fitted);
   }
   return rivals;
 }

@@ -1,6 +1,9 @@
 #pragma once
 
-// Every constant that decides a verdict (docs/judgement.md has the symbols).
+#include <cstddef>
+
+// The constants that decide a verdict of the search over sets
+// (docs/judgement.md has the symbols).
 
 namespace sysid {
 
@@ -33,6 +36,20 @@ inline constexpr double kRefuted = 1.25;
 // Of two sets with as many parameters one is worth a fit where it should leave
 // so much less (ln).
 inline constexpr double kLeastGain = 0.01;
+
+// A set that was fitted is fitted again from elsewhere, where it may end in
+// another minimum, if it should leave only this part of its error there.
+inline constexpr double kMuchLess = 0.8;
+// Errors this near (ln) are those of the same force under two names.
+inline constexpr double kSameError = 1e-3;
+
+// What may be as good as the answer is fitted: so many sets, as the refits cost
+// as much as the search; those predicted within one standard error, which of
+// unlike stretches is no more than this (ln), or that explain so much of what
+// the answer explains.
+inline constexpr size_t kMostRivalsFitted = 3;
+inline constexpr double kRivalFarOff = 0.3;
+inline constexpr double kRivalExplains = 0.9;
 
 // A model follows the motion where it explains this part of it, by (8.2):
 // beyond, errors are as large as they can be, and nothing is linear in them.

@@ -90,6 +90,14 @@ Outcome OutcomeOf(const HiddenData& data, const Diagnosis& diagnosis) {
   return outcome;
 }
 
+DiagnosisProblem ProblemOf(const HiddenData& data) {
+  DiagnosisProblem problem(data.mechanism.plain);
+  problem.free = data.mechanism.free;
+  problem.options = Options();
+  problem.SetRuns(data.train, {data.holdout});
+  return problem;
+}
+
 }  // namespace
 
 double ErrorWith(const HiddenData& data,
@@ -100,10 +108,7 @@ double ErrorWith(const HiddenData& data,
 
 Outcome DiagnoseCase(const HiddenData& data) {
   const auto start = std::chrono::steady_clock::now();
-  DiagnosisProblem problem(data.mechanism.plain);
-  problem.free = data.mechanism.free;
-  problem.options = Options();
-  problem.SetRuns(data.train, {data.holdout});
+  const DiagnosisProblem problem = ProblemOf(data);
   const Catalogue catalogue;
   const Mechanism& mechanism = data.mechanism.plain.mechanism();
   std::vector<std::shared_ptr<const Effect>> candidates;
@@ -131,10 +136,7 @@ Outcome DiagnoseCase(const HiddenData& data) {
 
 Outcome SearchCase(const HiddenData& data) {
   const double start = CpuSecondsOfThread();
-  DiagnosisProblem problem(data.mechanism.plain);
-  problem.free = data.mechanism.free;
-  problem.options = Options();
-  problem.SetRuns(data.train, {data.holdout});
+  const DiagnosisProblem problem = ProblemOf(data);
   const Catalogue catalogue;
   const Mechanism& mechanism = data.mechanism.plain.mechanism();
   Candidates candidates;
