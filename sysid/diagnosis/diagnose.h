@@ -8,6 +8,7 @@
 #include "sysid/diagnosis/candidate_list.h"
 #include "sysid/diagnosis/evaluated_model.h"
 #include "sysid/diagnosis/model_comparison.h"
+#include "sysid/diagnosis/stability.h"
 #include "sysid/diagnosis/verdict.h"
 #include "sysid/diagnosis/where.h"
 
@@ -58,6 +59,10 @@ struct Diagnosis {
   std::vector<std::vector<std::string>> rivals;
   // Of each of them, what motion tells it from the first; "" of the first.
   std::vector<std::string> told_apart_by;
+
+  // Of what is proposed, and of what of it is not constant where that varies
+  // most: it stands in for another law (docs/judgement.md, section 6).
+  std::vector<ParameterByStrata> stability, stand_ins;
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;

@@ -36,7 +36,11 @@ class Writer {
     diagnosis.base = base_.model;
     diagnosis.usable = answer_.usable;
     AddDoubts(&diagnosis);
+    if (!stopped) FillStability(&diagnosis);
     diagnosis.verdict = VerdictOfGiven();
+    if (!diagnosis.stand_ins.empty()) {
+      diagnosis.verdict = Verdict::kUnexplained;
+    }
     diagnosis.final_verdict =
         answer_.at_noise ? Verdict::kAdequate : Verdict::kUnexplained;
     for (const int e : answer_.order) {
@@ -160,6 +164,12 @@ class Writer {
       }
       diagnosis->candidates.push_back(std::move(other));
     }
+  }
+
+  // A model at the noise leaves nothing that another law would explain.
+  void FillStability(Diagnosis* diagnosis) const {
+    diagnosis->stability = ParametersByStrata(found_.model);
+    if (!answer_.at_noise) diagnosis->stand_ins = StandIns(diagnosis->stability);
   }
 
   void FillRivals(Diagnosis* diagnosis) const {

@@ -2,6 +2,7 @@
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/findings.h"
 #include "sysid/report/json.h"
+#include "sysid/report/page_parts.h"
 
 namespace sysid {
 
@@ -169,6 +170,8 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
       });
   json["rivals_told_apart_by"] = diagnosis.told_apart_by;
   json["final"] = Extended(session.effects, diagnosis.added());
+  json["stability"] = StabilityJson(diagnosis.stability);
+  json["stand_ins"] = StandInsJson(diagnosis.stand_ins);
   json["next_experiment"] =
       next.experiment.empty() ? Json(nullptr) : Json(next.experiment);
   json["final_fit"] = nullptr;

@@ -271,6 +271,66 @@ std::string ModelsText(const Diagnosis& diagnosis) {
   return text;
 }
 
+const char* UnitOf(const ParameterByStrata& one) {
+  switch (one.strata) {
+    case Strata::kTime:
+      return " s";
+    case Strata::kSpeed:
+      return one.is_slide ? " m/s" : " rad/s";
+    case Strata::kPosition:
+    case Strata::kAmplitude:
+      return one.is_slide ? " m" : " rad";
+    case Strata::kEffort:
+      return one.is_slide ? " N" : " N m";
+    case Strata::kRun:
+      break;
+  }
+  return "";
+}
+
+// "joint1.drag rises with the speed of joint1: 0.1 at 0 to 1 rad/s, 0.3 at 4 to
+// 5 rad/s".
+std::string HowItVaries(const ParameterByStrata& one) {
+  std::string of = NameOf(one.strata);
+  if (one.strata != Strata::kTime && one.strata != Strata::kRun) {
+    of += " of " + one.joint;
+  }
+  std::string text =
+      one.parameter +
+      (one.trend == Trend::kNone
+           ? " is not the same at each "
+           : std::string(" ") + NameOf(one.trend) + " with the ") +
+      of + ":";
+  for (const StratumEstimate& at : one.estimates) {
+    if (one.trend != Trend::kNone && &at != &one.estimates.front() &&
+        &at != &one.estimates.back()) {
+      continue;
+    }
+    text +=
+        " " + Value(at.value, at.std_error) + " at " +
+        (one.strata == Strata::kRun ? "run " + Format("%.0f", at.from)
+                                    : Format("%.3g to %.3g", at.from, at.to)) +
+        UnitOf(one) + ",";
+  }
+  text.pop_back();
+  return text;
+}
+
+std::string StandInText(const Diagnosis& diagnosis) {
+  if (diagnosis.stand_ins.empty()) return "";
+  std::vector<std::string> effects, how;
+  for (const ParameterByStrata& one : diagnosis.stand_ins) {
+    effects.push_back(one.effect);
+    how.push_back(HowItVaries(one));
+  }
+  return " " + ListEffects(effects, " and ") +
+         (effects.size() == 1 ? " lowers" : " lower") +
+         " the error, but a law that explains is constant, and " +
+         Join(how, "; ") + ". " +
+         (effects.size() == 1 ? "It stands" : "They stand") +
+         " in for another law.";
+}
+
 // What is missing, and the errors with it: of all steps, or else of the first
 // candidate.
 struct Answer {
@@ -367,7 +427,7 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
               ", the best of them, leaves " + Times(answer.holdout);
     }
     return text + ": the unexplained forces show what is left." +
-           AfterSteps(diagnosis, answer);
+           AfterSteps(diagnosis, answer) + StandInText(diagnosis);
   }
   if (diagnosis.verdict == Verdict::kUndecided) {
     std::vector<std::string> rivals;

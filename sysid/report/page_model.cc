@@ -190,6 +190,8 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["crossValidation"] =
       fit.cv ? CrossValidationJson(*fit.cv) : Json(nullptr);
   model["rivals"] = diagnosis ? RivalsJson(*diagnosis) : Json::array();
+  model["stability"] =
+      diagnosis ? StabilityJson(diagnosis->stability) : Json::array();
   model["nextExperiment"] = nullptr;
   if (diagnosis != nullptr && !source.experiment_words.empty()) {
     model["nextExperiment"] = {{"words", source.experiment_words},

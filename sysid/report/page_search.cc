@@ -38,4 +38,35 @@ Json RivalsJson(const Diagnosis& diagnosis) {
   return list;
 }
 
+Json StabilityJson(const std::vector<ParameterByStrata>& all) {
+  return List(all, [](const ParameterByStrata& one) -> Json {
+    return {{"effect", one.effect},
+            {"parameter", one.parameter},
+            {"unit", one.unit},
+            {"joint", one.joint},
+            {"strata", NameOf(one.strata)},
+            {"estimates", List(one.estimates,
+                               [](const StratumEstimate& at) -> Json {
+                                 return {{"from", Finite(at.from)},
+                                         {"to", Finite(at.to)},
+                                         {"value", Finite(at.value)},
+                                         {"std_error", Finite(at.std_error)}};
+                               })},
+            {"spread", Finite(one.spread)},
+            {"least_spread", Finite(one.least_spread)},
+            {"trend", NameOf(one.trend)},
+            {"constant", one.IsConstant()}};
+  });
+}
+
+Json StandInsJson(const std::vector<ParameterByStrata>& stand_ins) {
+  return List(stand_ins, [](const ParameterByStrata& one) -> Json {
+    return {{"effect", one.effect},
+            {"parameter", one.parameter},
+            {"strata", NameOf(one.strata)},
+            {"spread", Finite(one.spread)},
+            {"trend", NameOf(one.trend)}};
+  });
+}
+
 }  // namespace sysid

@@ -24,6 +24,8 @@ DEFINE_string(out, "", "file of the table");
 DEFINE_string(csv, "", "file with a line a case");
 DEFINE_bool(oracle, false, "fit with what was planted instead of finding it");
 DEFINE_bool(sets, false, "by the search for sets of effects");
+DEFINE_bool(withhold, false,
+            "with --sets, without the planted laws among the candidates");
 DEFINE_double(friction_time, 0, "time constant of MuJoCo's frictionloss, s");
 DEFINE_bool(list, false, "only list the cases");
 DEFINE_string(export_to, "",
@@ -63,7 +65,7 @@ Scored RunCase(HiddenCase info) {
         continue;
       }
       next.outcome = FLAGS_oracle ? AskOracle(data)
-                     : FLAGS_sets ? SearchCase(data)
+                     : FLAGS_sets ? SearchCase(data, FLAGS_withhold)
                                   : DiagnoseCase(data);
     } catch (const std::exception& error) {
       if (attempt > 1 && scored.outcome.fault.empty() &&
@@ -123,11 +125,13 @@ int Main() {
     const Outcome& o = one.outcome;
     const std::lock_guard<std::mutex> lock(mutex);
     scored.push_back(one);
-    std::fprintf(stderr, "%zu/%zu %s: %s %.2f -> %.2f%s, first %s, %.1f s %s\n",
+    std::string found;
+    for (const Outcome::Step& step : o.added) found += " " + step.added.name;
+    for (const std::string& name : o.stand_ins) found += " (not " + name + ")";
+    std::fprintf(stderr, "%zu/%zu %s: %s %.2f -> %.2f%s,%s, %.1f s %s\n",
                  scored.size(), cases.size(), cases[k].name.c_str(),
                  o.verdict.c_str(), o.train_before, o.train_after,
-                 one.complete() || one.Hit() ? "" : " MISSED",
-                 o.ranked.empty() ? "none" : o.ranked.front().name.c_str(),
+                 one.complete() || one.Hit() ? "" : " MISSED", found.c_str(),
                  o.seconds, o.fault.c_str());
     // What is done is kept, whatever comes after.
     if (!FLAGS_csv.empty()) WriteFileAtomically(FLAGS_csv, SuiteCsv(scored));

@@ -83,6 +83,9 @@ Outcome OutcomeOf(const HiddenData& data, const Diagnosis& diagnosis) {
       outcome.added.push_back(added);
     }
   }
+  for (const ParameterByStrata& one : diagnosis.stand_ins) {
+    outcome.stand_ins.push_back(one.effect);
+  }
   outcome.train_before = scale * diagnosis.base.train_error();
   outcome.holdout_before = scale * diagnosis.base.holdout_error();
   outcome.train_after = scale * diagnosis.last().train_error();
@@ -134,7 +137,7 @@ Outcome DiagnoseCase(const HiddenData& data) {
   return outcome;
 }
 
-Outcome SearchCase(const HiddenData& data) {
+Outcome SearchCase(const HiddenData& data, bool withheld) {
   const double start = CpuSecondsOfThread();
   const DiagnosisProblem problem = ProblemOf(data);
   const Catalogue catalogue;
@@ -143,6 +146,10 @@ Outcome SearchCase(const HiddenData& data) {
   for (const std::string& name : catalogue.Names(mechanism)) {
     const auto effect = catalogue.Make(name, mechanism, "test");
     if (!effect->inputs().empty()) continue;
+    const bool planted = std::any_of(
+        data.planted.begin(), data.planted.end(),
+        [&](const auto& one) { return one.kind() == effect->kind(); });
+    if (withheld && planted) continue;
     if (!effect->IsCandidate() && effect->NeedsDrive()) {
       const int v = mechanism.joints[effect->joint()].v_index;
       const bool driven = std::any_of(

@@ -23,6 +23,7 @@ struct Outcome {
   std::string verdict;            // "adequate", "missing_effect", "unexplained"
   std::vector<Candidate> ranked;  // by the first screen, best first
   std::vector<Step> added;
+  std::vector<std::string> stand_ins;
   double train_before = 0.0, holdout_before = 0.0;
   double train_after = 0.0, holdout_after = 0.0;
   double seconds = 0.0;
@@ -33,8 +34,9 @@ struct Outcome {
 Outcome DiagnoseCase(const HiddenData& data);
 
 // The same by the search for sets of effects (sysid/diagnosis/effect_search.h),
-// with all laws of the catalogue as candidates.
-Outcome SearchCase(const HiddenData& data);
+// with all laws of the catalogue as candidates; `withheld`: but for those that
+// were planted, on any target.
+Outcome SearchCase(const HiddenData& data, bool withheld = false);
 
 // The error of the training runs, over the planted noise, of the plain model
 // with only these of the planted effects, fitted from the truth.
