@@ -9,7 +9,6 @@
 
 #include "gflags/gflags.h"
 #include "models/error.h"
-#include "sysid/diagnosis/shared_refits.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
@@ -22,7 +21,6 @@
 #include "tools/program.h"
 
 DEFINE_bool(auto, false, "add effects until nothing is missing");
-DEFINE_bool(sets, false, "by the search over sets of effects");
 DEFINE_string(candidates, "", "effects to consider; all where not given");
 
 namespace sysid {
@@ -107,14 +105,6 @@ FitOutcome OutcomeOf(const Diagnosis& diagnosis) {
   return outcome;
 }
 
-// The others help until it is through.
-Diagnosis DiagnoseTogether(const DiagnosisProblem& problem,
-                           const Candidates& candidates,
-                           const DiagnosisOptions& options) {
-  const HelpersWanted helpers(*problem.helpers);
-  return Diagnose(problem, candidates, options);
-}
-
 int Main(ProcessGroup* group) {
   const double start_s = Now();
   const Catalogue catalogue;
@@ -128,14 +118,13 @@ int Main(ProcessGroup* group) {
   Session session = OpenSession(request, catalogue);
   const auto candidates = ChooseCandidates(
       catalogue, session, SplitEffects(request.candidates, "--candidates"),
-      "--candidates", FLAGS_sets);
+      "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   const Processes& all = group != nullptr ? *group : Alone();
   const bool is_first = all.rank() == 0;
   DoAlike(all, [&] {
     if (is_first) CheckOutputs(request, session);
   });
-  problem.helpers = &all;
   Watch watch(&session.options);
   problem.options.stop = session.options.stop;
   problem.options.progress = session.options.progress;
@@ -144,15 +133,11 @@ int Main(ProcessGroup* group) {
   DiagnosisOptions options;
   options.add = FLAGS_auto;
   options.keep_evaluated = true;
-  options.by_sets = FLAGS_sets;
   if (!is_first) {
-    HelpToRefit(problem, candidates);
-    SumOver(all, CpuSeconds());
     group->Finish();
     return kExitDone;
   }
-  Diagnosis diagnosis = DiagnoseTogether(problem, candidates, options);
-  const double helpers_cpu_s = SumOver(all, 0.0);
+  Diagnosis diagnosis = Diagnose(problem, candidates, options);
   if (group != nullptr) group->Finish();
   std::optional<FinalFit> final;
   if ((FLAGS_auto || !FLAGS_out.empty()) && diagnosis.interrupted.empty()) {
@@ -170,7 +155,7 @@ int Main(ProcessGroup* group) {
     final->session.findings = session.findings;
     // All that passed, the search and the checks too.
     final->fit.wall_time_s = Now() - start_s;
-    final->fit.cpu_time_s = CpuSeconds() + helpers_cpu_s;
+    final->fit.cpu_time_s = CpuSeconds();
     if (group != nullptr) final->fit.processes = all.size();
   }
   const FinalFit* fitted = final ? &*final : nullptr;

@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/evaluated_model.h"
 
 namespace sysid {
 
-// The candidates of a round as a reader wants them: ranked, with what the
-// refits said, and with what the data cannot tell from each.
+// The candidates as a reader wants them: ranked, with what the refits said, and
+// with what the data cannot tell from each.
 
 // A candidate that was refitted.
 struct Confirmation {
@@ -36,28 +36,6 @@ struct CandidateEffect {
   // otherwise, on sensors.
   std::vector<std::vector<double>> force;
 };
-
-// The chosen first (`best` of the refits, -1: none), then the accepted, the
-// refused, and the rest as screened.
-std::vector<CandidateEffect> ListCandidates(
-    const Screening& screening, const std::vector<CandidateRefit>& refits,
-    int best);
-
-// Whether two effects of a screening that were both refitted explain the data
-// equally well, and the same part of it or all.
-bool StandFor(const Screening& screening, int a, int b,
-              const EvaluatedModel& with_a, const EvaluatedModel& with_b);
-
-// Of a screening, those that would explain most of what an effect does and
-// leave nearly as little, with no more parameters: the best few.
-std::vector<std::string> AlikeTo(const Screening& screening,
-                                 const std::string& effect);
-
-// Single effects whose refits were accepted, and explain the same part of what
-// the model misses as that of `best` does, with no more parameters.
-std::vector<std::string> ThatExplainTheSame(
-    const Screening& screening, const std::vector<CandidateRefit>& refits,
-    int best);
 
 // The motion in which two effects differ.
 std::string ToldApartBy(const Effect& one, const Effect& other);

@@ -111,28 +111,6 @@ double CrossValidation::std_error() const {
   return error() * MeanLogError(*this).std_error;
 }
 
-ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b) {
-  CHECK_EQ(a.stretches.size(), b.stretches.size());
-  std::vector<double> ratios;
-  for (size_t j = 0; j < a.stretches.size(); ++j) {
-    ratios.push_back(std::log(a.stretches[j].error() / b.stretches[j].error()));
-  }
-  const Mean mean = MeanOf(ratios);
-  return {mean.value, mean.std_error};
-}
-
-double DeviationsOfBest(int tried) {
-  return std::max(1.0, std::sqrt(2.0 * std::log(tried)));
-}
-
-bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried) {
-  if (!std::isfinite(b.error())) return false;
-  if (!std::isfinite(a.error())) return true;
-  const ErrorRatio ratio = Compare(a, b);
-  return ratio.log_ratio > std::max(DeviationsOfBest(tried) * ratio.std_error,
-                                    std::log1p(kMatters));
-}
-
 Folds FoldsOf(const LinearizedFit& fit) {
   const ShootingProblem& problem = fit.problem();
   const StretchGrid grid(problem.data());

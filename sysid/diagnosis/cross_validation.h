@@ -33,21 +33,6 @@ struct CrossValidation {
   double std_error() const;
 };
 
-// ln(error of a / error of b), the mean over the same stretches, and its
-// standard error (7.12).
-struct ErrorRatio {
-  double log_ratio = 0.0, std_error = 0.0;
-};
-ErrorRatio Compare(const CrossValidation& a, const CrossValidation& b);
-
-// By so many standard errors the best of `tried` models must be better than
-// another: one (the rule of Breiman et al. 1984), or the largest of as many
-// standard normal deviates, about sqrt(2 ln tried), which chance makes of it.
-double DeviationsOfBest(int tried);
-// Whether a is worse than b, the best of `tried` models, by more than that and
-// by more than what matters.
-bool IsWorse(const CrossValidation& a, const CrossValidation& b, int tried = 1);
-
 // Which stretch each segment of a fit belongs to, and which part of the data
 // predicts it without: the other runs, or of one run the other stretches.
 struct Folds {

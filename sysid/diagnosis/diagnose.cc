@@ -1,9 +1,267 @@
 #include "sysid/diagnosis/diagnose.h"
 
-#include "sysid/diagnosis/diagnose_by_sets.h"
-#include "sysid/diagnosis/search.h"
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sysid/diagnosis/base_fit.h"
+#include "sysid/diagnosis/candidate_forces.h"
+#include "sysid/diagnosis/effect_search.h"
+#include "sysid/estimation/cancelled.h"
 
 namespace sysid {
+namespace {
+
+constexpr int kMostCompared = 12;  // candidates whose forces are shown
+
+using Answer = EffectSearch::Answer;
+
+// Writes an answer down as a diagnosis.
+class Writer {
+ public:
+  Writer(const DiagnosisProblem& problem, const Candidates& candidates,
+         const Answer& answer)
+      : problem_(problem),
+        candidates_(candidates),
+        answer_(answer),
+        base_(*answer.base),
+        found_(*answer.found) {}
+
+  // Of a search that was stopped nothing is fitted or linearised any more.
+  Diagnosis Write(bool add, bool stopped) const {
+    Diagnosis diagnosis(problem_.model);
+    diagnosis.base = base_.model;
+    diagnosis.usable = answer_.usable;
+    AddDoubts(&diagnosis);
+    if (!stopped) FillStability(&diagnosis);
+    diagnosis.verdict = VerdictOfGiven();
+    if (!diagnosis.stand_ins.empty()) {
+      diagnosis.verdict = Verdict::kUnexplained;
+    }
+    diagnosis.final_verdict =
+        answer_.at_noise ? Verdict::kAdequate : Verdict::kUnexplained;
+    for (const int e : answer_.order) {
+      diagnosis.proposed.push_back(candidates_[e]->name());
+    }
+    FillRivals(&diagnosis);
+    if (add && !found_.effects.empty()) FillSteps(&diagnosis);
+    if (stopped || !diagnosis.usable) {
+      List(Screening(), &diagnosis);
+      diagnosis.where.channels = base_.model.fit.train.channels;
+      diagnosis.where.segments = base_.model.fit.train.segments;
+      diagnosis.comparison.path = {ErrorsOf(base_.model)};
+      for (const DiagnosisStep& step : diagnosis.steps) {
+        diagnosis.comparison.path.push_back(ErrorsOf(*step.after));
+      }
+      return diagnosis;
+    }
+    List(ScreenEffects(
+             LinearizedFit(*base_.model.problem, base_.model.fit.point),
+             base_.model.fit.model, candidates_, problem_.known),
+         &diagnosis);
+    FillComparison(add, &diagnosis);
+    diagnosis.by_equations = answer_.by_equations;
+    diagnosis.where = FindWhere(base_.model);
+    diagnosis.where.followed = answer_.followed;
+    AddForcesToCompare(base_.model, kMostCompared, &diagnosis.where.force,
+                       &diagnosis.candidates);
+    return diagnosis;
+  }
+
+ private:
+  Verdict VerdictOfGiven() const {
+    if (!answer_.explains) return Verdict::kUnexplained;
+    if (found_.effects.empty()) return Verdict::kAdequate;
+    return answer_.rivals.empty() ? Verdict::kMissingEffect
+                                  : Verdict::kUndecided;
+  }
+  std::vector<std::string> Names(const FittedSet& fitted) const {
+    std::vector<std::string> names;
+    for (const int e : fitted.effects) names.push_back(candidates_[e]->name());
+    return names;
+  }
+
+  // Where a rival differs from the answer by one effect: that one, and what
+  // stands in its place. -1, -1 elsewhere.
+  std::pair<int, int> Exchange(const FittedSet& rival) const {
+    std::vector<int> gone, come;
+    std::set_difference(found_.effects.begin(), found_.effects.end(),
+                        rival.effects.begin(), rival.effects.end(),
+                        std::back_inserter(gone));
+    std::set_difference(rival.effects.begin(), rival.effects.end(),
+                        found_.effects.begin(), found_.effects.end(),
+                        std::back_inserter(come));
+    if (gone.size() != 1 || come.size() != 1) return {-1, -1};
+    return {gone[0], come[0]};
+  }
+  std::vector<std::string> InPlaceOf(int effect) const {
+    std::vector<std::string> others;
+    for (const auto& rival : answer_.rivals) {
+      const auto [gone, come] = Exchange(*rival);
+      if (gone == effect) others.push_back(candidates_[come]->name());
+    }
+    return others;
+  }
+  std::string ToldApart(int a, int b) const {
+    return ToldApartBy(*candidates_[a], *candidates_[b]);
+  }
+
+  Confirmation Confirm(const FittedSet& fitted, int effect) const {
+    const EvaluatedModel& model = fitted.model;
+    Confirmation confirmed;
+    confirmed.train = model.train_error();
+    confirmed.holdout = model.holdout_error();
+    confirmed.cv = model.cv;
+    confirmed.segment_s = model.fit.segment_s;
+    for (const int other : fitted.effects) {
+      if (other == effect) continue;
+      confirmed.together_with.push_back(candidates_[other]->name());
+    }
+    confirmed.parameters = EstimatesOf(model, {candidates_[effect].get()});
+    return confirmed;
+  }
+
+  // The effects of the answer first, then all others as the model as given was
+  // screened for them.
+  void List(const Screening& screening, Diagnosis* diagnosis) const {
+    diagnosis->tests = screening.tests;
+    std::set<std::string> listed;
+    for (const int e : answer_.order) {
+      ScreenedEffect screened;
+      screened.effect = candidates_[e];
+      screened.p_value = std::nan("");
+      screened.predicted_error = found_.model.train_error();
+      const int at = screening.IndexOf(candidates_[e]->name());
+      if (at >= 0) screened = screening.effects[at];
+      CandidateEffect one{screened, Confirm(found_, e), InPlaceOf(e), "", {}};
+      one.confirmed->accepted = true;
+      for (const auto& rival : answer_.rivals) {
+        const auto [gone, come] = Exchange(*rival);
+        if (gone != e || !one.told_apart_by.empty()) continue;
+        one.told_apart_by = ToldApart(gone, come);
+      }
+      listed.insert(candidates_[e]->name());
+      diagnosis->candidates.push_back(std::move(one));
+    }
+    for (const ScreenedEffect& screened : screening.effects) {
+      if (!listed.insert(screened.name()).second) continue;
+      CandidateEffect other{screened, std::nullopt, {}, "", {}};
+      for (const auto& fitted : answer_.fitted) {
+        if (fitted->effects.size() != 1 ||
+            candidates_[fitted->effects[0]]->name() != other.screened.name()) {
+          continue;
+        }
+        other.confirmed = Confirm(*fitted, fitted->effects[0]);
+        other.confirmed->refused =
+            !fitted->refused.empty() ? fitted->refused
+            : found_.effects.empty()
+                ? "it does not improve the prediction of held-out data"
+                : "others predict held-out data better";
+      }
+      diagnosis->candidates.push_back(std::move(other));
+    }
+  }
+
+  // A model at the noise leaves nothing that another law would explain.
+  void FillStability(Diagnosis* diagnosis) const {
+    diagnosis->stability = ParametersByStrata(found_.model);
+    if (!answer_.at_noise) diagnosis->stand_ins = StandIns(diagnosis->stability);
+  }
+
+  void FillRivals(Diagnosis* diagnosis) const {
+    if (answer_.rivals.empty()) return;
+    diagnosis->rivals = {
+        {diagnosis->proposed, "", {answer_.found, &found_.model}}};
+    for (const auto& rival : answer_.rivals) {
+      const auto [gone, come] = Exchange(*rival);
+      diagnosis->rivals.push_back({Names(*rival),
+                                   gone < 0 ? "" : ToldApart(gone, come),
+                                   {rival, &rival->model}});
+    }
+  }
+
+  // Of the fitted sets those that lead to the answer, each a part of the next.
+  std::vector<std::shared_ptr<const FittedSet>> Path() const {
+    std::vector<std::shared_ptr<const FittedSet>> path = {answer_.found};
+    while (path.front()->effects.size() > 1) {
+      std::shared_ptr<const FittedSet> before;
+      const std::vector<int>& all = path.front()->effects;
+      for (const auto& fitted : answer_.fitted) {
+        const std::vector<int>& some = fitted->effects;
+        if (some.empty() || some.size() >= all.size() || !fitted->IsAnswer() ||
+            !std::includes(all.begin(), all.end(), some.begin(), some.end())) {
+          continue;
+        }
+        if (before == nullptr || some.size() > before->effects.size() ||
+            (some.size() == before->effects.size() &&
+             fitted->error() < before->error())) {
+          before = fitted;
+        }
+      }
+      if (before == nullptr) break;
+      path.insert(path.begin(), before);
+    }
+    return path;
+  }
+
+  void FillSteps(Diagnosis* diagnosis) const {
+    std::vector<int> have;
+    const EvaluatedModel* before = &base_.model;
+    for (const auto& fitted : Path()) {
+      DiagnosisStep step;
+      step.segment_s = before->fit.segment_s;
+      step.train_before = before->train_error();
+      step.holdout_before = before->holdout_error();
+      step.cv_before = before->cv;
+      step.predicted = step.train_after = fitted->model.train_error();
+      step.holdout_after = fitted->model.holdout_error();
+      for (const int e : answer_.order) {
+        if (std::find(have.begin(), have.end(), e) != have.end() ||
+            std::find(fitted->effects.begin(), fitted->effects.end(), e) ==
+                fitted->effects.end()) {
+          continue;
+        }
+        have.push_back(e);
+        step.effects.push_back(candidates_[e]->name());
+        step.indistinguishable_from.push_back(fitted == answer_.found
+                                                  ? InPlaceOf(e)
+                                                  : std::vector<std::string>{});
+        for (const ParameterEstimate& p :
+             EstimatesOf(fitted->model, {candidates_[e].get()})) {
+          step.parameters.push_back(p);
+        }
+      }
+      step.after = {fitted, &fitted->model};
+      before = &fitted->model;
+      diagnosis->steps.push_back(std::move(step));
+    }
+    diagnosis->final = diagnosis->steps.back().after;
+  }
+
+  void FillComparison(bool add, Diagnosis* diagnosis) const {
+    const EvaluatedModel& last = add ? found_.model : base_.model;
+    ModelComparison& comparison = diagnosis->comparison;
+    comparison.path = {ErrorsOver(problem_, base_.model, last)};
+    for (const DiagnosisStep& step : diagnosis->steps) {
+      comparison.path.push_back(ErrorsOver(problem_, *step.after, last));
+    }
+    std::vector<ModelErrors> tried;
+    for (const auto& fitted : answer_.fitted) {
+      tried.push_back(ErrorsOf(fitted->model));
+    }
+    SetNeighbours(tried, last, &comparison);
+  }
+
+  const DiagnosisProblem& problem_;
+  const Candidates& candidates_;
+  const Answer& answer_;
+  const FittedSet &base_, &found_;
+};
+
+}  // namespace
 
 std::vector<std::string> Diagnosis::added() const {
   std::vector<std::string> names;
@@ -12,10 +270,34 @@ std::vector<std::string> Diagnosis::added() const {
 }
 
 Diagnosis Diagnose(const DiagnosisProblem& problem,
-                   const std::vector<std::shared_ptr<const Effect>>& candidates,
-                   const DiagnosisOptions& options) {
-  if (options.by_sets) return DiagnoseBySets(problem, candidates, options);
-  return Search(problem, candidates, options).Run();
+                         const Candidates& candidates,
+                         const DiagnosisOptions& options) {
+  std::string doing;
+  EffectSearch search(problem, candidates,
+                      [&](const std::string& what, double error) {
+                        ThrowIfCancelled(problem.options.stop);
+                        doing = what;
+                        if (!problem.options.progress) return;
+                        problem.options.progress({what, 0, 0, error});
+                      });
+  Answer answer;
+  bool interrupted = false;
+  try {
+    answer = search.Run();
+  } catch (const Cancelled&) {
+    if (!options.keep_evaluated || !search.HasBase()) throw;
+    interrupted = true;
+    answer = search.SoFar();
+  }
+  Diagnosis diagnosis =
+      Writer(problem, candidates, answer).Write(options.add, interrupted);
+  if (interrupted) {
+    diagnosis.interrupted = doing;
+    diagnosis.doubts.insert(
+        diagnosis.doubts.begin(),
+        "interrupted while " + doing + ": the search is not complete");
+  }
+  return diagnosis;
 }
 
 }  // namespace sysid

@@ -14,9 +14,7 @@
 
 namespace sysid {
 
-// Where a fitted model fails and which effect is missing (docs/theory.md
-// section 7): screen every candidate to first order, refit the best, let the
-// held-out runs decide, add, and look again.
+// Where a fitted model fails and which effects are missing: docs/judgement.md.
 
 // One change of the model on the way to one that explains the data.
 struct DiagnosisStep {
@@ -36,6 +34,15 @@ struct DiagnosisStep {
   std::shared_ptr<const EvaluatedModel> after;  // the model that it led to
 };
 
+// One of several answers that predict as well.
+struct RivalModel {
+  std::vector<std::string> effects;  // that are added
+  // What motion tells it from the first; "" of the first, and where they differ
+  // in more than one effect.
+  std::string told_apart_by;
+  std::shared_ptr<const EvaluatedModel> model;
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::kAdequate;  // of the model as it was given
   // False where the model could not be fitted at all; the doubts say why.
@@ -53,13 +60,9 @@ struct Diagnosis {
   // only together explain it; the first of the candidates. Empty: none.
   std::vector<std::string> proposed;
   int tests = 0;  // that the p-values corrected for
-  // Where the data do not decide between models of as many effects: the effects
-  // that are proposed, or that were added, and then those of each other model
-  // within one standard error of it. Else empty.
-  std::vector<std::vector<std::string>> rivals;
-  // Of each of them, what motion tells it from the first; "" of the first.
-  std::vector<std::string> told_apart_by;
-
+  // Where the data do not decide between models of as many effects: the answer,
+  // and then each other model within one standard error of it. Else empty.
+  std::vector<RivalModel> rivals;
   // Of what is proposed, and of what of it is not constant where that varies
   // most: it stands in for another law (docs/judgement.md, section 6).
   std::vector<ParameterByStrata> stability, stand_ins;
@@ -87,9 +90,6 @@ struct DiagnosisOptions {
   // Where EstimationOptions::stop asks to end: what was judged so far instead
   // of Cancelled, once the model as given was.
   bool keep_evaluated = false;
-  // By the search over sets of effects (docs/judgement.md), which will take the
-  // place of the other one.
-  bool by_sets = false;
 };
 
 // Throws InputError where the runs are too short or too still to decide

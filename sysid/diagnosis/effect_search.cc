@@ -11,6 +11,7 @@
 #include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/first_sets.h"
 #include "sysid/diagnosis/judgement_constants.h"
+#include "sysid/diagnosis/no_answer.h"
 #include "sysid/diagnosis/verdict.h"
 
 namespace sysid {
@@ -577,9 +578,7 @@ void EffectSearch::RefuseChance() {
     if (IsAtNoiseFloor(best->model)) return;
     report_("significance of the effects", best->model.train_error());
     const std::string name = LikeliestChance(
-        problem_, best->model,
-        FitWholeRuns(WithAllRuns(problem_, best->model), best->model),
-        catalogue_.size());
+        problem_, best->model, catalogue_.size());
     if (name.empty()) return;
     const auto made_up = [&](int e) { return catalogue_[e]->name() == name; };
     for (const auto& [effects, fitted] : store_) {

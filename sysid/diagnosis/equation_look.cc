@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "models/parameters.h"
+#include "sysid/diagnosis/comparison.h"
 #include "sysid/diagnosis/equation_columns.h"
 #include "sysid/diagnosis/equation_products.h"
 #include "sysid/estimation/cancelled.h"
@@ -277,7 +278,7 @@ bool EquationSearch::AddOne() {
   for (const auto& [gain, candidate] : order) {
     Trial& trial = trials[candidate];
     const double advantage = Advantage(&trial, &now_);
-    if (!(advantage > DeviationsOfBest(static_cast<int>(order.size())))) {
+    if (!(advantage > Deviations(static_cast<int>(order.size())))) {
       continue;
     }
     chosen_.push_back(candidate);

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
 #include "sysid/estimation/step_size.h"
@@ -25,19 +26,6 @@ std::map<std::string, double> HeldValues(const EvaluatedModel& evaluated) {
     values.erase(p.name);
   }
   return values;
-}
-
-// Takes effects out, by name: what they adjusted goes back to what it was.
-void TakeOut(const std::set<std::string>& names,
-             std::vector<std::shared_ptr<const Effect>>* effects,
-             std::map<std::string, double>* values) {
-  std::erase_if(*effects, [&](const auto& effect) {
-    if (!names.contains(effect->name())) return false;
-    for (const std::string& name : effect->adjusts_nominal()) {
-      values->erase(name);
-    }
-    return true;
-  });
 }
 
 // The theta of the problem with `values` instead of its starting ones; false
@@ -195,6 +183,21 @@ EstimationOptions Coarse(EstimationOptions options, double error) {
   constexpr double kCoarse = 0.1;
   options.step_error *= std::max(1.0, kCoarse * error);
   return options;
+}
+
+EstimationOptions TrialOptions(const EstimationOptions& options, double error) {
+  constexpr int kIterations = 25;
+  constexpr double kMaterial = 0.01;  // of the error
+  EstimationOptions trial = Coarse(options, error);
+  trial.progress = nullptr;
+  trial.max_iterations = kIterations;
+  trial.least_gain = 2.0 * kMaterial;  // the cost is half the error's square
+  return trial;
+}
+
+bool IsAtNoiseFloor(const EvaluatedModel& evaluated) {
+  return evaluated.train_error() < NoiseFloor(evaluated.fit.train.dof) &&
+         evaluated.holdout_error() < NoiseFloor(evaluated.holdout.dof);
 }
 
 EvaluatedModel OpenModel(const DiagnosisProblem& problem,
@@ -394,31 +397,6 @@ EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
   return EvaluateFrom(problem, before, std::move(added),
                       std::move(without_influence), starts,
                       EnoughOf(effects, before), options);
-}
-
-EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
-                               const EvaluatedModel& before,
-                               const std::string& effect,
-                               const EstimationOptions& options) {
-  std::vector<std::shared_ptr<const Effect>> left = before.added;
-  std::map<std::string, double> values = ValuesOf(before);
-  TakeOut({effect}, &left, &values);
-  return EvaluateFrom(problem, before, std::move(left),
-                      before.without_influence, {values}, 0.0, options);
-}
-
-EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
-                                const EvaluatedModel& before,
-                                const std::string& effect,
-                                std::shared_ptr<const Effect> part,
-                                const EstimationOptions& options) {
-  std::vector<std::shared_ptr<const Effect>> effects = before.added;
-  for (auto& added : effects) {
-    if (added->name() == effect) added = part;
-  }
-  return EvaluateFrom(problem, before, std::move(effects),
-                      before.without_influence, {ValuesOf(before)}, 0.0,
-                      options);
 }
 
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,

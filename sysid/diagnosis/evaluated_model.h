@@ -23,6 +23,8 @@ inline constexpr int kMostEffectsBySegments = 8;
 // left out, so that there is a standard error.
 inline constexpr double kFewestSegments = 4.0;
 
+using Candidates = std::vector<std::shared_ptr<const Effect>>;
+
 // What a diagnosis starts from: a model with what is free in it, data to fit
 // and data to judge by (null: none). Every model that is tried shares both.
 struct DiagnosisProblem {
@@ -32,8 +34,6 @@ struct DiagnosisProblem {
   // Whether the held-out runs are runs of their own, not the ends of the
   // others.
   bool judged_by_others = true;
-  // That share out refits (shared_refits.h); each of them has all runs.
-  const Processes* helpers = &Alone();
   // Names of parameters that are known to be right: no candidate moves them.
   std::set<std::string> known;
   EstimationOptions options;
@@ -109,23 +109,17 @@ EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
                             const std::vector<const ScreenedEffect*>& effects,
                             const EstimationOptions& options);
 
-// The model of `before` without one of the effects that were added.
-EvaluatedModel EvaluateWithout(const DiagnosisProblem& problem,
-                               const EvaluatedModel& before,
-                               const std::string& effect,
-                               const EstimationOptions& options);
-
-// The model of `before` with `part` in the place of an effect that has all its
-// parameters and more: those start where they were.
-EvaluatedModel EvaluateWithPart(const DiagnosisProblem& problem,
-                                const EvaluatedModel& before,
-                                const std::string& effect,
-                                std::shared_ptr<const Effect> part,
-                                const EstimationOptions& options);
-
 // The options for a model whose error stays at so many times the noise: it
 // needs no step as fine as the noise.
 EstimationOptions Coarse(EstimationOptions options, double error);
+
+// Of a fit that is to be judged, not kept: it ends after some iterations, or
+// where those left would not gain what is worth a refit. `error` is about the
+// one that it comes to.
+EstimationOptions TrialOptions(const EstimationOptions& options, double error);
+
+// Whether the errors may be noise alone, on both kinds of runs.
+bool IsAtNoiseFloor(const EvaluatedModel& evaluated);
 
 // The same model from where it ended, until the fit has converged.
 EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,

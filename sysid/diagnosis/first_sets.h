@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/evaluated_model.h"
 #include "sysid/diagnosis/evaluated_model.h"
 
 namespace sysid {

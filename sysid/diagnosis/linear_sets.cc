@@ -114,6 +114,13 @@ std::set<std::string> NamesOf(const Effect& effect) {
   return {names.begin(), names.end()};
 }
 
+// Whether all parameters of an effect are also another's, which has more.
+bool IsPartOf(const Effect& part, const Effect& whole) {
+  const std::set<std::string> some = NamesOf(part), all = NamesOf(whole);
+  return some.size() < all.size() &&
+         std::includes(all.begin(), all.end(), some.begin(), some.end());
+}
+
 }  // namespace
 
 LinearSets::LinearSets(const DiagnosisProblem& problem,

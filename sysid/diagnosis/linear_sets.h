@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "sysid/diagnosis/candidate_columns.h"
-#include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/evaluated_model.h"
 
 namespace sysid {
 

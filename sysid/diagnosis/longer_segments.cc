@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sysid/diagnosis/candidate_refits.h"
+#include "sysid/diagnosis/evaluated_model.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"

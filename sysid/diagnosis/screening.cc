@@ -21,7 +21,6 @@ namespace {
 
 constexpr double kSignificance = 0.01;  // of `detectable`
 constexpr double kPower = 0.8;
-constexpr int kKeptPairs = 10;  // that are kept
 // So many columns of the best sets are made exact, and of all sets twice as
 // many: about a dozen candidates, more than a search refits.
 constexpr int kExactColumns = 24;
@@ -66,7 +65,6 @@ class Screener {
   }
   Eigen::MatrixXd Gram(const std::vector<int>& columns) const;
   ScreenedEffect Describe(int i, const Weights& weights, int tests) const;
-  void Compare(const std::vector<Weights>& weights, Screening* screening) const;
   int Threads() const { return fit_.problem().options().threads; }
   const std::stop_token& Stop() const { return fit_.problem().options().stop; }
   double PredictedError(double score, int dof) const;
@@ -268,62 +266,6 @@ ScreenedEffect Screener::Describe(int i, const Weights& weights,
   return out;
 }
 
-// Pairs and confusability, of the candidates at their best.
-void Screener::Compare(const std::vector<Weights>& weights,
-                       Screening* screening) const {
-  const int n = static_cast<int>(candidates_.size());
-  std::vector<int> columns;
-  std::vector<std::vector<int>> own(n);  // of a candidate, among `columns`
-  for (int i = 0; i < n; ++i) {
-    for (const int column : Global(i, weights[i])) {
-      own[i].push_back(static_cast<int>(columns.size()));
-      columns.push_back(column);
-    }
-  }
-  const Eigen::MatrixXd C = Gram(columns);
-  const Eigen::VectorXd b = b_(columns);
-  std::vector<Eigen::MatrixXd> inverse(n);
-  for (int i = 0; i < n; ++i) {
-    const Eigen::Index size = std::ssize(own[i]);
-    inverse[i] = SolveSymmetric(C(own[i], own[i]),
-                                Eigen::MatrixXd::Identity(size, size).eval());
-  }
-  screening->confusability.setIdentity(n, n);
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      if (i == j || !(weights[i].score > 0)) continue;
-      const Eigen::VectorXd seen = C(own[j], own[i]) * weights[i].alpha;
-      screening->confusability(i, j) =
-          std::clamp(seen.dot(inverse[j] * seen) / weights[i].score, 0.0, 1.0);
-    }
-  }
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < i; ++j) {
-      std::vector<int> both = own[i];
-      both.insert(both.end(), own[j].begin(), own[j].end());
-      const int k = static_cast<int>(both.size());
-      const Eigen::MatrixXd joint = C(both, both);
-      const Eigen::VectorXd rhs = b(both);
-      const Eigen::VectorXd scale = joint.diagonal().cwiseSqrt().cwiseInverse();
-      const Cholesky factor(scale.asDiagonal() * joint * scale.asDiagonal());
-      if (!factor.Valid() || !(factor.L().diagonal().minCoeff() > 1e-3)) {
-        continue;
-      }
-      const Eigen::VectorXd alpha = -(
-          scale.asDiagonal() * factor.Solve((scale.asDiagonal() * rhs).eval()));
-      Weights wi = weights[i], wj = weights[j];
-      wi.alpha = alpha.head(own[i].size());
-      wj.alpha = alpha.tail(own[j].size());
-      if (!Feasible(candidates_[i], wi) || !Feasible(candidates_[j], wj)) {
-        continue;
-      }
-      const double score = -alpha.dot(rhs);
-      screening->pairs.push_back(
-          {j, i, PredictedError(score, k), Criterion(score, k)});
-    }
-  }
-}
-
 // Candidates of which something shows, best first.
 std::vector<int> Screener::Order() const {
   std::vector<int> order(best_.size());
@@ -443,11 +385,6 @@ Screening Screener::Run() {
                 screening.effects[i] = Describe(i, weights[i], screening.tests);
                 return true;
               });
-  Compare(weights, &screening);
-  std::sort(
-      screening.pairs.begin(), screening.pairs.end(),
-      [](const auto& a, const auto& b) { return a.criterion < b.criterion; });
-  if (screening.pairs.size() > kKeptPairs) screening.pairs.resize(kKeptPairs);
   return screening;
 }
 

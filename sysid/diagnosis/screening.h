@@ -49,16 +49,6 @@ struct Screening {
   double error = 0.0;                   // normalised, before
   int tests = 0;                        // that the p-values corrected for
   std::vector<ScreenedEffect> effects;  // best first
-  // Two effects that together gain most, best first.
-  struct Pair {
-    int first, second;  // in `effects`
-    double predicted_error;
-    double criterion;
-  };
-  std::vector<Pair> pairs;
-  // confusability(i, j): the part (0 to 1) of what effect i would explain that
-  // effect j would explain as well.
-  Eigen::MatrixXd confusability;
 
   int IndexOf(const std::string& effect) const;  // -1: not screened
 };

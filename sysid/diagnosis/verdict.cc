@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "sysid/diagnosis/comparison.h"
+#include "sysid/diagnosis/judgement_constants.h"
+
 namespace sysid {
 
 std::string ToString(Verdict verdict) {
@@ -18,28 +21,14 @@ std::string ToString(Verdict verdict) {
   return "";
 }
 
-bool ExplainsEnough(double before, double after) {
-  constexpr double kExplains = 0.2;
-  return before * before - after * after > kExplains * (before * before - 1.0);
-}
-
-Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best) {
-  if (best != nullptr && (IsAtNoiseFloor(*best->after) ||
-                          ExplainsEnough(evaluated.holdout_error(),
-                                         best->after->holdout_error()))) {
-    return Verdict::kMissingEffect;
-  }
-  return IsAtNoiseFloor(evaluated) ? Verdict::kAdequate : Verdict::kUnexplained;
-}
-
 bool ExplainsMost(const CrossValidation& before, const CrossValidation& after,
                   double deviations) {
-  constexpr double kMost = 0.75;  // of the excess: half of the error
   if (!std::isfinite(after.error())) return false;
   if (!std::isfinite(before.error())) return true;
   // Of a single stretch the standard error is infinite.
   const double uncertain =
-      deviations > 0.0 ? deviations * Compare(after, before).std_error : 0.0;
+      deviations > 0.0 ? deviations *
+            DifferenceOf(after.LogErrors(), before.LogErrors()).std_error : 0.0;
   const double least = after.error() * std::exp(-uncertain);
   return least * least - 1.0 <
          (1.0 - kMost) * (before.error() * before.error() - 1.0);

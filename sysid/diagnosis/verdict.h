@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "sysid/diagnosis/candidate_refits.h"
 #include "sysid/diagnosis/evaluated_model.h"
 
 namespace sysid {
@@ -14,13 +13,6 @@ enum class Verdict {
   kUnexplained
 };
 std::string ToString(Verdict verdict);  // as diagnosis.json says it
-
-// Whether what lowers an error, in times the noise, explains a fifth of the
-// excess over the noise. What explains less is not what is missing.
-bool ExplainsEnough(double before, double after);
-
-// Of a model and the best refit of candidates from it (null: none helped).
-Verdict Judge(const EvaluatedModel& evaluated, const CandidateRefit* best);
 
 // Whether the found model accounts for most of what the given one misses of
 // unseen data: (7.14), of errors over the same stretches, that of the found

@@ -117,7 +117,7 @@ void ReadDiagnosis(const ResultKeys& diagnosis, Robot* robot) {
   robot->verdict = diagnosis.Text("verdict");
   robot->missing = MissingOf(diagnosis);
   for (const ResultKeys& rival : diagnosis.At("rivals").Items()) {
-    robot->rivals.push_back(rival.Texts());
+    robot->rivals.push_back(rival.At("effects").Texts());
   }
   ResultKeys errors = diagnosis.At("baseline");
   robot->final_verdict = robot->verdict;

@@ -164,12 +164,20 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["models"] = entries(diagnosis.comparison.path);
   json["left_out"] = entries(diagnosis.comparison.left_out);
   json["one_more"] = entries(diagnosis.comparison.added);
-  json["rivals"] =
-      List(diagnosis.rivals, [&](const std::vector<std::string>& added) {
-        return Json(Extended(session.effects, added));
-      });
-  json["rivals_told_apart_by"] = diagnosis.told_apart_by;
-  json["final"] = Extended(session.effects, diagnosis.added());
+  const auto evaluated = [&](const std::vector<std::string>& added,
+                             const EvaluatedModel& model) {
+    return Json{{"effects", Extended(session.effects, added)},
+                {"cv_error", Finite(model.cv.error())},
+                {"cv_error_se", Finite(model.cv.std_error())},
+                {"train", Finite(model.train_error())},
+                {"holdout", Finite(model.holdout_error())}};
+  };
+  json["rivals"] = List(diagnosis.rivals, [&](const RivalModel& rival) {
+    Json entry = evaluated(rival.effects, *rival.model);
+    entry["told_apart_by"] = rival.told_apart_by;
+    return entry;
+  });
+  json["final"] = evaluated(diagnosis.added(), diagnosis.last());
   json["stability"] = StabilityJson(diagnosis.stability);
   json["stand_ins"] = StandInsJson(diagnosis.stand_ins);
   json["next_experiment"] =

@@ -431,8 +431,8 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   }
   if (diagnosis.verdict == Verdict::kUndecided) {
     std::vector<std::string> rivals;
-    for (const std::vector<std::string>& rival : diagnosis.rivals) {
-      rivals.push_back(ListEffects(rival, " and "));
+    for (const RivalModel& rival : diagnosis.rivals) {
+      rivals.push_back(ListEffects(rival.effects, " and "));
     }
     return text +
            ": an effect is missing; these explain the data equally well: " +

@@ -30,12 +30,9 @@ Json LeftOutJson(const ModelComparison& comparison) {
 }
 
 Json RivalsJson(const Diagnosis& diagnosis) {
-  Json list = Json::array();
-  for (size_t i = 0; i < diagnosis.rivals.size(); ++i) {
-    list.push_back({{"effects", diagnosis.rivals[i]},
-                    {"separatedBy", diagnosis.told_apart_by[i]}});
-  }
-  return list;
+  return List(diagnosis.rivals, [](const RivalModel& rival) -> Json {
+    return {{"effects", rival.effects}, {"separatedBy", rival.told_apart_by}};
+  });
 }
 
 Json StabilityJson(const std::vector<ParameterByStrata>& all) {

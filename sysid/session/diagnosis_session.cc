@@ -202,8 +202,7 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
 
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Session& session,
-    const std::vector<std::string>& names, const std::string& place,
-    bool all_laws) {
+    const std::vector<std::string>& names, const std::string& place) {
   const Mechanism& mechanism = session.model.mechanism();
   const Vocabulary vocabulary = EffectVocabulary(
       catalogue, mechanism, OfMeasuredMotors(catalogue, session));
@@ -239,13 +238,8 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
   }
   std::erase_if(candidates, [&](const auto& effect) {
     if (!CanRead(*effect, runs)) return true;
-    // What is between a motor and its joint shows where both have a sensor.
-    const bool is_seen = (effect->hooks() & kMotorHook) != 0 &&
-                         MeasureBothEnds(runs, effect->joint());
-    return names.empty() &&
-           ((!effect->IsCandidate() && !is_seen && !all_laws) ||
-            (effect->NeedsDrive() &&
-             !IsDriven(mechanism, effect->joint(), session.runs)));
+    return names.empty() && effect->NeedsDrive() &&
+           !IsDriven(mechanism, effect->joint(), session.runs);
   });
   return candidates;
 }

@@ -19,15 +19,12 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
                                std::vector<std::string>* notices);
 
 // The candidates by name ("coulomb_friction@joint1", or a kind for all its
-// targets) or pattern of either; where `names` is empty all of the catalogue's
-// but for those that must be named (with `all_laws` those, too), those of a
-// drive only where an effort was measured, and a spring or gap in a drive where
-// both its ends have a sensor.
-// Throws InputError at `place`.
+// targets) or pattern of either; where `names` is empty all of the catalogue's,
+// those of a drive only where an effort was measured. Throws InputError at
+// `place`.
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Session& session,
-    const std::vector<std::string>& names, const std::string& place,
-    bool all_laws = false);
+    const std::vector<std::string>& names, const std::string& place);
 
 // What effects do to a fit that a user adds to a model by name: the errors
 // before and after, of segments each from its own initial state (0: no held-out

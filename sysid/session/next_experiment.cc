@@ -9,7 +9,6 @@
 #include "models/error.h"
 #include "models/math/decompositions.h"
 #include "sysid/diagnosis/longer_segments.h"
-#include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/linearization.h"
@@ -60,44 +59,15 @@ Eigen::MatrixXd SquareRoot(const ShootingProblem& problem, const Fit& fit) {
   return RootOfCovariance(sigma);
 }
 
-// The last model with these effects (`candidates`, by name) in place of what it
-// has, fitted to whole runs where it follows them; nothing where the data do
-// not tell of one of them.
+// A rival of the diagnosis, fitted to whole runs where it follows them.
 std::optional<Rival> OpenRival(const DiagnosisProblem& problem,
-                               const Candidates& candidates,
-                               const EvaluatedModel& last,
-                               const std::vector<std::string>& effects) {
+                               const RivalModel& from) {
   EstimationOptions quiet = problem.options;
   quiet.progress = nullptr;
-  EvaluatedModel model = last;
-  for (const auto& effect : last.added) {
-    if (std::find(effects.begin(), effects.end(), effect->name()) ==
-        effects.end()) {
-      model = EvaluateWithout(problem, model, effect->name(), quiet);
-    }
-  }
-  Candidates missing = candidates;
-  std::erase_if(missing, [&](const auto& candidate) {
-    return std::any_of(
-        model.added.begin(), model.added.end(),
-        [&](const auto& e) { return e->name() == candidate->name(); });
-  });
-  if (!missing.empty()) {
-    const LinearizedFit linearized(*model.problem, model.fit.point);
-    if (!linearized.Valid()) return std::nullopt;
-    const Screening screening =
-        ScreenEffects(linearized, model.fit.model, missing, problem.known);
-    std::vector<const ScreenedEffect*> screened;
-    for (const ScreenedEffect& effect : screening.effects) {
-      screened.push_back(&effect);
-    }
-    if (screened.size() != missing.size()) return std::nullopt;
-    model = EvaluateWith(problem, model, screened, quiet);
-  }
-  if (model.added.size() != effects.size()) return std::nullopt;
+  const EvaluatedModel& model = *from.model;
   const ShootingProblem all = WithAllRuns(problem, model).With(quiet);
   const std::optional<Fit> whole = FitWholeRuns(all, model);
-  Rival rival{Join(effects, " and "),
+  Rival rival{Join(from.effects, " and "),
               all,
               whole ? *whole : model.fit,
               {},
@@ -391,16 +361,12 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
     if (!own.effect(i).inputs().empty()) return none(reads_inputs);
   }
   std::vector<Rival> rivals;
-  for (const std::vector<std::string>& effects : diagnosis.rivals) {
+  for (const RivalModel& from : diagnosis.rivals) {
     if (rivals.size() == kMostRivals) break;
-    Candidates candidates;
-    for (const std::string& name : effects) {
-      candidates.push_back(
-          catalogue.Make(name, problem.model.mechanism(), "rivals"));
-      if (!candidates.back()->inputs().empty()) return none(reads_inputs);
+    for (const auto& effect : from.model->added) {
+      if (!effect->inputs().empty()) return none(reads_inputs);
     }
-    std::optional<Rival> rival =
-        OpenRival(problem, candidates, diagnosis.last(), effects);
+    std::optional<Rival> rival = OpenRival(problem, from);
     if (rival) {
       rivals.push_back(std::move(*rival));
     } else if (rivals.empty()) {

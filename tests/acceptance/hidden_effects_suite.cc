@@ -23,9 +23,8 @@ DEFINE_int32(threads, 2, "cases at once");
 DEFINE_string(out, "", "file of the table");
 DEFINE_string(csv, "", "file with a line a case");
 DEFINE_bool(oracle, false, "fit with what was planted instead of finding it");
-DEFINE_bool(sets, false, "by the search for sets of effects");
 DEFINE_bool(withhold, false,
-            "with --sets, without the planted laws among the candidates");
+            "without the planted laws among the candidates");
 DEFINE_double(friction_time, 0, "time constant of MuJoCo's frictionloss, s");
 DEFINE_bool(list, false, "only list the cases");
 DEFINE_string(export_to, "",
@@ -64,9 +63,9 @@ Scored RunCase(HiddenCase info) {
         info.strength *= 2.0;
         continue;
       }
-      next.outcome = FLAGS_oracle ? AskOracle(data)
-                     : FLAGS_sets ? SearchCase(data, FLAGS_withhold)
-                                  : DiagnoseCase(data);
+      next.outcome = FLAGS_oracle
+                         ? AskOracle(data)
+                         : DiagnoseCase(data, FLAGS_withhold);
     } catch (const std::exception& error) {
       if (attempt > 1 && scored.outcome.fault.empty() &&
           !scored.outcome.verdict.empty()) {

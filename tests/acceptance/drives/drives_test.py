@@ -106,7 +106,7 @@ def quick(programs, folder):
     diagnosis = json.loads((folder / "diagnosis.json").read_text())
     assert diagnosis["verdict"] == "missing_effect", diagnosis["verdict"]
     wanted = {f"{effect}@joint{j}" for effect in ("position_drive", "coulomb_friction") for j in (1, 2)}
-    assert set(diagnosis["final"]) == wanted, diagnosis["final"]
+    assert set(diagnosis["final"]["effects"]) == wanted, diagnosis["final"]
     tested = {c["effect"]: c["p_value"] for c in diagnosis["candidates"]}
     drives = [p for name, p in tested.items() if name == "position_drive"]
     assert drives and all(p is None for p in drives), tested

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <memory>
 
-#include "sysid/diagnosis/candidate_refits.h"
 #include "sysid/diagnosis/diagnose.h"
 
 namespace sysid {
@@ -109,35 +108,7 @@ double ErrorWith(const HiddenData& data,
   return fit.train.total.normalized_rms * Scale(data, fit.noise);
 }
 
-Outcome DiagnoseCase(const HiddenData& data) {
-  const auto start = std::chrono::steady_clock::now();
-  const DiagnosisProblem problem = ProblemOf(data);
-  const Catalogue catalogue;
-  const Mechanism& mechanism = data.mechanism.plain.mechanism();
-  std::vector<std::shared_ptr<const Effect>> candidates;
-  for (const std::string& name : catalogue.Candidates(mechanism)) {
-    candidates.push_back(catalogue.Make(name, mechanism, "test"));
-  }
-  // What a diagnosis tries only where it is named, on every target.
-  for (const PlantedEffect& effect : data.planted) {
-    for (const std::string& name : catalogue.Names(mechanism)) {
-      if (!name.starts_with(effect.kind() + "@")) continue;
-      const auto named = catalogue.Make(name, mechanism, "test");
-      if (!named->IsCandidate()) candidates.push_back(named);
-    }
-  }
-  DiagnosisOptions options;
-  options.add = true;
-  const Diagnosis diagnosis = Diagnose(problem, candidates, options);
-
-  Outcome outcome = OutcomeOf(data, diagnosis);
-  outcome.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start)
-          .count();
-  return outcome;
-}
-
-Outcome SearchCase(const HiddenData& data, bool withheld) {
+Outcome DiagnoseCase(const HiddenData& data, bool withheld) {
   const double start = CpuSecondsOfThread();
   const DiagnosisProblem problem = ProblemOf(data);
   const Catalogue catalogue;
@@ -150,7 +121,7 @@ Outcome SearchCase(const HiddenData& data, bool withheld) {
         data.planted.begin(), data.planted.end(),
         [&](const auto& one) { return one.kind() == effect->kind(); });
     if (withheld && planted) continue;
-    if (!effect->IsCandidate() && effect->NeedsDrive()) {
+    if (effect->NeedsDrive()) {
       const int v = mechanism.joints[effect->joint()].v_index;
       const bool driven = std::any_of(
           data.train.begin(), data.train.end(),
@@ -160,7 +131,7 @@ Outcome SearchCase(const HiddenData& data, bool withheld) {
     candidates.push_back(effect);
   }
   DiagnosisOptions options;
-  options.add = options.by_sets = true;
+  options.add = true;
   Outcome outcome = OutcomeOf(data, Diagnose(problem, candidates, options));
   outcome.seconds = CpuSecondsOfThread() - start;
   return outcome;

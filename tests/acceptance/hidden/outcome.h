@@ -30,13 +30,10 @@ struct Outcome {
   std::string fault;  // why there is no verdict; "" if there is one
 };
 
-// Fits the plain model, says what is missing, adds it, until nothing is.
-Outcome DiagnoseCase(const HiddenData& data);
-
-// The same by the search for sets of effects (sysid/diagnosis/effect_search.h),
-// with all laws of the catalogue as candidates; `withheld`: but for those that
+// Fits the plain model, says what is missing, adds it, until nothing is; with
+// all laws of the catalogue as candidates, or `withheld`, but for those that
 // were planted, on any target.
-Outcome SearchCase(const HiddenData& data, bool withheld = false);
+Outcome DiagnoseCase(const HiddenData& data, bool withheld = false);
 
 // The error of the training runs, over the planted noise, of the plain model
 // with only these of the planted effects, fitted from the truth.

@@ -45,7 +45,7 @@ def check(law, diagnosis):
     named = set(LAWS[law].named)
     if named:
         assert verdict == "missing_effect", verdict
-        final = set(diagnosis["final"]) - GIVEN
+        final = set(diagnosis["final"]["effects"]) - GIVEN
         assert named <= final, f"{named} is not in {final}"
         joints = {name.split("@")[1] for name in named}
         assert all(name.split("@")[1] in joints for name in final - named), f"beside it: {final - named}"

@@ -144,7 +144,7 @@ def furuta(programs, folder):
         "--columns", f"t=time,motor.q=arm,pivot.q=pendulum,motor.tau=volt*{TORQUE_CONSTANT / RESISTANCE}",
         "--free", "pendulum.mass,arm.inertia_scale")
     wanted = {"coulomb_friction@motor", "viscous_damping@motor", "viscous_damping@pivot"}
-    assert set(diagnosis["final"]) == wanted, diagnosis["final"]
+    assert set(diagnosis["final"]["effects"]) == wanted, diagnosis["final"]
     check(diagnosis["final_fit"]["parameters"],
           {"motor.friction": COULOMB, "motor.damping": VISCOUS + TORQUE_CONSTANT**2 / RESISTANCE,
            "pivot.damping": PIVOT, "pendulum.mass": MASS})
@@ -159,7 +159,7 @@ def cart(programs, folder):
         "--columns", "t=t,slide.q=mm*1e-3,hinge.q=deg*pi/180,slide.tau=volt",
         "--free", "pole.mass,pole.com_z,pole.inertia_scale")
     wanted = {"effort_gain@slide", "viscous_damping@slide", "coulomb_friction@slide", "viscous_damping@hinge"}
-    assert set(diagnosis["final"]) == wanted, diagnosis["final"]
+    assert set(diagnosis["final"]["effects"]) == wanted, diagnosis["final"]
     found = diagnosis["final_fit"]["parameters"]
     gain, centre = 1 + found["slide.effort_gain"], -found["pole.com_z"]
     # What shows, whatever the scale: of the efforts in volts, and of the swing.

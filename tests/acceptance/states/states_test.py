@@ -110,7 +110,7 @@ def check_diagnosis(programs, folder, *candidates):
                "--auto", "--json", "diagnosis.json")
     assert done.returncode == 0, done.returncode
     diagnosis = json.loads((folder / "diagnosis.json").read_text())
-    assert candidates[0] in diagnosis["final"], diagnosis["final"]
+    assert candidates[0] in diagnosis["final"]["effects"], diagnosis["final"]
 
 
 def test_presliding(programs, folder):

@@ -20,35 +20,6 @@ TEST(CrossValidation, IsTheGeometricMeanOfItsStretches) {
   EXPECT_TRUE(std::isinf(CrossValidation().error()));
 }
 
-TEST(CrossValidation, ComparesStretchByStretch) {
-  // Stretches differ, the models always by the same.
-  const CrossValidation a = Of({2.0, 20.0, 0.2, 4.0});
-  const CrossValidation b = Of({1.0, 10.0, 0.1, 2.0});
-  EXPECT_NEAR(Compare(a, b).log_ratio, std::log(2.0), 1e-12);
-  EXPECT_NEAR(Compare(a, b).std_error, 0.0, 1e-12);
-  EXPECT_TRUE(IsWorse(a, b));
-  EXPECT_FALSE(IsWorse(b, a));
-  // Certain, and next to nothing.
-  EXPECT_FALSE(IsWorse(Of({1.04, 1.04, 1.04}), Of({1.0, 1.0, 1.0})));
-  // Much, and by chance.
-  EXPECT_FALSE(IsWorse(Of({3.0, 1.0, 1.0, 0.9}), Of({1.0, 1.2, 1.0, 1.0})));
-  // What one model may be the best of thirty by chance is.
-  const CrossValidation c = Of({1.3, 1.2, 1.0, 1.15, 1.0, 1.1});
-  const CrossValidation d = Of({1.0, 1.0, 1.0, 1.0, 1.05, 1.0});
-  EXPECT_TRUE(IsWorse(c, d));
-  EXPECT_FALSE(IsWorse(c, d, 30));
-  EXPECT_TRUE(IsWorse(a, b, 30));
-  // A stretch that neither has is none.
-  CrossValidation longer = a;
-  longer.stretches.emplace_back();
-  CrossValidation other = b;
-  other.stretches.emplace_back();
-  EXPECT_NEAR(Compare(longer, other).log_ratio, std::log(2.0), 1e-12);
-  // Nor is what cannot be rolled out any model.
-  EXPECT_TRUE(IsWorse(CrossValidation(), b));
-  EXPECT_FALSE(IsWorse(b, CrossValidation()));
-}
-
 // A pendulum with a friction that the model lacks, fitted in segments of a
 // second.
 DiagnosisProblem FrictionProblem(int runs) {

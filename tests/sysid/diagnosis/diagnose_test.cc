@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sysid/diagnosis/comparison.h"
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/report/diagnosis_report.h"
 #include "tests/support/measured_run.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
@@ -220,11 +222,19 @@ TEST(Diagnose, FindsTwoEffects) {
     left_out.push_back(model.change);
     EXPECT_EQ(model.effects.size() + 1, diagnosis.added().size());
     EXPECT_EQ(model.segment_s, diagnosis.last().fit.segment_s);
-    EXPECT_TRUE(IsWorse(model.cv, models.path.back().cv)) << model.change;
+    EXPECT_GT(DifferenceOf(model.cv.LogErrors(),
+                           models.path.back().cv.LogErrors())
+                  .mean,
+              std::log1p(kMatters))
+        << model.change;
   }
   EXPECT_THAT(left_out, UnorderedElementsAreArray(diagnosis.added()));
   for (const ModelErrors& model : models.added) {
-    EXPECT_FALSE(IsWorse(models.path.back().cv, model.cv)) << model.change;
+    EXPECT_LT(DifferenceOf(models.path.back().cv.LogErrors(),
+                           model.cv.LogErrors())
+                  .mean,
+              std::log1p(kMatters))
+        << model.change;
   }
 }
 

@@ -38,8 +38,15 @@ class NextExperimentTest : public testing::Test {
   std::optional<NextExperiment> Between(
       const std::vector<std::string>& effects) {
     diagnosis_.rivals.clear();
-    for (const std::string& effect : effects) {
-      diagnosis_.rivals.push_back({effect});
+    for (const std::string& name : effects) {
+      const auto effect =
+          catalogue_.Make(name, problem_.model.mechanism(), "test");
+      diagnosis_.rivals.push_back(
+          {{name},
+           "",
+           std::make_shared<const EvaluatedModel>(
+               EvaluateFrom(problem_, diagnosis_.base, {effect}, {}, {{}}, 0.0,
+                            problem_.options))});
     }
     return ChooseExperiment(catalogue_, session_, problem_, diagnosis_);
   }
