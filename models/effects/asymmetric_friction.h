@@ -47,10 +47,12 @@ class AsymmetricFriction : public HingeFriction<AsymmetricFriction> {
     tau[0] -= p[2] + p[1] * qd + p[3] * speed;
   }
 
-  // More than a direction's whole friction would drive the joint that way; in
-  // one of the two terms alone it may be an estimate of zero.
+  // More than a direction's whole friction would drive the joint that way,
+  // slow (a) or fast (b); a little more may be an estimate of zero.
   std::string Implausible(const std::vector<double>& values) const override {
-    return std::abs(values[3]) > values[1] && std::abs(values[2]) > values[0]
+    constexpr double kClearly = 2.0;
+    return std::abs(values[3]) > kClearly * values[1] ||
+                   std::abs(values[2]) > kClearly * values[0]
                ? "it drives the joint in one direction"
                : "";
   }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,16 +17,13 @@ namespace sysid {
 
 // One change of the model on the way to one that explains the data.
 struct DiagnosisStep {
-  std::vector<std::string> effects;  // added; two where only both help
-  std::string removed;               // by the look back, or empty
+  std::vector<std::string> effects;  // added
+  std::string removed;               // of the studio; or empty
   double segment_s = 0.0;            // over which the errors are
   double predicted = 0.0;            // normalised error of the training runs
   double train_before = 0.0, train_after = 0.0;
   double holdout_before = 0.0, holdout_after = 0.0;
   CrossValidation cv_before;  // over those segments
-  // Of whole runs, where those asked for the effects; else NaN.
-  double whole_before = std::numeric_limits<double>::quiet_NaN();
-  double whole_after = std::numeric_limits<double>::quiet_NaN();
   std::vector<ParameterEstimate> parameters;  // of the effects, after
   // For each of the effects: others that explain the data as well in its place.
   std::vector<std::vector<std::string>> indistinguishable_from;

@@ -86,8 +86,8 @@ EffectSearch::EffectSearch(const DiagnosisProblem& problem,
       catalogue_(catalogue),
       report_(std::move(report)),
       deviations_(Deviations(static_cast<int>(catalogue.size()))) {
-  for (const auto& effect : catalogue) {
-    ranks_.emplace(effect->kind(), static_cast<int>(ranks_.size()));
+  for (const std::string& kind : Catalogue().kinds()) {
+    ranks_.emplace(kind, static_cast<int>(ranks_.size()));
   }
 }
 
@@ -106,9 +106,16 @@ void EffectSearch::Say(const std::string& what, const FittedSet& fitted) const {
           << (fitted.model.fit.converged ? "" : "; not converged");
 }
 
-int EffectSearch::Rank(const std::vector<int>& effects) const {
-  int rank = 0;
-  for (const int e : effects) rank += ranks_.at(catalogue_[e]->kind());
+EffectSearch::Commonness EffectSearch::Rank(
+    const std::vector<int>& effects) const {
+  Commonness rank;
+  for (const int e : effects) {
+    const auto at = ranks_.find(catalogue_[e]->kind());
+    rank.first += static_cast<int>(at != ranks_.end() ? at->second
+                                                      : ranks_.size());
+    rank.second.push_back(catalogue_[e]->name());
+  }
+  std::sort(rank.second.begin(), rank.second.end());
   return rank;
 }
 
@@ -178,7 +185,7 @@ EffectSearch::Fitted EffectSearch::Best() const {
   for (const Item& item : unbeaten) {
     const ErrorDifference by =
         DifferenceOf(item.score.log_errors, least->score.log_errors);
-    if (by.mean <= by.std_error &&
+    if (by.mean <= std::max(by.std_error, kSameError) &&
         Rank(item.fitted->effects) < Rank(best->effects)) {
       best = item.fitted;
     }
@@ -704,6 +711,7 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
   RefuseChance();
   if (const Fitted best = Best(); best != nullptr && !best->effects.empty()) {
     FitRivals(*best);
+    if (Best() != best) LeaveOutEach();
   }
   return Judged();
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sysid/diagnosis/comparison.h"
@@ -97,8 +98,10 @@ class EffectSearch {
   bool IsBeaten(const FittedSet& fitted) const;
   // Goes on with the best set over longer segments.
   void GoOnWith(const FittedSet& best, EvaluatedModel longer);
-  // How common the effects' laws are: the sum of their places in the catalogue.
-  int Rank(const std::vector<int>& effects) const;
+  // How common the effects' laws are: the sum of their places in the catalogue;
+  // and their names, so that of the same laws always the same one is chosen.
+  using Commonness = std::pair<int, std::vector<std::string>>;
+  Commonness Rank(const std::vector<int>& effects) const;
   std::vector<std::shared_ptr<const Effect>> EffectsOf(
       const std::vector<int>& effects) const;
 

@@ -35,8 +35,12 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   constexpr double kGrowth = 4.0;
   const double length = now.fit.segment_s;
   const DataSet& data = now.problem->data();
+  // Where nothing seems to be missing the whole runs are asked.
   const double longest =
-      std::min(data.LongestDuration(), data.TotalDuration() / kFewestSegments);
+      IsAtNoiseFloor(now)
+          ? data.LongestDuration()
+          : std::min(data.LongestDuration(),
+                     data.TotalDuration() / kFewestSegments);
   if (problem.options.segment > 0 || !now.fit.converged ||
       length > kAsLong * longest) {
     return std::nullopt;

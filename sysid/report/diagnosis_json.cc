@@ -142,8 +142,6 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
     Json entry = {{"added", step.effects}, {"removed", step.removed}};
     entry.update(Errors(step));
     entry["parameters"] = Values(step.parameters);
-    entry["whole_before"] = Finite(step.whole_before);
-    entry["whole_after"] = Finite(step.whole_after);
     json["steps"].push_back(entry);
     for (size_t k = 0; k < step.effects.size(); ++k) {
       const std::string& name = step.effects[k];

@@ -250,11 +250,6 @@ std::string ModelsText(const Diagnosis& diagnosis) {
     }
     text += "\n";
     const std::string indent(47, ' ');
-    if (std::isfinite(step.whole_after)) {
-      const ErrorScale own(models.path[i].train, scale.unit);
-      text += indent + "over whole runs " + own(step.whole_before) + " -> " +
-              own(step.whole_after) + "\n";
-    }
     for (const std::vector<std::string>& others : step.indistinguishable_from) {
       if (others.empty()) continue;
       text += indent + "equally good: " + Join(others) + "\n";

@@ -41,12 +41,16 @@ class NextExperimentTest : public testing::Test {
     for (const std::string& name : effects) {
       const auto effect =
           catalogue_.Make(name, problem_.model.mechanism(), "test");
+      EvaluatedModel model = diagnosis_.base;
+      if (effect->inputs().empty()) {
+        model = EvaluateFrom(problem_, diagnosis_.base, {effect}, {},
+                             {ValuesOf(diagnosis_.base)}, 0.0,
+                             problem_.options);
+      } else {
+        model.added = {effect};  // that no recording has the columns of
+      }
       diagnosis_.rivals.push_back(
-          {{name},
-           "",
-           std::make_shared<const EvaluatedModel>(
-               EvaluateFrom(problem_, diagnosis_.base, {effect}, {}, {{}}, 0.0,
-                            problem_.options))});
+          {{name}, "", std::make_shared<const EvaluatedModel>(model)});
     }
     return ChooseExperiment(catalogue_, session_, problem_, diagnosis_);
   }
