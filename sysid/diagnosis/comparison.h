@@ -1,6 +1,7 @@
 #pragma once
 
 #include "models/math/types.h"
+#include "sysid/diagnosis/judgement_constants.h"
 
 namespace sysid {
 
@@ -28,6 +29,7 @@ ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 
 // What chance makes of the best of `compared` models, each by two tests: the
 // largest of as many standard normal deviates, about sqrt(2 ln (2 compared)).
+// For comparisons that nothing else guards.
 double Deviations(int compared);
 
 // Whether a predicts better than b by what matters (kMatters), once for each
@@ -36,6 +38,7 @@ bool Matters(const ModelScore& a, const ModelScore& b);
 
 // Whether it does, and by so many deviates that the mean is certain or the
 // stretches agree; or is at the noise where b is not, which is no chance.
-bool Beats(const ModelScore& a, const ModelScore& b, double deviations);
+bool Beats(const ModelScore& a, const ModelScore& b,
+           double deviations = kDeviations);
 
 }  // namespace sysid

@@ -42,8 +42,7 @@ int CountParameters(const EvaluatedModel& model) {
 // Of items in the order of their numbers of parameters, those with the fewest
 // that no other item beats; where each is beaten by some other, all.
 template <typename Item>
-std::vector<Item> FewestUnbeaten(const std::vector<Item>& items,
-                                 double deviations) {
+std::vector<Item> FewestUnbeaten(const std::vector<Item>& items) {
   std::vector<Item> unbeaten;
   for (const Item& item : items) {
     if (!unbeaten.empty() &&
@@ -52,19 +51,11 @@ std::vector<Item> FewestUnbeaten(const std::vector<Item>& items,
     }
     const bool beaten =
         std::any_of(items.begin(), items.end(), [&](const Item& other) {
-          return &other != &item && Beats(other.score, item.score, deviations);
+          return &other != &item && Beats(other.score, item.score);
         });
     if (!beaten) unbeaten.push_back(item);
   }
   return unbeaten.empty() ? items : unbeaten;
-}
-
-// Why a model is no answer; empty where it may be one.
-std::string WhyNoAnswer(const EvaluatedModel& model) {
-  if (!std::isfinite(model.cv.error())) {
-    return "the motion does not stay finite with it";
-  }
-  return WhyImplausible(model);
 }
 
 std::set<int> Minus(const std::vector<int>& a, const std::vector<int>& b) {
@@ -82,10 +73,7 @@ size_t Distance(const std::vector<int>& a, const std::vector<int>& b) {
 
 EffectSearch::EffectSearch(const DiagnosisProblem& problem,
                            const Candidates& catalogue, ReportDoing report)
-    : problem_(problem),
-      catalogue_(catalogue),
-      report_(std::move(report)),
-      deviations_(Deviations(static_cast<int>(catalogue.size()))) {
+    : problem_(problem), catalogue_(catalogue), report_(std::move(report)) {
   for (const std::string& kind : Catalogue().kinds()) {
     ranks_.emplace(kind, static_cast<int>(ranks_.size()));
   }
@@ -111,8 +99,8 @@ EffectSearch::Commonness EffectSearch::Rank(
   Commonness rank;
   for (const int e : effects) {
     const auto at = ranks_.find(catalogue_[e]->kind());
-    rank.first += static_cast<int>(at != ranks_.end() ? at->second
-                                                      : ranks_.size());
+    rank.first +=
+        static_cast<int>(at != ranks_.end() ? at->second : ranks_.size());
     rank.second.push_back(catalogue_[e]->name());
   }
   std::sort(rank.second.begin(), rank.second.end());
@@ -129,13 +117,20 @@ std::vector<std::shared_ptr<const Effect>> EffectSearch::EffectsOf(
 EffectSearch::Fitted EffectSearch::Keep(std::vector<int> effects,
                                         EvaluatedModel model) {
   auto fitted = std::make_shared<FittedSet>(
-      FittedSet{std::move(effects), std::move(model), {}, "", {}, false});
+      FittedSet{std::move(effects), std::move(model), {}, "", {}, {}, false});
   if (std::isfinite(fitted->error())) {
     fitted->score.log_errors = fitted->model.cv.LogErrors();
   }
   fitted->score.parameters = CountParameters(fitted->model);
   fitted->score.at_noise = IsAtNoiseFloor(fitted->model);
-  fitted->refused = WhyNoAnswer(fitted->model);
+  if (!std::isfinite(fitted->error())) {
+    fitted->refused = "the motion does not stay finite with it";
+  }
+  for (const int e : fitted->effects) {
+    if (!fitted->refused.empty()) break;
+    fitted->refused = WhyImplausible(fitted->model, *catalogue_[e]);
+    if (!fitted->refused.empty()) fitted->implausible = e;
+  }
   if (fitted->refused.empty()) {
     double most = kByChance;
     for (const int e : fitted->effects) {
@@ -150,6 +145,7 @@ EffectSearch::Fitted EffectSearch::Keep(std::vector<int> effects,
                         catalogue_[*fitted->undetermined]->name();
     }
   }
+  RefuseMadeUp(fitted.get());
   Fitted& at = store_[fitted->effects];
   // The same set may have been fitted from elsewhere: as it did best.
   if (at == nullptr || !at->IsAnswer() ||
@@ -175,7 +171,7 @@ EffectSearch::Fitted EffectSearch::Best() const {
                             std::pair(b.score.parameters, b.fitted->error());
                    });
   if (items.empty()) return nullptr;
-  const std::vector<Item> unbeaten = FewestUnbeaten(items, deviations_);
+  const std::vector<Item> unbeaten = FewestUnbeaten(items);
   const auto least = std::min_element(
       unbeaten.begin(), unbeaten.end(), [](const auto& a, const auto& b) {
         return a.fitted->error() < b.fitted->error();
@@ -207,7 +203,7 @@ void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
     // Those with fewer parameters were beaten by some, or they were the best.
     if (!fitted->IsAnswer() ||
         fitted->score.parameters < best.score.parameters ||
-        Beats(best.score, fitted->score, deviations_)) {
+        Beats(best.score, fitted->score)) {
       beaten_by_[effects] = best.effects;
     }
   }
@@ -253,7 +249,11 @@ std::vector<EffectSearch::Prediction> EffectSearch::NearestPredictions() const {
     const ArrayXd now = NowAt(look, *look.at).log_errors;
     for (const PredictedSet& one : look.predicted) {
       const std::vector<int>& effects = one.score.effects;
-      if (tried_.contains({effects, look.at.get()})) continue;
+      if (tried_.contains({effects, look.at.get()}) ||
+          std::any_of(effects.begin(), effects.end(),
+                      [&](int e) { return chance_.contains(e); })) {
+        continue;
+      }
       ArrayXd logs = one.log_errors;
       for (const auto& [added, ratio] : look.refuted) {
         if (!std::includes(effects.begin(), effects.end(), added.begin(),
@@ -292,9 +292,9 @@ ModelScore EffectSearch::NowAt(const Look& look, const FittedSet& fitted) {
 bool EffectSearch::IsWanted(const Prediction& one, const ModelScore& now,
                             const FittedSet& best) const {
   if (one.score.parameters > now.parameters) {
-    return Beats(one.score, now, deviations_);
+    return Beats(one.score, now);
   }
-  if (Beats(now, one.score, deviations_)) return false;
+  if (Beats(now, one.score)) return false;
   // As many parameters must do better; fewer are only asked for where the best
   // itself was linearised: what goes far is not predicted.
   if (one.score.parameters == now.parameters) {
@@ -336,7 +336,7 @@ std::optional<EffectSearch::Prediction> EffectSearch::NextProposal(
   std::stable_sort(
       wanted.begin(), wanted.end(),
       [&](const auto& a, const auto& b) { return key(a) < key(b); });
-  const std::vector<Prediction> unbeaten = FewestUnbeaten(wanted, deviations_);
+  const std::vector<Prediction> unbeaten = FewestUnbeaten(wanted);
   const auto least =
       std::min_element(unbeaten.begin(), unbeaten.end(), is_less);
   // Of the same force under two names the more common one.
@@ -427,7 +427,9 @@ void EffectSearch::Fit(const Prediction& proposal) {
               (1.0 - kOfPromise * (1.0 - left)) * from.model.fit.train.squares,
               std::max(1.0, promised));
   const double ratio = fitted->error() / promised;
-  if (!(ratio < kRefuted)) {
+  if (fitted->implausible) {
+    look.refuted.push_back({{*fitted->implausible}, std::log(1e3)});
+  } else if (!(ratio < kRefuted)) {
     std::set<int> added = Minus(score.effects, from.effects);
     if (added.empty()) added = {score.effects.begin(), score.effects.end()};
     look.refuted.push_back({added, std::log(std::min(ratio, 1e3))});
@@ -579,28 +581,46 @@ EvaluatedModel EffectSearch::FitGiven() const {
   return given;
 }
 
-void EffectSearch::RefuseChance() {
+void EffectSearch::RefuseMadeUp(FittedSet* fitted) const {
+  for (const int e : fitted->effects) {
+    if (!chance_.contains(e)) continue;
+    fitted->refused =
+        "a random force as large as the remaining error could make up " +
+        catalogue_[e]->name();
+  }
+}
+
+bool EffectSearch::RefuseChance() {
+  const size_t before = chance_.size();
   for (Fitted best = Best(); best != nullptr && !best->effects.empty();
        best = Best()) {
-    if (IsAtNoiseFloor(best->model)) return;
+    if (best->score.at_noise) break;
     report_("significance of the effects", best->model.train_error());
-    const std::string name = LikeliestChance(
-        problem_, best->model, catalogue_.size());
-    if (name.empty()) return;
+    const std::string name =
+        LikeliestChance(problem_, best->model, catalogue_.size());
+    if (name.empty()) break;
     const auto made_up = [&](int e) { return catalogue_[e]->name() == name; };
-    for (const auto& [effects, fitted] : store_) {
-      if (!std::any_of(effects.begin(), effects.end(), made_up)) continue;
-      fitted->refused =
-          "a random force as large as the remaining error could make up " +
-          name;
-    }
+    chance_.insert(
+        *std::find_if(best->effects.begin(), best->effects.end(), made_up));
+    for (const auto& [effects, fitted] : store_) RefuseMadeUp(fitted.get());
     Say("chance", *best);
     std::vector<int> rest = best->effects;
     std::erase_if(rest, made_up);
+    // What it beat is no better for that: what is left of it is.
+    for (const auto& [effects, fitted] : store_) {
+      if (effects != rest && Beats(best->score, fitted->score)) {
+        beaten_by_[effects] = rest;
+      }
+    }
     if (!store_.contains(rest)) {
-      FitFrom(*best, rest, {}, {}, 0.0, std::max(1.0, best->error()));
+      DropUndetermined(
+          FitFrom(*best, rest, {}, {}, 0.0, std::max(1.0, best->error())));
+    }
+    if (Best() == nullptr) {
+      FitFrom(*best, {}, {}, {}, 0.0, std::max(1.0, best->error()));
     }
   }
+  return chance_.size() > before;
 }
 
 std::vector<int> EffectSearch::IndicesOf(
@@ -672,16 +692,7 @@ void EffectSearch::FitFirstSets() {
       *Keep(IndicesOf(shown), EvaluateAgain(problem_, *model)));
 }
 
-EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
-  if (BeginByEquations()) return Judged();
-  base_ = Keep({}, FitGiven());
-  Say("base", *base_);
-  FitFirstSets();
-  if (!start.empty()) {
-    const Fitted from = FitFrom(*base_, start, {}, {}, 0.0, 1.0);
-    Say("start", *from);
-    if (from->IsAnswer()) store_.erase(std::vector<int>{});
-  }
+void EffectSearch::ImproveAndLengthen() {
   // What explains most of what the base misses can be followed for longer, and
   // what else is needed shows there; before that longer segments only make what
   // is missing less linear. What is at the noise is asked there first.
@@ -707,8 +718,27 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
       improved = true;
     }
   }
+}
+
+EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
+  if (BeginByEquations()) return Judged();
+  base_ = Keep({}, FitGiven());
+  Say("base", *base_);
+  FitFirstSets();
+  if (!start.empty()) {
+    const Fitted from = FitFrom(*base_, start, {}, {}, 0.0, 1.0);
+    Say("start", *from);
+    if (from->IsAnswer()) store_.erase(std::vector<int>{});
+  }
+  ImproveAndLengthen();
   LeaveOutEach();
-  RefuseChance();
+  if (RefuseChance()) {
+    // What a random force could make up is no candidate any more.
+    fits_ = failures_ = 0;
+    ImproveAndLengthen();
+    LeaveOutEach();
+    RefuseChance();
+  }
   if (const Fitted best = Best(); best != nullptr && !best->effects.empty()) {
     FitRivals(*best);
     if (Best() != best) LeaveOutEach();

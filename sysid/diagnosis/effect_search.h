@@ -22,6 +22,8 @@ struct FittedSet {
   EvaluatedModel model;
   ModelScore score;
   std::string refused;  // why it is no answer; else empty
+  // One of its effects whose law excludes the values.
+  std::optional<int> implausible;
   // The one of its effects that the data determines least, where that is not
   // enough.
   std::optional<int> undetermined;
@@ -73,7 +75,8 @@ class EffectSearch {
     std::unique_ptr<LinearSets> sets;
     std::vector<PredictedSet> predicted;
     // Effects that a refit from here added, and by how much less they did than
-    // was predicted: ln of the ratio of the errors.
+    // was predicted: ln of the ratio of the errors. Or one whose law excluded
+    // the values that it had.
     std::vector<std::pair<std::set<int>, double>> refuted;
   };
   // A set that is as good as another, as it was predicted.
@@ -143,9 +146,12 @@ class EffectSearch {
   // Until nothing is to be gained, and from whole runs. True where that makes
   // another model of it, by what matters.
   bool FitToTheEnd(const Fitted& best);
+  // Improves the best set, over longer and longer segments.
+  void ImproveAndLengthen();
   // Takes out what a random force as large as what is still missing may have
-  // made up.
-  void RefuseChance();
+  // made up; true where there was any.
+  bool RefuseChance();
+  void RefuseMadeUp(FittedSet* fitted) const;
   // Fits the best set without each of its members.
   void LeaveOutEach();
   // Notes what the linearisations from which the best set was proposed call as
@@ -160,7 +166,6 @@ class EffectSearch {
   const DiagnosisProblem& problem_;
   const Candidates& catalogue_;
   const ReportDoing report_;
-  const double deviations_;  // z of (J.2)
   std::map<std::string, int> ranks_;
   std::map<std::vector<int>, Fitted> store_;
   std::vector<Look> looks_;
@@ -170,6 +175,8 @@ class EffectSearch {
   // Of a set that was beaten over shorter segments, by which. Longer ones are
   // fewer, and say less.
   std::map<std::vector<int>, std::vector<int>> beaten_by_;
+  // Effects that a random force may have made up: no candidates any more.
+  std::set<int> chance_;
   Fitted base_;
   EquationLook by_equations_;
   bool values_by_equations_ = false;

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "models/dynamics_tangent.h"
 #include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
@@ -273,7 +274,21 @@ EvaluatedModel EvaluateFrom(
     }
     return own;
   };
-  const auto fit_with = [&](const EstimationOptions& own, Solution start) {
+  // A fit has a budget of work, not of iterations: one that costs so much more
+  // than that of the model before gets as many iterations less.
+  constexpr double kCostlier = 8.0, kByJets = 10.0;
+  constexpr int kFewestIterations = 6;
+  const auto work_of = [&](const Model& model, const Solution& at) {
+    return (DynamicsTangent::Covers(model) ? 1.0 : kByJets) / at.rollout.step;
+  };
+  const double costlier = work_of(after.problem->model(), best) /
+                          work_of(before.fit.model, before.fit.point);
+  const auto fit_with = [&](EstimationOptions own, Solution start) {
+    if (costlier > kCostlier) {
+      own.max_iterations =
+          std::max(kFewestIterations,
+                   static_cast<int>(own.max_iterations * kCostlier / costlier));
+    }
     after.problem =
         std::make_shared<const ShootingProblem>(after.problem->With(own));
     FitFrom(std::move(start), &after);

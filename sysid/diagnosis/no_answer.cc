@@ -4,27 +4,26 @@
 #include <optional>
 #include <vector>
 
+#include "glog/logging.h"
 #include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/longer_segments.h"
 
 namespace sysid {
 
-std::string WhyImplausible(const EvaluatedModel& evaluated) {
-  for (const auto& effect : evaluated.added) {
-    std::vector<std::string> names;
-    for (const EffectParameter& own : effect->parameters()) {
-      names.push_back(own.name);
-    }
-    std::vector<double> values;
-    for (const Parameter& own :
-         FindParameters(evaluated.fit.model, names, effect->name())) {
-      values.push_back(own.nominal);
-    }
-    const std::string why = effect->Implausible(values);
-    if (!why.empty()) return effect->name() + ": " + why;
+std::string WhyImplausible(const EvaluatedModel& evaluated,
+                           const Effect& effect) {
+  std::vector<std::string> names;
+  for (const EffectParameter& own : effect.parameters()) {
+    names.push_back(own.name);
   }
-  return "";
+  std::vector<double> values;
+  for (const Parameter& own :
+       FindParameters(evaluated.fit.model, names, effect.name())) {
+    values.push_back(own.nominal);
+  }
+  const std::string why = effect.Implausible(values);
+  return why.empty() ? "" : effect.name() + ": " + why;
 }
 
 std::string LikeliestChance(const DiagnosisProblem& problem,
@@ -45,6 +44,9 @@ std::string LikeliestChance(const DiagnosisProblem& problem,
       candidates - std::min(candidates, evaluated.added.size()) + 1;
   for (const auto& effect : evaluated.added) {
     const double p = tests * PValueOf(*effect, problem.model, fit);
+    VLOG(1) << effect->name() << ": could be chance by " << p
+            << (whole ? ", of whole runs" : ", of segments") << ", among "
+            << tests;
     if (p > most) {
       most = p;
       likeliest = effect->name();

@@ -264,17 +264,17 @@ Cochran CochranOf(const std::vector<StratumEstimate>& estimates) {
   return of;
 }
 
-// The number that chi-squared with d degrees of freedom exceeds with
-// probability p.
-double ChiSquaredQuantile(double p, int d) {
-  constexpr double kMany = 1e9;
-  double below = 0.0, above = d;
-  while (FisherTail(above / d, d, kMany) > p) above *= 2.0;
+// The Q that n strata of a constant law exceed with probability p, where `dof`
+// independent numbers tell of the errors: of Fisher's distribution.
+double QByChance(double p, int n, double dof) {
+  const double d = n - 1.0;
+  double below = 0.0, above = 1.0;
+  while (FisherTail(above, d, dof) > p) above *= 2.0;
   for (int i = 0; i < 60; ++i) {
-    const double x = 0.5 * (below + above);
-    (FisherTail(x / d, d, kMany) > p ? below : above) = x;
+    const double f = 0.5 * (below + above);
+    (FisherTail(f, d, dof) > p ? below : above) = f;
   }
-  return above;
+  return d * above;
 }
 
 // Whether the law's size grows along the strata: a line over their order has
@@ -498,9 +498,11 @@ std::vector<ParameterByStrata> ParametersByStrata(
   const ParameterMap& map = problem.map();
   VectorXd values(map.size());
   map.ValuesOf(fit.point().theta.data(), values.data());
+  // Of errors that are correlated over so many samples.
+  const double time = std::max(1.0, fit.AutocorrelationTime());
+  const double dof = fit.DegreesOfFreedom();
   const double sigma =
-      std::sqrt(std::max(1.0, fit.SumOfSquares() / fit.DegreesOfFreedom()) *
-                std::max(1.0, fit.AutocorrelationTime()));
+      std::sqrt(std::max(1.0, fit.SumOfSquares() / dof) * time);
   for (size_t i = 0; i < asked.size(); ++i) {
     const AskedParameter& one = asked[i];
     const Cut& cut = cuts[one.cut];
@@ -535,8 +537,10 @@ std::vector<ParameterByStrata> ParametersByStrata(
     const double tau = std::sqrt(std::max(0.0, (q - free) / c));
     by.spread = tau / size;
     by.least_spread =
-        std::sqrt(std::max(0.0, q - ChiSquaredQuantile(kByChance, free)) /
-                  weights) /
+        std::sqrt(
+            std::max(0.0, q - QByChance(kByChance / asked.size(), cut.count(),
+                                        std::max(2.0, dof / time))) /
+            weights) /
         size;
     by.trend = TrendOf(by.estimates, one.off, tau);
     VectorXd law = VectorXd::Zero(fit.kept().size()), own = law;
