@@ -192,7 +192,8 @@ int Main(ProcessGroup* group) {
     // The terminal of a process of mpirun is one, wherever mpirun's goes.
     Give(result, samples, group == nullptr && isatty(STDOUT_FILENO) == 1);
     // What was interrupted can go on.
-    if (result.checkpoint != nullptr && !watch.stop().stop_requested()) {
+    if (result.checkpoint != nullptr &&
+        !result.session.options.stop.stop_requested()) {
       result.checkpoint->Remove();
     }
   }

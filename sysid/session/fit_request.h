@@ -35,9 +35,9 @@ struct FitRequest {
   // its name in reports (empty: its mechanism's), and no file is read for it.
   std::shared_ptr<const Model> model_in_memory;
 
-  // Recordings to fit: files, and then those in memory, whose effort is
-  // samples x nv and whose times rise. Those of files are named by them; one in
-  // memory needs a name of its own where it has none ("run 1").
+  // Recordings to fit: files, and then those in memory, of the model before any
+  // joint is locked: effort samples x nv, times that rise. One in memory that
+  // has no name gets one ("run 1").
   std::vector<std::string> traj;
   std::vector<Run> runs;
   // So too those that are only predicted.

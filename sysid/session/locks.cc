@@ -198,4 +198,19 @@ std::string UnmeasuredNotice(const Mechanism& mechanism,
          Join(flags, ",") + "'";
 }
 
+void DropHeldChannels(const Mechanism& mechanism, const Mechanism& held,
+                      Run* run) {
+  std::erase_if(run->channels, [&](const Channel& channel) {
+    return channel.kind != ChannelKind::kFramePosition &&
+           held.joints[channel.target].held;
+  });
+  RowMatrixXd effort(run->effort.rows(), held.nv);
+  for (size_t j = 0; j < held.joints.size(); ++j) {
+    const int size = VelocitySize(held.joints[j]);
+    effort.middleCols(held.joints[j].v_index, size) =
+        run->effort.middleCols(mechanism.joints[j].v_index, size);
+  }
+  run->effort = std::move(effort);
+}
+
 }  // namespace sysid

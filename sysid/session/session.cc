@@ -143,12 +143,14 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
   return std::move(read.runs);
 }
 
-// Runs that are in memory, as the session's shifts and ignored spans make them,
-// at the end of `to`.
-void TakeRuns(std::vector<Run> runs, const Session& session,
-              std::vector<Run>* to, std::vector<std::string>* notices) {
+// Runs of a mechanism that are in memory, as the session's locks, shifts and
+// ignored spans make them, at the end of `to`.
+void TakeRuns(std::vector<Run> runs, const Mechanism& mechanism,
+              const Session& session, std::vector<Run>* to,
+              std::vector<std::string>* notices) {
   for (Run& run : runs) {
-    CheckShape(run, session.model.mechanism());
+    CheckShape(run, mechanism);
+    DropHeldChannels(mechanism, session.model.mechanism(), &run);
     EditRun(session, &run, notices);
     to->push_back(std::move(run));
   }
@@ -468,10 +470,16 @@ Session OpenSession(FitRequest request, const Catalogue& catalogue) {
   session.holdout =
       ReadRuns(request.holdout, "--holdout", skip, &session, &read);
   const Processes& processes = ProcessesOf(session.options);
-  DoAlike(processes, [&] {
-    TakeRuns(std::move(request.runs), session, &session.runs, &read);
-    TakeRuns(std::move(request.holdout_runs), session, &session.holdout, &read);
-  });
+  if (!request.runs.empty() || !request.holdout_runs.empty()) {
+    const Mechanism given = session.locked.empty() ? session.model.mechanism()
+                            : session.given        ? session.given->mechanism()
+                                            : LoadUrdf(session.model_file);
+    DoAlike(processes, [&] {
+      TakeRuns(std::move(request.runs), given, session, &session.runs, &read);
+      TakeRuns(std::move(request.holdout_runs), given, session,
+               &session.holdout, &read);
+    });
+  }
   const Mechanism& mechanism = session.model.mechanism();
   DoAlike(processes, [&] { CheckTimes(session.runs); });
   std::vector<Run> outlines = OutlinesOfAll(processes, session.runs);
