@@ -190,6 +190,13 @@ void CheckShape(const Run& run, const Mechanism& mechanism) {
                WidthOf(channel));
   }
   check_size("the effort", run.effort, mechanism.nv);
+  if (!run.recorded_efforts.empty() &&
+      static_cast<int>(run.recorded_efforts.size()) != mechanism.nv) {
+    refuse("it says of " + std::to_string(run.recorded_efforts.size()) +
+               " efforts whether they were recorded, not of " +
+               std::to_string(mechanism.nv),
+           "say it of each, or of none");
+  }
   if (!run.effort.allFinite()) {
     refuse("an effort is no number", "it acts from sample to sample");
   }

@@ -36,8 +36,8 @@ struct FitRequest {
   std::shared_ptr<const Model> model_in_memory;
 
   // Recordings to fit: files, and then those in memory, of the model before any
-  // joint is locked: effort samples x nv, times that rise. One in memory that
-  // has no name gets one ("run 1").
+  // joint is locked: effort samples x nv (none: no effort was recorded), times
+  // that rise. One in memory that has no name gets one ("run 1").
   std::vector<std::string> traj;
   std::vector<Run> runs;
   // So too those that are only predicted.

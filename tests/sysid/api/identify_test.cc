@@ -130,6 +130,14 @@ TEST(Identify, SaysWhatIsWrongWithARunInMemory) {
               HasSubstr("input 'wind' has 2 values, not 601"));
 }
 
+TEST(Identify, TakesRunsWithoutEfforts) {
+  IdentifyRequest request{RubbingRequest()};
+  request.runs[0].effort.resize(0, 0);
+  const Session session = OpenSession(request, Catalogue());
+  EXPECT_EQ(session.runs[0].effort.cols(), 2);
+  EXPECT_FALSE(HasEffort(session.runs[0], 0, 2));
+}
+
 // By a law that a user types, of a run that is in no file.
 TEST(Identify, ReadsInputsOfRunsInMemory) {
   IdentifyRequest request{RubbingRequest()};

@@ -151,6 +151,22 @@ TEST_F(SessionTest, OpensAModelWhoseRunsAreNotThere) {
   EXPECT_THAT(session.runs, IsEmpty());
 }
 
+// Which no notice doubts: unlike one that another run has and this one lacks.
+TEST_F(SessionTest, TakesARecordedEffortOfZeroAsOne) {
+  request_.free = SplitAssignments("arm.mass", "--free");
+  request_.traj.push_back(folder_.Path("other.csv"));
+  folder_.Write("run.csv", Swing("t,j.q,j.tau"));
+  folder_.Write("other.csv", Swing("t,j.q"));
+  EXPECT_THAT(Open().notices,
+              ElementsAre(HasSubstr("other.csv: no effort acts on joint 'j'")));
+  std::string still = "t,j.q,j.tau\n";
+  for (int k = 0; k < 50; ++k) {
+    still += std::to_string(0.01 * k) + "," + std::to_string(0.2 * k) + ",0\n";
+  }
+  folder_.Write("other.csv", still);
+  EXPECT_THAT(Open().notices, IsEmpty());
+}
+
 TEST_F(SessionTest, TakesASegmentThatIsLongerThanTheRun) {
   request_.free = SplitAssignments("arm.mass", "--free");
   request_.segment = 0.5;  // of 0.49 s
