@@ -48,7 +48,10 @@ struct Run {
   std::vector<double> t;  // s, strictly increasing
   std::vector<Channel> channels;
   RowMatrixXd effort;  // samples x nv, held until the next sample;
-                       // zero where nothing was measured
+                       // zero where none was recorded
+  // Which of the nv efforts were recorded: one that is zero throughout is then
+  // known to be so. Empty: those that are not zero throughout.
+  std::vector<bool> recorded_efforts;
   std::vector<Input> inputs;
   std::vector<std::string> unread;  // columns of the file that nobody reads
   // What a factor for the time would multiply; empty where it has one.
@@ -58,6 +61,9 @@ struct Run {
 
 // The name under which an effect reads the time of a run, s.
 inline constexpr char kTimeInput[] = "t";
+
+// Whether one of so many efforts, from `first` of nv on, was recorded.
+bool HasEffort(const Run& run, int first, int size = 1);
 
 // Null where the run has none of this name.
 const Input* FindInput(const Run& run, const std::string& name);

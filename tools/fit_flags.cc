@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <utility>
 
 #include "gflags/gflags.h"
 #include "models/error.h"
@@ -11,6 +12,7 @@
 #include "sysid/io/write_file.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/run_list.h"
+#include "sysid/session/session_options.h"
 #include "tools/program.h"
 
 DEFINE_string(model, "", "shipped model's name, or a URDF file");
@@ -60,6 +62,39 @@ const char kDiagnosisFlagsHelp[] =
   --threads N (default: all cores)    --seed N    --skip_bad_runs
 )";
 
+namespace {
+
+// The names of effects on a flag that has no values.
+std::vector<std::string> EffectsFromFlag(const std::string& text,
+                                         const std::string& flag) {
+  std::vector<std::string> names;
+  for (const NamedValue& effect : SplitEffectValues(text, flag)) {
+    if (effect.value) {
+      throw InputError(flag,
+                       "'" + effect.name + "' has a value, which the fit finds",
+                       "write " + flag + " " + effect.name);
+    }
+    names.push_back(effect.name);
+  }
+  return names;
+}
+
+// How to fit, as far as words say it.
+void ReadWords(FitRequest* request) {
+  CheckWord("solver", FLAGS_solver);
+  request->solver = FLAGS_solver;
+  if (!FLAGS_integrator.empty()) {
+    request->integrator = ParseIntegrator(FLAGS_integrator, "--integrator");
+  }
+  if (!FLAGS_residual.empty()) {
+    request->residual = ParseOrientation(FLAGS_residual);
+  }
+  if (!FLAGS_loss.empty()) request->loss = ParseLoss(FLAGS_loss);
+  if (FlagGiven("check")) request->check = ParseCheckLevel(FLAGS_check);
+}
+
+}  // namespace
+
 FitRequest RequestFromFlags() {
   FitRequest request;
   request.model = FLAGS_model;
@@ -68,22 +103,19 @@ FitRequest RequestFromFlags() {
       ExpandRuns(SplitList(FLAGS_holdout, "--holdout"), "--holdout");
   request.skip_bad_runs = FLAGS_skip_bad_runs;
   request.spec = FLAGS_spec;
-  request.free = FLAGS_free;
-  request.fix = FLAGS_fix;
-  request.add = FLAGS_add;
-  request.columns = FLAGS_columns;
-  request.shift = FLAGS_shift;
-  request.ignore = FLAGS_ignore;
-  request.lock = FLAGS_lock;
-  request.solver = FLAGS_solver;
-  request.integrator = FLAGS_integrator;
-  request.residual = FLAGS_residual;
-  request.loss = FLAGS_loss;
+  request.free_none = FLAGS_free == "none";
+  if (!request.free_none) request.free = SplitAssignments(FLAGS_free, "--free");
+  request.fix = SplitAssignments(FLAGS_fix, "--fix");
+  request.add = EffectsFromFlag(FLAGS_add, "--add");
+  request.columns = ParseColumnMap(FLAGS_columns);
+  request.shift = ParseShifts(FLAGS_shift, "--shift");
+  request.ignore = ParseIgnored(FLAGS_ignore, "--ignore");
+  request.lock = SplitAssignments(FLAGS_lock, "--lock");
   request.threads = FLAGS_threads;
-  request.check = FLAGS_check;
   if (FlagGiven("step")) request.step = FLAGS_step;
   if (FlagGiven("segment")) request.segment = FLAGS_segment;
   if (FlagGiven("noise")) request.noise = FLAGS_noise;
+  ReadWords(&request);
   return request;
 }
 
@@ -168,6 +200,23 @@ void CheckOutputs(const FitRequest& request, const Session& session) {
     CheckWritableFile(FLAGS_json);
   }
   if (!FLAGS_out.empty()) CheckWritableFolder(FLAGS_out, "--out");
+}
+
+Callbacks CallbacksFromFlags(const FitRequest& request,
+                             const Processes* processes, Watch* watch,
+                             std::function<void(const Session&)> check) {
+  Callbacks callbacks;
+  callbacks.stop = watch->stop();
+  callbacks.progress = watch->progress();
+  callbacks.remark = [](const std::string& remark) { PrintNotices({remark}); };
+  const bool is_first = processes == nullptr || processes->rank() == 0;
+  callbacks.ready = [=, check = std::move(check)](const Session& session) {
+    if (check) check(session);
+    if (is_first) CheckOutputs(request, session);
+    watch->Begin();
+    PrintNotices(session.notices, session.run_names);
+  };
+  return callbacks;
 }
 
 bool WritesFiles() {

@@ -5,9 +5,11 @@
 #include <vector>
 
 #include "gflags/gflags_declare.h"
+#include "sysid/api/callbacks.h"
 #include "sysid/report/page_data.h"
 #include "sysid/session/next_experiment.h"
 #include "sysid/session/session.h"
+#include "tools/program.h"
 
 // The flags of programs that fit a model to runs (docs/interface.md section 1).
 
@@ -47,6 +49,15 @@ bool WriteReport(const std::function<Json()>& page);
 // That the results can be written, before the long work; after all that may be
 // wrong with the input, so that this leaves no empty folder.
 void CheckOutputs(const FitRequest& request, const Session& session);
+// How a program follows Identify or Diagnose, and ends them by a signal: once
+// they are ready, and after `check` (may be empty) of what the session makes of
+// other flags, it sees that the results can be written, begins the watch and
+// prints the notices. `processes`: those that share the work; null: one. The
+// watch must live as long as the call.
+Callbacks CallbacksFromFlags(const FitRequest& request,
+                             const Processes* processes, Watch* watch,
+                             std::function<void(const Session&)> check = {});
+
 // Whether --out or --json names one: all else goes to standard output.
 bool WritesFiles();
 

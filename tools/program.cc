@@ -274,12 +274,20 @@ sigset_t BlockInterrupts() {
   return signals;
 }
 
-Watch::Watch(EstimationOptions* options) : start_s_(Now()) {
-  options->stop = source_.get_token();
+Watch::Watch(EstimationOptions* options) : Watch() {
+  options->stop = stop();
   options->keep_best = true;
-  if (isatty(STDERR_FILENO) == 1) {
-    options->progress = [this](const Progress& progress) { Show(progress); };
-  }
+  options->progress = progress();
+  Begin();
+}
+
+std::function<void(const Progress&)> Watch::progress() {
+  if (isatty(STDERR_FILENO) != 1) return {};
+  return [this](const Progress& progress) { Show(progress); };
+}
+
+void Watch::Begin() {
+  start_s_ = Now();
   const bool no_int = IsIgnored(SIGINT), no_term = IsIgnored(SIGTERM);
   sigset_t signals = BlockInterrupts();
   if (no_int && no_term) return;

@@ -74,17 +74,25 @@ int RunProgram(int argc, char** argv, const std::string& help,
 // second time ends the program at once, as if it had never been watched; files
 // are whole or absent all the same (sysid/io/write_file.h).
 //
-// One in a program, made before the threads that it is to cover: the signals
-// are blocked in the thread that makes it and in those that this starts, and
+// One in a program, begun before the threads that it is to cover: the signals
+// are blocked in the thread that begins it and in those that this starts, and
 // one thread waits for them. A signal that whoever started the program ignores
 // (nohup) stays ignored.
 class Watch {
  public:
+  // Not begun: signals end the program as ever.
+  Watch() : start_s_(0.0) {}
   // Has what these options are for report its progress, stop, and keep the best
-  // point; the options must not be used longer than this lives. The first
-  // signal is only said to have come: whether there is anything to keep by then
-  // is known where the work ends.
+  // point, and begins; the options must not be used longer than this lives.
   explicit Watch(EstimationOptions* options);
+  // For work that is yet to begin. Asks it to stop; shows how far it is (empty
+  // where that is not shown, else not to be called longer than this lives).
+  std::stop_token stop() const { return source_.get_token(); }
+  std::function<void(const Progress&)> progress();
+  // From here on the first signal asks the work to stop, and is only said to
+  // have come: whether there is anything to keep by then is known where the
+  // work ends.
+  void Begin();
   ~Watch() { ClearLine(); }
   Watch(const Watch&) = delete;
   Watch& operator=(const Watch&) = delete;

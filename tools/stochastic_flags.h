@@ -14,12 +14,6 @@ namespace sysid {
 AdamFitOptions AdamOptionsFromFlags();
 MixtureOptions MixtureOptionsFromFlags();
 
-// Notes starts that Adam and the mixture move away from their bounds.
-void NoteMovedStarts(Session* session);
-
-// Throws InputError where this machine has no memory for such a mixture.
-void CheckMixtureSize(const Session& session, const MixtureOptions& options);
-
 // That no flag was given that the solver (one of Solvers()) does not have.
 void CheckSolverFlags(const std::string& solver);
 

@@ -14,6 +14,7 @@
 #include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/shared_runs.h"
+#include "sysid/session/stochastic_session.h"
 #include "sysid/stochastic/rollout_gradient.h"
 #include "tools/fit_flags.h"
 #include "tools/on_processes.h"
@@ -130,7 +131,7 @@ int Main(ProcessGroup* group) {
   FitRequest request = RequestFromFlags();
   // Whatever a specification says: all solvers minimise the same.
   request.solver = "lm";
-  request.loss = "none";
+  request.loss = RobustLoss::kNone;
   if (group != nullptr && request.threads == 0) {
     request.threads = group->CoresEach();
   }

@@ -5,26 +5,13 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <memory>
-#include <optional>
 
 #include "gflags/gflags.h"
 #include "models/error.h"
-#include "models/urdf/write_urdf.h"
-#include "sysid/diagnosis/discrepancy.h"
-#include "sysid/estimation/cancelled.h"
-#include "sysid/inverse_dynamics/effort_comparison.h"
-#include "sysid/inverse_dynamics/fitted_base.h"
+#include "sysid/api/identify.h"
 #include "sysid/io/cell.h"
-#include "sysid/io/memory.h"
 #include "sysid/report/fit_report.h"
-#include "sysid/report/mixture_report.h"
 #include "sysid/report/sampled_models.h"
-#include "sysid/session/check_session.h"
-#include "sysid/session/checkpoint.h"
-#include "sysid/session/diagnosis_session.h"
-#include "sysid/session/shared_runs.h"
-#include "sysid/stochastic/solvers.h"
 #include "tools/fit_flags.h"
 #include "tools/on_processes.h"
 #include "tools/program.h"
@@ -80,27 +67,9 @@ mpirun -n 8 sysid_fit ... (or srun) shares out the runs: docs/processes.md.
 Exit code: 0 done, 1 no usable result, 2 bad input.
 )";
 
-// The fit for the page and the files.
-PageFit Show(const Session& session, const ShootingProblem& problem,
-             const Fit& fit, const Holdout* holdout, const AddedEffects* added,
-             const MixtureFit* mixture) {
-  PageFit shown;
-  shown.title = "the fit";
-  shown.session = &session;
-  shown.problem = &problem;
-  shown.fit = &fit;
-  shown.holdout = holdout;
-  shown.added = added;
-  shown.mixture = mixture;
-  shown.with_prediction_csv = true;
-  shown.next_command = CommandFromFlags("sysid_diagnose") +
-                       FlagWith("add", "") + FlagWith("fix", "");
-  return shown;
-}
-
 // The names of what was written, in a line.
 std::string WriteOutputs(const PageFit& fit) {
-  if (ProcessesOf(fit.session->options).size() > 1) {
+  if (fit.problem->processes().size() > 1) {
     std::vector<std::string> names;
     for (const ModelFile& file : ModelFiles()) {
       if (file.name == "prediction.csv") continue;
@@ -155,234 +124,80 @@ std::string SampleText(const SampledModels& samples, const Fit& fit) {
   return text;
 }
 
-void CheckSampling(const Session& session) {
+// What the session makes of flags that Identify does not know.
+void CheckFlags(const Session& session) {
+  CheckSolverFlags(session.solver);
   if (!FlagGiven("sample")) return;
   CheckCount("sample", FLAGS_sample, 100000);
-  if (session.free.empty()) {
-    throw InputError("--sample", "has nothing to draw: nothing is free",
-                     "name parameters with --free");
-  }
-  if (FLAGS_out.empty()) {
-    throw InputError("--sample", "has nowhere to write to",
-                     "name a folder: --out DIR");
-  }
+  CheckSampling(session, FLAGS_sample);
+  if (!FLAGS_out.empty()) return;
+  throw InputError("--sample", "has nowhere to write to",
+                   "name a folder: --out DIR");
 }
 
-// The shooting solver estimates states of a model as it stands, the equations
-// of motion say what efforts it leaves; the others have nothing to do.
-void CheckSomethingIsFitted(const Session& session) {
-  const Solver& solver = FindSolver(session.solver);
-  if (!session.free.empty() || solver.kind != SolverKind::kStochastic) return;
-  throw InputError("--solver",
-                   session.solver + " has nothing to fit: nothing is free",
-                   "name parameters with --free, or compare the model as it "
-                   "stands by --solver lm or inverse_dynamics");
-}
-
-// Only Levenberg-Marquardt keeps its stages.
-void CheckResume(const Session& session) {
-  if (!FLAGS_resume) return;
-  if (FindSolver(session.solver).kind != SolverKind::kShooting) {
-    throw InputError("--resume", session.solver + " keeps no checkpoints",
-                     "leave it out; fits by lm keep them");
-  }
-  if (FLAGS_out.empty()) {
-    throw InputError("--resume", "has no folder to go on in",
-                     "name that of the fit which was ended: --out DIR");
-  }
-}
-
-// Where a fit by Levenberg-Marquardt keeps its stages.
-std::optional<Checkpoint> OpenCheckpoint(const Session& session,
-                                         const ShootingProblem& problem) {
-  if (FLAGS_out.empty() ||
-      FindSolver(session.solver).kind != SolverKind::kShooting) {
-    return std::nullopt;
-  }
-  std::optional<Checkpoint> checkpoint(
-      std::in_place, FLAGS_out + "/checkpoint.cbor", problem, FLAGS_resume);
-  if (FLAGS_resume) {
-    const size_t stages = checkpoint->resumed();
-    PrintNotices({stages > 0 ? "goes on after " + std::to_string(stages) +
-                                   " stages of " + checkpoint->file()
-                             : "there is no " + checkpoint->file() +
-                                   ": the fit begins anew"});
-  }
-  return checkpoint;
-}
-
-// The samples are made before any is written: their URDFs and a line each.
-void CheckSampleSize(const Session& session) {
-  if (FLAGS_sample == 0) return;
-  const double urdf = static_cast<double>(WriteUrdf(session.model).size());
-  CheckMemory(FLAGS_sample * (urdf + 100.0 * session.free.size()), "--sample",
-              "to draw that many URDFs", "draw fewer at a time, by --seed");
-}
-
-// What several processes do not do.
-void CheckProcesses(FitRequest* request) {
-  if (request->check != "all") return;
-  if (FlagGiven("check")) {
-    throw InputError(
-        "--check", "hypotheses about the data are tested by one process alone",
-        "--check numbers here, and sysid_check on some of the runs");
-  }
-  request->check = "numbers";
-}
-
-void CheckSharedSession(const Catalogue& catalogue, const Session& session) {
-  if (session.solver != "lm") {
-    throw InputError("--solver", session.solver + " fits by one process alone",
-                     "--solver lm fits by many");
-  }
-  for (const std::string& name : session.added) {
-    const auto effect =
-        catalogue.Make(name, session.model.mechanism(), "--add");
-    for (const EffectParameter& p : effect->parameters()) {
-      if (!p.whole || std::find(session.fixed.begin(), session.fixed.end(),
-                                p.name) != session.fixed.end()) {
-        continue;
-      }
-      throw InputError(
-          "--add", p.name + " of " + name + " is found by one process alone",
-          "give it: --fix " + p.name + "=N");
-    }
-  }
-}
-
-// Says where a fit goes on that is interrupted before it has a point.
-Solved SolveOrSay(const Solver& solver, const ShootingProblem& problem,
-                  const SolverOptions& how,
-                  const std::optional<Checkpoint>& checkpoint) {
-  try {
-    return solver.solve(problem, how);
-  } catch (const Cancelled&) {
-    if (checkpoint && std::filesystem::exists(checkpoint->file())) {
-      PrintNotices({"the stages that ended are in " + checkpoint->file() +
-                    ": --resume goes on from there"});
-    }
-    throw;
-  }
-}
-
-int Main(ProcessGroup* group) {
-  const double start_s = Now();
-  const Catalogue catalogue;
-  FitRequest request = RequestFromFlags();
-  request.any_solver = true;
-  request.may_free_nothing = true;
-  const bool is_first = group == nullptr || group->rank() == 0;
+IdentifyRequest IdentifyRequestFromFlags(ProcessGroup* group, Watch* watch) {
+  IdentifyRequest request;
+  static_cast<FitRequest&>(request) = RequestFromFlags();
   if (group != nullptr) {
     request.processes = group->shared_from_this();
     if (request.threads == 0) request.threads = group->CoresEach();
-    CheckProcesses(&request);
   }
-  Session session = OpenSession(request, catalogue);
-  if (group != nullptr) CheckSharedSession(catalogue, session);
-  CheckSolverFlags(session.solver);
-  CheckSomethingIsFitted(session);
-  CheckSampling(session);
-  CheckResume(session);
-  const Solver& solver = FindSolver(session.solver);
-  SolverOptions how{AdamOptionsFromFlags(), MixtureOptionsFromFlags()};
-  if (session.solver == "gmm") CheckMixtureSize(session, how.mixture);
-  CheckSampleSize(session);
-  const Processes& all = group != nullptr ? *group : Alone();
-  DoAlike(all, [&] {
-    if (is_first) CheckOutputs(request, session);
-  });
-  Watch watch(&session.options);
+  request.adam = AdamOptionsFromFlags();
+  request.mixture = MixtureOptionsFromFlags();
+  if (!FLAGS_out.empty()) request.checkpoint = FLAGS_out + "/checkpoint.cbor";
+  request.resume = FLAGS_resume;
+  request.callbacks = CallbacksFromFlags(request, group, watch, CheckFlags);
   if (group != nullptr) {
-    session.options.stop = group->StopTogether(session.options.stop);
+    request.callbacks.stop = group->StopTogether(watch->stop());
   }
-  CheckSessionNumbers(&session);
-  if (solver.kind == SolverKind::kStochastic) NoteMovedStarts(&session);
-  PrintNotices(session.notices, session.run_names);
-  // The trial is by Levenberg-Marquardt, of one process; the others start where
-  // they are told, or where the equations of motion begin a fit.
-  const std::optional<AddedEffects> added =
-      solver.kind == SolverKind::kShooting && group == nullptr
-          ? TryAddedEffects(catalogue, session)
-          : std::nullopt;
-  if (added) session = StartedFrom(*added, session);
-  const ShootingProblem problem(session.model, session.free, session.runs,
-                                session.options);
-  std::optional<Checkpoint> checkpoint = OpenCheckpoint(session, problem);
-  if (checkpoint) how.log = &*checkpoint;
-  Solved solved = SolveOrSay(solver, problem, how, checkpoint);
-  if (checkpoint && !checkpoint->trouble().empty()) {
-    session.notices.push_back("the last stages are in no checkpoint: " +
-                              checkpoint->trouble());
-  }
-  const Fit& fit = solved.fit;
-  const std::optional<MixtureFit>& mixture = solved.mixture;
-  std::shared_ptr<const DataSet> held_out;
-  std::optional<Holdout> holdout;
-  if (!AllTrue(all, session.holdout.empty())) {
-    held_out = MakeDataSetLike(session.model, session.holdout, session.options,
-                               problem.data());
-    holdout = PredictHoldout(OpenHoldout(fit.model, held_out, session.options,
-                                         fit.point.rollout, fit.segment_s));
-    holdout->effort = CompareEfforts(*holdout->problem, {}).errors;
-  }
-  if (solver.kind == SolverKind::kEquations) {
-    // Longer ones take longer than such a fit.
-    constexpr double kLongestHorizon = 0.5;  // s
-    solved.fit.horizon = EvaluateHorizon(problem, fit.point, kLongestHorizon);
-  }
-  if (solver.kind == SolverKind::kShooting) {
-    AddDiscrepancy(problem, &solved.fit);
-    AddBaseParameters(problem, &solved.fit);
-  }
+  return request;
+}
+
+// Everything that is to be written, and the text or JSON on standard output.
+void Give(const IdentifyResult& result, const SampledModels& samples,
+          bool colour) {
+  PageFit shown = ShowIdentified(result);
+  shown.next_command = CommandFromFlags("sysid_diagnose") +
+                       FlagWith("add", "") + FlagWith("fix", "");
+  std::string written;  // once all of it is
+  GiveResult(
+      [&] {
+        if (FLAGS_out.empty()) return;
+        const std::string names = WriteOutputs(shown);
+        if (!samples.urdfs.empty()) WriteSamples(samples);
+        written = "  written to " + FLAGS_out + ": " + names +
+                  SampleFiles(samples) + "\n";
+      },
+      FitJson(result),
+      [&] {
+        return FitText(result, colour) + written +
+               SampleText(samples, result.fit());
+      });
+}
+
+int Main(ProcessGroup* group) {
+  Watch watch;
+  const IdentifyResult result =
+      Identify(IdentifyRequestFromFlags(group, &watch));
   watch.ClearLine();
-  PrintNotices(session.notices, session.run_names,
-               CheckSessionData(&session, OutcomeOf(fit, problem)));
-  GatherErrors(all, &solved.fit.train);
-  GatherOpen(all, &solved.fit.open);
-  if (holdout) {
-    GatherErrors(all, &holdout->errors);
-    GatherOpen(all, &holdout->open);
-  }
-  // All that passed, reading and checking too.
-  solved.fit.wall_time_s = Now() - start_s;
-  solved.fit.cpu_time_s = SumOver(all, CpuSeconds());
-  if (group != nullptr) {
-    solved.fit.processes = group->size();
-    group->Finish();
-  }
-  const Holdout* held = holdout ? &*holdout : nullptr;
-  const AddedEffects* tried = added ? &*added : nullptr;
-  const PageFit shown =
-      Show(session, problem, fit, held, tried, mixture ? &*mixture : nullptr);
-  const std::string json = ModelFileText(shown, "fit.json");
+  PrintNotices(result.session.notices, result.session.run_names,
+               result.notices_when_ready);
+  if (group != nullptr) group->Finish();
   SampledModels samples;
   if (FLAGS_sample > 0) {
-    samples = SampleModels(session, problem, solved, FLAGS_sample, FLAGS_seed);
+    samples = SampleModels(result.session, *result.problem, result.solved,
+                           FLAGS_sample, FLAGS_seed);
   }
-  std::string written;  // once all of it is
-  if (is_first) {
-    GiveResult(
-        [&] {
-          if (FLAGS_out.empty()) return;
-          const std::string names = WriteOutputs(shown);
-          if (!samples.urdfs.empty()) WriteSamples(samples);
-          written = "  written to " + FLAGS_out + ": " + names +
-                    SampleFiles(samples) + "\n";
-        },
-        json,
-        [&] {
-          // That of a process of mpirun is one, wherever mpirun's goes.
-          const bool colour = group == nullptr && isatty(STDOUT_FILENO) == 1;
-          std::string text =
-              FitText(session, problem, fit, held, tried, colour);
-          if (mixture) text += MixtureText(*mixture);
-          return text + written + SampleText(samples, fit);
-        });
+  if (group == nullptr || group->rank() == 0) {
+    // The terminal of a process of mpirun is one, wherever mpirun's goes.
+    Give(result, samples, group == nullptr && isatty(STDOUT_FILENO) == 1);
     // What was interrupted can go on.
-    if (checkpoint && !session.options.stop.stop_requested()) {
-      checkpoint->Remove();
+    if (result.checkpoint != nullptr &&
+        !result.session.options.stop.stop_requested()) {
+      result.checkpoint->Remove();
     }
   }
+  const Fit& fit = result.fit();
   if (!fit.converged) {
     watch.SayKept("the best point so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: %s\n",

@@ -49,13 +49,12 @@ constexpr char kHelpOnExit[] = "Exit code: 0 ended by Ctrl-C, 2 bad input.\n";
 StudioSetup OpenSetup() {
   const Catalogue catalogue;
   FitRequest request = RequestFromFlags();
-  request.candidates = FLAGS_candidates;
+  request.candidates = SplitEffects(FLAGS_candidates, "--candidates");
   request.may_free_nothing = true;
   request.assumes_inertia = true;
   Session session = OpenSession(request, catalogue);
-  const auto candidates = ChooseCandidates(
-      catalogue, session, SplitEffects(request.candidates, "--candidates"),
-      "--candidates");
+  const auto candidates =
+      ChooseCandidates(catalogue, session, request.candidates, "--candidates");
   DiagnosisProblem problem = OpenDiagnosis(session, &session.notices);
   // Hypotheses about the data take a fit: sysid_check asks them.
   CheckSessionNumbers(&session);

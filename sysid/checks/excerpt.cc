@@ -48,6 +48,7 @@ Run Thin(const Run& run, int stride) {
   Run thin;
   thin.name = run.name;
   const int n = run.size() / stride;
+  thin.recorded_efforts = run.recorded_efforts;
   thin.effort = RowMatrixXd::Zero(n, run.effort.cols());
   for (int k = 0; k < n; ++k) {
     thin.t.push_back(run.t[k * stride]);

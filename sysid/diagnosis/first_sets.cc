@@ -52,7 +52,7 @@ std::vector<ScreenedEffect> DrivesWithoutEffort(const DiagnosisProblem& problem,
     if (!(candidate->hooks() & kDriveHook)) continue;
     const Joint& joint = problem.model.mechanism().joints[candidate->joint()];
     const auto is_driven = [&](const auto& one) {
-      return !one->run.effort.col(joint.v_index).isZero(0.0);
+      return HasEffort(one->run, joint.v_index);
     };
     const auto& runs = problem.train->runs();
     if (problem.model.effects().Contains(candidate->name()) ||

@@ -14,6 +14,7 @@ Run SamplesOf(const Run& run, int first, int end, int stride) {
   Run part;
   part.name = run.name;
   for (int k = first; k < end; k += stride) part.t.push_back(run.t[k]);
+  part.recorded_efforts = run.recorded_efforts;
   part.effort = run.effort(rows, Eigen::all);
   for (const Input& input : run.inputs) {
     part.inputs.push_back({input.name, input.held, {}});

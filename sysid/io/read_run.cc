@@ -142,6 +142,12 @@ class RunReader {
       run->channels.push_back(std::move(channel));
     }
     run->effort.resize(0, mechanism_.nv);
+    run->recorded_efforts.assign(mechanism_.nv, false);
+    for (const Found& found : in_.efforts) {
+      const auto first = run->recorded_efforts.begin() +
+                         mechanism_.joints[found.group.target].v_index;
+      std::fill_n(first, found.group.columns.size(), true);
+    }
     for (const auto& input : in_.inputs) {
       run->inputs.push_back({input.column.name, input.column.held, {}});
     }

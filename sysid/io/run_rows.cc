@@ -12,6 +12,7 @@ Run RowsOf(const Run& run, int first, int last) {
   rows.unread = run.unread;
   rows.time_source = run.time_source;
   rows.t.assign(run.t.begin() + first, run.t.begin() + last);
+  rows.recorded_efforts = run.recorded_efforts;
   rows.effort = run.effort.middleRows(first, last - first);
   for (const Input& input : run.inputs) {
     rows.inputs.push_back(

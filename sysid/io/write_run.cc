@@ -23,9 +23,7 @@ void AddSources(const Mechanism& mechanism, const Run& run, std::string* header,
     if (group.is_effort) {
       first = mechanism.joints[group.target].v_index;
       const int size = static_cast<int>(group.columns.size());
-      const bool measured = run.effort.rows() > 0 &&
-                            !run.effort.middleCols(first, size).isZero(0.0);
-      if (measured) values = &run.effort;
+      if (HasEffort(run, first, size)) values = &run.effort;
     } else {
       const Channel* channel = FindChannel(run, group.kind, group.target);
       if (channel != nullptr) {

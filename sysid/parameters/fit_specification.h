@@ -17,11 +17,12 @@ struct Located {
   std::string place;
 };
 
-// A parameter that is to have a value; empty: that of the model.
+// A parameter that is to have a value; empty: that of the model. Requests in
+// code need no place.
 struct NamedValue {
   std::string name;
-  std::optional<double> value;
-  std::string place;
+  std::optional<double> value = {};
+  std::string place = {};
 };
 
 // What a fit is asked to do, as written (docs/specification.md). Names

@@ -197,4 +197,10 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   return Dump(json);
 }
 
+std::string DiagnosisJson(const DiagnoseResult& result,
+                          const NextCommands& next) {
+  return DiagnosisJson(result.session, result.diagnosis,
+                       result.final ? &*result.final : nullptr, next);
+}
+
 }  // namespace sysid

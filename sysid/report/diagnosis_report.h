@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "sysid/api/diagnose.h"
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/next_experiment.h"
@@ -11,15 +12,11 @@ namespace sysid {
 // A diagnosis as people and programs read it. Everything here turns numbers
 // into text; nothing computes.
 
-// What to put into the model next: the effects that were added, or else the
-// first candidate where it was accepted; and what of their parameters to hold,
-// for the data does not tell of it. Comma separated, as --add and --fix take
-// them.
-struct NextStep {
-  std::string add, fix;
-  std::string solver;  // a flag more, where the motion is not to be fitted
-};
-NextStep ChooseNext(const Session& session, const Diagnosis& diagnosis);
+// A step as flags say it: its effects and what to hold, comma separated, as
+// --add and --fix take them; and " --solver NAME", or nothing.
+std::string AddText(const NextStep& step);
+std::string FixText(const NextStep& step);
+std::string SolverText(const NextStep& step);
 
 // What to type next.
 struct NextCommands {
@@ -50,5 +47,11 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
 std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
                           const FinalFit* final, const NextCommands& next,
                           bool colour);
+
+// Both of a result.
+std::string DiagnosisJson(const DiagnoseResult& result,
+                          const NextCommands& next);
+std::string DiagnosisText(const DiagnoseResult& result,
+                          const NextCommands& next, bool colour);
 
 }  // namespace sysid

@@ -545,4 +545,10 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   return text + "next\n" + next.fit + "\n";
 }
 
+std::string DiagnosisText(const DiagnoseResult& result,
+                          const NextCommands& next, bool colour) {
+  return DiagnosisText(result.session, result.diagnosis,
+                       result.final ? &*result.final : nullptr, next, colour);
+}
+
 }  // namespace sysid

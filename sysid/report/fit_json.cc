@@ -142,4 +142,11 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   return Dump(json);
 }
 
+std::string FitJson(const IdentifyResult& result) {
+  return FitJson(result.session, *result.problem, result.fit(),
+                 result.holdout ? &*result.holdout : nullptr,
+                 result.added ? &*result.added : nullptr,
+                 result.solved.mixture ? &*result.solved.mixture : nullptr);
+}
+
 }  // namespace sysid

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/api/identify.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/session/diagnosis_session.h"
@@ -43,6 +44,10 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
 std::string FitText(const Session& session, const ShootingProblem& problem,
                     const Fit& fit, const Holdout* holdout,
                     const AddedEffects* added, bool colour);
+
+// Both of a result; the text with what there is to say of a mixture.
+std::string FitJson(const IdentifyResult& result);
+std::string FitText(const IdentifyResult& result, bool colour);
 
 // A run as a point predicts it: the states at its samples (samples x
 // state_size), and each channel as PredictChannels gives it.

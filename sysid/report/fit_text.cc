@@ -6,6 +6,7 @@
 #include "models/parameters.h"
 #include "models/printable.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/report/mixture_report.h"
 #include "sysid/report/text.h"
 #include "sysid/session/check_session.h"
 #include "sysid/stochastic/solvers.h"
@@ -271,6 +272,14 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
     text +=
         "  " + Paint(colour, kRed, "not converged: " + fit.termination) + "\n";
   }
+  return text;
+}
+
+std::string FitText(const IdentifyResult& result, bool colour) {
+  std::string text = FitText(result.session, *result.problem, result.fit(),
+                             result.holdout ? &*result.holdout : nullptr,
+                             result.added ? &*result.added : nullptr, colour);
+  if (result.solved.mixture) text += MixtureText(*result.solved.mixture);
   return text;
 }
 

@@ -66,6 +66,16 @@ ShownModel OpenEvaluatedModel(const Session& session,
   return judged;
 }
 
+PageFit ShowIdentified(const IdentifyResult& result) {
+  PageFit fit = ShowFit(0, "the fit", result.session, *result.problem,
+                        result.fit(), result.holdout);
+  fit.added = result.added ? &*result.added : nullptr;
+  const std::optional<MixtureFit>& mixture = result.solved.mixture;
+  fit.mixture = mixture ? &*mixture : nullptr;
+  fit.with_prediction_csv = true;
+  return fit;
+}
+
 PageFit ShowFinal(const FinalFit& final, int id) {
   return ShowFit(id, "final fit, whole runs", final.session, *final.problem,
                  final.fit, final.holdout);
@@ -123,7 +133,7 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
   Json& models = page["models"];
   const NextStep next = ChooseNext(*source.session, diagnosis);
   const std::string command =
-      source.fit_command(next.add, next.fix) + next.solver;
+      source.fit_command(AddText(next), FixText(next)) + SolverText(next);
   const ShownModel base =
       OpenEvaluatedModel(*source.session, problem, diagnosis.base);
   PageFit given = base.Show(0, "as given");
@@ -157,6 +167,11 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
         ToString(diagnosis.final_verdict);
   }
   return page;
+}
+
+Json DiagnosisPage(const PageSource& source, const DiagnoseResult& result) {
+  return DiagnosisPage(source, result.problem, result.diagnosis,
+                       result.final ? &*result.final : nullptr);
 }
 
 }  // namespace sysid

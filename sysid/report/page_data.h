@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "sysid/api/diagnose.h"
+#include "sysid/api/identify.h"
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/report/json.h"
 #include "sysid/session/diagnosis_session.h"
@@ -67,6 +69,9 @@ ShownModel OpenEvaluatedModel(const Session& session,
                               const DiagnosisProblem& problem,
                               const EvaluatedModel& evaluated);
 
+// What was identified; points at the result. Its next command is yet to be set.
+PageFit ShowIdentified(const IdentifyResult& result);
+
 PageFit ShowFinal(const FinalFit& final, int id);
 
 // PageData with no models and no steps yet.
@@ -99,6 +104,7 @@ Json FitPage(const PageSource& source, const PageFit& fit);
 // `final`: null where the diagnosis was not fitted once more.
 Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
                    const Diagnosis& diagnosis, const FinalFit* final);
+Json DiagnosisPage(const PageSource& source, const DiagnoseResult& result);
 
 // The page with the document in it, one file that asks for nothing else; and
 // the page that asks its server. Empty where the build has no page: then

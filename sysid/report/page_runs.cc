@@ -41,8 +41,8 @@ Json EffortsJson(const Mechanism& mechanism, const Run& run) {
   for (const Joint& joint : mechanism.joints) {
     const int nv = VelocitySize(joint);
     if (nv == 0) continue;
+    if (!HasEffort(run, joint.v_index, nv)) continue;
     const RowMatrixXd effort = run.effort.middleCols(joint.v_index, nv);
-    if (effort.isZero(0)) continue;
     list.push_back(
         {{"joint", joint.name},
          {"components", nv == 1 ? Json{"tau"} : Json{"taux", "tauy", "tauz"}},

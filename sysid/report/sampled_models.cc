@@ -4,6 +4,7 @@
 #include "models/urdf/write_urdf.h"
 #include "sysid/estimation/estimate_draws.h"
 #include "sysid/io/csv.h"
+#include "sysid/io/memory.h"
 #include "sysid/report/text.h"
 
 namespace sysid {
@@ -75,6 +76,17 @@ void Write(const Session& session, const ShootingProblem& problem,
 }
 
 }  // namespace
+
+void CheckSampling(const Session& session, int count) {
+  if (session.free.empty()) {
+    throw InputError("--sample", "has nothing to draw: nothing is free",
+                     "name parameters with --free");
+  }
+  // They are made before any is written: their URDFs and a line each.
+  const double urdf = static_cast<double>(WriteUrdf(session.model).size());
+  CheckMemory(count * (urdf + 100.0 * session.free.size()), "--sample",
+              "to draw that many URDFs", "draw fewer at a time, by --seed");
+}
 
 SampledModels SampleModels(const Session& session,
                            const ShootingProblem& problem, const Solved& solved,

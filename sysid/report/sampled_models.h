@@ -19,6 +19,11 @@ struct SampledModels {
   std::vector<std::string> remarks;
   std::string failure;  // why there are none, else empty
 };
+
+// Throws InputError at --sample where there is nothing to draw, or no memory
+// for so many: before the fit.
+void CheckSampling(const Session& session, int count);
+
 SampledModels SampleModels(const Session& session,
                            const ShootingProblem& problem, const Solved& solved,
                            int count, std::uint64_t seed);

@@ -132,4 +132,87 @@ void CheckTimes(const std::vector<Run>& runs) {
   }
 }
 
+namespace {
+
+// Numbers of a sample of a channel.
+int WidthOf(const Channel& channel) {
+  switch (channel.kind) {
+    case ChannelKind::kOrientation:
+      return 4;
+    case ChannelKind::kAngularVelocity:
+      return 3;
+    case ChannelKind::kFramePosition:
+      return static_cast<int>(channel.axes.size());
+    case ChannelKind::kPosition:
+    case ChannelKind::kVelocity:
+    case ChannelKind::kMotorPosition:
+      return 1;
+  }
+  return 0;
+}
+
+std::string SizeText(Eigen::Index rows, Eigen::Index columns) {
+  return std::to_string(rows) + " x " + std::to_string(columns);
+}
+
+}  // namespace
+
+void CheckShape(const Run& run, const Mechanism& mechanism) {
+  const auto refuse = [&](const std::string& what, const std::string& hint) {
+    throw InputError(run.name, what, hint);
+  };
+  const auto check_size = [&](const std::string& what,
+                              const RowMatrixXd& values, int columns) {
+    if (values.rows() == run.size() && values.cols() == columns) return;
+    refuse(what + " is " + SizeText(values.rows(), values.cols()) +
+               ", not samples x numbers, " + SizeText(run.size(), columns),
+           "give a row for each time");
+  };
+  for (int k = 0; k < run.size(); ++k) {
+    if (std::isfinite(run.t[k]) && (k == 0 || run.t[k] > run.t[k - 1])) {
+      continue;
+    }
+    refuse("the time does not rise at sample " + std::to_string(k),
+           "times are in seconds, finite, each later than the one before");
+  }
+  if (run.channels.empty()) {
+    refuse("measures nothing", "give channels: positions at least");
+  }
+  for (const Channel& channel : run.channels) {
+    const size_t targets = channel.kind == ChannelKind::kFramePosition
+                               ? mechanism.links.size()
+                               : mechanism.joints.size();
+    if (channel.target < 0 || channel.target >= static_cast<int>(targets)) {
+      refuse("the target of channel '" + channel.name + "' is no joint or link",
+             "give its index: Mechanism::FindJoint, FindLink");
+    }
+    check_size("channel '" + channel.name + "'", channel.values,
+               WidthOf(channel));
+  }
+  check_size("the effort", run.effort, mechanism.nv);
+  if (!run.recorded_efforts.empty() &&
+      static_cast<int>(run.recorded_efforts.size()) != mechanism.nv) {
+    refuse("it says of " + std::to_string(run.recorded_efforts.size()) +
+               " efforts whether they were recorded, not of " +
+               std::to_string(mechanism.nv),
+           "say it of each, or of none");
+  }
+  if (!run.effort.allFinite()) {
+    refuse("an effort is no number", "it acts from sample to sample");
+  }
+  for (const Input& input : run.inputs) {
+    if (static_cast<int>(input.values.size()) != run.size()) {
+      refuse("input '" + input.name + "' has " +
+                 std::to_string(input.values.size()) + " values, not " +
+                 std::to_string(run.size()),
+             "give one for each time");
+    }
+    for (const double value : input.values) {
+      if (std::isfinite(value)) continue;
+      refuse("a value of input '" + input.name + "' is no number",
+             "none may be missing");
+    }
+  }
+}
+
 }  // namespace sysid

@@ -32,4 +32,10 @@ double Range(const Channel& channel);
 // Throws InputError where no channel of any run ever changes.
 void CheckMotion(const std::vector<Run>& runs);
 
+// Of a run that was made in memory: throws InputError, which names the run,
+// where times do not rise, channels, efforts or inputs have not as many numbers
+// as they must, a target is none of the mechanism's, or an effort or an input
+// is no number.
+void CheckShape(const Run& run, const Mechanism& mechanism);
+
 }  // namespace sysid

@@ -150,7 +150,7 @@ int Thin(DiagnosisProblem* problem) {
   return n;
 }
 
-// Whether an effort of the joint, -1: of any, was measured.
+// Whether an effort of the joint, -1: of any, was recorded that ever acts.
 bool IsDriven(const Mechanism& mechanism, int joint,
               const std::vector<Run>& runs) {
   return std::any_of(runs.begin(), runs.end(), [&](const Run& run) {

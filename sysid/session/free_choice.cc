@@ -17,8 +17,6 @@
 namespace sysid {
 namespace {
 
-constexpr char kNone[] = "none";  // of --free
-
 bool IsWhole(const Model& model, const Parameter& parameter) {
   return parameter.kind == ParameterKind::kEffect &&
          model.effects().parameters()[parameter.index].whole;
@@ -261,13 +259,8 @@ std::vector<AskedEffect> AddAsked(const FitRequest& request,
                                   const Catalogue& catalogue,
                                   Session* session) {
   std::vector<Located<std::string>> asked;
-  for (const NamedValue& effect : SplitEffectValues(request.add, "--add")) {
-    if (effect.value) {
-      throw InputError("--add",
-                       "'" + effect.name + "' has a value, which the fit finds",
-                       "write --add " + effect.name);
-    }
-    asked.push_back({effect.name, "--add"});
+  for (const std::string& effect : request.add) {
+    asked.push_back({effect, "--add"});
   }
   DropHeldEffects(session->model.mechanism(), &asked, &session->notices);
   const std::vector<std::string> before = session->model.effects().names();
@@ -288,11 +281,10 @@ class NamedChoice {
   NamedChoice(const FitRequest& request, const FitSpecification& spec,
               const Model& model)
       : vocabulary_(ParameterVocabulary(model)),
-        frees_none_(request.free == kNone),
-        flag_free_(frees_none_ ? std::vector<NamedValue>()
-                               : SplitAssignments(request.free, "--free")),
+        frees_none_(request.free_none),
+        flag_free_(EachOnce(request.free, "--free")),
         spec_fix_(spec.fix),
-        flag_fix_(SplitAssignments(request.fix, "--fix")),
+        flag_fix_(EachOnce(request.fix, "--fix")),
         spec_free_(ExpandPatterns(spec.free, &FitSpecification::Free::name,
                                   vocabulary_)) {
     for (const FitSpecification::Free& free : spec.free) {

@@ -184,8 +184,7 @@ std::string UnmeasuredNotice(const Mechanism& mechanism,
                          [&](const Channel& channel) {
                            return channel.target == static_cast<int>(j);
                          }) ||
-             !run.effort.middleCols(joint.v_index, VelocitySize(joint))
-                  .isZero(0.0);
+             HasEffort(run, joint.v_index, VelocitySize(joint));
     });
     if (has_column) continue;
     names.push_back(joint.name);
@@ -196,6 +195,25 @@ std::string UnmeasuredNotice(const Mechanism& mechanism,
          (names.size() == 1 ? "its motion is" : "their motions are") +
          " estimated from the others; hold still by --lock '" +
          Join(flags, ",") + "'";
+}
+
+void DropHeldChannels(const Mechanism& mechanism, const Mechanism& held,
+                      Run* run) {
+  std::erase_if(run->channels, [&](const Channel& channel) {
+    return channel.kind != ChannelKind::kFramePosition &&
+           held.joints[channel.target].held;
+  });
+  RowMatrixXd effort(run->effort.rows(), held.nv);
+  std::vector<bool> recorded(held.nv);
+  for (size_t j = 0; j < held.joints.size(); ++j) {
+    const int size = VelocitySize(held.joints[j]);
+    if (size == 0) continue;
+    const int from = mechanism.joints[j].v_index, to = held.joints[j].v_index;
+    effort.middleCols(to, size) = run->effort.middleCols(from, size);
+    for (int k = 0; k < size; ++k) recorded[to + k] = HasEffort(*run, from + k);
+  }
+  run->effort = std::move(effort);
+  run->recorded_efforts = std::move(recorded);
 }
 
 }  // namespace sysid

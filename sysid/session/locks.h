@@ -45,4 +45,9 @@ std::string UnmeasuredNotice(const Mechanism& mechanism,
                              const std::vector<const Run*>& runs,
                              const std::vector<NamedValue>& flag_locks);
 
+// A run of a mechanism as one of the same with joints held still: without what
+// is measured of those, and their efforts.
+void DropHeldChannels(const Mechanism& mechanism, const Mechanism& held,
+                      Run* run);
+
 }  // namespace sysid

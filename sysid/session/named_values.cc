@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <utility>
 
 #include "models/error.h"
 #include "sysid/io/csv.h"
@@ -79,18 +81,24 @@ std::vector<NamedValue> ReadAssignments(const std::vector<std::string>& parts,
       }
       value.value = number;
     }
-    for (const NamedValue& known : result) {
-      if (known.name == value.name) {
-        throw InputError(place, "'" + value.name + "' is named twice",
-                         "name it once");
-      }
-    }
     result.push_back(value);
   }
-  return result;
+  return EachOnce(std::move(result), place);
 }
 
 }  // namespace
+
+std::vector<NamedValue> EachOnce(std::vector<NamedValue> values,
+                                 const std::string& place) {
+  std::set<std::string> names;
+  for (NamedValue& value : values) {
+    value.place = place;
+    if (names.insert(value.name).second) continue;
+    throw InputError(place, "'" + value.name + "' is named twice",
+                     "name it once");
+  }
+  return values;
+}
 
 std::vector<std::string> SplitList(const std::string& text,
                                    const std::string& place) {

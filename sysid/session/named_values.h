@@ -28,4 +28,8 @@ std::vector<NamedValue> SplitAssignments(const std::string& text,
 std::vector<NamedValue> SplitEffectValues(const std::string& text,
                                           const std::string& place);
 
+// The values with a place. Throws InputError there where a name comes twice.
+std::vector<NamedValue> EachOnce(std::vector<NamedValue> values,
+                                 const std::string& place);
+
 }  // namespace sysid

@@ -276,9 +276,13 @@ void AddModelFlags(const Catalogue& catalogue, const Session& session,
   std::vector<NamedValue> held = session.locked;
   std::string file;
   std::vector<std::string> notices;
-  Model plain = OpenModel(
-      session.model_file.empty() ? session.model_name : session.model_file,
-      catalogue, &held, &file, &notices, session.columns);
+  Model plain =
+      session.given != nullptr
+          ? AdaptModel(*session.given, catalogue, &held, &notices,
+                       session.columns)
+          : OpenModel(session.model_file.empty() ? session.model_name
+                                                 : session.model_file,
+                      catalogue, &held, &file, &notices, session.columns);
   for (const std::string& name : model.effects().names()) {
     if (plain.effects().Contains(name)) continue;
     // A pair of joints would be two entries of the list.

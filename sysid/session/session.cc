@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 
 #include "models/error.h"
 #include "models/find_model.h"
 #include "models/urdf/load_urdf.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/read_run.h"
 #include "sysid/io/run_rows.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
+#include "sysid/session/effort_notices.h"
 #include "sysid/session/free_choice.h"
 #include "sysid/session/law_values.h"
 #include "sysid/session/locks.h"
@@ -48,7 +51,7 @@ std::string ShareNotice(const Processes& all,
 // The specification of --spec, or the one beside the model.
 FitSpecification ReadSpecification(const FitRequest& request) {
   if (!request.spec.empty()) return ReadFitSpecification(request.spec);
-  if (request.model.empty()) return {};
+  if (request.model.empty() || request.model_in_memory) return {};
   const std::filesystem::path urdf = FindModel(request.model);
   std::filesystem::path beside = urdf;
   beside.replace_extension(".sysid.yaml");
@@ -65,6 +68,16 @@ void CheckShipped(const Located<std::string>& model) {
     throw InputError(model.place,
                      "no shipped model is named '" + model.value + "'",
                      error.hint());
+  }
+}
+
+// As the session's shifts and ignored spans make it.
+void EditRun(const Session& session, Run* run,
+             std::vector<std::string>* notices) {
+  ApplyEdits(session.edits, session.model.mechanism(), run, notices);
+  if (!session.edits.ignored.empty()) {
+    DropUnmeasured(session.edits.ignored.front().place, run, notices);
+    BeginMeasured(run, notices);
   }
 }
 
@@ -131,6 +144,34 @@ std::vector<Run> ReadRuns(const std::vector<std::string>& files,
   return std::move(read.runs);
 }
 
+// Runs of a mechanism that are in memory, as the session's locks, shifts and
+// ignored spans make them, at the end of `to`.
+void TakeRuns(std::vector<Run> runs, const Mechanism& mechanism,
+              const Session& session, std::vector<Run>* to,
+              std::vector<std::string>* notices) {
+  for (Run& run : runs) {
+    if (run.effort.size() == 0) {
+      run.effort.setZero(run.size(), mechanism.nv);
+      run.recorded_efforts.assign(mechanism.nv, false);
+    }
+    CheckShape(run, mechanism);
+    DropHeldChannels(mechanism, session.model.mechanism(), &run);
+    EditRun(session, &run, notices);
+    to->push_back(std::move(run));
+  }
+}
+
+// Gives those in memory that have no name one.
+void NameRuns(FitRequest* request) {
+  int number = 0;
+  for (auto* runs : {&request->runs, &request->holdout_runs}) {
+    for (Run& run : *runs) {
+      ++number;
+      if (run.name.empty()) run.name = "run " + std::to_string(number);
+    }
+  }
+}
+
 // What was set aside, in a line; all of it is in the JSON.
 void NoteSkipped(const Session& session, size_t asked,
                  std::vector<std::string>* notices) {
@@ -147,64 +188,20 @@ void NoteSkipped(const Session& session, size_t asked,
                                         JoinFew(reasons));
 }
 
-// Of joints that no run drives while others are driven: that may be so, or
-// their efforts were not recorded. Joints that a machine leaves passive are few
-// and have no motor, whose effort a URDF would limit.
-void NotePassive(const std::vector<const Run*>& runs,
-                 const Mechanism& mechanism,
-                 std::vector<std::string>* notices) {
-  std::vector<std::string> driven, passive, columns;
-  bool has_motor = false;
-  for (size_t j = 0; j < mechanism.joints.size(); ++j) {
-    const Joint& joint = mechanism.joints[j];
-    const int size = VelocitySize(joint);
-    if (size == 0) continue;
-    const bool is_driven =
-        std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
-          return !run->effort.middleCols(joint.v_index, size).isZero(0.0);
-        });
-    // Of one without any column UnmeasuredNotice speaks.
-    const bool is_measured =
-        std::any_of(runs.begin(), runs.end(), [&](const Run* run) {
-          return std::any_of(run->channels.begin(), run->channels.end(),
-                             [&](const Channel& channel) {
-                               return channel.kind !=
-                                          ChannelKind::kFramePosition &&
-                                      channel.target == static_cast<int>(j);
-                             });
-        });
-    if (!is_driven && !is_measured) continue;
-    (is_driven ? driven : passive).push_back(joint.name);
-    if (is_driven) continue;
-    columns.push_back(joint.name + (size == 1 ? ".tau" : ".taux"));
-    has_motor |= joint.effort_limit > 0.0;
-  }
-  if (driven.empty() || passive.empty()) return;
-  if (!has_motor && driven.size() <= passive.size()) return;
-  notices->push_back("no effort is recorded of " + Join(passive) + ", but of " +
-                     Join(driven) +
-                     ": right only if no motor acts there; else map the "
-                     "columns " +
-                     Join(columns));
-}
-
-// A joint that one run drives and another does not: that may be so, or its
-// efforts were not recorded.
-void NoteUndriven(const std::vector<const Run*>& all,
-                  const Mechanism& mechanism,
+// What a URDF's <dynamics> put into the model.
+void NoteDynamics(const Mechanism& mechanism,
                   std::vector<std::string>* notices) {
   for (const Joint& joint : mechanism.joints) {
-    const auto driven = [&](const Run* run) {
-      return !run->effort.middleCols(joint.v_index, VelocitySize(joint))
-                  .isZero(0.0);
-    };
-    if (std::none_of(all.begin(), all.end(), driven)) continue;
-    for (const Run* run : all) {
-      if (driven(run)) continue;
-      notices->push_back(run->name + ": no effort acts on joint '" +
-                         joint.name +
-                         "', as it does in other runs: right only if it was "
-                         "not driven there");
+    if (joint.held) continue;
+    if (joint.damping > 0.0) {
+      notices->push_back("joint '" + joint.name + "': <dynamics> damping " +
+                         ShortestText(joint.damping) +
+                         " is in the model as viscous_damping");
+    }
+    if (joint.friction > 0.0) {
+      notices->push_back("joint '" + joint.name + "': <dynamics> friction " +
+                         ShortestText(joint.friction) +
+                         " is in the model as coulomb_friction");
     }
   }
 }
@@ -220,17 +217,40 @@ Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
   *locks = ResolveLocks(mechanism, *locks);
   mechanism = LockJoints(mechanism, *locks, notices);
   Model model = MakeModel(mechanism, catalogue);
-  for (const Joint& joint : mechanism.joints) {
-    if (joint.held) continue;
-    if (joint.damping > 0.0) {
-      notices->push_back("joint '" + joint.name + "': <dynamics> damping " +
-                         ShortestText(joint.damping) +
-                         " is in the model as viscous_damping");
-    }
-    if (joint.friction > 0.0) {
-      notices->push_back("joint '" + joint.name + "': <dynamics> friction " +
-                         ShortestText(joint.friction) +
-                         " is in the model as coulomb_friction");
+  NoteDynamics(mechanism, notices);
+  return model;
+}
+
+Model AdaptModel(const Model& given, const Catalogue& catalogue,
+                 std::vector<NamedValue>* locks,
+                 std::vector<std::string>* notices, const ColumnMap& columns) {
+  Mechanism mechanism = given.mechanism();
+  for (const std::string& input : OwnInputs(columns, mechanism)) {
+    if (!Contains(mechanism.inputs, input)) mechanism.inputs.push_back(input);
+  }
+  *locks = ResolveLocks(mechanism, *locks);
+  if (locks->empty() &&
+      mechanism.inputs.size() == given.mechanism().inputs.size()) {
+    return given;
+  }
+  mechanism = LockJoints(mechanism, *locks, notices);
+  std::vector<Located<std::string>> effects;
+  for (const std::string& name : given.effects().names()) {
+    effects.push_back({name, "the model's effects"});
+  }
+  DropHeldEffects(mechanism, &effects, notices);
+  Model model(mechanism);
+  for (const Located<std::string>& effect : effects) {
+    model.AddEffect(catalogue.Make(effect.value, mechanism, effect.place));
+  }
+  MechanismParameters<double> nominal = given.nominal();
+  nominal.effects = model.nominal().effects;
+  model.SetNominal(nominal);
+  const auto& of_given = given.effects().parameters();
+  for (const EffectParameter& parameter : model.effects().parameters()) {
+    for (size_t i = 0; i < of_given.size(); ++i) {
+      if (of_given[i].name != parameter.name) continue;
+      model.SetEffectParameter(parameter.name, given.nominal().effects[i]);
     }
   }
   return model;
@@ -238,13 +258,8 @@ Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
 
 Run ReadSessionRun(const Session& session, const std::string& file,
                    std::vector<std::string>* notices) {
-  const Mechanism& mechanism = session.model.mechanism();
-  Run run = ReadRun(file, session.columns, mechanism, notices);
-  ApplyEdits(session.edits, mechanism, &run, notices);
-  if (!session.edits.ignored.empty()) {
-    DropUnmeasured(session.edits.ignored.front().place, &run, notices);
-    BeginMeasured(&run, notices);
-  }
+  Run run = ReadRun(file, session.columns, session.model.mechanism(), notices);
+  EditRun(session, &run, notices);
   return run;
 }
 
@@ -267,7 +282,7 @@ namespace {
 // The model's name or file, by the flag or else by the specification.
 std::string WantedModel(const FitRequest& request,
                         const FitSpecification& spec) {
-  if (!request.model.empty()) return request.model;
+  if (!request.model.empty() || request.model_in_memory) return request.model;
   if (!spec.model) {
     throw InputError(
         "--model", "is missing",
@@ -277,44 +292,67 @@ std::string WantedModel(const FitRequest& request,
 }
 
 void CheckFiles(const FitRequest& request) {
-  if (request.traj.empty()) {
+  if (request.traj.empty() && request.runs.empty()) {
     throw InputError("--traj", "is missing",
                      "give the recordings to fit: --traj run1.csv,run2.csv");
   }
   CheckDistinct(request.traj, request.holdout);
 }
 
+// What the request says of the recordings, with places for errors.
+ColumnMap PlacedColumns(const FitRequest& request) {
+  ColumnMap columns = request.columns;
+  for (ColumnMapping& column : columns) column.place = "--columns";
+  return columns;
+}
+ChannelEdits PlacedEdits(const FitRequest& request) {
+  ChannelEdits edits{request.shift, request.ignore};
+  for (ChannelShift& shift : edits.shifts) shift.place = "--shift";
+  for (IgnoredSpan& span : edits.ignored) span.place = "--ignore";
+  return edits;
+}
+
 // How the runs are to be read.
 void FillReading(const FitRequest& request, const FitSpecification& spec,
                  Session* session) {
   const Mechanism& mechanism = session->model.mechanism();
-  session->flag_columns = ParseColumnMap(request.columns);
+  session->flag_columns = PlacedColumns(request);
   session->columns = MergeByName(spec.columns, session->flag_columns);
-  session->flag_edits = {ParseShifts(request.shift, "--shift"),
-                         ParseIgnored(request.ignore, "--ignore")};
+  session->flag_edits = PlacedEdits(request);
   session->edits = MergeEdits(spec.edits, session->flag_edits, mechanism);
   CheckEdits(session->edits, mechanism);
   std::vector<std::string> files = request.traj;
   files.insert(files.end(), request.holdout.begin(), request.holdout.end());
+  for (const Run& run : request.runs) files.push_back(run.name);
+  for (const Run& run : request.holdout_runs) files.push_back(run.name);
   CheckRunNames(session->flag_columns, session->flag_edits, mechanism, files);
 }
 
-// What the laws read that flags and specification type.
+// What the laws read that request and specification type: of files by the
+// words of the laws, of runs in memory all that effects may read.
 ColumnMap LawInputs(const FitRequest& request, const FitSpecification& spec,
-                    const std::string& model) {
-  std::vector<std::string> laws = SplitEffects(request.add, "--add");
-  for (const std::string& effect :
-       SplitEffects(request.candidates, "--candidates")) {
-    laws.push_back(effect);
+                    const std::function<Mechanism()>& mechanism) {
+  ColumnMap inputs;
+  for (const auto* runs : {&request.runs, &request.holdout_runs}) {
+    for (const Run& run : *runs) {
+      for (const Input& input : run.inputs) {
+        inputs.push_back({input.name, input.name, run.name});
+      }
+    }
   }
+  std::vector<std::string> laws = request.add;
+  laws.insert(laws.end(), request.candidates.begin(), request.candidates.end());
   for (const auto& effect : spec.effects) laws.push_back(effect.value);
   std::erase_if(laws, [](const std::string& effect) {
     return effect.find(':') == std::string::npos;
   });
-  if (laws.empty()) return {};
+  if (laws.empty()) return inputs;
   std::vector<std::string> files = request.traj;
   files.insert(files.end(), request.holdout.begin(), request.holdout.end());
-  return InputsOfLaws(laws, files, LoadUrdf(model));
+  for (ColumnMapping& input : InputsOfLaws(laws, files, mechanism())) {
+    inputs.push_back(std::move(input));
+  }
+  return inputs;
 }
 
 // All but the runs and what depends on them.
@@ -322,25 +360,32 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
                         const Catalogue& catalogue) {
   const std::string wanted = WantedModel(request, spec);
   CheckFiles(request);
-  if (request.model.empty()) CheckShipped(*spec.model);
+  const std::shared_ptr<const Model>& given = request.model_in_memory;
+  if (given == nullptr && request.model.empty()) CheckShipped(*spec.model);
   std::string file;
   std::vector<std::string> notices;
-  const std::vector<NamedValue> flag_locks =
-      SplitAssignments(request.lock, "--lock");
+  const std::vector<NamedValue> flag_locks = EachOnce(request.lock, "--lock");
   std::vector<NamedValue> locks = spec.lock;
   locks.insert(locks.end(), flag_locks.begin(), flag_locks.end());
-  ColumnMap columns =
-      MergeByName(spec.columns, ParseColumnMap(request.columns));
-  for (ColumnMapping& input : LawInputs(request, spec, FindModel(wanted))) {
+  ColumnMap columns = MergeByName(spec.columns, PlacedColumns(request));
+  const auto mechanism = [&] {
+    return given ? given->mechanism() : LoadUrdf(FindModel(wanted));
+  };
+  for (ColumnMapping& input : LawInputs(request, spec, mechanism)) {
     columns.push_back(std::move(input));
   }
   Session session(
-      OpenModel(wanted, catalogue, &locks, &file, &notices, columns));
+      given ? AdaptModel(*given, catalogue, &locks, &notices, columns)
+            : OpenModel(wanted, catalogue, &locks, &file, &notices, columns));
   session.locked = locks;
   session.flag_locks = flag_locks;
   session.spec_file = spec.path;
   session.model_file = file;
-  session.model_name = std::filesystem::path(file).stem().string();
+  session.given = given;
+  session.model_name = given == nullptr
+                           ? std::filesystem::path(file).stem().string()
+                       : wanted.empty() ? given->mechanism().name
+                                        : wanted;
   session.options.processes = request.processes;
   session.notices = notices;
   ChooseFree(request,
@@ -358,7 +403,8 @@ Session OpenModelSession(const FitRequest& request,
   return OpenWithoutRuns(request, ReadSpecification(request), catalogue);
 }
 
-Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
+Session OpenSession(FitRequest request, const Catalogue& catalogue) {
+  NameRuns(&request);
   const FitSpecification spec = ReadSpecification(request);
   Session session = OpenWithoutRuns(request, spec, catalogue);
   std::vector<std::string> read;
@@ -366,8 +412,18 @@ Session OpenSession(const FitRequest& request, const Catalogue& catalogue) {
   session.runs = ReadRuns(request.traj, "--traj", skip, &session, &read);
   session.holdout =
       ReadRuns(request.holdout, "--holdout", skip, &session, &read);
-  const Mechanism& mechanism = session.model.mechanism();
   const Processes& processes = ProcessesOf(session.options);
+  if (!request.runs.empty() || !request.holdout_runs.empty()) {
+    const Mechanism given = session.locked.empty() ? session.model.mechanism()
+                            : session.given        ? session.given->mechanism()
+                                            : LoadUrdf(session.model_file);
+    DoAlike(processes, [&] {
+      TakeRuns(std::move(request.runs), given, session, &session.runs, &read);
+      TakeRuns(std::move(request.holdout_runs), given, session,
+               &session.holdout, &read);
+    });
+  }
+  const Mechanism& mechanism = session.model.mechanism();
   DoAlike(processes, [&] { CheckTimes(session.runs); });
   std::vector<Run> outlines = OutlinesOfAll(processes, session.runs);
   CheckMotion(outlines);

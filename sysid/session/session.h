@@ -13,52 +13,21 @@
 #include "sysid/io/channel_edits.h"
 #include "sysid/parameters/fit_specification.h"
 #include "sysid/parameters/free_parameter.h"
+#include "sysid/session/fit_request.h"
 
 namespace sysid {
-
-// What a user asks for, as the flags of docs/interface.md section 1 say it.
-// Empty means not given.
-struct FitRequest {
-  std::string model;
-  std::vector<std::string> traj, holdout;
-  std::string spec;
-  std::string free, fix, add, columns;  // comma separated, as on the flag
-  std::string candidates;               // so too, of a diagnosis
-  std::string shift, ignore, lock;      // so too
-  std::string solver, integrator, residual, loss;
-  std::optional<double> step, segment, noise;
-  int threads = 0;  // 0: all cores
-  std::string check = "all";
-  // Whether nothing need be free: a model is then compared as it stands.
-  bool may_free_nothing = false;
-  // Whether links without inertia are given one where their joints have nothing
-  // else to move (AssumeInertia): a diagnosis may find what moves there.
-  bool assumes_inertia = false;
-  // Whether the program has other solvers than lm.
-  bool any_solver = false;
-  // Whether runs that cannot be read are set aside: --skip_bad_runs.
-  bool skip_bad_runs = false;
-  // That share out the runs; null: one has all.
-  std::shared_ptr<const Processes> processes;
-};
 
 // A run that was set aside, and why.
 struct SkippedRun {
   std::string run, reason;
 };
 
-// How much of a recording is checked: --check.
-enum class CheckLevel {
-  kNone,
-  kNumbers,  // what the numbers alone show: milliseconds
-  kAll,      // and hypotheses about the data, where a fit misses them
-};
-
 // Everything that a fit starts from. What was assumed on the way, and what of
 // the input was ignored, is in `notices`, a line each.
 struct Session {
-  std::string model_name;  // for reports: "pendulum3"
-  std::string model_file;
+  std::string model_name;              // for reports: "pendulum3"
+  std::string model_file;              // empty where it was in memory
+  std::shared_ptr<const Model> given;  // FitRequest::model_in_memory
   Model model;
   std::vector<FreeParameter> free;
   std::vector<Run> runs, holdout;        // of this process
@@ -98,13 +67,20 @@ Model OpenModel(const std::string& name_or_file, const Catalogue& catalogue,
                 std::vector<std::string>* notices,
                 const ColumnMap& columns = {});
 
-// Reads model, specification and runs, and decides what is free. Flags win over
-// the specification. Throws InputError for whatever is wrong with any of them.
-Session OpenSession(const FitRequest& request, const Catalogue& catalogue);
+// Reads model, specification and runs, and decides what is free. The request
+// wins over the specification. Throws InputError for whatever is wrong with any
+// of them.
+Session OpenSession(FitRequest request, const Catalogue& catalogue);
 
 // The same without reading a run: FitRequest::traj may name files that are not
 // there.
 Session OpenModelSession(const FitRequest& request, const Catalogue& catalogue);
+
+// A model in memory as OpenModel makes those of files.
+Model AdaptModel(const Model& given, const Catalogue& catalogue,
+                 std::vector<NamedValue>* locks,
+                 std::vector<std::string>* notices,
+                 const ColumnMap& columns = {});
 
 // One run as the session's columns, shifts and ignored spans make it. Throws
 // InputError as ReadRun and ApplyEdits do.

@@ -38,19 +38,6 @@ Located<double> ChooseNumber(const std::optional<double>& flag,
   return chosen;
 }
 
-// The flag's word, or else the file's; "" at "" where neither is given.
-Located<std::string> ChooseWord(const std::string& flag,
-                                const std::optional<Located<std::string>>& file,
-                                const std::string& name) {
-  if (flag.empty()) return file.value_or(Located<std::string>());
-  const std::vector<std::string>& known = KnownWords(name);
-  if (std::find(known.begin(), known.end(), flag) == known.end()) {
-    throw InputError("--" + name, "unknown " + name + " '" + flag + "'",
-                     NameHint(flag, known));
-  }
-  return {flag, "--" + name};
-}
-
 // A step that is longer than the samples are apart ends at each of them.
 void FitStepToRuns(const Located<double>& step, Session* session) {
   constexpr double kMostSteps = 1000;  // between two samples, on average
@@ -111,8 +98,10 @@ void FitSegmentToRuns(const Located<double>& segment, Session* session) {
 
 std::string ChooseSolver(const FitRequest& request,
                          const FitSpecification& spec) {
+  CheckWord("solver", request.solver);
   const auto [solver, place] =
-      ChooseWord(request.solver, spec.solver, "solver");
+      request.solver.empty() ? spec.solver.value_or(Located<std::string>())
+                             : Located<std::string>{request.solver, "--solver"};
   if (solver.empty() || solver == "lm") return "lm";
   if (!request.any_solver) {
     throw InputError(place, "this program has no solver '" + solver + "'",
@@ -142,15 +131,41 @@ int ChooseThreads(int threads) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-CheckLevel ParseCheckLevel(const std::string& text) {
-  if (text == "none") return CheckLevel::kNone;
-  if (text == "numbers") return CheckLevel::kNumbers;
-  if (text == "all") return CheckLevel::kAll;
-  throw InputError("--check", "cannot be '" + text + "'",
-                   NameHint(text, {"none", "numbers", "all"}));
+RobustLoss ChooseLoss(const FitRequest& request, const FitSpecification& spec) {
+  if (request.loss) return *request.loss;
+  if (!spec.loss) return RobustLoss::kNone;
+  return ParseLoss(spec.loss->value);
 }
 
 }  // namespace
+
+void CheckWord(const std::string& name, const std::string& word) {
+  if (word.empty()) return;
+  const std::vector<std::string>& known = KnownWords(name);
+  if (std::find(known.begin(), known.end(), word) != known.end()) return;
+  throw InputError("--" + name, "unknown " + name + " '" + word + "'",
+                   NameHint(word, known));
+}
+
+RobustLoss ParseLoss(const std::string& word) {
+  CheckWord("loss", word);
+  if (word == "huber") return RobustLoss::kHuber;
+  return word == "cauchy" ? RobustLoss::kCauchy : RobustLoss::kNone;
+}
+
+OrientationResidual ParseOrientation(const std::string& word) {
+  CheckWord("residual", word);
+  return word == "rotation" ? OrientationResidual::kRotation
+                            : OrientationResidual::kHeading;
+}
+
+CheckLevel ParseCheckLevel(const std::string& word) {
+  if (word == "none") return CheckLevel::kNone;
+  if (word == "numbers") return CheckLevel::kNumbers;
+  if (word == "all") return CheckLevel::kAll;
+  throw InputError("--check", "cannot be '" + word + "'",
+                   NameHint(word, {"none", "numbers", "all"}));
+}
 
 void FillOptions(const FitRequest& request, const FitSpecification& spec,
                  Session* session) {
@@ -163,29 +178,33 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
                    "give the standard deviation of a measurement, in rad or m; "
                    "left out, it is estimated from the data")
           .value;
-  const auto [integrator, place] =
-      ChooseWord(request.integrator, spec.integrator, "integrator");
-  if (!integrator.empty()) {
-    options->rollout.integrator = ParseIntegrator(integrator, place);
+  std::optional<Integrator> integrator = request.integrator;
+  if (!integrator && spec.integrator) {
+    integrator =
+        ParseIntegrator(spec.integrator->value, spec.integrator->place);
+  }
+  if (integrator) {
+    options->rollout.integrator = *integrator;
     options->rollout.may_change = false;
   }
-  if (ChooseWord(request.residual, spec.residual, "residual").value ==
-      "rotation") {
-    options->orientation = OrientationResidual::kRotation;
+  if (request.residual) {
+    options->orientation = *request.residual;
+  } else if (spec.residual) {
+    options->orientation = ParseOrientation(spec.residual->value);
   }
-  const auto [loss, loss_place] = ChooseWord(request.loss, spec.loss, "loss");
-  if (!loss.empty() && loss != "none" &&
+  options->loss = ChooseLoss(request, spec);
+  if (options->loss != RobustLoss::kNone &&
       FindSolver(session->solver).kind == SolverKind::kStochastic) {
     throw InputError(
-        loss_place, "has no meaning for --solver " + session->solver,
+        request.loss ? "--loss" : spec.loss->place,
+        "has no meaning for --solver " + session->solver,
         "it belongs to --solver lm and inverse_dynamics (--loss none leaves it "
         "out); adam and gmm have --huber");
   }
-  if (loss == "huber") options->loss = RobustLoss::kHuber;
-  if (loss == "cauchy") options->loss = RobustLoss::kCauchy;
   options->loss_scale = spec.loss_scale.value_or(options->loss_scale);
   options->threads = ChooseThreads(request.threads);
-  session->check = ParseCheckLevel(request.check);
+  session->check = request.check.value_or(
+      request.processes == nullptr ? CheckLevel::kAll : CheckLevel::kNumbers);
 }
 
 void FillLengths(const FitRequest& request, const FitSpecification& spec,

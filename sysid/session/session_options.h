@@ -4,8 +4,16 @@
 
 namespace sysid {
 
-// How to fit, from flags and specification; flags win. Both throw InputError at
-// the place of what is wrong.
+// How to fit, from request and specification; the request wins. All throw
+// InputError at the place of what is wrong.
+
+// Throws InputError at the flag for a word that is none of its KnownWords(),
+// but for the empty one, which is not given.
+void CheckWord(const std::string& name, const std::string& word);
+// Words of flags and keys as values; throw InputError at the flag.
+RobustLoss ParseLoss(const std::string& word);
+OrientationResidual ParseOrientation(const std::string& word);
+CheckLevel ParseCheckLevel(const std::string& word);
 
 // Solver, options and checks, as far as they do not depend on the runs.
 void FillOptions(const FitRequest& request, const FitSpecification& spec,

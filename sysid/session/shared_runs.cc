@@ -27,6 +27,7 @@ Run OutlineOf(const Run& run) {
   Run outline;
   outline.name = run.name;
   if (run.size() > 0) outline.t = {run.t.front(), run.t.back()};
+  outline.recorded_efforts = run.recorded_efforts;
   outline.effort.setZero(1, run.effort.cols());
   for (int v = 0; v < run.effort.cols(); ++v) {
     outline.effort(0, v) = run.effort.col(v).isZero(0.0) ? 0.0 : 1.0;
@@ -51,6 +52,10 @@ void Pack(const Run& outline, Packer* packer) {
   packer->Put(static_cast<double>(outline.t.size()));
   for (const double t : outline.t) packer->Put(t);
   packer->Put(outline.effort);
+  packer->Put(static_cast<double>(outline.recorded_efforts.size()));
+  for (const bool recorded : outline.recorded_efforts) {
+    packer->Put(recorded ? 1.0 : 0.0);
+  }
   packer->Put(static_cast<double>(outline.channels.size()));
   for (const Channel& channel : outline.channels) {
     packer->Put(static_cast<double>(channel.kind));
@@ -73,6 +78,10 @@ Run Unpack(Unpacker* unpacker) {
   run.t.resize(unpacker->Count());
   for (double& t : run.t) t = unpacker->Number();
   run.effort = unpacker->Matrix();
+  run.recorded_efforts.resize(unpacker->Count());
+  for (size_t v = 0; v < run.recorded_efforts.size(); ++v) {
+    run.recorded_efforts[v] = unpacker->Number() > 0.0;
+  }
   run.channels.resize(unpacker->Count());
   for (Channel& channel : run.channels) {
     channel.kind = static_cast<ChannelKind>(unpacker->Count());

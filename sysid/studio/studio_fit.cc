@@ -224,7 +224,8 @@ StudioModel FitStudioModel(
                                     ? "as given"
                                     : "+ " + Join(model.effects, " + "));
   const NextStep next = ChooseNext(session, diagnosis);
-  fit.next_command = source.fit_command(next.add, next.fix) + next.solver;
+  fit.next_command =
+      source.fit_command(AddText(next), FixText(next)) + SolverText(next);
   model.page = PageModel(source, fit, &diagnosis);
   model.page["wholeRuns"] = PageWholeRuns(final);
   model.step = StepOf(change, diagnosis, id);

@@ -265,8 +265,8 @@ Session Recorded(const std::string& model,
   for (const std::string& file : files) {
     request.traj.push_back(std::filesystem::path(DataFolder()) / file);
   }
-  request.columns = columns;
-  request.shift = shift;
+  request.columns = ParseColumnMap(columns);
+  request.shift = ParseShifts(shift, "--shift");
   return OpenSession(request, Catalogue());
 }
 

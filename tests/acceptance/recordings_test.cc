@@ -14,6 +14,7 @@
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/session/diagnosis_session.h"
+#include "sysid/session/named_values.h"
 #include "sysid/session/session.h"
 
 namespace sysid {
@@ -114,7 +115,8 @@ TEST(SimplePendulum, LoadsByItsColumnsAndFits) {
   const path folder = DataFolder() / "simple_pendulum_dfki";
   FitRequest request;
   request.model = "simple_pendulum_dfki";
-  request.columns = "t=time,joint1.q=position,joint1.tau=torque";
+  request.columns =
+      ParseColumnMap("t=time,joint1.q=position,joint1.tau=torque");
   request.traj = {Cut(folder / "ddp.csv", 6.0),
                   Cut(folder / "direct_collocation.csv", 3.5),
                   Cut(folder / "energy_shaping.csv", 3.8)};
@@ -126,7 +128,7 @@ TEST(SimplePendulum, LoadsByItsColumnsAndFits) {
 FitRequest VideoPendulumRequest() {
   FitRequest request;
   request.model = "video_pendulum";
-  request.columns = "t=t,joint1.q=theta";
+  request.columns = ParseColumnMap("t=t,joint1.q=theta");
   request.traj = {DataFolder() / "video_pendulum" / "pendulum.csv"};
   return request;
 }
@@ -143,7 +145,7 @@ TEST(VideoPendulum, LoadsByItsColumnsAndItsStringIsAsLongAsMeasured) {
 TEST(VideoPendulum, WholeRunsShowAFrictionBesideTheDrag) {
   SKIP_WITHOUT("video_pendulum");
   FitRequest request = VideoPendulumRequest();
-  request.free = "link1.length";
+  request.free = SplitAssignments("link1.length", "--free");
   const Catalogue catalogue;
   const Session session = OpenSession(request, catalogue);
   std::vector<std::string> notices;
@@ -172,8 +174,8 @@ Diagnosis DiagnoseSwing(double seconds) {
   request.model = model;
   request.traj = {
       Cut(DataFolder() / "multiarm_pendulum" / "single.csv", seconds, folder)};
-  request.columns = "joint1.q=theta1-pi";
-  request.free = "link1.inertia_scale";
+  request.columns = ParseColumnMap("joint1.q=theta1-pi");
+  request.free = SplitAssignments("link1.inertia_scale", "--free");
   const Catalogue catalogue;
   const Session session = OpenSession(request, catalogue);
   std::vector<std::string> notices;
@@ -222,11 +224,11 @@ FitRequest Tx40At250Hz() {
   FitRequest request;
   request.model = folder / "tx40.urdf";
   request.traj = {thin};
-  request.columns =
+  request.columns = ParseColumnMap(
       "joint_1.q=qm1/32,joint_2.q=qm2/32-pi/2,joint_3.q=qm3/45+pi/2,"
       "joint_4.q=qm4/-48,joint_5.q=qm5/45,joint_6.q=qm6/32-qm5/45,"
       "joint_1.tau=cm1*32,joint_2.tau=cm2*32,joint_3.tau=cm3*45,"
-      "joint_4.tau=cm4*-48,joint_5.tau=cm5*45+cm6*32,joint_6.tau=cm6*32";
+      "joint_4.tau=cm4*-48,joint_5.tau=cm5*45+cm6*32,joint_6.tau=cm6*32");
   return request;
 }
 
@@ -236,8 +238,9 @@ FitRequest Tx40At250Hz() {
 TEST(StaubliTx40, SegmentsAreFittedTogetherWithTheEquationsOfMotion) {
   SKIP_WITHOUT("staubli_tx40");
   FitRequest request = Tx40At250Hz();
-  request.free = "inertial";
-  request.add = "viscous_damping@*,coulomb_friction@*,armature@*,effort_bias@*";
+  request.free = SplitAssignments("inertial", "--free");
+  request.add = SplitEffects(
+      "viscous_damping@*,coulomb_friction@*,armature@*,effort_bias@*", "--add");
   const Catalogue catalogue;
   const Session session = OpenSession(request, catalogue);
   const ShootingProblem problem(session.model, session.free, session.runs,

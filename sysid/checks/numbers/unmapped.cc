@@ -53,7 +53,7 @@ void CheckRun(const CheckInput& input, const Run& run,
         FindChannel(run, ChannelKind::kVelocity, j) == nullptr) {
       add(".qd", LooksLikeVelocity);
     }
-    if (run.effort.col(joint.v_index).isZero(0.0)) {
+    if (!HasEffort(run, joint.v_index)) {
       add(".tau", LooksLikeEffort);
     }
   }

@@ -61,6 +61,15 @@ TEST(ReadRunTest, AJointWithoutColumnsIsUnmeasured) {
   EXPECT_EQ(run.effort.cols(), 2);
 }
 
+// Zeros that stand in a file are efforts.
+TEST(ReadRunTest, TellsARecordedEffortOfZeroFromNone) {
+  const sysid::Run run = Parse("t,joint1.q,joint2.tau\n0,1,0\n1,2,0\n");
+  EXPECT_TRUE(run.effort.isZero(0.0));
+  EXPECT_FALSE(HasEffort(run, 0));
+  EXPECT_TRUE(HasEffort(run, 1));
+  EXPECT_TRUE(HasEffort(run, 0, 2));
+}
+
 TEST(ReadRunTest, SaysWhatAFactorForTheTimeWouldMultiply) {
   const auto source = [](const std::string& t) {
     return Parse("clock,/js/time,joint1.q,t\n0,0,1,0\n1,1,2,1\n",

@@ -49,6 +49,18 @@ TEST(WriteRunTest, WritesTheContractsColumns) {
             "0.3333333333333333,,,,,0.6666666666666666,0\n");
 }
 
+TEST(WriteRunTest, WritesARecordedEffortOfZero) {
+  sysid::Run run = SmallRun();
+  run.effort.setZero();
+  const auto header = [&] {
+    const std::string text = FormatRun(BallAndHinge(), run, {});
+    return text.substr(0, text.find('\n'));
+  };
+  EXPECT_EQ(header(), "t,ball.qw,ball.qx,ball.qy,ball.qz,hinge.q");
+  run.recorded_efforts = {false, false, false, true};
+  EXPECT_EQ(header(), "t,ball.qw,ball.qx,ball.qy,ball.qz,hinge.q,hinge.tau");
+}
+
 TEST(WriteRunTest, ReadsBackAsItWas) {
   const Mechanism mechanism = BallAndHinge();
   const sysid::Run run = SmallRun();

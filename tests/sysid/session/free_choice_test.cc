@@ -7,6 +7,7 @@
 #include "models/find_model.h"
 #include "models/urdf/load_urdf.h"
 #include "sysid/session/diagnosis_session.h"
+#include "sysid/session/named_values.h"
 #include "tests/support/error_text.h"
 
 namespace sysid {
@@ -63,7 +64,7 @@ TEST(ChooseFree, TakesTheFlagsNamesWithWhatTheSpecificationSaysOfThem) {
   asked.spec.free[1].prior = FreeParameter::Prior{0.8, 0.1};
   EXPECT_THAT(NamesOf(asked.Choose()),
               ElementsAre("link1.length", "link2.length"));
-  asked.request.free = "link2.length";
+  asked.request.free = SplitAssignments("link2.length", "--free");
   const FreeParameter free = asked.Choose().free.at(0);
   EXPECT_EQ(free.parameter.name, "link2.length");
   EXPECT_EQ(free.initial, 0.7);
@@ -71,15 +72,15 @@ TEST(ChooseFree, TakesTheFlagsNamesWithWhatTheSpecificationSaysOfThem) {
   ASSERT_TRUE(free.prior.has_value());
   EXPECT_EQ(free.prior->mean, 0.8);
   // The flag's start wins.
-  asked.request.free = "link2.length=0.9";
+  asked.request.free = SplitAssignments("link2.length=0.9", "--free");
   EXPECT_EQ(asked.Choose().free.at(0).initial, 0.9);
 }
 
 TEST(ChooseFree, FreesWhatAnAddedEffectBrings) {
   Asked asked;
-  asked.request.free = "link1.length";
+  asked.request.free = SplitAssignments("link1.length", "--free");
   asked.spec.effects = {{"viscous_damping@joint2", "fit.yaml:5:5"}};
-  asked.request.add = "coulomb_friction@joint1";
+  asked.request.add = SplitEffects("coulomb_friction@joint1", "--add");
   const Session choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice),
               ElementsAre("link1.length", "joint2.damping", "joint1.friction"));
@@ -93,8 +94,9 @@ TEST(ChooseFree, FreesWhatAnAddedEffectBrings) {
 
 TEST(ChooseFree, WritesPatternsOut) {
   Asked asked;
-  asked.request.free = "link*.mass,link2.mass=2,joint1.*";
-  asked.request.add = "viscous_damping@*";
+  asked.request.free =
+      SplitAssignments("link*.mass,link2.mass=2,joint1.*", "--free");
+  asked.request.add = SplitEffects("viscous_damping@*", "--add");
   const Session choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice),
               ElementsAre("link1.mass", "link2.mass", "joint1.x", "joint1.y",
@@ -125,23 +127,24 @@ TEST(ChooseFree, TakesWhatTheSpecificationSaysOfAPattern) {
 
 TEST(ChooseFree, TakesAPatternAwayFromWhatIsFree) {
   Asked asked;
-  asked.request.free = "inertial";
-  asked.request.fix = "link2.*";
+  asked.request.free = SplitAssignments("inertial", "--free");
+  asked.request.fix = SplitAssignments("link2.*", "--fix");
   Session choice = asked.Choose();
   EXPECT_EQ(NamesOf(choice).size(), 10u);
   EXPECT_THAT(NamesOf(choice), testing::Each(testing::StartsWith("link1.")));
   EXPECT_THAT(choice.fixed, testing::Contains("link2.length"));
   // A name that is written out wins over a pattern.
-  asked.request.free = "inertial,link2.mass";
+  asked.request.free = SplitAssignments("inertial,link2.mass", "--free");
   choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice), testing::Contains("link2.mass"));
   EXPECT_EQ(NamesOf(choice).size(), 11u);
-  asked.request.fix = "link2.*,link2.mass";
+  asked.request.fix = SplitAssignments("link2.*,link2.mass", "--fix");
   EXPECT_THAT(asked.Error(),
               HasSubstr("--fix: 'link2.mass' is also in --free"));
   // A flag over the file.
-  asked.request.free = "";
-  asked.request.fix = "link2.*=0.3,link2.com_*,link2.i*,link2.length";
+  asked.request.free = {};
+  asked.request.fix = SplitAssignments(
+      "link2.*=0.3,link2.com_*,link2.i*,link2.length", "--fix");
   asked.spec.free = {Free("link1.length"), Free("link2.mass")};
   choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice), ElementsAre("link1.length"));
@@ -151,21 +154,21 @@ TEST(ChooseFree, TakesAPatternAwayFromWhatIsFree) {
 
 TEST(ChooseFree, RefusesPatternsThatMeetNothing) {
   Asked asked;
-  asked.request.free = "lnik*.mass";
+  asked.request.free = SplitAssignments("lnik*.mass", "--free");
   EXPECT_THAT(asked.Error(),
               testing::StartsWith("--free: 'lnik*.mass' meets no parameter of "
                                   "this model\n  hint: near names: "
                                   "link1.mass, link2.mass;"));
-  asked.request.free = "link1.mass";
-  asked.request.fix = "joint1.d*";
+  asked.request.free = SplitAssignments("link1.mass", "--free");
+  asked.request.fix = SplitAssignments("joint1.d*", "--fix");
   EXPECT_THAT(asked.Error(), testing::StartsWith("--fix: 'joint1.d*' meets "));
-  asked.request.fix = "";
-  asked.request.add = "viscous_damping@elbow*";
+  asked.request.fix = {};
+  asked.request.add = SplitEffects("viscous_damping@elbow*", "--add");
   EXPECT_THAT(asked.Error(),
               testing::StartsWith("--add: 'viscous_damping@elbow*' meets no "
                                   "effect of this model\n  hint: near names: "
                                   "viscous_damping@joint1"));
-  asked.request.add = "";
+  asked.request.add = {};
   asked.spec.free = {Free("arm*")};
   EXPECT_THAT(asked.Error(),
               testing::StartsWith("fit.yaml:2:3: 'arm*' meets no parameter"));
@@ -174,7 +177,7 @@ TEST(ChooseFree, RefusesPatternsThatMeetNothing) {
 TEST(ChooseFree, SaysWhichEffectTakesThePlaceOfAnother) {
   Asked asked;
   asked.spec.effects = {{"coulomb_friction@joint1", "fit.yaml:5:5"}};
-  asked.request.add = "stribeck_friction@joint1";
+  asked.request.add = SplitEffects("stribeck_friction@joint1", "--add");
   const Session choice = asked.Choose();
   EXPECT_THAT(choice.model.effects().names(),
               ElementsAre("stribeck_friction@joint1"));
@@ -186,7 +189,7 @@ TEST(ChooseFree, SaysWhichEffectTakesThePlaceOfAnother) {
 // A pendulum that turns about y does not feel where on y its mass is.
 TEST(ChooseFree, HoldsWhatTheMotionDoesNotDependOn) {
   Asked asked;
-  asked.request.add = "com@link2";
+  asked.request.add = SplitEffects("com@link2", "--add");
   const Session choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice), testing::Contains("link2.com_z"));
   EXPECT_THAT(NamesOf(choice), testing::Not(testing::Contains("link2.com_y")));
@@ -202,7 +205,7 @@ TEST(ChooseFree, HoldsWhatIsFixedAndLetsTheFlagWin) {
   Asked asked;
   asked.spec.free = {Free("link1.length"), Free("link2.length")};
   asked.spec.fix = {{"link2.mass", 3.0, "fit.yaml:6:3"}};
-  asked.request.fix = "link2.mass=2,link1.length";
+  asked.request.fix = SplitAssignments("link2.mass=2,link1.length", "--fix");
   const Session choice = asked.Choose();
   EXPECT_THAT(NamesOf(choice), ElementsAre("link2.length"));
   EXPECT_THAT(choice.fixed, ElementsAre("link2.mass", "link1.length"));
@@ -267,7 +270,7 @@ TEST(ChooseFree, FreesNothingOfTheSpecificationByNone) {
   Asked asked;
   asked.spec.free = {Free("link1.length")};
   EXPECT_EQ(asked.Choose().free.size(), 1u);
-  asked.request.free = "none";
+  asked.request.free_none = true;
   asked.request.may_free_nothing = true;
   EXPECT_TRUE(asked.Choose().free.empty());
 }
@@ -279,8 +282,8 @@ TEST(ChooseFree, HoldsEffectsOfTheSpecificationByNone) {
   damping.initial = 0.3;
   asked.spec.free = {damping};
   asked.spec.effects = {{"viscous_damping@joint1", "fit.yaml:3:3"}};
-  asked.request.free = "none";
-  asked.request.add = "coulomb_friction@joint1";
+  asked.request.free_none = true;
+  asked.request.add = SplitEffects("coulomb_friction@joint1", "--add");
   const Session session = asked.Choose();
   ASSERT_EQ(session.free.size(), 1u);
   EXPECT_EQ(session.free[0].parameter.name, "joint1.friction");
@@ -291,7 +294,7 @@ TEST(ChooseFree, HoldsEffectsOfTheSpecificationByNone) {
 
 TEST(CheckValue, RefusesWhatAParameterCannotBe) {
   Asked asked;
-  asked.request.add = "cogging@joint1";
+  asked.request.add = SplitEffects("cogging@joint1", "--add");
   const Model model = asked.Choose().model;
   const auto error = [&](const std::string& name, double value) {
     const Parameter parameter = FindParameters(model, {name}, "test").front();
@@ -345,7 +348,7 @@ constexpr char kAllSix[] =
 TEST(ChooseFree, StartsAnImpossibleInertiaAtTheNearestPossible) {
   AskedOf asked(TwoHinges(Inertial6(
       "1", "ixx='0.01' ixy='0' ixz='0' iyy='0.01' iyz='0' izz='0.03'")));
-  asked.request.free = kAllSix;
+  asked.request.free = SplitAssignments(kAllSix, "--free");
   const Session choice = asked.ChooseOf();
   ASSERT_EQ(asked.notices.size(), 1u);
   EXPECT_THAT(asked.notices[0],
@@ -360,8 +363,8 @@ TEST(ChooseFree, StartsAnImpossibleInertiaAtTheNearestPossible) {
   EXPECT_EQ(choice.free[0].initial,
             choice.model.nominal().links[2].inertia(0, 0));
   // Whoever holds an entry of it holds it.
-  asked.request.free = "upper.mass";
-  asked.request.fix = "lower.ixx=0.02";
+  asked.request.free = SplitAssignments("upper.mass", "--free");
+  asked.request.fix = SplitAssignments("lower.ixx=0.02", "--fix");
   EXPECT_EQ(asked.ChooseOf().model.nominal().links[2].inertia(2, 2), 0.03);
   EXPECT_THAT(asked.notices, IsEmpty());
 }
@@ -369,29 +372,29 @@ TEST(ChooseFree, StartsAnImpossibleInertiaAtTheNearestPossible) {
 TEST(ChooseFree, NamesTheJointThatNothingMakesRegular) {
   AskedOf asked(TwoHinges(
       Inertial6("0.2", "ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'")));
-  asked.request.free = "upper.mass";
+  asked.request.free = SplitAssignments("upper.mass", "--free");
   EXPECT_EQ(ErrorText([&] { asked.ChooseOf(); }),
             "two.urdf: joint 'b': link 'lower' and what it carries have no "
             "inertia about its axis\n  hint: give what moves there some mass "
             "and inertia, however small, a rotor (--add armature@b), or hold "
             "it still: --lock 'b'");
   // A rotor, a free inertia or a centre of mass off the axis do.
-  asked.request.add = "armature@b";
+  asked.request.add = SplitEffects("armature@b", "--add");
   Session choice = asked.ChooseOf();
   EXPECT_EQ(choice.free.back().parameter.name, "b.armature");
   EXPECT_EQ(choice.free.back().initial, 0.01);
   EXPECT_THAT(asked.notices,
               ElementsAre("nothing else has inertia there: the fit starts "
                           "b.armature at 0.01 kg m^2"));
-  asked.request.add = "";
-  asked.request.free = kAllSix;
+  asked.request.add = {};
+  asked.request.free = SplitAssignments(kAllSix, "--free");
   choice = asked.ChooseOf();
   EXPECT_GT(choice.free[1].initial, 0.0);
   ASSERT_EQ(asked.notices.size(), 1u);
   EXPECT_THAT(asked.notices[0],
               HasSubstr("the inertia of lower is free and zero: the fit starts "
                         "from that of a solid ball"));
-  asked.request.free = "lower.com_x=0.1";
+  asked.request.free = SplitAssignments("lower.com_x=0.1", "--free");
   asked.ChooseOf();
   EXPECT_THAT(asked.notices, IsEmpty());
 }
@@ -400,8 +403,8 @@ TEST(ChooseFree, NamesTheJointThatNothingMakesRegular) {
 TEST(ChooseFree, DoesNotBlameAFixForTheFile) {
   AskedOf asked(TwoHinges(Inertial6(
       "1", "ixx='0.01' ixy='0' ixz='0' iyy='0.01' iyz='0' izz='0.03'")));
-  asked.request.free = "upper.mass";
-  asked.request.fix = "lower.mass=1.5";
+  asked.request.free = SplitAssignments("upper.mass", "--free");
+  asked.request.fix = SplitAssignments("lower.mass=1.5", "--fix");
   EXPECT_EQ(asked.ChooseOf().model.nominal().links[2].mass, 1.5);
 }
 

@@ -135,21 +135,14 @@ TEST(FillOptions, RefusesNoiseWhoseSquaresOverflow) {
             "m; left out, it is estimated from the data");
 }
 
-TEST(FillOptions, RefusesWordsThatThereAreNot) {
-  FitRequest request;
-  request.integrator = "rk5";
-  EXPECT_EQ(OptionsError(request),
-            "--integrator: unknown integrator 'rk5'\n"
-            "  hint: did you mean 'rk4'?");
-  request = {};
-  request.residual = "angle";
-  EXPECT_EQ(OptionsError(request),
+TEST(Words, AreRefusedThatThereAreNot) {
+  EXPECT_EQ(ErrorText([] { ParseOrientation("angle"); }),
             "--residual: unknown residual 'angle'\n"
             "  hint: known: heading, rotation");
-  request = {};
-  request.loss = "hubert";
-  EXPECT_EQ(OptionsError(request),
+  EXPECT_EQ(ErrorText([] { ParseLoss("hubert"); }),
             "--loss: unknown loss 'hubert'\n  hint: did you mean 'huber'?");
+  EXPECT_EQ(ErrorText([] { ParseCheckLevel("number"); }),
+            "--check: cannot be 'number'\n  hint: did you mean 'numbers'?");
 }
 
 TEST(FillOptions, RefusesCountsOfThreadsThatNoMachineHas) {
@@ -180,7 +173,7 @@ TEST(FillOptions, LetsFlagsWinOverTheSpecification) {
   EXPECT_GE(options.threads, 1);
   FitRequest request;
   request.noise = 0.2;
-  request.loss = "huber";
+  request.loss = RobustLoss::kHuber;
   request.threads = 3;
   FillOptions(request, spec, &session);
   EXPECT_EQ(options.noise, 0.2);
@@ -218,17 +211,10 @@ TEST(FillOptions, RefusesLossesOfOtherSolvers) {
   spec.loss = Located<std::string>{"huber", "fit.yaml:3:7"};
   EXPECT_THAT(OptionsError(request, spec),
               StartsWith("fit.yaml:3:7: has no meaning for --solver adam\n"));
-  request.loss = "none";
+  request.loss = RobustLoss::kNone;
   Session session = EmptySession();
   FillOptions(request, spec, &session);
   EXPECT_EQ(session.solver, "adam");
-}
-
-TEST(FillOptions, RefusesChecksThatThereAreNot) {
-  FitRequest request;
-  request.check = "number";
-  EXPECT_EQ(OptionsError(request),
-            "--check: cannot be 'number'\n  hint: did you mean 'numbers'?");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "sysid/session/named_values.h"
 #include "tests/support/error_text.h"
 #include "tests/support/program_folder.h"
 
@@ -70,7 +71,7 @@ TEST_F(SessionTest, TakesTheSpecificationBesideTheModel) {
   folder_.Write("other.yaml", "free: [arm.length]\n");
   request_.spec = folder_.Path("other.yaml");
   EXPECT_THAT(FreeNames(), ElementsAre("arm.length"));
-  request_.free = "gravity";
+  request_.free = SplitAssignments("gravity", "--free");
   EXPECT_THAT(FreeNames(), ElementsAre("gravity"));
 }
 
@@ -87,7 +88,7 @@ TEST_F(SessionTest, TakesTheModelThatTheSpecificationNames) {
 }
 
 TEST_F(SessionTest, AsksForModelAndRuns) {
-  request_.free = "arm.mass";
+  request_.free = SplitAssignments("arm.mass", "--free");
   request_.traj = {};
   EXPECT_EQ(Error(),
             "--traj: is missing\n"
@@ -102,7 +103,7 @@ TEST_F(SessionTest, SaysFirstWhatItSaysOfRuns) {
   folder_.Write("rod.urdf",
                 Rod("<dynamics damping=\"0.25\" friction=\"0.5\"/>"));
   folder_.Write("run.csv", Swing("t,j.q,cur"));
-  request_.free = "arm.mass";
+  request_.free = SplitAssignments("arm.mass", "--free");
   EXPECT_THAT(
       Open().notices,
       ElementsAre(request_.traj[0] +
@@ -115,7 +116,7 @@ TEST_F(SessionTest, SaysFirstWhatItSaysOfRuns) {
 }
 
 TEST_F(SessionTest, SaysNothingOfCompleteRuns) {
-  request_.free = "arm.mass";
+  request_.free = SplitAssignments("arm.mass", "--free");
   EXPECT_THAT(Open().notices, IsEmpty());
 }
 
@@ -132,7 +133,7 @@ TEST_F(SessionTest, ReadsRunsAsFlagsAndSpecificationSay) {
   EXPECT_EQ(session.columns.size(), 2u);
   EXPECT_THAT(session.flag_columns, IsEmpty());
   // The flag wins for its column alone.
-  request_.columns = "j.q=pos*2";
+  request_.columns = ParseColumnMap("j.q=pos*2");
   request_.traj.push_back(folder_.Path("other.csv"));
   folder_.Write("other.csv", Swing("time,pos,j.q"));
   session = Open();
@@ -142,7 +143,7 @@ TEST_F(SessionTest, ReadsRunsAsFlagsAndSpecificationSay) {
 }
 
 TEST_F(SessionTest, OpensAModelWhoseRunsAreNotThere) {
-  request_.free = "arm.mass";
+  request_.free = SplitAssignments("arm.mass", "--free");
   request_.traj = {"nowhere.csv"};
   EXPECT_THAT(Error(), HasSubstr("nowhere.csv"));
   const Session session = OpenModelSession(request_, Catalogue());
@@ -150,8 +151,24 @@ TEST_F(SessionTest, OpensAModelWhoseRunsAreNotThere) {
   EXPECT_THAT(session.runs, IsEmpty());
 }
 
+// Which no notice doubts: unlike one that another run has and this one lacks.
+TEST_F(SessionTest, TakesARecordedEffortOfZeroAsOne) {
+  request_.free = SplitAssignments("arm.mass", "--free");
+  request_.traj.push_back(folder_.Path("other.csv"));
+  folder_.Write("run.csv", Swing("t,j.q,j.tau"));
+  folder_.Write("other.csv", Swing("t,j.q"));
+  EXPECT_THAT(Open().notices,
+              ElementsAre(HasSubstr("other.csv: no effort acts on joint 'j'")));
+  std::string still = "t,j.q,j.tau\n";
+  for (int k = 0; k < 50; ++k) {
+    still += std::to_string(0.01 * k) + "," + std::to_string(0.2 * k) + ",0\n";
+  }
+  folder_.Write("other.csv", still);
+  EXPECT_THAT(Open().notices, IsEmpty());
+}
+
 TEST_F(SessionTest, TakesASegmentThatIsLongerThanTheRun) {
-  request_.free = "arm.mass";
+  request_.free = SplitAssignments("arm.mass", "--free");
   request_.segment = 0.5;  // of 0.49 s
   EXPECT_EQ(Open().options.segment, Open().runs[0].t.back());
   EXPECT_THAT(Open().notices, IsEmpty());

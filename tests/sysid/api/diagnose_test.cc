@@ -1,0 +1,69 @@
+#include "sysid/api/diagnose.h"
+
+#include <gmock/gmock.h>
+
+#include "sysid/api/identify.h"
+#include "sysid/estimation/cancelled.h"
+#include "sysid/report/diagnosis_report.h"
+#include "tests/support/error_text.h"
+#include "tests/sysid/api/api_test_case.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+DiagnoseRequest AskForFriction() {
+  DiagnoseRequest request{RubbingRequest()};
+  request.candidates = {"coulomb_friction", "viscous_damping", "spring"};
+  return request;
+}
+
+TEST(Diagnose, NamesWhatIsMissingOfAModelInMemory) {
+  const DiagnoseRequest request = AskForFriction();
+  const DiagnoseResult found = Diagnose(request);
+  EXPECT_EQ(found.diagnosis.verdict, Verdict::kMissingEffect);
+  EXPECT_THAT(found.next.add, ElementsAre("coulomb_friction@joint1"));
+  EXPECT_FALSE(found.final);
+  EXPECT_FALSE(found.is_elsewhere);
+  EXPECT_THAT(DiagnosisText(found, {}, false),
+              HasSubstr("coulomb_friction@joint1 is missing"));
+  EXPECT_THAT(DiagnosisJson(found, {}), HasSubstr("\"missing_effect\""));
+  const IdentifyResult mended = Identify({WithStep(request, found.next)});
+  EXPECT_LT(mended.fit().train.total.normalized_rms, 1.1);
+}
+
+TEST(Diagnose, FitsWholeRunsWhereItIsAsked) {
+  DiagnoseRequest request = AskForFriction();
+  request.candidates = {"coulomb_friction@joint1"};
+  request.add_found = true;
+  const DiagnoseResult found = Diagnose(request);
+  EXPECT_THAT(found.diagnosis.added(), ElementsAre("coulomb_friction@joint1"));
+  ASSERT_TRUE(found.final);
+  EXPECT_TRUE(found.final->fit.converged);
+  EXPECT_TRUE(
+      found.final->fit.model.effects().Contains("coulomb_friction@joint1"));
+}
+
+TEST(Diagnose, SaysWhatIsWrongWithARequest) {
+  DiagnoseRequest request = AskForFriction();
+  request.candidates = {"colomb_friction"};
+  EXPECT_THAT(ErrorText([&] { Diagnose(request); }),
+              HasSubstr("--candidates: unknown effect 'colomb_friction'"));
+  request = AskForFriction();
+  request.solver = "adam";
+  EXPECT_THAT(ErrorText([&] { Diagnose(request); }),
+              HasSubstr("--solver: this program has no solver 'adam'"));
+}
+
+TEST(Diagnose, IsStopped) {
+  DiagnoseRequest request = AskForFriction();
+  std::stop_source source;
+  source.request_stop();
+  request.callbacks.stop = source.get_token();
+  EXPECT_THROW(Diagnose(request), Cancelled);
+}
+
+}  // namespace
+}  // namespace sysid
