@@ -52,7 +52,7 @@ DiagnoseRequest DiagnoseRequestFromFlags(ProcessGroup* group, Watch* watch) {
   request.add_found = FLAGS_auto;
   request.fit_whole_runs = !FLAGS_out.empty();
   if (group != nullptr) {
-    request.processes = group->shared_from_this();
+    request.started_with = group->shared_from_this();
     if (request.threads == 0) request.threads = group->CoresEach();
   }
   request.callbacks = CallbacksFromFlags(request, group, watch);

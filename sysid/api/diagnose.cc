@@ -65,7 +65,7 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
       ChooseCandidates(catalogue, *session, request.candidates, "--candidates");
   result.problem = OpenDiagnosis(*session, &session->notices);
   const Processes& all =
-      request.processes != nullptr ? *request.processes : Alone();
+      request.started_with != nullptr ? *request.started_with : Alone();
   session->options.keep_best = true;
   session->options.stop = result.problem.options.stop = request.callbacks.stop;
   session->options.progress = result.problem.options.progress =
@@ -96,7 +96,7 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
     // All that passed, the search and the checks too.
     result.final->fit.wall_time_s = Now() - start_s;
     result.final->fit.cpu_time_s = CpuSeconds();
-    if (request.processes != nullptr) result.final->fit.processes = all.size();
+    if (request.started_with != nullptr) result.final->fit.processes = all.size();
   }
   result.next = ChooseNext(*session, result.diagnosis);
   return result;

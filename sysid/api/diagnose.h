@@ -22,8 +22,8 @@ struct DiagnoseRequest : FitRequest {
   // Fits the model that it ends with to whole runs. With `add_found` always.
   bool fit_whole_runs = false;
   // That started the program together: the first of them diagnoses, the others
-  // have nothing to do.
-  std::shared_ptr<const Processes> processes = nullptr;
+  // have nothing to do. (FitRequest::processes stays null.)
+  std::shared_ptr<const Processes> started_with = nullptr;
   Callbacks callbacks = {};
 };
 
