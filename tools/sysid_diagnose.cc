@@ -178,6 +178,11 @@ int Main(ProcessGroup* group) {
   NextCommands next;
   next.fit = CommandFromFlags("sysid_fit") + FlagWith("add", step.add) +
              FlagWith("fix", step.fix) + step.solver;
+  if (!diagnosis.proposals.empty()) {
+    next.formula =
+        CommandFromFlags("sysid_fit") +
+        FlagWith("add", Join(diagnosis.proposals.front().effects(), ","));
+  }
   if (experiment) {
     next.experiment_words = ExperimentWords(*experiment);
     if (!experiment->flags.empty()) {

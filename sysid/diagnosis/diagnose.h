@@ -7,6 +7,7 @@
 
 #include "sysid/diagnosis/candidate_list.h"
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/diagnosis/formula_proposal.h"
 #include "sysid/diagnosis/model_comparison.h"
 #include "sysid/diagnosis/verdict.h"
 #include "sysid/diagnosis/where.h"
@@ -58,6 +59,10 @@ struct Diagnosis {
   std::vector<std::vector<std::string>> rivals;
   // Of each of them, what motion tells it from the first; "" of the first.
   std::vector<std::string> told_apart_by;
+
+  // Formulas for what no effect explains; of the search by sets, where its
+  // answer is not at the noise.
+  std::vector<FormulaProposal> proposals;
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;

@@ -103,6 +103,15 @@ Json ModelEntry(const ModelErrors& model,
           {"holdout", Finite(model.holdout.normalized_rms)}};
 }
 
+Json Proposal(const FormulaProposal& proposal) {
+  return {{"custom", Join(proposal.laws, ",")},
+          {"with", proposal.beside},
+          {"parameters", Values(proposal.parameters)},
+          {"segment_s", Finite(proposal.segment_s)},
+          {"cv_error", Finite(proposal.cv_error)},
+          {"holdout", Finite(proposal.holdout)}};
+}
+
 }  // namespace
 
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
@@ -126,6 +135,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["where"] = diagnosis.where;
   json["tests"] = diagnosis.tests;
   json["candidates"] = List(diagnosis.candidates, Candidate);
+  json["proposals"] = List(diagnosis.proposals, Proposal);
   json["added"] = Json::array();
   json["steps"] = Json::array();
   const std::vector<std::string> kept = diagnosis.added();

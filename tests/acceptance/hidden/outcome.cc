@@ -9,6 +9,7 @@
 
 #include "sysid/diagnosis/candidate_refits.h"
 #include "sysid/diagnosis/diagnose.h"
+#include "sysid/session/table_range.h"
 
 namespace sysid {
 namespace {
@@ -142,7 +143,7 @@ Outcome SearchCase(const HiddenData& data) {
   Candidates candidates;
   for (const std::string& name : catalogue.Names(mechanism)) {
     const auto effect = catalogue.Make(name, mechanism, "test");
-    if (!effect->inputs().empty()) continue;
+    if (!effect->inputs().empty() || IsForceTable(*effect)) continue;
     if (!effect->IsCandidate() && effect->NeedsDrive()) {
       const int v = mechanism.joints[effect->joint()].v_index;
       const bool driven = std::any_of(
