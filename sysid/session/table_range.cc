@@ -82,6 +82,12 @@ void Cover(const ForceTable& table, const Processes& all, Session* session) {
   }
 }
 
+// A fit takes its errors for the sensors' noise, and a table of seven knots
+// leaves some ten times that of most laws: with weights as large as the efforts
+// rough shapes would make it up between the data. (A prior that is so many
+// times tighter is the one of errors so many times larger.)
+constexpr double kErrorOfTables = 30.0;
+
 void Believe(const ForceTable& table, const Processes& all, Session* session) {
   const Joint& joint = session->model.mechanism().joints[table.joint()];
   double size = EffortSize(*session, all, joint.v_index);
@@ -92,7 +98,7 @@ void Believe(const ForceTable& table, const Processes& all, Session* session) {
       if (free.parameter.name != table.parameters()[k].name || free.prior) {
         continue;
       }
-      free.prior = FreeParameter::Prior{0.0, size};
+      free.prior = FreeParameter::Prior{0.0, size / kErrorOfTables};
     }
   }
 }

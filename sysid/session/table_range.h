@@ -19,9 +19,9 @@ bool IsForceTable(const Effect& effect);
 // Lets the tables of the session's model (force_table.h) reach over the
 // positions and speeds of its runs, by a fortieth more, where nobody fixed
 // their range; nearly a whole turn of a continuous joint is one. Their weights
-// are believed to be of the size of the joint's measured efforts (of all
-// joints', where it has none; else 1 N m or N), give or take: with that a table
-// is smooth, and none where there is no data.
+// are believed to be zero, give or take a thirtieth of the joint's measured
+// efforts (of all joints', where it has none; else of 1 N m or N): with that a
+// table is smooth, and none where there is no data.
 void CoverTables(Session* session);
 
 }  // namespace sysid

@@ -96,8 +96,8 @@ TEST_F(ForceTableTest, ReproducesASmoothSurface) {
   for (const auto& [q, qd] : points) {
     worst = std::max(worst, std::abs(At(q, qd) - Surface(q, qd)));
   }
-  // Of forces up to 2.9 N m. Linear between the same knots it would miss 0.09 of
-  // -0.3 qd alone.
+  // Of forces up to 2.9 N m. Linear between the same knots it would miss 0.09
+  // of -0.3 qd alone.
   EXPECT_LT(worst, 0.07);
 }
 

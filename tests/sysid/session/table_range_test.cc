@@ -65,7 +65,7 @@ TEST(CoverTables, LeaveARangeThatSomebodyFixed) {
   EXPECT_NEAR(ValueOf(session, "joint1.table_above"), 1.525, 0.01);
 }
 
-TEST(CoverTables, BelieveInWeightsOfTheSizeOfTheEfforts) {
+TEST(CoverTables, BelieveInWeightsThatAreSmallBesideTheEfforts) {
   Session session = Swinging("force_table@joint1");
   session.free[1].prior = FreeParameter::Prior{0.5, 0.1};
   CoverTables(&session);
@@ -75,14 +75,14 @@ TEST(CoverTables, BelieveInWeightsOfTheSizeOfTheEfforts) {
   for (int k = 2; k <= ForceTable::kWeights; ++k) {
     ASSERT_TRUE(session.free[k].prior) << k;
     EXPECT_EQ(session.free[k].prior->mean, 0.0);
-    EXPECT_DOUBLE_EQ(session.free[k].prior->std, 2.0);
+    EXPECT_DOUBLE_EQ(session.free[k].prior->std, 2.0 / 30.0);
   }
 }
 
 TEST(CoverTables, TakeTheOtherJointsEffortsForAJointWithoutOne) {
   Session session = Swinging("force_table@joint2");
   CoverTables(&session);
-  EXPECT_DOUBLE_EQ(session.free[1].prior->std, std::sqrt(2.0));
+  EXPECT_NEAR(session.free[1].prior->std, std::sqrt(2.0) / 30.0, 1e-12);
   // Not measured: as it comes.
   EXPECT_EQ(ValueOf(session, "joint2.table_speed"), 10.0);
 }
