@@ -324,7 +324,7 @@ std::string FormulaWords(const Diagnosis& diagnosis) {
   if (diagnosis.proposals.empty()) return "";
   const FormulaProposal& best = diagnosis.proposals.front();
   return " A formula that is read off the data, " +
-         Join(best.effects(), " with ") + ", leaves " + Times(best.cv_error) +
+         Join(best.effects(), " and ") + ", leaves " + Times(best.cv_error) +
          " times the noise (held out " + Times(best.holdout) + ").";
 }
 
