@@ -10,6 +10,7 @@
 #include "models/error.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/write_file.h"
+#include "sysid/report/fit_report.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/run_list.h"
 #include "sysid/session/session_options.h"
@@ -175,6 +176,10 @@ std::vector<std::string> WriteModelFiles(const PageFit& fit) {
   std::vector<std::string> names;
   for (const ModelFile& file : ModelFiles()) {
     WriteIntoFolder(file.name, ModelFileText(fit, file.name));
+    names.push_back(file.name);
+  }
+  for (const ForceTableFile& file : ForceTableFiles(fit.fit->model)) {
+    WriteIntoFolder(file.name, file.text);
     names.push_back(file.name);
   }
   return names;

@@ -23,7 +23,7 @@ inline constexpr char kHelp[] =
           joint_elasticity, armature, cogging, transmission_error,
           effort_bias, effort_gain, effort_limit, actuator_lag,
           position_drive, sensor_offset, sensor_gain, sensor_delay,
-          'custom@J: FORMULA'
+          force_table, 'custom@J: FORMULA'
       on pairs:  gear_coupling@A+B
       on links:  aerodynamic_drag, mass, com, inertia
       on base:   effort_delay, gravity_tilt, base_motion

@@ -65,6 +65,12 @@ NextCommands CommandsAfter(const DiagnoseResult& result) {
   next.fit = CommandFromFlags("sysid_fit") +
              FlagWith("add", AddText(result.next)) +
              FlagWith("fix", FixText(result.next)) + SolverText(result.next);
+  if (!result.diagnosis.proposals.empty()) {
+    next.formula =
+        CommandFromFlags("sysid_fit") +
+        FlagWith("add",
+                 Join(result.diagnosis.proposals.front().effects(), ","));
+  }
   if (!result.experiment) return next;
   next.experiment_words = ExperimentWords(*result.experiment);
   if (!result.experiment->flags.empty()) {

@@ -15,6 +15,7 @@
 #include "models/effects/effort_delay.h"
 #include "models/effects/effort_gain.h"
 #include "models/effects/effort_limit.h"
+#include "models/effects/force_table.h"
 #include "models/effects/gear_coupling.h"
 #include "models/effects/gravity_tilt.h"
 #include "models/effects/inertia.h"
@@ -74,6 +75,7 @@ using ShippedEffects = EffectList<  //
     PreslidingFriction,             //
     JointElasticity,                //
     Backlash,                       //
+    ForceTable,                     //
     CustomLaw>;
 
 }  // namespace sysid

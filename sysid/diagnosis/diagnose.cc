@@ -10,6 +10,7 @@
 #include "sysid/diagnosis/base_fit.h"
 #include "sysid/diagnosis/candidate_forces.h"
 #include "sysid/diagnosis/effect_search.h"
+#include "sysid/diagnosis/formula_proposals.h"
 #include "sysid/estimation/cancelled.h"
 
 namespace sysid {
@@ -261,6 +262,21 @@ class Writer {
   const FittedSet &base_, &found_;
 };
 
+// Joints on which a force is missing, from the model as given or from the
+// answer: what is in the answer in place of a law may move it to others.
+std::set<std::string> JointsThatMissForce(const Where& given,
+                                          const EvaluatedModel& found) {
+  std::set<std::string> joints;
+  const auto add = [&](const Where& where) {
+    for (const JointForce& force : where.joints) {
+      if (force.significant) joints.insert(force.joint);
+    }
+  };
+  add(given);
+  if (!found.added.empty()) add(FindWhere(found));
+  return joints;
+}
+
 }  // namespace
 
 std::vector<std::string> Diagnosis::added() const {
@@ -273,13 +289,13 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
                          const Candidates& candidates,
                          const DiagnosisOptions& options) {
   std::string doing;
-  EffectSearch search(problem, candidates,
-                      [&](const std::string& what, double error) {
-                        ThrowIfCancelled(problem.options.stop);
-                        doing = what;
-                        if (!problem.options.progress) return;
-                        problem.options.progress({what, 0, 0, error});
-                      });
+  const ReportDoing report = [&](const std::string& what, double error) {
+    ThrowIfCancelled(problem.options.stop);
+    doing = what;
+    if (!problem.options.progress) return;
+    problem.options.progress({what, 0, 0, error});
+  };
+  EffectSearch search(problem, candidates, report);
   Answer answer;
   bool interrupted = false;
   try {
@@ -291,6 +307,19 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
   }
   Diagnosis diagnosis =
       Writer(problem, candidates, answer).Write(options.add, interrupted);
+  if (!interrupted && diagnosis.usable && !diagnosis.by_equations &&
+      diagnosis.verdict == Verdict::kUnexplained) {
+    try {
+      const EvaluatedModel& found = answer.found->model;
+      report("looking for a formula", found.train_error());
+      diagnosis.proposals = ProposeFormulas(
+          problem, found, JointsThatMissForce(diagnosis.where, found),
+          static_cast<int>(candidates.size()), report);
+    } catch (const Cancelled&) {
+      if (!options.keep_evaluated) throw;
+      interrupted = true;
+    }
+  }
   if (interrupted) {
     diagnosis.interrupted = doing;
     diagnosis.doubts.insert(

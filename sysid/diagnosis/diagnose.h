@@ -6,6 +6,7 @@
 
 #include "sysid/diagnosis/candidate_list.h"
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/diagnosis/formula_proposal.h"
 #include "sysid/diagnosis/model_comparison.h"
 #include "sysid/diagnosis/stability.h"
 #include "sysid/diagnosis/verdict.h"
@@ -62,6 +63,10 @@ struct Diagnosis {
   // Of what is proposed, and of what of it is not constant where that varies
   // most: it stands in for another law (docs/judgement.md, section 6).
   std::vector<ParameterByStrata> stability, stand_ins;
+
+  // Formulas for what no effect explains; of the search by sets, where its
+  // answer is not at the noise.
+  std::vector<FormulaProposal> proposals;
 
   // What was added (with `add`), and the model that came of it.
   std::vector<DiagnosisStep> steps;

@@ -71,6 +71,14 @@ size_t Distance(const std::vector<int>& a, const std::vector<int>& b) {
 
 }  // namespace
 
+ModelScore ScoreOf(const EvaluatedModel& model) {
+  ModelScore score;
+  if (std::isfinite(model.cv.error())) score.log_errors = model.cv.LogErrors();
+  score.parameters = CountParameters(model);
+  score.at_noise = IsAtNoiseFloor(model);
+  return score;
+}
+
 EffectSearch::EffectSearch(const DiagnosisProblem& problem,
                            const Candidates& catalogue, ReportDoing report)
     : problem_(problem), catalogue_(catalogue), report_(std::move(report)) {
@@ -118,11 +126,7 @@ EffectSearch::Fitted EffectSearch::Keep(std::vector<int> effects,
                                         EvaluatedModel model) {
   auto fitted = std::make_shared<FittedSet>(
       FittedSet{std::move(effects), std::move(model), {}, "", {}, {}, false});
-  if (std::isfinite(fitted->error())) {
-    fitted->score.log_errors = fitted->model.cv.LogErrors();
-  }
-  fitted->score.parameters = CountParameters(fitted->model);
-  fitted->score.at_noise = IsAtNoiseFloor(fitted->model);
+  fitted->score = ScoreOf(fitted->model);
   if (!std::isfinite(fitted->error())) {
     fitted->refused = "the motion does not stay finite with it";
   }
@@ -636,11 +640,15 @@ std::vector<int> EffectSearch::IndicesOf(
   return indices;
 }
 
-bool EffectSearch::BeginByEquations() {
+bool EffectSearch::BeginByEquations(Equations equations) {
   report_("looking at the equations of motion", std::nan(""));
   by_equations_ = LookByEquations(problem_, catalogue_);
   std::vector<ScreenedEffect>& shown = by_equations_.effects;
   if (shown.size() <= size_t{kMostEffectsBySegments}) return false;
+  if (equations == Equations::kBegin) {
+    shown.clear();
+    return false;
+  }
   EvaluatedModel base = EvaluateAtStart(problem_);
   report_("what the equations of motion show", base.train_error());
   std::shared_ptr<EvaluatedModel> model =
@@ -720,8 +728,9 @@ void EffectSearch::ImproveAndLengthen() {
   }
 }
 
-EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start) {
-  if (BeginByEquations()) return Judged();
+EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
+                                       Equations equations) {
+  if (BeginByEquations(equations)) return Judged();
   base_ = Keep({}, FitGiven());
   Say("base", *base_);
   FitFirstSets();

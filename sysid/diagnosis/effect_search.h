@@ -35,6 +35,9 @@ struct FittedSet {
   }
 };
 
+// What (J.2) compares of a fitted model.
+ModelScore ScoreOf(const EvaluatedModel& model);
+
 // The search for the set of effects that is missing: docs/judgement.md, section
 // 4. What is fitted is kept; the answer is the best of it, whatever the way.
 class EffectSearch {
@@ -59,8 +62,12 @@ class EffectSearch {
     // All that was fitted over the segments of `found`.
     std::vector<std::shared_ptr<const FittedSet>> fitted;
   };
+  // What the equations of motion show: a set to begin with; or, where that is
+  // more than a search adds one by one, the answer.
+  enum class Equations { kBegin, kMayAnswer };
   // From the model as given; where `start` has effects, from those.
-  Answer Run(const std::vector<int>& start = {});
+  Answer Run(const std::vector<int>& start = {},
+             Equations equations = Equations::kMayAnswer);
 
   // The answer by what was fitted until Run() threw Cancelled; without a fit
   // that would judge it, so that it explains nothing unless it is at the noise.
@@ -113,7 +120,7 @@ class EffectSearch {
   // would follow the motion of a model that misses so much. False where
   // segments judge fewer better than differentiated positions do: they are kept
   // for FitFirstSets().
-  bool BeginByEquations();
+  bool BeginByEquations(Equations equations);
   // The model as given, over segments that it follows.
   EvaluatedModel FitGiven() const;
   // Sets that are known before anything was linearised: drives that nobody

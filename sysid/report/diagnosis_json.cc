@@ -104,6 +104,15 @@ Json ModelEntry(const ModelErrors& model,
           {"holdout", Finite(model.holdout.normalized_rms)}};
 }
 
+Json Proposal(const FormulaProposal& proposal) {
+  return {{"custom", Join(proposal.laws, ",")},
+          {"with", proposal.beside},
+          {"parameters", Values(proposal.parameters)},
+          {"segment_s", Finite(proposal.segment_s)},
+          {"cv_error", Finite(proposal.cv_error)},
+          {"holdout", Finite(proposal.holdout)}};
+}
+
 }  // namespace
 
 std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
@@ -127,6 +136,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["where"] = diagnosis.where;
   json["tests"] = diagnosis.tests;
   json["candidates"] = List(diagnosis.candidates, Candidate);
+  json["proposals"] = List(diagnosis.proposals, Proposal);
   json["added"] = Json::array();
   json["steps"] = Json::array();
   const std::vector<std::string> kept = diagnosis.added();

@@ -21,6 +21,7 @@ std::string SolverText(const NextStep& step);
 // What to type next.
 struct NextCommands {
   std::string fit;         // with what was found
+  std::string formula;     // with the first of the proposals; empty: none
   std::string experiment;  // simulates a motion that would decide between the
                            // rivals; empty where there is none
   // What that would show; where there is none, why. Empty without rivals.

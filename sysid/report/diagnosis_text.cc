@@ -374,6 +374,33 @@ std::string AfterSteps(const Diagnosis& diagnosis, const Answer& answer) {
          TheErrorIs(diagnosis, answer);
 }
 
+// The first of the proposals, for the sentence.
+std::string FormulaWords(const Diagnosis& diagnosis) {
+  if (diagnosis.proposals.empty()) return "";
+  const FormulaProposal& best = diagnosis.proposals.front();
+  return " A formula that is read off the data, " +
+         Join(best.effects(), " and ") + ", leaves " + Times(best.cv_error) +
+         " times the noise (held out " + Times(best.holdout) + ").";
+}
+
+std::string FormulasText(const Diagnosis& diagnosis,
+                         const std::string& command) {
+  if (diagnosis.proposals.empty()) return "";
+  std::string text =
+      "formulas for the missing force (errors over the noise, over segments of "
+      "other runs than were fitted; held out)\n";
+  for (const FormulaProposal& proposal : diagnosis.proposals) {
+    std::vector<std::string> values;
+    for (const ParameterEstimate& p : proposal.parameters) {
+      values.push_back(p.name + " = " + Value(p.value, p.std_error) +
+                       Behind(p.unit));
+    }
+    text += "  " + Format("%.3g  %.3g  ", proposal.cv_error, proposal.holdout) +
+            Join(proposal.effects(), ", ") + "  (" + Join(values) + ")\n";
+  }
+  return text + "  to try the first: " + command + "\n";
+}
+
 // Of the final model. Without --auto an effect may be missing from it.
 const char* FinalWords(Verdict verdict) {
   switch (verdict) {
@@ -422,7 +449,8 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
               ", the best of them, leaves " + Times(answer.holdout);
     }
     return text + ": the unexplained forces show what is left." +
-           AfterSteps(diagnosis, answer) + StandInText(diagnosis);
+           AfterSteps(diagnosis, answer) + StandInText(diagnosis) +
+           FormulaWords(diagnosis);
   }
   if (diagnosis.verdict == Verdict::kUndecided) {
     std::vector<std::string> rivals;
@@ -517,6 +545,7 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
   if (diagnosis.interrupted.empty() || !diagnosis.candidates.empty()) {
     text += WhichText(diagnosis);
   }
+  text += FormulasText(diagnosis, next.formula);
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
   if (!diagnosis.steps.empty()) text += ModelsText(diagnosis);
   if (final != nullptr) {

@@ -49,6 +49,13 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
 std::string FitJson(const IdentifyResult& result);
 std::string FitText(const IdentifyResult& result, bool colour);
 
+// J.force_table.csv of each table of a model (force_table@J): J.q, J.qd and
+// J.force, SI, on a grid over its range.
+struct ForceTableFile {
+  std::string name, text;
+};
+std::vector<ForceTableFile> ForceTableFiles(const Model& model);
+
 // A run as a point predicts it: the states at its samples (samples x
 // state_size), and each channel as PredictChannels gives it.
 struct Prediction {

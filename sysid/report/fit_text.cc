@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "models/effects/force_table.h"
 #include "models/error.h"
 #include "models/integrator.h"
 #include "models/parameters.h"
 #include "models/printable.h"
+#include "sysid/io/cell.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/mixture_report.h"
 #include "sysid/report/text.h"
@@ -14,15 +16,51 @@
 namespace sysid {
 namespace {
 
+// The table of which a parameter is a weight, "force_table@joint1"; else empty.
+// Nobody reads 49 of them: they are in fit.json, the table in a file.
+std::string TableOf(const Fit& fit, const std::string& parameter) {
+  const EffectSet& effects = fit.model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    const Effect& effect = effects.effect(i);
+    if (effect.kind() != ForceTable::kName) continue;
+    for (const EffectParameter& p : effect.parameters()) {
+      if (p.name == parameter) return effect.name();
+    }
+  }
+  return "";
+}
+
+// Weights of a table as one.
+std::vector<std::string> WithTablesAsOne(
+    const Fit& fit, const std::vector<std::string>& parameters) {
+  std::vector<std::string> names;
+  for (const std::string& name : parameters) {
+    const std::string table = TableOf(fit, name);
+    const std::string shown = table.empty() ? name : "weights of " + table;
+    if (!Contains(names, shown)) names.push_back(shown);
+  }
+  return names;
+}
+
 std::string ParameterTable(const Fit& fit) {
   size_t name_width = 9;
+  std::string tables;
+  std::vector<std::string> names;
+  for (const ParameterEstimate& p : fit.parameters) names.push_back(p.name);
+  for (const std::string& name : WithTablesAsOne(fit, names)) {
+    if (Contains(names, name)) continue;
+    tables += "  and the " + name + ", which --out has as " +
+              name.substr(name.find('@') + 1) + ".force_table.csv\n";
+  }
   for (const ParameterEstimate& p : fit.parameters) {
+    if (!TableOf(fit, p.name).empty()) continue;
     name_width = std::max(name_width, p.name.size());
   }
   std::string text =
       Format("  %-*s %12s %16s %12s  %s\n", static_cast<int>(name_width),
              "parameter", "start", "value", "+- (95 %)", "unit");
   for (const ParameterEstimate& p : fit.parameters) {
+    if (!TableOf(fit, p.name).empty()) continue;
     std::string remark = p.unit;
     std::string width = "-";
     if (!p.identifiable) {
@@ -38,7 +76,7 @@ std::string ParameterTable(const Fit& fit) {
                    Value(p.value, p.std_error).c_str(), width.c_str()) +
             remark + "\n";
   }
-  return text;
+  return text + tables;
 }
 
 std::string SomeParameters(const Model& model) {
@@ -255,8 +293,11 @@ std::string FitText(const Session& session, const ShootingProblem& problem,
   }
   text += OpenLines(fit.open, "");
   if (holdout) text += OpenLines(holdout->open, "held-out ");
-  for (const std::vector<std::string>& group : fit.not_identifiable) {
+  for (const std::vector<std::string>& all : fit.not_identifiable) {
     if (regrouped) break;  // as the table says
+    const std::vector<std::string> group = WithTablesAsOne(fit, all);
+    // Within a table what is not determined is smooth.
+    if (group.size() == 1 && group != all) continue;
     text += "  " + Paint(colour, kRed, NotIdentifiable(group)) +
             (group.size() == 1 ? ": fix it\n"
                                : ": fix one of them, or give a prior\n");

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "models/effects/force_table.h"
 #include "models/error.h"
 #include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/search_runs.h"
@@ -16,6 +17,7 @@
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/law_values.h"
+#include "sysid/session/table_range.h"
 
 namespace sysid {
 namespace {
@@ -236,7 +238,14 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     CheckCanRead(**named, runs, place);
     CheckHasValues(**named, mechanism, runs, place);
   }
+  for (const std::string& name : names) {
+    if (!name.starts_with(ForceTable::kName)) continue;
+    throw InputError(place,
+                     "'" + name + "' is no candidate: a table explains nothing",
+                     "put it into the model: --add " + name);
+  }
   std::erase_if(candidates, [&](const auto& effect) {
+    if (IsForceTable(*effect)) return true;
     if (!CanRead(*effect, runs)) return true;
     return names.empty() && effect->NeedsDrive() &&
            !IsDriven(mechanism, effect->joint(), session.runs);
@@ -305,6 +314,8 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
         })) {
       return std::nullopt;
     }
+    // It starts at none, over the range of the runs (table_range.h).
+    if (IsForceTable(*effect)) return std::nullopt;
     added.push_back(effect);
     tried.push_back(name);
   }

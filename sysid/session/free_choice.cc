@@ -13,6 +13,7 @@
 #include "sysid/parameters/starts.h"
 #include "sysid/session/locks.h"
 #include "sysid/session/named_values.h"
+#include "sysid/session/table_range.h"
 
 namespace sysid {
 namespace {
@@ -148,7 +149,7 @@ void FreeParametersOf(const std::vector<AskedEffect>& asked,
                       FreeList* free, std::vector<std::string>* notices) {
   for (const AskedEffect& one : asked) {
     for (const EffectParameter& parameter : one.effect->parameters()) {
-      if (parameter.whole) continue;
+      if (parameter.whole || IsGiven(parameter)) continue;
       Add(Described(spec_free, parameter.name, one.place), free);
     }
     FreeAdjusted(*one.effect, one.place, spec_free, model, free, notices);

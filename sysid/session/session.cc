@@ -20,6 +20,7 @@
 #include "sysid/session/named_values.h"
 #include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
+#include "sysid/session/table_range.h"
 
 namespace sysid {
 namespace {
@@ -453,6 +454,7 @@ Session OpenSession(FitRequest request, const Catalogue& catalogue) {
       UnmeasuredNotice(mechanism, all, session.flag_locks);
   if (!unmeasured.empty()) session.notices.push_back(unmeasured);
   FillLengths(request, spec, &session);
+  CoverTables(&session);
   return session;
 }
 

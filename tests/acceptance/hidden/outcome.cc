@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "sysid/diagnosis/diagnose.h"
+#include "sysid/session/table_range.h"
 
 namespace sysid {
 namespace {
@@ -116,7 +117,7 @@ Outcome DiagnoseCase(const HiddenData& data, bool withheld) {
   Candidates candidates;
   for (const std::string& name : catalogue.Names(mechanism)) {
     const auto effect = catalogue.Make(name, mechanism, "test");
-    if (!effect->inputs().empty()) continue;
+    if (!effect->inputs().empty() || IsForceTable(*effect)) continue;
     const bool planted = std::any_of(
         data.planted.begin(), data.planted.end(),
         [&](const auto& one) { return one.kind() == effect->kind(); });

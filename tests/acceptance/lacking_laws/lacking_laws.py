@@ -162,15 +162,16 @@ LAWS = {
 }
 
 
-def simulate(law, seed):
+def simulate(law, seed, laws=None):
+    laws = laws or LAWS
     rng = np.random.default_rng(seed)
     torque = Torque(rng)
-    rotor = 0.0 if LAWS[law].motor_side else ROTOR
-    rest = np.zeros(4 + LAWS[law].states)
+    rotor = 0.0 if laws[law].motor_side else ROTOR
+    rest = np.zeros(4 + laws[law].states)
     shake = (lambda t: 1.5 * np.sin(2 * np.pi * 1.1 * t + seed)) if law == "moving_base" else (lambda t: 0.0)
 
     def rates(t, y, k):
-        force, own = LAWS[law].force(t, y[:2], y[2:4], torque.u[k], y[4:])
+        force, own = laws[law].force(t, y[:2], y[2:4], torque.u[k], y[4:])
         return np.concatenate([y[2:4], acceleration(y[:2], y[2:4], force, rotor, shake(t)), own])
 
     t = torque.t
@@ -180,7 +181,7 @@ def simulate(law, seed):
         states.append(done.y[:, -1])
     y = np.array(states)
     q = y[:, :2].copy()
-    if LAWS[law].motor_side:
+    if laws[law].motor_side:
         q[:, 1] = y[:, 4]
     q += NOISE * rng.standard_normal(q.shape)
     u = torque.u.copy()
@@ -189,12 +190,12 @@ def simulate(law, seed):
     return t, q, u
 
 
-def write_recordings(law, folder):
+def write_recordings(law, folder, laws=None):
     """Three runs as FOLDER/run_1.csv and on; their names."""
-    names = []
-    for run in (1, 2, 3):
-        t, q, u = simulate(law, run)
-        names.append(f"run_{run}.csv")
-        np.savetxt(folder / names[-1], np.column_stack([t, q, u]), fmt="%.9g", delimiter=",", comments="",
-                   header="t,joint1.q,joint2.q,joint1.tau,joint2.tau")
-    return names
+    return [write_recording(simulate(law, run, laws), folder / f"run_{run}.csv") for run in (1, 2, 3)]
+
+
+def write_recording(motion, path):
+    np.savetxt(path, np.column_stack(motion), fmt="%.9g", delimiter=",", comments="",
+               header="t,joint1.q,joint2.q,joint1.tau,joint2.tau")
+    return path.name
