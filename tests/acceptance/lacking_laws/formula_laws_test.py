@@ -48,7 +48,7 @@ def record(law, folder):
 
 
 def diagnose(programs, folder):
-    return run(programs, folder, "sysid_diagnose", "--auto", "--sets")
+    return run(programs, folder, "sysid_diagnose", "--auto")
 
 
 def check(programs, law, folder):
