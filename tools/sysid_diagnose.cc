@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gflags/gflags.h"
+#include "models/error.h"
 #include "sysid/api/diagnose.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
