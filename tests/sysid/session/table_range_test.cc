@@ -90,15 +90,13 @@ TEST(CoverTables, TakeTheOtherJointsEffortsForAJointWithoutOne) {
 TEST(ChooseCandidates, NeverHaveATable) {
   const Session session = Swinging("viscous_damping@joint1");
   const Catalogue catalogue;
-  for (const bool all_laws : {false, true}) {
-    for (const auto& effect :
-         ChooseCandidates(catalogue, session, {}, "--candidates", all_laws)) {
-      EXPECT_NE(effect->kind(), "force_table");
-    }
+  for (const auto& effect :
+       ChooseCandidates(catalogue, session, {}, "--candidates")) {
+    EXPECT_NE(effect->kind(), "force_table");
   }
   EXPECT_THAT(ErrorText([&] {
                 ChooseCandidates(catalogue, session, {"force_table@joint1"},
-                                 "--candidates", true);
+                                 "--candidates");
               }),
               HasSubstr("a table explains nothing"));
 }
