@@ -7,33 +7,6 @@
 
 namespace sysid {
 
-void ShortenSegments(const DiagnosisProblem& problem, Diagnosis* diagnosis) {
-  const auto failed = [](const EvaluatedModel& evaluated) {
-    return !evaluated.fit.converged ||
-           !std::isfinite(evaluated.train_error()) ||
-           !std::isfinite(evaluated.holdout_error());
-  };
-  if (!failed(diagnosis->base)) return;
-  DiagnosisProblem shorter = problem;
-  const double before = diagnosis->base.fit.segment_s;
-  shorter.options.segment = std::max(0.1, before / 4.0);
-  EvaluatedModel again = EvaluateGiven(shorter);
-  if (failed(again)) {
-    // No step was taken where the start is hopeless.
-    diagnosis->usable = diagnosis->base.fit.iterations > 0 &&
-                        std::isfinite(diagnosis->base.train_error()) &&
-                        std::isfinite(diagnosis->base.holdout_error());
-    return;
-  }
-  char text[160];
-  std::snprintf(text, sizeof(text),
-                "the fit did not converge in segments of %.3g s; these results "
-                "are of segments of %.3g s",
-                before, again.fit.segment_s);
-  diagnosis->doubts.push_back(text);
-  diagnosis->base = std::move(again);
-}
-
 void AddDoubts(Diagnosis* diagnosis) {
   const Fit& fit = diagnosis->base.fit;
   std::vector<std::string>& doubts = diagnosis->doubts;

@@ -136,7 +136,10 @@ class Writer {
       screened.p_value = std::nan("");
       screened.predicted_error = found_.model.train_error();
       const int at = screening.IndexOf(candidates_[e]->name());
-      if (at >= 0) screened = screening.effects[at];
+      const bool tested =
+          std::find(answer_.assumed.begin(), answer_.assumed.end(), e) ==
+          answer_.assumed.end();
+      if (at >= 0 && tested) screened = screening.effects[at];
       CandidateEffect one{screened, Confirm(found_, e), InPlaceOf(e), "", {}};
       one.confirmed->accepted = true;
       for (const auto& rival : answer_.rivals) {
@@ -166,8 +169,10 @@ class Writer {
     }
   }
 
-  // A model at the noise leaves nothing that another law would explain.
+  // A model at the noise leaves nothing that another law would explain; and of
+  // one that is at no minimum the strata tell how far that is.
   void FillStability(Diagnosis* diagnosis) const {
+    if (!found_.model.fit.converged) return;
     diagnosis->stability = ParametersByStrata(found_.model);
     if (!answer_.at_noise) diagnosis->stand_ins = StandIns(diagnosis->stability);
   }

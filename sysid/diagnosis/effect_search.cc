@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <tuple>
 #include <utility>
 
 #include "glog/logging.h"
@@ -524,22 +525,24 @@ void EffectSearch::NoteAlike(const FittedSet& best) {
           explained(one) > kRivalExplains * explained(*own);
       const auto at = noted.find(one.score.effects);
       if (!near || (at != noted.end() && at->second.mean <= by.mean)) continue;
-      noted.insert_or_assign(
-          one.score.effects,
-          Alike{by.mean, look.sets->WithoutInfluence(one.score),
-                StartsOf(*look.sets, one.score)});
+      noted.insert_or_assign(one.score.effects,
+                             Alike{one.score.parameters, by.mean,
+                                   look.sets->WithoutInfluence(one.score),
+                                   StartsOf(*look.sets, one.score)});
     }
   }
 }
 
 void EffectSearch::FitRivals(const FittedSet& best) {
-  std::vector<std::pair<double, std::vector<int>>> order;
+  // Those with fewer parameters first: one of them would be the better answer.
+  std::vector<std::tuple<int, double, std::vector<int>>> order;
   for (const auto& [effects, alike] : alike_[best.effects]) {
-    if (!store_.contains(effects)) order.emplace_back(alike.mean, effects);
+    if (store_.contains(effects)) continue;
+    order.emplace_back(alike.parameters, alike.mean, effects);
   }
   std::sort(order.begin(), order.end());
   if (order.size() > kMostRivalsFitted) order.resize(kMostRivalsFitted);
-  for (const auto& [mean, effects] : order) {
+  for (const auto& [parameters, mean, effects] : order) {
     const Alike& alike = alike_[best.effects][effects];
     Say("as good", *FitFrom(best, effects, alike.without_influence,
                             alike.starts, 0.0, std::max(1.0, best.error())));
@@ -679,7 +682,8 @@ void EffectSearch::FitFirstSets() {
     EvaluatedModel model = EvaluateAgain(
         problem_, EvaluateByEquations(problem_, base_->model, all));
     if (std::isfinite(model.train_error())) {
-      Say("drives", *Keep(IndicesOf(drives), std::move(model)));
+      assumed_ = IndicesOf(drives);
+      Say("drives", *Keep(assumed_, std::move(model)));
     }
   }
   std::vector<ScreenedEffect> shown = by_equations_.effects;
@@ -771,11 +775,13 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   answer.found = best != nullptr ? best : base_;
   answer.by_equations = values_by_equations_;
   answer.followed = by_equations_.followed;
+  answer.assumed = assumed_;
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) answer.rivals = RivalsOf(found);
   answer.explains = answer.at_noise = found.score.at_noise;
+  // Where the equations of motion begin, the base was not fitted.
   answer.usable = base_->model.fit.converged ||
-                  (base_->model.fit.iterations > 0 &&
+                  ((values_by_equations_ || base_->model.fit.iterations > 0) &&
                    std::isfinite(base_->model.train_error()) &&
                    std::isfinite(base_->model.holdout_error()));
   // By the error without each.

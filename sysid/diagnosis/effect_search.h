@@ -59,6 +59,8 @@ class EffectSearch {
     std::vector<FollowedMotion> followed;  // LookByEquations
     // The effects of `found`, what is missed most first.
     std::vector<int> order;
+    // Drives that must be there for the machine to move: nothing tested them.
+    std::vector<int> assumed;
     // All that was fitted over the segments of `found`.
     std::vector<std::shared_ptr<const FittedSet>> fitted;
   };
@@ -88,6 +90,7 @@ class EffectSearch {
   };
   // A set that is as good as another, as it was predicted.
   struct Alike {
+    int parameters;
     double mean;  // of the log errors' difference
     std::set<std::string> without_influence;
     std::vector<std::map<std::string, double>> starts;
@@ -182,6 +185,7 @@ class EffectSearch {
   // Of a set that was beaten over shorter segments, by which. Longer ones are
   // fewer, and say less.
   std::map<std::vector<int>, std::vector<int>> beaten_by_;
+  std::vector<int> assumed_;
   // Effects that a random force may have made up: no candidates any more.
   std::set<int> chance_;
   Fitted base_;

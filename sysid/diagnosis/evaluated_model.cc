@@ -215,19 +215,6 @@ EvaluatedModel OpenModel(const DiagnosisProblem& problem,
   return opened;
 }
 
-std::map<std::string, double> StartingValues(const EvaluatedModel& evaluated) {
-  std::map<std::string, double> values;
-  const ShootingProblem& problem = *evaluated.problem;
-  const Model& model = problem.model();
-  for (size_t i = 0; i < model.effects().parameters().size(); ++i) {
-    values[model.effects().parameters()[i].name] = model.nominal().effects[i];
-  }
-  for (const FreeParameter& free : problem.free()) {
-    values[free.parameter.name] = free.initial;
-  }
-  return values;
-}
-
 EvaluatedModel EvaluateFrom(
     const DiagnosisProblem& problem, const EvaluatedModel& before,
     std::vector<std::shared_ptr<const Effect>> effects,

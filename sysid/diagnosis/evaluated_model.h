@@ -66,14 +66,12 @@ struct EvaluatedModel {
   double holdout_error() const { return holdout.total.normalized_rms; }
 };
 
-// The problem's model with effects at these values, yet to be fitted; and the
-// values that a model was opened with.
+// The problem's model with effects at these values, yet to be fitted.
 EvaluatedModel OpenModel(const DiagnosisProblem& problem,
                          std::vector<std::shared_ptr<const Effect>> effects,
                          std::set<std::string> without_influence,
                          const std::map<std::string, double>& values,
                          const EstimationOptions& options);
-std::map<std::string, double> StartingValues(const EvaluatedModel& evaluated);
 
 // The values of a fit, and of the effects' parameters that it did not move.
 std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated);

@@ -302,7 +302,9 @@ TEST_F(DiagnoseTest, SaysWhichRecordingWouldDecide) {
   EXPECT_FALSE(folder_->Read("planned_motion.csv").empty());
 
   // The same of a model that the specification names.
-  folder_->Write("slow.yaml", "model: pendulum2_planar\n");
+  folder_->Write("slow.yaml",
+                 "model: pendulum2_planar\n"
+                 "free: [link1.length, link2.length]\n");
   const ProgramResult by_spec =
       Diagnose({"--spec", "slow.yaml", "--traj", "slow.csv", "--auto",
                 "--candidates", "viscous_damping,quadratic_drag"});

@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "sysid/diagnosis/diagnose.h"
-#include "sysid/session/table_range.h"
+#include "sysid/session/diagnosis_session.h"
 
 namespace sysid {
 namespace {
@@ -113,23 +113,20 @@ Outcome DiagnoseCase(const HiddenData& data, bool withheld) {
   const double start = CpuSecondsOfThread();
   const DiagnosisProblem problem = ProblemOf(data);
   const Catalogue catalogue;
-  const Mechanism& mechanism = data.mechanism.plain.mechanism();
-  Candidates candidates;
-  for (const std::string& name : catalogue.Names(mechanism)) {
-    const auto effect = catalogue.Make(name, mechanism, "test");
-    if (!effect->inputs().empty() || IsForceTable(*effect)) continue;
-    const bool planted = std::any_of(
-        data.planted.begin(), data.planted.end(),
-        [&](const auto& one) { return one.kind() == effect->kind(); });
-    if (withheld && planted) continue;
-    if (effect->NeedsDrive()) {
-      const int v = mechanism.joints[effect->joint()].v_index;
-      const bool driven = std::any_of(
-          data.train.begin(), data.train.end(),
-          [&](const Run& r) { return !r.effort.col(v).isZero(0.0); });
-      if (!driven) continue;
+  Session session(data.mechanism.plain);
+  session.runs = data.train;
+  session.holdout = {data.holdout};
+  Candidates candidates = ChooseCandidates(catalogue, session, {}, "test");
+  for (const PlantedEffect& effect : data.planted) {
+    const std::string kind = effect.kind();
+    std::erase_if(candidates,
+                  [&](const auto& one) { return one->kind() == kind; });
+    if (withheld) continue;
+    // On every target: a drive's also where no effort acts.
+    for (const auto& one :
+         ChooseCandidates(catalogue, session, {kind}, "test")) {
+      candidates.push_back(one);
     }
-    candidates.push_back(effect);
   }
   DiagnosisOptions options;
   options.add = true;

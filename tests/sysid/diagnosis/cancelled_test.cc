@@ -14,11 +14,11 @@ namespace sysid {
 namespace {
 
 // A pendulum with friction that the model lacks.
-DiagnosisProblem Rubbing() {
+DiagnosisProblem Rubbing(double duration = 2.0) {
   const Model truth = Shipped("pendulum2_planar", {"coulomb_friction@joint1"},
                               {{"joint1.friction", 0.05}});
   Recording recording;
-  recording.duration = 2.0;
+  recording.duration = duration;
   return MakeProblem(Shipped("pendulum2_planar"),
                      {{"link1.length", 0.4}, {"link2.length", 0.4}},
                      {Record(truth, 1, recording), Record(truth, 2, recording),
@@ -144,7 +144,7 @@ TEST(Interrupted, FitsThatAreJudgedKeepNothing) {
 }
 
 TEST(Interrupted, DiagnosisHasWhatItJudgedByThen) {
-  DiagnosisProblem problem = Rubbing();
+  DiagnosisProblem problem = Rubbing(5.0);
   const auto candidates = AllCandidates(problem.model);
   DiagnosisOptions options;
   options.add = options.keep_evaluated = true;

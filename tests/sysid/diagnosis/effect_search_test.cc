@@ -64,9 +64,9 @@ TEST_F(EffectSearchTest, AddNothingToAModelThatIsComplete) {
   EXPECT_THAT(answer.found->effects, IsEmpty());
   EXPECT_TRUE(answer.at_noise);
   EXPECT_TRUE(answer.explains);
-  // Asked at the longest horizon.
+  // Asked at the longest horizon: whole runs.
   EXPECT_NEAR(answer.found->model.fit.segment_s,
-              problem.train->TotalDuration() / kFewestSegments, 0.1);
+              problem.train->LongestDuration(), 0.1);
 }
 
 TEST_F(EffectSearchTest, FindTwoAtOnceWhateverTheWay) {
