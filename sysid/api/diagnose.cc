@@ -96,7 +96,8 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
     // All that passed, the search and the checks too.
     result.final->fit.wall_time_s = Now() - start_s;
     result.final->fit.cpu_time_s = CpuSeconds();
-    if (request.started_with != nullptr) result.final->fit.processes = all.size();
+    if (request.started_with != nullptr)
+      result.final->fit.processes = all.size();
   }
   result.next = ChooseNext(*session, result.diagnosis);
   return result;

@@ -174,7 +174,8 @@ class Writer {
   void FillStability(Diagnosis* diagnosis) const {
     if (!found_.model.fit.converged) return;
     diagnosis->stability = ParametersByStrata(found_.model);
-    if (!answer_.at_noise) diagnosis->stand_ins = StandIns(diagnosis->stability);
+    if (!answer_.at_noise)
+      diagnosis->stand_ins = StandIns(diagnosis->stability);
   }
 
   void FillRivals(Diagnosis* diagnosis) const {
@@ -291,8 +292,8 @@ std::vector<std::string> Diagnosis::added() const {
 }
 
 Diagnosis Diagnose(const DiagnosisProblem& problem,
-                         const Candidates& candidates,
-                         const DiagnosisOptions& options) {
+                   const Candidates& candidates,
+                   const DiagnosisOptions& options) {
   std::string doing;
   const ReportDoing report = [&](const std::string& what, double error) {
     ThrowIfCancelled(problem.options.stop);

@@ -24,7 +24,7 @@ struct DiagnosisStep {
   double predicted = 0.0;            // normalised error of the training runs
   double train_before = 0.0, train_after = 0.0;
   double holdout_before = 0.0, holdout_after = 0.0;
-  CrossValidation cv_before;  // over those segments
+  CrossValidation cv_before;                  // over those segments
   std::vector<ParameterEstimate> parameters;  // of the effects, after
   // For each of the effects: others that explain the data as well in its place.
   std::vector<std::vector<std::string>> indistinguishable_from;

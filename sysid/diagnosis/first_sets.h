@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "sysid/diagnosis/evaluated_model.h"
-#include "sysid/diagnosis/evaluated_model.h"
 
 namespace sysid {
 

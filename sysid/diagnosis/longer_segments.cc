@@ -36,11 +36,10 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   const double length = now.fit.segment_s;
   const DataSet& data = now.problem->data();
   // Where nothing seems to be missing the whole runs are asked.
-  const double longest =
-      IsAtNoiseFloor(now)
-          ? data.LongestDuration()
-          : std::min(data.LongestDuration(),
-                     data.TotalDuration() / kFewestSegments);
+  const double longest = IsAtNoiseFloor(now)
+                             ? data.LongestDuration()
+                             : std::min(data.LongestDuration(),
+                                        data.TotalDuration() / kFewestSegments);
   if (problem.options.segment > 0 || !now.fit.converged ||
       length > kAsLong * longest) {
     return std::nullopt;

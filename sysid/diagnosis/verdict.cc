@@ -27,8 +27,10 @@ bool ExplainsMost(const CrossValidation& before, const CrossValidation& after,
   if (!std::isfinite(before.error())) return true;
   // Of a single stretch the standard error is infinite.
   const double uncertain =
-      deviations > 0.0 ? deviations *
-            DifferenceOf(after.LogErrors(), before.LogErrors()).std_error : 0.0;
+      deviations > 0.0
+          ? deviations *
+                DifferenceOf(after.LogErrors(), before.LogErrors()).std_error
+          : 0.0;
   const double least = after.error() * std::exp(-uncertain);
   return least * least - 1.0 <
          (1.0 - kMost) * (before.error() * before.error() - 1.0);

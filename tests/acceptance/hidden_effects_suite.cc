@@ -23,8 +23,7 @@ DEFINE_int32(threads, 2, "cases at once");
 DEFINE_string(out, "", "file of the table");
 DEFINE_string(csv, "", "file with a line a case");
 DEFINE_bool(oracle, false, "fit with what was planted instead of finding it");
-DEFINE_bool(withhold, false,
-            "without the planted laws among the candidates");
+DEFINE_bool(withhold, false, "without the planted laws among the candidates");
 DEFINE_double(friction_time, 0, "time constant of MuJoCo's frictionloss, s");
 DEFINE_bool(list, false, "only list the cases");
 DEFINE_string(export_to, "",
@@ -63,9 +62,8 @@ Scored RunCase(HiddenCase info) {
         info.strength *= 2.0;
         continue;
       }
-      next.outcome = FLAGS_oracle
-                         ? AskOracle(data)
-                         : DiagnoseCase(data, FLAGS_withhold);
+      next.outcome =
+          FLAGS_oracle ? AskOracle(data) : DiagnoseCase(data, FLAGS_withhold);
     } catch (const std::exception& error) {
       if (attempt > 1 && scored.outcome.fault.empty() &&
           !scored.outcome.verdict.empty()) {

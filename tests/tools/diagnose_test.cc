@@ -267,7 +267,10 @@ TEST_F(DiagnoseTest, JudgesAShortRecording) {
   EXPECT_EQ(result.exit_code, 0);
   const Json json = Json::parse(folder_->Read("short.json"));
   EXPECT_EQ(json["verdict"], "undecided") << json["sentence"];
-  EXPECT_TRUE(std::any_of(json["rivals"].begin(), json["rivals"].end(), [](const Json& rival) { return rival["effects"] == Json({"armature@joint1"}); }));
+  EXPECT_TRUE(std::any_of(
+      json["rivals"].begin(), json["rivals"].end(), [](const Json& rival) {
+        return rival["effects"] == Json({"armature@joint1"});
+      }));
   EXPECT_LT(json["segment_s"], 0.06);
   // A rotor and an inertia about the same fixed axis: no motion would decide.
   EXPECT_TRUE(json["next_experiment"].is_null());

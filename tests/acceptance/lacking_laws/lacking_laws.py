@@ -143,13 +143,13 @@ class Law:
 
 
 LAWS = {
-    "saturation": Law(saturation, ("joint2",)),
+    "saturation": Law(saturation, ("joint2",), named=("effort_limit@joint2",)),
     "load_friction": Law(load_friction, ("joint2",), named=("load_friction@joint2",)),
     "position_friction": Law(position_friction, ("joint2",)),
     "warming": Law(warming, ("joint1",)),
     "stop": Law(stop, ("joint2",)),
     "lag": Law(lag, ("joint1",), states=1, named=("actuator_lag@joint1",)),
-    "presliding": Law(presliding, ("joint2",), states=1, at_large=("coulomb_friction@joint2",)),
+    "presliding": Law(presliding, ("joint2",), states=1, at_large=("coulomb_friction@joint2", "presliding_friction@joint2")),
     "moving_base": Law(plain, ("joint1", "joint2")),
     "coupled_friction": Law(coupled_friction, ("joint1", "joint2"), named=("gear_coupling@joint1,joint2",)),
     "dead_band": Law(dead_band, ("joint2",), at_large=("effort_gain@joint2",)),

@@ -222,18 +222,18 @@ TEST(Diagnose, FindsTwoEffects) {
     left_out.push_back(model.change);
     EXPECT_EQ(model.effects.size() + 1, diagnosis.added().size());
     EXPECT_EQ(model.segment_s, diagnosis.last().fit.segment_s);
-    EXPECT_GT(DifferenceOf(model.cv.LogErrors(),
-                           models.path.back().cv.LogErrors())
-                  .mean,
-              std::log1p(kMatters))
+    EXPECT_GT(
+        DifferenceOf(model.cv.LogErrors(), models.path.back().cv.LogErrors())
+            .mean,
+        std::log1p(kMatters))
         << model.change;
   }
   EXPECT_THAT(left_out, UnorderedElementsAreArray(diagnosis.added()));
   for (const ModelErrors& model : models.added) {
-    EXPECT_LT(DifferenceOf(models.path.back().cv.LogErrors(),
-                           model.cv.LogErrors())
-                  .mean,
-              std::log1p(kMatters))
+    EXPECT_LT(
+        DifferenceOf(models.path.back().cv.LogErrors(), model.cv.LogErrors())
+            .mean,
+        std::log1p(kMatters))
         << model.change;
   }
 }

@@ -43,9 +43,9 @@ class NextExperimentTest : public testing::Test {
           catalogue_.Make(name, problem_.model.mechanism(), "test");
       EvaluatedModel model = diagnosis_.base;
       if (effect->inputs().empty()) {
-        model = EvaluateFrom(problem_, diagnosis_.base, {effect}, {},
-                             {ValuesOf(diagnosis_.base)}, 0.0,
-                             problem_.options);
+        model =
+            EvaluateFrom(problem_, diagnosis_.base, {effect}, {},
+                         {ValuesOf(diagnosis_.base)}, 0.0, problem_.options);
       } else {
         model.added = {effect};  // that no recording has the columns of
       }
