@@ -6,7 +6,6 @@
 #include <map>
 #include <utility>
 
-#include "models/dynamics_tangent.h"
 #include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
@@ -221,9 +220,16 @@ EvaluatedModel EvaluateFrom(
     std::set<std::string> without_influence,
     const std::vector<std::map<std::string, double>>& starts, double enough,
     const EstimationOptions& options) {
+  // A law that is so much stiffer than the model before, and would take as much
+  // longer, is not followed.
+  constexpr double kStiffer = 16.0;
+  EstimationOptions limited = options;
+  if (options.rollout.step <= 0) {
+    limited.shortest_step = before.fit.point.rollout.step / kStiffer;
+  }
   EvaluatedModel after =
       OpenModel(problem, std::move(effects), std::move(without_influence),
-                starts.front(), options);
+                starts.front(), limited);
   const Solution from =
       AdoptStates(before.fit.model, before.fit.point, after.problem->model());
   Solution best;
@@ -261,21 +267,7 @@ EvaluatedModel EvaluateFrom(
     }
     return own;
   };
-  // A fit has a budget of work, not of iterations: one that costs so much more
-  // than that of the model before gets as many iterations less.
-  constexpr double kCostlier = 8.0, kByJets = 10.0;
-  constexpr int kFewestIterations = 6;
-  const auto work_of = [&](const Model& model, const Solution& at) {
-    return (DynamicsTangent::Covers(model) ? 1.0 : kByJets) / at.rollout.step;
-  };
-  const double costlier = work_of(after.problem->model(), best) /
-                          work_of(before.fit.model, before.fit.point);
   const auto fit_with = [&](EstimationOptions own, Solution start) {
-    if (costlier > kCostlier) {
-      own.max_iterations =
-          std::max(kFewestIterations,
-                   static_cast<int>(own.max_iterations * kCostlier / costlier));
-    }
     after.problem =
         std::make_shared<const ShootingProblem>(after.problem->With(own));
     FitFrom(std::move(start), &after);
@@ -288,7 +280,7 @@ EvaluatedModel EvaluateFrom(
   if (IsDoubtful(before.fit) &&
       (HasBound(after.fit) || after.train_error() > before.train_error())) {
     // By segments that grow, then.
-    EstimationOptions alike = options;
+    EstimationOptions alike = limited;
     alike.segment = before.fit.segment_s;
     const auto staged =
         Pose(WithEffects(problem, after.added, after.without_influence,

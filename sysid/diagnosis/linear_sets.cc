@@ -34,9 +34,15 @@ std::vector<std::vector<int>> ChooseProbeSets(
   std::vector<std::vector<int>> sets = ChooseSets(
       fit, by_forces, candidates, fit.SumOfSquares() / fit.DegreesOfFreedom());
   for (size_t i = 0; i < sets.size(); ++i) {
-    if (by_forces.Says(candidates[i]) && sets[i].size() > kProbeSets) {
-      sets[i].resize(kProbeSets);
+    const size_t count = sets[i].size();
+    if (count <= kProbeSets) continue;
+    if (!by_forces.Says(candidates[i])) {
+      // In no order: evenly.
+      for (size_t k = 0; k < kProbeSets; ++k) {
+        sets[i][k] = sets[i][k * (count - 1) / (kProbeSets - 1)];
+      }
     }
+    sets[i].resize(kProbeSets);
   }
   return sets;
 }

@@ -41,6 +41,9 @@ struct EstimationOptions : MeasurementOptions {
   double wanted_error = std::numeric_limits<double>::infinity();
   // What a chosen step may change, in standard deviations (ChooseRollout).
   double step_error = 0.2;
+  // A chosen step is no shorter, s: what is stiffer is not followed. 0: as the
+  // motion needs it.
+  double shortest_step = 0.0;
   std::function<void(const Progress&)> progress;  // may be empty
   // Asks a running fit to stop, which then throws Cancelled (cancelled.h).
   std::stop_token stop;

@@ -184,7 +184,7 @@ double NeededStep(const ShootingProblem& problem, const Solution& point,
   const double stable = StableStep(problem, point);
   double step = AccurateStep(problem, point, step_error);
   while (step > stable && step > kShortest * period) step *= 0.5;
-  return step;
+  return std::max(step, problem.options().shortest_step);
 }
 
 // The point with the effects' parameters doubled and at least of their typical
@@ -211,8 +211,10 @@ double NeededStepAhead(const ShootingProblem& problem, const Solution& point) {
   const double needed =
       NeededStep(problem, point, problem.options().step_error);
   const std::optional<Solution> grown = Grown(problem, point);
-  return grown ? std::min(needed, AccurateStep(problem, *grown, kStableError))
-               : needed;
+  if (!grown) return needed;
+  return std::max(
+      problem.options().shortest_step,
+      std::min(needed, AccurateStep(problem, *grown, kStableError)));
 }
 
 // Whether Runge and Kutta's steps are shorter than samples only to stay stable,
