@@ -313,19 +313,14 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
   }
   Diagnosis diagnosis =
       Writer(problem, candidates, answer).Write(options.add, interrupted);
-  // Also where effects explain most and something is left: they may stand in
-  // for a law that the catalogue lacks.
   if (!interrupted && diagnosis.usable && !diagnosis.by_equations &&
-      !answer.at_noise) {
+      diagnosis.verdict == Verdict::kUnexplained) {
     try {
       const EvaluatedModel& found = answer.found->model;
       report("looking for a formula", found.train_error());
       diagnosis.proposals = ProposeFormulas(
           problem, found, JointsThatMissForce(diagnosis.where, found),
           static_cast<int>(candidates.size()), report);
-      if (!diagnosis.proposals.empty()) {
-        diagnosis.verdict = Verdict::kUnexplained;
-      }
     } catch (const Cancelled&) {
       if (!options.keep_evaluated) throw;
       interrupted = true;

@@ -453,7 +453,7 @@ bool EffectSearch::Improve() {
     return false;
   }
   if (!WasLookedFrom(*best)) LookFrom(best);
-  for (; fits_ < kMostFits && failures_ < kMostFailures; ++failures_) {
+  for (; fits_ < most_fits_ && failures_ < kMostFailures; ++failures_) {
     const std::optional<Prediction> next = NextProposal(*best);
     if (!next) break;
     Fit(*next);
@@ -733,7 +733,8 @@ void EffectSearch::ImproveAndLengthen() {
 }
 
 EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
-                                       Equations equations) {
+                                       Equations equations, int most_fits) {
+  most_fits_ = most_fits;
   if (BeginByEquations(equations)) return Judged();
   base_ = Keep({}, FitGiven());
   Say("base", *base_);

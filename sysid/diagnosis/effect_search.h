@@ -10,6 +10,7 @@
 
 #include "sysid/diagnosis/comparison.h"
 #include "sysid/diagnosis/equation_look.h"
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/set_search.h"
 
@@ -68,8 +69,10 @@ class EffectSearch {
   // more than a search adds one by one, the answer.
   enum class Equations { kBegin, kMayAnswer };
   // From the model as given; where `start` has effects, from those.
+  // At most so many fits at a horizon.
   Answer Run(const std::vector<int>& start = {},
-             Equations equations = Equations::kMayAnswer);
+             Equations equations = Equations::kMayAnswer,
+             int most_fits = kMostFits);
 
   // The answer by what was fitted until Run() threw Cancelled; without a fit
   // that would judge it, so that it explains nothing unless it is at the noise.
@@ -179,6 +182,7 @@ class EffectSearch {
   std::map<std::string, int> ranks_;
   std::map<std::vector<int>, Fitted> store_;
   std::vector<Look> looks_;
+  int most_fits_ = kMostFits;
   int fits_ = 0, failures_ = 0;  // at this horizon; in a row
   // Which sets were fitted from where.
   std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;

@@ -17,6 +17,9 @@ namespace {
 
 using Values = std::map<std::string, double>;
 
+// Fits at one horizon: steep terms are slow, and the first are the best.
+constexpr int kMostFitsOfFormulas = 6;
+
 // Numbers for names of parameters, c7, that a model has none of.
 class FreeNumbers {
  public:
@@ -178,7 +181,7 @@ std::vector<FormulaProposal> ProposeFormulas(
                                                         : 0);
   std::iota(start.begin(), start.end(), 0);
   const EffectSearch::Answer answer =
-      search.Run(start, EffectSearch::Equations::kBegin);
+      search.Run(start, EffectSearch::Equations::kBegin, kMostFitsOfFormulas);
   if (!answer.explains) return proposals;
   const double deviations =
       Deviations(candidates + static_cast<int>(dictionary.terms.size()));
