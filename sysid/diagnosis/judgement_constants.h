@@ -11,9 +11,10 @@ namespace sysid {
 // next to nothing, however certain it is.
 inline constexpr double kMatters = 0.05;
 
-// z of (J.2): certain at 95 %. What chance makes of the best of many candidates
-// is asked at the end, by (6.7).
-inline constexpr double kDeviations = 2.0;
+// z of (J.2): what chance makes of the best of a hundred candidates, about the
+// largest of as many standard normal deviates, sqrt(2 ln 100). (Two let a gap
+// stand in for a friction that sticks.)
+inline constexpr double kDeviations = 3.0;
 
 // (J.3). A stretch that is left out keeps this part of its weight: what it
 // alone tells of stays where it is, and nothing is divided by zero.
