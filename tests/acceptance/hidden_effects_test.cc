@@ -205,17 +205,6 @@ TEST(HiddenCases, StartEachSegmentInTheMinimumThatTheJoinedOnesFound) {
   EXPECT_LT(outcome.train_after, 1.1);
 }
 
-// The elbow sticks. Along trajectories without friction an armature explains
-// that best, and Stribeck's law is not proposed; its part, Coulomb's, comes
-// near to the armature.
-TEST(HiddenCases, TryTheWholeWhereAPartComesNearToTheBest) {
-  const Outcome outcome =
-      DiagnoseNamed("arm3/stribeck_friction@elbow/mujoco/3e-03/1");
-  ASSERT_FALSE(outcome.added.empty());
-  EXPECT_EQ(outcome.added[0].added.name, "stribeck_friction@elbow");
-  EXPECT_LT(outcome.train_after, 1.1);
-}
-
 // Stribeck's law is found while the other joint's friction is missing; beside
 // that its part, Coulomb's, does as well.
 TEST(HiddenCases, KeepThePartOfALawThatDoesAsWell) {
