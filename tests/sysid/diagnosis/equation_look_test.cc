@@ -139,7 +139,7 @@ TEST(Diagnose, BeginsWithWhatTheEquationsShow) {
   options.add = true;
   const Diagnosis diagnosis = Diagnose(problem, hidden.candidates, options);
   ASSERT_FALSE(diagnosis.steps.empty());
-  for (const std::string effect :
+  for (const std::string& effect :
        {std::string("viscous_damping@") + JointName(0),
         std::string("coulomb_friction@") + JointName(0),
         std::string("coulomb_friction@") + JointName(1)}) {
