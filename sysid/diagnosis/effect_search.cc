@@ -662,6 +662,7 @@ bool EffectSearch::BeginByEquations(Equations equations) {
   }
   // A fit of the motion would make up by all that is free for what follows
   // another joint and no candidate describes.
+  base_is_fitted_ = false;
   values_by_equations_ = !by_equations_.followed.empty() ||
                          FitsTakeMinutes(model->problem->model());
   if (!values_by_equations_) *model = EvaluateAgain(problem_, *model);
@@ -723,6 +724,7 @@ void EffectSearch::ImproveAndLengthen() {
     if (!best->model.fit.converged) {
       FitToTheEnd(best);
       best = Best();
+      if (best == nullptr) break;
     }
     if (auto longer =
             Lengthen(problem_, best->model, report_, kMostIterationsToFollow)) {
@@ -780,9 +782,8 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) answer.rivals = RivalsOf(found);
   answer.explains = answer.at_noise = found.score.at_noise;
-  // Where the equations of motion begin, the base was not fitted.
   answer.usable = base_->model.fit.converged ||
-                  ((values_by_equations_ || base_->model.fit.iterations > 0) &&
+                  ((!base_is_fitted_ || base_->model.fit.iterations > 0) &&
                    std::isfinite(base_->model.train_error()) &&
                    std::isfinite(base_->model.holdout_error()));
   // By the error without each.

@@ -40,7 +40,7 @@ struct FittedSet {
 ModelScore ScoreOf(const EvaluatedModel& model);
 
 // The search for the set of effects that is missing: docs/judgement.md, section
-// 4. What is fitted is kept; the answer is the best of it, whatever the way.
+// 5. What is fitted is kept; the answer is the best of it, whatever the way.
 class EffectSearch {
  public:
   // Both must outlive it.
@@ -194,6 +194,7 @@ class EffectSearch {
   std::set<int> chance_;
   Fitted base_;
   EquationLook by_equations_;
+  bool base_is_fitted_ = true;  // not where the equations of motion begin
   bool values_by_equations_ = false;
   // By the effects of a set that was the best, those of each other one.
   std::map<std::vector<int>, std::map<std::vector<int>, Alike>> alike_;

@@ -9,7 +9,7 @@ namespace sysid {
 
 // A law that explains is constant; one that only stands in for it has another
 // coefficient at another time, speed, position, effort or amplitude, or in
-// another run. section 6 of docs/judgement.md.
+// another run. Section 6 of docs/judgement.md.
 
 // What the data is ordered by.
 enum class Strata { kTime, kSpeed, kPosition, kEffort, kAmplitude, kRun };
