@@ -138,8 +138,8 @@ class Effect {
 
   // Whether it is a drive's: on a joint without an effort it is none.
   virtual bool NeedsDrive() const = 0;
-  // Whether a diagnosis tries it without being told. (Not with a kOnlyNamed of
-  // the derived class.)
+  // Whether checks of the data try it, too: the common ones. (Not with a
+  // kOnlyNamed of the derived class.)
   virtual bool IsCandidate() const = 0;
   // Whether it is only tried where an effect whose parameters it shares is in
   // the model. (A kExtends of the derived class.)
