@@ -23,8 +23,8 @@ class AsymmetricFriction : public HingeFriction<AsymmetricFriction> {
   static constexpr char kLaw[] = "-(c + a s) s - (d + b s) qd, s = sign(qd)";
   static constexpr char kShowsIn[] =
       "both directions of the joint, slow and fast";
-  // To a check of the data it is Coulomb friction, damping and an effort's bias,
-  // which may be there one by one.
+  // To a check of the data it is Coulomb friction, damping and an effort's
+  // bias, which may be there one by one.
   static constexpr bool kOnlyNamed = true;
 
   AsymmetricFriction(const Mechanism& mechanism, const std::string& joint)

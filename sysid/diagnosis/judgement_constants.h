@@ -68,9 +68,9 @@ inline constexpr int kMostIterationsToFollow = 30;
 // what the model as given leaves: half of the error.
 inline constexpr double kMost = 0.75;
 
-// rho of (J.4) from which a law stands in for another: of right laws it is below
-// 0.02 in simulations and up to about 0.15 on real machines, of others mostly
-// 0.2 and more.
+// rho of (J.4) from which a law stands in for another: of right laws it is
+// below 0.02 in simulations and up to about 0.15 on real machines, of others
+// mostly 0.2 and more.
 inline constexpr double kStandsIn = 0.15;
 
 // A member whose parameters could be none by chance with this probability is
