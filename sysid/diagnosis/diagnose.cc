@@ -76,8 +76,14 @@ class Writer {
   Verdict VerdictOfGiven() const {
     if (!answer_.explains) return Verdict::kUnexplained;
     if (found_.effects.empty()) return Verdict::kAdequate;
-    return answer_.rivals.empty() ? Verdict::kMissingEffect
-                                  : Verdict::kUndecided;
+    return std::all_of(answer_.rivals.begin(), answer_.rivals.end(),
+                       [&](const auto& rival) { return IsSame(*rival); })
+               ? Verdict::kMissingEffect
+               : Verdict::kUndecided;
+  }
+  // Whether it is the answer's force, under another name.
+  bool IsSame(const FittedSet& rival) const {
+    return answer_.same_force.contains(rival.effects);
   }
   std::vector<std::string> Names(const FittedSet& fitted) const {
     std::vector<std::string> names;
@@ -181,11 +187,12 @@ class Writer {
   void FillRivals(Diagnosis* diagnosis) const {
     if (answer_.rivals.empty()) return;
     diagnosis->rivals = {
-        {diagnosis->proposed, "", {answer_.found, &found_.model}}};
+        {diagnosis->proposed, "", true, {answer_.found, &found_.model}}};
     for (const auto& rival : answer_.rivals) {
       const auto [gone, come] = Exchange(*rival);
       diagnosis->rivals.push_back({Names(*rival),
                                    gone < 0 ? "" : ToldApart(gone, come),
+                                   IsSame(*rival),
                                    {rival, &rival->model}});
     }
   }

@@ -37,6 +37,8 @@ struct RivalModel {
   // What motion tells it from the first; "" of the first, and where they differ
   // in more than one effect.
   std::string told_apart_by;
+  // The same force as the first in this data: its laws under other names.
+  bool same_force = false;
   std::shared_ptr<const EvaluatedModel> model;
 };
 
@@ -57,8 +59,9 @@ struct Diagnosis {
   // only together explain it; the first of the candidates. Empty: none.
   std::vector<std::string> proposed;
   int tests = 0;  // that the p-values corrected for
-  // Where the data do not decide between models of as many effects: the answer,
-  // and then each other model within one standard error of it. Else empty.
+  // Where others with no more parameters predict as well: the answer, and then
+  // each other model within one standard error of it. Else empty. Undecided,
+  // unless all are the same force as the answer.
   std::vector<RivalModel> rivals;
   // Of what is proposed, and of what of it is not constant where that varies
   // most: it stands in for another law (docs/judgement.md, section 6).

@@ -564,6 +564,20 @@ std::vector<std::shared_ptr<const FittedSet>> EffectSearch::RivalsOf(
   return rivals;
 }
 
+std::set<std::vector<int>> EffectSearch::SameForceAs(
+    const FittedSet& best) const {
+  std::set<std::vector<int>> same;
+  for (const Look& look : looks_) {
+    if (look.at->effects != best.effects) continue;
+    for (const PredictedSet& one : look.predicted) {
+      if (look.sets->DoTheSame(one.score.set, look.sets->members())) {
+        same.insert(one.score.effects);
+      }
+    }
+  }
+  return same;
+}
+
 EvaluatedModel EffectSearch::FitGiven() const {
   constexpr double kShortest = 0.1;  // s
   report_("fitting the model as given", std::nan(""));
@@ -759,6 +773,11 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
     FitRivals(*best);
     if (Best() != best) LeaveOutEach();
   }
+  if (const Fitted best = Best(); best != nullptr && !best->effects.empty() &&
+                                  !RivalsOf(*best).empty() &&
+                                  !WasLookedFrom(*best)) {
+    LookFrom(best);
+  }
   return Judged();
 }
 
@@ -780,7 +799,10 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   answer.followed = by_equations_.followed;
   answer.assumed = assumed_;
   const FittedSet& found = *answer.found;
-  if (!found.effects.empty()) answer.rivals = RivalsOf(found);
+  if (!found.effects.empty()) {
+    answer.rivals = RivalsOf(found);
+    answer.same_force = SameForceAs(found);
+  }
   answer.explains = answer.at_noise = found.score.at_noise;
   answer.usable = base_->model.fit.converged ||
                   ((!base_is_fitted_ || base_->model.fit.iterations > 0) &&

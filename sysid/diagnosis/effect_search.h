@@ -62,6 +62,9 @@ class EffectSearch {
     std::vector<int> order;
     // Drives that must be there for the machine to move: nothing tested them.
     std::vector<int> assumed;
+    // Sets that are the same force as `found` in this data: its laws under other
+    // names. Rivals or not.
+    std::set<std::vector<int>> same_force;
     // All that was fitted over the segments of `found`.
     std::vector<std::shared_ptr<const FittedSet>> fitted;
   };
@@ -174,6 +177,9 @@ class EffectSearch {
   void FitRivals(const FittedSet& best);
   std::vector<std::shared_ptr<const FittedSet>> RivalsOf(
       const FittedSet& best) const;
+  // Those of them that are the same force as the best in this data, by a look
+  // from there; none where there was none.
+  std::set<std::vector<int>> SameForceAs(const FittedSet& best) const;
   void Say(const std::string& what, const FittedSet& fitted) const;
 
   const DiagnosisProblem& problem_;

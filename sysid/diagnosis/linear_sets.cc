@@ -467,6 +467,27 @@ std::optional<LinearSets::Score> LinearSets::ScoreOf(const Set& set) const {
   return score;
 }
 
+bool LinearSets::DoTheSame(const Set& a, const Set& b) const {
+  const auto columns_of = [&](const Set& set) {
+    std::vector<int> columns;
+    for (const int t : set) {
+      columns.insert(columns.end(), terms_[t].columns.begin(),
+                     terms_[t].columns.end());
+    }
+    return columns;
+  };
+  const std::vector<int> of_a = columns_of(a), of_b = columns_of(b);
+  const auto makes = [&](const std::vector<int>& some,
+                         const std::vector<int>& others) {
+    const MatrixXd both = all_(some, others);
+    const MatrixXd made =
+        both.transpose() * SolveSymmetric(all_(some, some), both);
+    const auto own = all_.diagonal()(others).array();
+    return ((own - made.diagonal().array()) < kLeastPivot * own).all();
+  };
+  return makes(of_a, of_b) && makes(of_b, of_a);
+}
+
 std::map<std::string, double> LinearSets::StartOf(const Score& score,
                                                   double part) const {
   std::map<std::string, double> start;

@@ -237,6 +237,7 @@ std::string RobotsPanel(const Fleet& fleet) {
   for (size_t i = 0; i < fleet.robots.size(); ++i) {
     const Robot& robot = fleet.robots[i];
     const std::vector<std::string> outlier_in = OutliersOf(fleet, i);
+    const std::string status = StatusOf(robot);
     std::vector<std::string> rivals;
     for (const auto& rival : robot.rivals) rivals.push_back(Join(rival, " + "));
     std::vector<std::string> remarks;
@@ -245,12 +246,13 @@ std::string RobotsPanel(const Fleet& fleet) {
       remarks.push_back("without its run " + run);
     }
     if (!rivals.empty()) {
-      remarks.push_back("undecided between " + Join(rivals, " and "));
+      remarks.push_back(
+          (status == "undecided" ? "undecided between " : "the same force: ") +
+          Join(rivals, " and "));
     }
     if (robot.broken.empty() && !robot.not_compared.empty()) {
       remarks.push_back("parameters not compared: " + robot.not_compared);
     }
-    const std::string status = StatusOf(robot);
     const bool marked = status != "adequate" && status != "fitted";
     rows +=
         std::string(marked || !outlier_in.empty() || !robot.skipped_runs.empty()

@@ -183,6 +183,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["rivals"] = List(diagnosis.rivals, [&](const RivalModel& rival) {
     Json entry = evaluated(rival.effects, *rival.model);
     entry["told_apart_by"] = rival.told_apart_by;
+    entry["same_force"] = rival.same_force;
     return entry;
   });
   json["final"] = evaluated(diagnosis.added(), diagnosis.last());

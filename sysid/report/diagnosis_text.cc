@@ -463,6 +463,13 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
            TheErrorIs(diagnosis, answer);
   }
   text += ": " + ListEffects(answer.effects, " and ");
+  std::vector<std::string> names;
+  for (size_t i = 1; i < diagnosis.rivals.size(); ++i) {
+    names.push_back(ListEffects(diagnosis.rivals[i].effects, " and "));
+  }
+  if (!names.empty()) {
+    text += " (in this data the same force as " + Join(names, " or ") + ")";
+  }
   if (answer.effects.size() < 2) {
     return text + " is missing; with it" + TheErrorIs(diagnosis, answer);
   }

@@ -31,7 +31,9 @@ Json LeftOutJson(const ModelComparison& comparison) {
 
 Json RivalsJson(const Diagnosis& diagnosis) {
   return List(diagnosis.rivals, [](const RivalModel& rival) -> Json {
-    return {{"effects", rival.effects}, {"separatedBy", rival.told_apart_by}};
+    return {{"effects", rival.effects},
+            {"separatedBy", rival.told_apart_by},
+            {"sameForce", rival.same_force}};
   });
 }
 

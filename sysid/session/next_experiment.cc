@@ -344,7 +344,7 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
                                                const Session& session,
                                                const DiagnosisProblem& problem,
                                                const Diagnosis& diagnosis) {
-  if (diagnosis.rivals.size() < 2 || diagnosis.by_equations ||
+  if (diagnosis.verdict != Verdict::kUndecided || diagnosis.by_equations ||
       session.runs.empty()) {
     return std::nullopt;
   }
@@ -367,6 +367,8 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
   std::vector<Rival> rivals;
   for (const RivalModel& from : diagnosis.rivals) {
     if (rivals.size() == kMostRivals) break;
+    // No motion tells another name of the same force apart.
+    if (from.same_force && !rivals.empty()) continue;
     for (const auto& effect : from.model->added) {
       if (!effect->inputs().empty()) return none(reads_inputs);
     }

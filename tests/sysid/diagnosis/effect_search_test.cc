@@ -90,7 +90,7 @@ TEST_F(EffectSearchTest, FindTwoAtOnceWhateverTheWay) {
   }
 }
 
-TEST_F(EffectSearchTest, CallWhatTheDataCannotTellApartRivals) {
+TEST_F(EffectSearchTest, SayWhichLawsAreTheSameForce) {
   // The drag of a joint and that of its only link.
   const auto answer =
       Search(Recorded(Shipped("pendulum2_planar", {"quadratic_drag@joint1"},
@@ -103,7 +103,11 @@ TEST_F(EffectSearchTest, CallWhatTheDataCannotTellApartRivals) {
     EXPECT_LE(rival->score.parameters, answer.found->score.parameters);
     for (const std::string& name : Names(rival->effects)) all.push_back(name);
   }
-  EXPECT_THAT(all, testing::Contains("quadratic_drag@joint1"));
+  EXPECT_THAT(all, UnorderedElementsAre("quadratic_drag@joint1",
+                                        "aerodynamic_drag@link1"));
+  ASSERT_EQ(answer.rivals.size(), 1u);
+  EXPECT_THAT(answer.same_force,
+              testing::Contains(answer.rivals[0]->effects));
 }
 
 // A law that the candidates lack: what lowers the error most of them does not

@@ -40,7 +40,7 @@ TEST(CrossValidationJson, IsNoneWhereNothingWasLeftOut) {
 TEST(RivalsJson, NamesWhatWouldTellThemApart) {
   Diagnosis diagnosis(Shipped("pendulum1"));
   EXPECT_EQ(RivalsJson(diagnosis), Json::array());
-  diagnosis.rivals = {{{"a@j"}, "", nullptr},
+  diagnosis.rivals = {{{"a@j"}, "", true, nullptr},
                       {{"b@j"}, "slow motion", nullptr}};
   const Json json = RivalsJson(diagnosis);
   ASSERT_EQ(json.size(), 2u);

@@ -33,6 +33,7 @@ class NextExperimentTest : public testing::Test {
     session_.runs = RunsOf(*problem_.train);
     session_.holdout = RunsOf(*problem_.holdout);
     diagnosis_.base = EvaluateGiven(problem_);
+    diagnosis_.verdict = Verdict::kUndecided;
   }
 
   std::optional<NextExperiment> Between(
@@ -50,7 +51,7 @@ class NextExperimentTest : public testing::Test {
         model.added = {effect};  // that no recording has the columns of
       }
       diagnosis_.rivals.push_back(
-          {{name}, "", std::make_shared<const EvaluatedModel>(model)});
+          {{name}, "", false, std::make_shared<const EvaluatedModel>(model)});
     }
     return ChooseExperiment(catalogue_, session_, problem_, diagnosis_);
   }
