@@ -24,6 +24,9 @@ DEFINE_string(out, "", "file of the table");
 DEFINE_string(csv, "", "file with a line a case");
 DEFINE_bool(oracle, false, "fit with what was planted instead of finding it");
 DEFINE_bool(withhold, false, "without the planted laws among the candidates");
+DEFINE_string(way, "given",
+              "two_wrong, one_more, shuffled or perturbed: of ways that must "
+              "lead to the same answer (hidden/outcome.h)");
 DEFINE_double(friction_time, 0, "time constant of MuJoCo's frictionloss, s");
 DEFINE_bool(list, false, "only list the cases");
 DEFINE_string(export_to, "",
@@ -36,6 +39,14 @@ void Export(const HiddenData& data) {
   std::string folder = data.info.name;
   std::replace(folder.begin(), folder.end(), '/', '_');
   ExportCase(data, (std::filesystem::path(FLAGS_export_to) / folder).string());
+}
+
+Way TheWay() {
+  if (FLAGS_way == "two_wrong") return Way::kTwoWrong;
+  if (FLAGS_way == "one_more") return Way::kOneMore;
+  if (FLAGS_way == "shuffled") return Way::kShuffled;
+  if (FLAGS_way == "perturbed") return Way::kPerturbed;
+  return Way::kGiven;
 }
 
 // An effect that the fitted model hides in its parameters is planted again,
@@ -63,7 +74,8 @@ Scored RunCase(HiddenCase info) {
         continue;
       }
       next.outcome =
-          FLAGS_oracle ? AskOracle(data) : DiagnoseCase(data, FLAGS_withhold);
+          FLAGS_oracle ? AskOracle(data)
+                       : DiagnoseCase(data, FLAGS_withhold, TheWay());
     } catch (const std::exception& error) {
       if (attempt > 1 && scored.outcome.fault.empty() &&
           !scored.outcome.verdict.empty()) {

@@ -30,10 +30,17 @@ struct Outcome {
   std::string fault;  // why there is no verdict; "" if there is one
 };
 
+// Ways that must lead to the same answer: from the model as given, from two
+// effects at random, from what was planted and one more at random; with the
+// candidates in another order; with every sample changed by 1e-13 of itself.
+enum class Way { kGiven, kTwoWrong, kOneMore, kShuffled, kPerturbed };
+
 // Fits the plain model, says what is missing, adds it, until nothing is; with
 // all laws of the catalogue as candidates, or `withheld`, but for those that
-// were planted, on any target.
-Outcome DiagnoseCase(const HiddenData& data, bool withheld = false);
+// were planted, on any target. Of other ways than kGiven `added` has names and
+// no errors.
+Outcome DiagnoseCase(const HiddenData& data, bool withheld = false,
+                     Way way = Way::kGiven);
 
 // The error of the training runs, over the planted noise, of the plain model
 // with only these of the planted effects, fitted from the truth.
