@@ -62,8 +62,8 @@ class LinearSets {
   Eigen::ArrayXd LogErrors(const Eigen::ArrayXd& squares) const {
     return 0.5 * (squares + trust_).log();
   }
-  // Whether two sets do the same: neither has a column of which the other leaves
-  // a hundredth, what every model has eliminated.
+  // Whether two sets do the same: neither has a column of which the other
+  // leaves a hundredth, what every model has eliminated.
   bool DoTheSame(const Set& a, const Set& b) const;
   // Whether a change of the model towards other effects can be believed at all:
   // kappa of (J.3).

@@ -73,9 +73,9 @@ Scored RunCase(HiddenCase info) {
         info.strength *= 2.0;
         continue;
       }
-      next.outcome =
-          FLAGS_oracle ? AskOracle(data)
-                       : DiagnoseCase(data, FLAGS_withhold, TheWay());
+      next.outcome = FLAGS_oracle
+                         ? AskOracle(data)
+                         : DiagnoseCase(data, FLAGS_withhold, TheWay());
     } catch (const std::exception& error) {
       if (attempt > 1 && scored.outcome.fault.empty() &&
           !scored.outcome.verdict.empty()) {

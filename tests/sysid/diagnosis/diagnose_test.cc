@@ -115,9 +115,9 @@ TEST_P(HiddenEffects, AreFoundAndAdded) {
   EXPECT_TRUE(first.confirmed->accepted);
   EXPECT_LT(first.screened.p_value, 1e-3);
   // Where another one does the same in this mechanism, both are named.
-  const bool undecided = std::any_of(
-      diagnosis.rivals.begin(), diagnosis.rivals.end(),
-      [](const RivalModel& rival) { return !rival.same_force; });
+  const bool undecided =
+      std::any_of(diagnosis.rivals.begin(), diagnosis.rivals.end(),
+                  [](const RivalModel& rival) { return !rival.same_force; });
   EXPECT_EQ(diagnosis.verdict,
             undecided ? Verdict::kUndecided : Verdict::kMissingEffect);
   EXPECT_THAT(

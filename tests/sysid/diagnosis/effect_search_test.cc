@@ -106,8 +106,7 @@ TEST_F(EffectSearchTest, SayWhichLawsAreTheSameForce) {
   EXPECT_THAT(all, UnorderedElementsAre("quadratic_drag@joint1",
                                         "aerodynamic_drag@link1"));
   ASSERT_EQ(answer.rivals.size(), 1u);
-  EXPECT_THAT(answer.same_force,
-              testing::Contains(answer.rivals[0]->effects));
+  EXPECT_THAT(answer.same_force, testing::Contains(answer.rivals[0]->effects));
 }
 
 // A law that the candidates lack: what lowers the error most of them does not

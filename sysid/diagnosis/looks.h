@@ -1,0 +1,96 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sysid/diagnosis/fitted_sets.h"
+#include "sysid/diagnosis/set_search.h"
+
+namespace sysid {
+
+// A set that is to be fitted, from where, and what is expected of it.
+struct ProposedSet {
+  std::vector<int> effects;  // in the catalogue, ascending
+  int parameters = 0;
+  std::set<std::string> without_influence;
+  // Values by name: the whole joint step, less of it, and none, since its first
+  // order may overshoot.
+  std::vector<std::map<std::string, double>> starts;
+  std::shared_ptr<FittedSet> from;  // where it was predicted
+  double error = 0.0;               // predicted, without the trust of (J.3)
+};
+
+// Looks at what is missing: linearisations at fitted models, what they predict
+// of other sets, and which of those are worth a fit (sections 3 to 5 of
+// docs/judgement.md).
+class Looks {
+ public:
+  // All must outlive it.
+  Looks(const DiagnosisProblem& problem, const Candidates& catalogue,
+        const FittedSets& fitted);
+
+  void From(const std::shared_ptr<FittedSet>& at);
+  // From this set, as good as it is now.
+  bool WasMadeFrom(const FittedSet& at) const;
+  void Clear();
+
+  // The set to fit next, to replace the best one; and what came of it, which
+  // may say that the predictions of others are wrong, too.
+  std::optional<ProposedSet> Next(const FittedSet& best) const;
+  void Learn(const ProposedSet& proposed, const FittedSet& fitted);
+
+  // Notes what the looks from which the best set was proposed call as good: at
+  // its own fit the linearisation does not know what its going would do.
+  void NoteAlike(const FittedSet& best);
+  // Those, the fewest parameters first.
+  std::vector<ProposedSet> AlikeTo(const FittedSet& best) const;
+  // Sets that are the same force as the best in this data, by the looks from
+  // it; none where there were none.
+  std::set<std::vector<int>> SameForceAs(const FittedSet& best) const;
+
+ private:
+  struct Look {
+    std::shared_ptr<FittedSet> at;
+    std::unique_ptr<LinearSets> sets;
+    std::vector<PredictedSet> predicted;
+    // Effects that a refit from here added, and by how much less they did than
+    // was predicted: ln of the ratio of the errors. Or one whose law excluded
+    // the values that it had.
+    std::vector<std::pair<std::set<int>, double>> refuted;
+  };
+  // A set as a look predicts it, with what was refuted there.
+  struct Prediction {
+    ModelScore score;
+    size_t look;
+    const PredictedSet* set;
+    double mean() const { return score.log_errors.mean(); }
+  };
+
+  // Of each set that was not fitted from there, as the nearest look has it.
+  std::vector<Prediction> Nearest() const;
+  // A fitted set, as uncertain as the look's predictions.
+  static ModelScore NowAt(const Look& look, const FittedSet& fitted);
+  // Whether the best set (`now`) should give way to a prediction.
+  bool IsWanted(const Prediction& one, const ModelScore& now,
+                const FittedSet& best) const;
+  static ProposedSet Propose(const Look& look, const LinearSets::Score& score);
+
+  const DiagnosisProblem& problem_;
+  const Candidates& catalogue_;
+  const FittedSets& fitted_;
+  const Commonness commonness_;
+  std::vector<Look> looks_;
+  // Which sets were fitted from where.
+  std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;
+  // By the effects of a set that was the best, those of each other one, and by
+  // how much it is worse (mean of ln e).
+  using Alike = std::map<std::vector<int>, std::pair<double, ProposedSet>>;
+  std::map<std::vector<int>, Alike> alike_;
+};
+
+}  // namespace sysid
