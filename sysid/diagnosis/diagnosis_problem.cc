@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/parameters/starts.h"
 
 namespace sysid {

@@ -175,6 +175,20 @@ void EffectSearch::FitRivals(const FittedSet& best) {
   }
 }
 
+void EffectSearch::FitOtherNames() {
+  const std::shared_ptr<FittedSet> best = sets_.Best();
+  if (best == nullptr || best->effects.empty()) return;
+  LookFrom(best);
+  std::vector<ProposedSet> names = looks_.SameForceAs(*best);
+  if (names.size() > kMostRivalsFitted) names.resize(kMostRivalsFitted);
+  for (const ProposedSet& set : names) {
+    if (sets_.Find(set.effects) != nullptr) continue;
+    Say("another name",
+        *FitFrom(*best, set, 0.0, std::max(1.0, best->error())));
+  }
+  if (const auto now = sets_.Best(); now != best) LookFrom(now);
+}
+
 void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
   sets_.GoOnWith(best);
   looks_.Clear();
@@ -362,11 +376,7 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
     FitRivals(*best);
     if (sets_.Best() != best) LeaveOutEach();
   }
-  if (const std::shared_ptr<FittedSet> best = sets_.Best();
-      best != nullptr && !best->effects.empty() &&
-      !sets_.RivalsOf(*best).empty()) {
-    LookFrom(best);
-  }
+  FitOtherNames();
   return Judged();
 }
 
@@ -390,7 +400,9 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) {
     answer.rivals = sets_.RivalsOf(found);
-    answer.same_force = looks_.SameForceAs(found);
+    for (const ProposedSet& set : looks_.SameForceAs(found)) {
+      answer.same_force.insert(set.effects);
+    }
   }
   answer.explains = answer.at_noise = found.score.at_noise;
   answer.usable = base_->model.fit.converged ||

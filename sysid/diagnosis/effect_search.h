@@ -85,6 +85,9 @@ class EffectSearch {
   bool RefuseChance();
   // Fits the nearest of the sets that were as good as the best.
   void FitRivals(const FittedSet& best);
+  // Fits the laws that are the same force as the best set's: the most common
+  // ones are the answer, the others its other names.
+  void FitOtherNames();
   Answer Judged() const;
 
   void LookFrom(const std::shared_ptr<FittedSet>& at);

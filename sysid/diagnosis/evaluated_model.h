@@ -15,14 +15,6 @@
 
 namespace sysid {
 
-// So many effects a search by segments adds at most; more are a regression's on
-// the equations of motion.
-inline constexpr int kMostEffectsBySegments = 8;
-
-// Models are judged over so many segments at least: three to fit where one is
-// left out, so that there is a standard error.
-inline constexpr double kFewestSegments = 4.0;
-
 using Candidates = std::vector<std::shared_ptr<const Effect>>;
 
 // What a diagnosis starts from: a model with what is free in it, data to fit

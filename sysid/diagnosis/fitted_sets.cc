@@ -84,7 +84,7 @@ FittedSets::FittedSets(const DiagnosisProblem& problem,
     : problem_(problem), catalogue_(catalogue), commonness_(catalogue) {}
 
 FittedSets::Fitted FittedSets::Keep(std::vector<int> effects,
-                                        EvaluatedModel model) {
+                                    EvaluatedModel model) {
   auto fitted = std::make_shared<FittedSet>(
       FittedSet{std::move(effects), std::move(model), {}, "", {}, {}, false});
   fitted->score = ScoreOf(fitted->model);

@@ -17,9 +17,6 @@ namespace {
 
 using Values = std::map<std::string, double>;
 
-// Fits at one horizon: steep terms are slow, and the first are the best.
-constexpr int kMostFitsOfFormulas = 6;
-
 // Numbers for names of parameters, c7, that a model has none of.
 class FreeNumbers {
  public:

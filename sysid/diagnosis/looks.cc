@@ -111,7 +111,7 @@ ModelScore Looks::NowAt(const Look& look, const FittedSet& fitted) {
 }
 
 bool Looks::IsWanted(const Prediction& one, const ModelScore& now,
-                            const FittedSet& best) const {
+                     const FittedSet& best) const {
   if (one.score.parameters > now.parameters) {
     return Beats(one.score, now);
   }
@@ -179,7 +179,8 @@ std::optional<ProposedSet> Looks::Next(const FittedSet& best) const {
   auto chosen = least;
   for (auto one = unbeaten.begin(); one != unbeaten.end(); ++one) {
     if (one->mean() < least->mean() + kSameError &&
-        commonness_.Of(one->set->score.effects) < commonness_.Of(chosen->set->score.effects)) {
+        commonness_.Of(one->set->score.effects) <
+            commonness_.Of(chosen->set->score.effects)) {
       chosen = one;
     }
   }
@@ -202,8 +203,7 @@ void Looks::Learn(const ProposedSet& proposed, const FittedSet& fitted) {
     if (added.empty()) {
       added = {proposed.effects.begin(), proposed.effects.end()};
     }
-    look->refuted.push_back(
-        {added, std::log(std::min(ratio, kAsBadAsCanBe))});
+    look->refuted.push_back({added, std::log(std::min(ratio, kAsBadAsCanBe))});
   }
 }
 
@@ -225,10 +225,8 @@ void Looks::NoteAlike(const FittedSet& best) {
         continue;
       }
       const ErrorDifference by = DifferenceOf(one.log_errors, own->log_errors);
-      const bool near =
-          by.mean <= std::max(std::min(by.std_error, kRivalFarOff),
-                              std::log1p(kMatters)) ||
-          explained(one) > kRivalExplains * explained(*own);
+      const bool near = by.mean <= std::log1p(kMatters) ||
+                        explained(one) > kRivalExplains * explained(*own);
       const auto at = noted.find(one.score.effects);
       if (!near || (at != noted.end() && at->second.first <= by.mean)) continue;
       ProposedSet proposed = Propose(look, one.score);
@@ -256,17 +254,21 @@ std::vector<ProposedSet> Looks::AlikeTo(const FittedSet& best) const {
   return sets;
 }
 
-std::set<std::vector<int>> Looks::SameForceAs(
-    const FittedSet& best) const {
-  std::set<std::vector<int>> same;
+std::vector<ProposedSet> Looks::SameForceAs(const FittedSet& best) const {
+  std::vector<ProposedSet> same;
   for (const Look& look : looks_) {
     if (look.at->effects != best.effects) continue;
+    same.clear();  // a later look is from a better fit
     for (const PredictedSet& one : look.predicted) {
-      if (look.sets->DoTheSame(one.score.set, look.sets->members())) {
-        same.insert(one.score.effects);
+      if (one.score.effects != best.effects &&
+          look.sets->DoTheSame(one.score.set, look.sets->members())) {
+        same.push_back(Propose(look, one.score));
       }
     }
   }
+  std::stable_sort(same.begin(), same.end(), [&](const auto& a, const auto& b) {
+    return commonness_.Of(a.effects) < commonness_.Of(b.effects);
+  });
   return same;
 }
 

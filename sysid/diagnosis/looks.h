@@ -49,9 +49,9 @@ class Looks {
   void NoteAlike(const FittedSet& best);
   // Those, the fewest parameters first.
   std::vector<ProposedSet> AlikeTo(const FittedSet& best) const;
-  // Sets that are the same force as the best in this data, by the looks from
-  // it; none where there were none.
-  std::set<std::vector<int>> SameForceAs(const FittedSet& best) const;
+  // Sets that are the same force as the best in this data, by the looks from it
+  // (none where there were none), the most common laws first.
+  std::vector<ProposedSet> SameForceAs(const FittedSet& best) const;
 
  private:
   struct Look {

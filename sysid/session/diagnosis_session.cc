@@ -9,6 +9,7 @@
 #include "models/effects/force_table.h"
 #include "models/error.h"
 #include "sysid/diagnosis/discrepancy.h"
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
@@ -22,9 +23,6 @@
 namespace sysid {
 namespace {
 
-// So many of the shortest segments, each with more numbers than its state, a
-// run must have: two give the parameters, two show how well they predict.
-constexpr int kFewestSegments = 4;
 // More samples than this are thinned to this rate, Hz, for the search.
 constexpr int kManySamples = 6000;
 constexpr double kSearchRate = 100.0;
@@ -58,9 +56,11 @@ void CheckEndsMeasured(const DataSet& ends) {
 
 void CheckDecidable(const DiagnosisProblem& problem,
                     std::vector<std::string>* notices) {
+  // Of the shortest segments, each with more numbers than its state.
   const int fewest =
-      kFewestSegments * MinSegmentSamples(ShootingProblem(
-                            problem.model, {}, problem.train, problem.options));
+      static_cast<int>(kFewestSegments *
+                       MinSegmentSamples(ShootingProblem(
+                           problem.model, {}, problem.train, problem.options)));
   int longest = 0;
   for (const auto& data : problem.train->runs()) {
     longest = std::max(longest, data->run.size());

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/session/diagnosis_session.h"
 #include "tests/support/tracked_arm.h"
 
