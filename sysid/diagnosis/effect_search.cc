@@ -198,28 +198,57 @@ void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
   DropUndetermined(kept);
 }
 
-EvaluatedModel EffectSearch::FitGiven() const {
+std::optional<EvaluatedModel> EffectSearch::GivenOverHalf(
+    const EvaluatedModel& now) const {
   constexpr double kShortest = 0.1;  // s
+  if (problem_.options.segment > 0.0) return std::nullopt;
+  DiagnosisProblem shorter = problem_;
+  const double length = now.fit.segment_s;
+  shorter.options.segment = std::max(kShortest, 0.5 * length);
+  EvaluatedModel given = EvaluateGiven(shorter);
+  if (!std::isfinite(given.cv.error()) ||
+      !(given.fit.segment_s < 0.9 * length)) {
+    return std::nullopt;
+  }
+  given.problem = std::make_shared<const ShootingProblem>(
+      given.problem->With(Coarse(problem_.options, given.train_error())));
+  return given;
+}
+
+EvaluatedModel EffectSearch::FitGiven() const {
   report_("fitting the model as given", std::nan(""));
   EvaluatedModel given = EvaluateGiven(problem_);
   // Over a motion that it does not follow nothing is linear: shorter, as long
   // as that helps. What does not move at all for want of a drive is no matter
   // of length.
   if (!DrivesWithoutEffort(problem_, catalogue_).empty()) return given;
-  while (!Follows(given) && !(problem_.options.segment > 0.0)) {
-    DiagnosisProblem shorter = problem_;
-    const double length = given.fit.segment_s;
-    shorter.options.segment = std::max(kShortest, 0.5 * length);
-    EvaluatedModel next = EvaluateGiven(shorter);
-    if (!std::isfinite(next.cv.error()) ||
-        !(next.fit.segment_s < 0.9 * length)) {
-      break;
-    }
-    given = std::move(next);
-    given.problem = std::make_shared<const ShootingProblem>(
-        given.problem->With(Coarse(problem_.options, given.train_error())));
+  while (!Follows(given)) {
+    auto shorter = GivenOverHalf(given);
+    if (!shorter) break;
+    given = std::move(*shorter);
   }
   return given;
+}
+
+void EffectSearch::LookOverShorter() {
+  for (std::shared_ptr<FittedSet> at = base_; at == sets_.Best();) {
+    if (at->score.at_noise || Improve()) return;
+    auto shorter = GivenOverHalf(at->model);
+    if (!shorter) break;
+    sets_.GoOnWith(*at);
+    looks_.Clear();
+    fits_ = failures_ = 0;
+    at = sets_.Keep({}, std::move(*shorter));
+    Say("shorter", *at);
+    if (at->score.at_noise) break;
+  }
+  const auto best = sets_.Best();
+  if (best == nullptr || !best->effects.empty()) return;
+  // Nothing was found: on with the segments of before.
+  sets_.GoOnWith(*best);
+  looks_.Clear();
+  fits_ = most_fits_;
+  sets_.Keep({}, base_->model)->is_final = true;
 }
 
 bool EffectSearch::RefuseChance() {
@@ -362,6 +391,7 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
     Say("start", *from);
     if (from->IsAnswer()) sets_.Remove({});
   }
+  LookOverShorter();
   ImproveAndLengthen();
   LeaveOutEach();
   if (RefuseChance()) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -68,6 +69,12 @@ class EffectSearch {
   // Sets that are known before anything was linearised: drives that nobody
   // recorded, and the few effects that the equations of motion show.
   void FitFirstSets();
+  // The same over segments half as long; nothing where there are none.
+  std::optional<EvaluatedModel> GivenOverHalf(const EvaluatedModel& now) const;
+  // Where nothing improves the model as given: the motion may be too far from
+  // linear in what it misses. Over shorter segments, until something does or
+  // nothing is missing.
+  void LookOverShorter();
   // Improves the best set, over longer and longer segments.
   void ImproveAndLengthen();
   // Fits what the looks propose, at one horizon, until another set is the best:
