@@ -33,9 +33,9 @@ std::vector<std::shared_ptr<const Effect>> EffectSearch::EffectsOf(
   return all;
 }
 
-std::shared_ptr<FittedSet> EffectSearch::FitFrom(const FittedSet& from,
-                                                 const ProposedSet& set,
-                                                 double enough, double error) {
+EvaluatedModel EffectSearch::Evaluate(const FittedSet& from,
+                                      const ProposedSet& set, double enough,
+                                      double error) const {
   std::string names;
   for (const int e : set.effects) {
     names += (names.empty() ? "" : ", ") + catalogue_[e]->name();
@@ -65,10 +65,14 @@ std::shared_ptr<FittedSet> EffectSearch::FitFrom(const FittedSet& from,
     for (const auto& [name, value] : start) all.back()[name] = value;
   }
   if (all.empty()) all.push_back(values);
-  return sets_.Keep(
-      set.effects,
-      EvaluateFrom(problem_, from.model, EffectsOf(set.effects), without, all,
-                   enough, TrialOptions(problem_.options, error)));
+  return EvaluateFrom(problem_, from.model, EffectsOf(set.effects), without,
+                      all, enough, TrialOptions(problem_.options, error));
+}
+
+std::shared_ptr<FittedSet> EffectSearch::FitFrom(const FittedSet& from,
+                                                 const ProposedSet& set,
+                                                 double enough, double error) {
+  return sets_.Keep(set.effects, Evaluate(from, set, enough, error));
 }
 
 void EffectSearch::DropUndetermined(std::shared_ptr<FittedSet> fitted) {
@@ -171,7 +175,18 @@ void EffectSearch::FitRivals(const FittedSet& best) {
   for (const ProposedSet& alike : looks_.AlikeTo(best)) {
     if (sets_.Find(alike.effects) != nullptr) continue;
     if (fitted++ == kMostRivalsFitted) break;
-    Say("as good", *FitFrom(best, alike, 0.0, std::max(1.0, best.error())));
+    // Where it was as good, and from there as far as the best was followed.
+    EvaluatedModel model =
+        Evaluate(*alike.from, alike, 0.0, std::max(1.0, alike.error));
+    const double length = best.model.fit.segment_s;
+    for (double at = 0.0; Follows(model) && model.fit.segment_s > at;) {
+      at = model.fit.segment_s;
+      if (at > 0.9 * length) break;
+      model = EvaluateLonger(problem_, model, std::min(2.0 * at, length),
+                             kMostIterationsToFollow);
+    }
+    if (model.fit.segment_s < 0.9 * length) continue;
+    Say("as good", *sets_.Keep(alike.effects, std::move(model)));
   }
 }
 
@@ -430,8 +445,10 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) {
     answer.rivals = sets_.RivalsOf(found);
-    for (const ProposedSet& set : looks_.SameForceAs(found)) {
-      answer.same_force.insert(set.effects);
+    for (const auto& rival : answer.rivals) {
+      if (looks_.IsSameForce(found, rival->effects)) {
+        answer.same_force.insert(rival->effects);
+      }
     }
   }
   answer.explains = answer.at_noise = found.score.at_noise;

@@ -99,6 +99,10 @@ class EffectSearch {
 
   void LookFrom(const std::shared_ptr<FittedSet>& at);
   void Fit(const ProposedSet& proposed);
+  // Fitted over the segments of `from`, from each of its starts until one
+  // leaves no more than `enough` squares; with steps for about this error.
+  EvaluatedModel Evaluate(const FittedSet& from, const ProposedSet& set,
+                          double enough, double error) const;
   std::shared_ptr<FittedSet> FitFrom(const FittedSet& from,
                                      const ProposedSet& set, double enough,
                                      double error);

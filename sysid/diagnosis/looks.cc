@@ -229,10 +229,8 @@ void Looks::NoteAlike(const FittedSet& best) {
                         explained(one) > kRivalExplains * explained(*own);
       const auto at = noted.find(one.score.effects);
       if (!near || (at != noted.end() && at->second.first <= by.mean)) continue;
-      ProposedSet proposed = Propose(look, one.score);
-      proposed.from = nullptr;  // the best
       noted.insert_or_assign(one.score.effects,
-                             std::pair(by.mean, std::move(proposed)));
+                             std::pair(by.mean, Propose(look, one.score)));
     }
   }
 }
@@ -254,16 +252,39 @@ std::vector<ProposedSet> Looks::AlikeTo(const FittedSet& best) const {
   return sets;
 }
 
+const Looks::Look* Looks::LastFrom(const std::vector<int>& effects) const {
+  const auto look =
+      std::find_if(looks_.rbegin(), looks_.rend(),
+                   [&](const Look& one) { return one.at->effects == effects; });
+  return look == looks_.rend() ? nullptr : &*look;
+}
+
+bool Looks::IsSameForce(const FittedSet& best,
+                        const std::vector<int>& effects) const {
+  const Look* look = LastFrom(best.effects);
+  const std::set<int> gone = Minus(best.effects, effects);
+  const std::set<int> come = Minus(effects, best.effects);
+  if (look == nullptr || gone.size() != 1 || come.size() != 1) return false;
+  const std::vector<LinearSets::Term>& terms = look->sets->terms();
+  LinearSets::Set rest = look->sets->members();
+  std::erase_if(rest, [&](int t) { return terms[t].effect == *gone.begin(); });
+  for (size_t t = 0; t < terms.size(); ++t) {
+    if (terms[t].effect != *come.begin()) continue;
+    LinearSets::Set set = rest;
+    set.push_back(static_cast<int>(t));
+    if (look->sets->DoTheSame(set, look->sets->members())) return true;
+  }
+  return false;
+}
+
 std::vector<ProposedSet> Looks::SameForceAs(const FittedSet& best) const {
   std::vector<ProposedSet> same;
-  for (const Look& look : looks_) {
-    if (look.at->effects != best.effects) continue;
-    same.clear();  // a later look is from a better fit
-    for (const PredictedSet& one : look.predicted) {
-      if (one.score.effects != best.effects &&
-          look.sets->DoTheSame(one.score.set, look.sets->members())) {
-        same.push_back(Propose(look, one.score));
-      }
+  const Look* look = LastFrom(best.effects);
+  if (look == nullptr) return same;
+  for (const PredictedSet& one : look->predicted) {
+    if (one.score.effects != best.effects &&
+        look->sets->DoTheSame(one.score.set, look->sets->members())) {
+      same.push_back(Propose(*look, one.score));
     }
   }
   std::stable_sort(same.begin(), same.end(), [&](const auto& a, const auto& b) {

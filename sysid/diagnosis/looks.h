@@ -49,8 +49,11 @@ class Looks {
   void NoteAlike(const FittedSet& best);
   // Those, the fewest parameters first.
   std::vector<ProposedSet> AlikeTo(const FittedSet& best) const;
-  // Sets that are the same force as the best in this data, by the looks from it
-  // (none where there were none), the most common laws first.
+  // Whether a set with one other effect is the same force as the best in this
+  // data, by the last look from that; false where there was none.
+  bool IsSameForce(const FittedSet& best,
+                   const std::vector<int>& effects) const;
+  // Predicted sets that are, the most common laws first.
   std::vector<ProposedSet> SameForceAs(const FittedSet& best) const;
 
  private:
@@ -71,6 +74,7 @@ class Looks {
     double mean() const { return score.log_errors.mean(); }
   };
 
+  const Look* LastFrom(const std::vector<int>& effects) const;
   // Of each set that was not fitted from there, as the nearest look has it.
   std::vector<Prediction> Nearest() const;
   // A fitted set, as uncertain as the look's predictions.
