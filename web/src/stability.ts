@@ -73,27 +73,28 @@ export function leaves(split: StabilityData, range: number[]): boolean {
 // What the data are split by: the parts from the first to the last, and what it
 // says of the truth where the values rise, fall, or do something else.
 const kWords = {
-  time: {by: 'time', ends: 'from early to late', each: 'at other times'},
-  speed: {by: 'speed', ends: 'from slow to fast', each: 'at other speeds'},
-  position: {by: 'position', ends: 'from low to high positions', each: 'at other positions'},
-  effort: {by: 'effort', ends: 'from small to large efforts', each: 'at other efforts'},
-  amplitude: {by: 'amplitude', ends: 'from small to large motions', each: 'at other amplitudes'},
-  run: {by: 'run', ends: 'from the first to the last run', each: 'in other runs'},
+  time: {by: 'time', ends: 'from early to late'},
+  speed: {by: 'speed', ends: 'from slow to fast'},
+  position: {by: 'position', ends: 'from low to high positions'},
+  effort: {by: 'effort', ends: 'from small to large efforts'},
+  amplitude: {by: 'amplitude', ends: 'from small to large motions'},
+  run: {by: 'run', ends: 'from the first to the last run'},
 };
 
 const kLittle = 0.15; // as judgement_constants.h: from where a law stands in for another
 
-const percent = (x: number) => `${fmt(100 * x, x < 0.1 ? 1 : 2)} %`;
+// In one piece.
+const percent = (x: number) => `${fmt(100 * x, x < 0.1 ? 1 : 2)}\u00a0%`;
 
 // "By speed: rises from slow to fast."
 export function inWords(split: StabilityData): string {
-  const {by, ends, each} = kWords[split.strata];
+  const {by, ends} = kWords[split.strata];
   const estimates = known(split), {value} = pooled(split), spread = split.spread ?? 0;
   const widths = estimates.map(e => 1.96 * e.std_error / Math.abs(value)).sort((a, b) => a - b);
   const width = widths[widths.length >> 1];
   const start = `By ${by}: `;
   if (!split.constant) {
-    if (split.trend === 'none') return `${start}another one ${each}`;
+    if (split.trend === 'none') return `${start}changes up and down`;
     // Of what is below zero the size falls where the value rises.
     const up = estimates[estimates.length - 1].value > estimates[0].value;
     return `${start}${split.trend}${up === (split.trend === 'rises') ? '' : ' in size'} ${ends}`;
@@ -101,7 +102,7 @@ export function inWords(split: StabilityData): string {
   if (spread >= kLittle && spread > width) return `${start}differs by ${percent(spread)}${why(split.least_spread ?? 0)}`;
   if (!(width < 1)) return `${start}cannot be told, the intervals are wider than the value`;
   const within = Math.max(spread, width);
-  return within < kLittle ? `${start}constant within ${percent(within)}` : `${start}no change to be seen, each known to ± ${percent(within)}`;
+  return within < kLittle ? `${start}constant within ${percent(within)}` : `${start}no change to be seen, each known to ±\u00a0${percent(within)}`;
 }
 
 // Why what differs is taken for constant.

@@ -27,7 +27,7 @@ test('each parameter has a panel for all that the data are split by, what stands
     const heads = await page.locator('.stability h4').allInnerTexts();
     assert.match(heads[0], /^joint2\.damping\s+of viscous_damping@joint2\s+stands in for another law$/);
     assert.match(heads[1], /^gravity_tilt_x\s+of gravity_tilt@base; by the motion of joint1$/);
-    assert.deepEqual(await page.locator('.stability figcaption').allInnerTexts(), [
+    assert.deepEqual((await page.locator('.stability figcaption').allInnerTexts()).map(t => t.replaceAll('\u00a0', ' ')), [
       'By time: constant within 5 %', 'By speed: falls from slow to fast', 'By position: constant within 9 %', 'By run: constant within 8 %',
       'By time: constant within 2 %', 'By speed: constant within 4 %']);
     assert.match(await text(page, '.stability'), /What is missing grows more slowly with the speed than this law: the true one is flatter\./);

@@ -3,8 +3,10 @@ import test from 'node:test';
 import {split, standInPage} from '../fixture.mjs';
 import {load} from '../load.mjs';
 
-const {axisOf, constancyOf, inWords, leaves, meaning, pooled, rangeOf, runsOf} = await load('stability.ts');
+const stability = await load('stability.ts');
+const {axisOf, constancyOf, leaves, meaning, pooled, rangeOf, runsOf} = stability;
 
+const inWords = one => stability.inWords(one).replaceAll('\u00a0', ' ');
 const of = (values, stdError, more = {}, strata = 'speed') =>
   split('viscous_damping@joint2', 'joint2.damping', strata, [0, 4], values, values.map(() => stdError), more);
 
@@ -44,7 +46,7 @@ test('the words say how a parameter changes, and what that says of the truth', (
   assert.equal(inWords(falls), 'By amplitude: falls from small to large motions');
   assert.match(meaning(falls), /with the amplitude than this law: the true one is flatter/);
   assert.equal(inWords(changes([-4, -3, -2, -1], 'falls')), 'By speed: falls in size from slow to fast');
-  assert.equal(inWords(changes([1, 3, 1, 3], 'none', 'position')), 'By position: another one at other positions');
+  assert.equal(inWords(changes([1, 3, 1, 3], 'none', 'position')), 'By position: changes up and down');
   assert.match(meaning(changes([1, 3], 'rises', 'run')), /from run to run/);
   assert.match(meaning(changes([1, 3], 'rises', 'time')), /warms up or drifts/);
   assert.equal(meaning(of([1, 1], 0.1)), '');
