@@ -39,18 +39,18 @@ export const standsIn = (model: ModelData, effect: string): boolean => (model.st
 
 // By which the values differ from their weighted mean, in standard errors (rms).
 function apart(split: StabilityData): number {
-  const estimates = known(split), {value} = pooled(split);
+  const estimates = known(split), value = mean(split);
   return Math.sqrt(estimates.reduce((sum, e) => sum + ((e.value - value) / e.std_error) ** 2, 0) / (estimates.length - 1));
 }
 
-// The weighted mean, and its standard error.
-export function pooled(split: Estimates): {value: number; stdError: number} {
+// Weighted by what is known of each.
+export function mean(split: Estimates): number {
   let weights = 0, sum = 0;
   for (const e of known(split)) {
     weights += e.std_error ** -2;
     sum += e.value * e.std_error ** -2;
   }
-  return {value: sum / weights, stdError: weights ** -0.5};
+  return sum / weights;
 }
 
 // What the axis of a parameter spans: zero, and the intervals of the better known
@@ -58,7 +58,7 @@ export function pooled(split: Estimates): {value: number; stdError: number} {
 const kTooWide = 3; // × the median
 export function rangeOf(splits: StabilityData[]): number[] {
   const all = splits.flatMap(known), widths = all.map(e => e.std_error).sort((a, b) => a - b);
-  const value = pooled({estimates: all}).value;
+  const value = mean({estimates: all});
   const most = Math.max(kTooWide * widths[(widths.length - 1) >> 1], Math.abs(value) / 1.96);
   return [0, ...all.filter(e => e.std_error <= most).flatMap(interval)];
 }
@@ -89,7 +89,7 @@ const percent = (x: number) => `${fmt(100 * x, x < 0.1 ? 1 : 2)}\u00a0%`;
 // "By speed: rises from slow to fast."
 export function inWords(split: StabilityData): string {
   const {by, ends} = kWords[split.strata];
-  const estimates = known(split), {value} = pooled(split), spread = split.spread ?? 0;
+  const estimates = known(split), value = mean(split), spread = split.spread ?? 0;
   const widths = estimates.map(e => 1.96 * e.std_error / Math.abs(value)).sort((a, b) => a - b);
   const width = widths[widths.length >> 1];
   const start = `By ${by}: `;

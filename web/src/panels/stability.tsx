@@ -10,20 +10,23 @@ const kHow = 'A law that explains has the same parameters at all times, speeds, 
   + 'Each mark is the value that the parameter would have in that part alone, all other parameters being common; the bar is its 95 % interval. The line is the value for all data, with its interval as a band. '
   + 'A law whose force surely changes from part to part by 15 % or more, where that matters for the error, is not the true one: it stands in for another law.';
 const kMost = 6; // parameters
+const kMostRuns = 12; // that are named
 
 export function Stability({page, model}: {page: PageData; model: ModelData}) {
   const all = constancyOf(model);
   if (!all.length) return null;
   const overall = new Map(evidenceOfEnd(page, model).flatMap(row => row.parameters.map(p => [p.name, p] as const)));
   const shown = all.slice(0, kMost), more = all.length - shown.length;
-  const runs = shown.some(p => p.splits.some(s => s.strata === 'run'));
+  const byRun = shown.some(p => p.splits.some(s => s.strata === 'run'));
+  const runs = page.runs.filter(r => !r.heldOut).map((_, i) => runLabel(page, i)); // these come first
   return (
     <div class="stability" id="stability">
       <h3>Is each law constant?</h3>
       <p class="how">{kHow}</p>
       {shown.map(p => <Parameter key={`${p.effect} ${p.parameter}`} page={page} constancy={p} overall={overall.get(p.parameter)} />)}
-      {runs && <p class="note">Runs: {list(page.runs.filter(r => !r.heldOut).map((_, i) => `${i + 1} is ${runLabel(page, i)}`))}.</p>}
-      {more > 0 && <p class="note">{more} more {more === 1 ? 'parameter, which differs' : 'parameters, which differ'} less for how well {more === 1 ? 'it is' : 'they are'} known, {more === 1 ? 'is' : 'are'} in diagnosis.json, under stability.</p>}
+      {byRun && <p class="note">{runs.length <= kMostRuns ? `Runs: ${list(runs.map((name, i) => `${i + 1} is ${name}`))}.`
+        : 'Runs are numbered in the order in which they were given.'}</p>}
+      {more > 0 && <p class="note">{more} more {more === 1 ? 'parameter, which differs' : 'parameters, which differ'} less for how well {more === 1 ? 'it is' : 'they are'} known, {more === 1 ? 'is' : 'are'} in the diagnosis.json of sysid_diagnose, under stability.</p>}
     </div>
   );
 }

@@ -77,7 +77,7 @@ test('of many parameters the most telling are shown, and the others counted', {s
   return visit('arm.html', document, async page => {
     assert.deepEqual((await page.locator('.stability h4').allInnerTexts()).map(t => t.split(/\s/)[0]),
       [8, 7, 6, 5, 4, 3].map(i => `joint${i}.stiffness`));
-    assert.match(await text(page, '.stability'), /3 more parameters, .* are in diagnosis\.json, under stability\./);
+    assert.match(await text(page, '.stability'), /3 more parameters, .* are in the diagnosis\.json of sysid_diagnose, under stability\./);
   });
 });
 
