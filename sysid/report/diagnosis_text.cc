@@ -290,12 +290,16 @@ std::string HowItVaries(const ParameterByStrata& one) {
   if (one.strata != Strata::kTime && one.strata != Strata::kRun) {
     of += " of " + one.joint;
   }
-  std::string text =
-      one.parameter +
-      (one.trend == Trend::kNone
-           ? " is not the same at each "
-           : std::string(" ") + NameOf(one.trend) + " with the ") +
-      of + ":";
+  // Of what is below zero, or off elsewhere, the size may fall where the value
+  // rises.
+  const bool up = one.estimates.back().value > one.estimates.front().value;
+  const bool of_size = up != (one.trend == Trend::kRises);
+  std::string text = one.parameter +
+                     (one.trend == Trend::kNone
+                          ? " is not the same at each "
+                          : std::string(" ") + NameOf(one.trend) +
+                                (of_size ? " in size" : "") + " with the ") +
+                     of + ":";
   for (const StratumEstimate& at : one.estimates) {
     if (one.trend != Trend::kNone && &at != &one.estimates.front() &&
         &at != &one.estimates.back()) {

@@ -1,5 +1,7 @@
 #include "sysid/report/page_data.h"
 
+#include <cmath>
+
 #include "models/urdf/write_urdf.h"
 #include "sysid/estimation/holdout.h"
 #include "sysid/report/diagnosis_report.h"
@@ -36,6 +38,23 @@ PageFit ShowFit(int id, const std::string& title, const Session& session,
   fit.fit = &found;
   fit.holdout = holdout ? &*holdout : nullptr;
   return fit;
+}
+
+// A step of a search with both errors over the segments of its last model. The
+// search predicts sets of effects and no step.
+DiagnosisStep OverLastSegments(const Diagnosis& diagnosis, size_t i) {
+  DiagnosisStep step = diagnosis.steps[i];
+  step.predicted = NAN;
+  const std::vector<ModelErrors>& path = diagnosis.comparison.path;
+  if (i + 1 >= path.size()) return step;
+  const ModelErrors &before = path[i], &after = path[i + 1];
+  step.segment_s = before.segment_s;
+  step.train_before = before.train.normalized_rms;
+  step.holdout_before = before.holdout.normalized_rms;
+  step.cv_before = before.cv;
+  step.train_after = after.train.normalized_rms;
+  step.holdout_after = after.holdout.normalized_rms;
+  return step;
 }
 
 }  // namespace
@@ -140,7 +159,8 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
   given.with_prediction_csv = final == nullptr && diagnosis.steps.empty();
   given.next_command = command;
   models.push_back(PageModel(source, given, &diagnosis));
-  for (const DiagnosisStep& step : diagnosis.steps) {
+  for (size_t i = 0; i < diagnosis.steps.size(); ++i) {
+    const DiagnosisStep step = OverLastSegments(diagnosis, i);
     const int id = static_cast<int>(models.size());
     const ShownModel judged =
         OpenEvaluatedModel(*source.session, problem, *step.after);
@@ -163,8 +183,10 @@ Json DiagnosisPage(const PageSource& source, const DiagnosisProblem& problem,
   // The model as given says what was missing; beside it, what came of that.
   if (!diagnosis.steps.empty()) {
     page["compared"] = diagnosis.steps.size();
-    models[diagnosis.steps.size()]["verdict"] =
-        ToString(diagnosis.final_verdict);
+    Json& last = models[diagnosis.steps.size()];
+    last["verdict"] = ToString(diagnosis.final_verdict);
+    for (const char* key : {"stability", "standIns"})
+      last[key] = models[0][key];
   }
   return page;
 }

@@ -192,6 +192,10 @@ Json PageModel(const PageSource& source, const PageFit& fit,
   model["rivals"] = diagnosis ? RivalsJson(*diagnosis) : Json::array();
   model["stability"] =
       diagnosis ? StabilityJson(diagnosis->stability) : Json::array();
+  model["standIns"] =
+      diagnosis ? StandInsJson(diagnosis->stand_ins) : Json::array();
+  model["proposals"] =
+      diagnosis ? ProposalsJson(source, *diagnosis) : Json::array();
   model["nextExperiment"] = nullptr;
   if (diagnosis != nullptr && !source.experiment_words.empty()) {
     model["nextExperiment"] = {{"words", source.experiment_words},

@@ -33,6 +33,8 @@ std::string ChangeTitle(const DiagnosisStep& step);
 Json CrossValidationJson(const CrossValidation& cv);
 // ModelData.rivals.
 Json RivalsJson(const Diagnosis& diagnosis);
+// ModelData.proposals.
+Json ProposalsJson(const PageSource& source, const Diagnosis& diagnosis);
 // As diagnosis.json has them: all by strata, and the effects that stand in.
 Json StabilityJson(const std::vector<ParameterByStrata>& all);
 Json StandInsJson(const std::vector<ParameterByStrata>& stand_ins);

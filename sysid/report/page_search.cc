@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "models/error.h"
 #include "sysid/report/page_parts.h"
 
 namespace sysid {
@@ -33,7 +34,26 @@ Json RivalsJson(const Diagnosis& diagnosis) {
   return List(diagnosis.rivals, [](const RivalModel& rival) -> Json {
     return {{"effects", rival.effects},
             {"separatedBy", rival.told_apart_by},
-            {"sameForce", rival.same_force}};
+            {"sameForce", rival.same_force},
+            {"crossValidation", CrossValidationJson(rival.model->cv)},
+            {"holdoutError", Finite(rival.model->holdout_error())}};
+  });
+}
+
+Json ProposalsJson(const PageSource& source, const Diagnosis& diagnosis) {
+  const auto estimate = [](const ParameterEstimate& p) -> Json {
+    return {{"name", p.name},
+            {"unit", p.unit},
+            {"value", Finite(p.value)},
+            {"stdError", Finite(p.std_error)}};
+  };
+  return List(diagnosis.proposals, [&](const FormulaProposal& one) -> Json {
+    return {{"effects", one.effects()},
+            {"parameters", List(one.parameters, estimate)},
+            {"crossValidatedError", Finite(one.cv_error)},
+            {"holdoutError", Finite(one.holdout)},
+            {"segment_s", Finite(one.segment_s)},
+            {"command", source.fit_command(Join(one.effects(), ","), "")}};
   });
 }
 

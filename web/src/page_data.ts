@@ -105,8 +105,15 @@ export interface ModelData {
   open: OpenData[];
   crossValidation: CrossValidationData | null; // null: not asked
   // Where the data do not decide: the effects that were chosen, and those of
-  // each other model of as many effects that predicts as well. Empty else.
-  rivals: { effects: string[]; separatedBy: string }[];
+  // each other model of no more parameters that predicts as well. Empty else.
+  rivals: { effects: string[]; separatedBy: string; sameForce: boolean; crossValidation: CrossValidationData | null; holdoutError: number | null }[];
+  // Of each parameter of the effects that are proposed, or were added, its
+  // values in parts of the data; and the effects that lower the error without
+  // being constant. Empty where it was not asked.
+  stability: StabilityData[];
+  standIns: { effect: string; parameter: string; strata: StabilityData["strata"] }[];
+  // Formulas for a force that no effect of the catalogue explains, best first.
+  proposals: ProposalData[];
   // What a recording would show that decides between those, or why there is none;
   // and the command that simulates it, or "".
   nextExperiment: { words: string; command: string } | null;
@@ -154,6 +161,30 @@ export interface CrossValidationData {
   error: number; // the geometric mean over the stretches
   stdError: number | null; // as it varies from stretch to stretch
   stretches: { trajectory: string; t_start: number; t_end: number; error: number | null }[];
+}
+
+// As diagnosis.json has it.
+export interface StabilityData {
+  effect: string; // "coulomb_friction@joint1"
+  parameter: string; // "joint1.friction"
+  unit: string;
+  joint: string; // whose motion the data are split by
+  strata: "time" | "speed" | "position" | "effort" | "amplitude" | "run";
+  // Of runs `from` and `to` are their numbers, from 1.
+  estimates: { from: number | null; to: number | null; value: number | null; std_error: number | null }[];
+  spread: number | null; // as a share of the value
+  least_spread: number | null; // of the force, at 95 %
+  trend: "rises" | "falls" | "none"; // of its size
+  constant: boolean;
+}
+
+export interface ProposalData {
+  effects: string[]; // "custom@joint2: c1*q^2*qd", then those of the catalogue
+  parameters: { name: string; unit: string; value: number | null; stdError: number | null }[];
+  crossValidatedError: number | null; // × noise, of data that was left out
+  holdoutError: number | null;
+  segment_s: number; // over which these errors are
+  command: string; // that adds it
 }
 
 export interface OpenData {

@@ -110,11 +110,16 @@ TEST_F(DiagnosedPage, HasTheModelAsGivenAndOneAfterEachStep) {
   const Json& step = (*page_)["steps"].at(0);
   EXPECT_EQ(step["model"], 1);
   EXPECT_EQ(step["from"], 0);
-  EXPECT_EQ(step["trainBefore"], models[0]["trainError"]);
+  // Both errors are over the segments of the model that it led to.
+  const ModelErrors& given = diagnosis_->comparison.path.at(0);
+  EXPECT_GT(given.segment_s, models[0]["segment_s"].get<double>());
+  EXPECT_EQ(step["segment_s"], models[1]["segment_s"]);
+  EXPECT_EQ(step["trainBefore"], given.train.normalized_rms);
+  EXPECT_EQ(step["holdoutBefore"], given.holdout.normalized_rms);
+  EXPECT_EQ(step["crossValidationBefore"], CrossValidationJson(given.cv));
   EXPECT_EQ(step["trainAfter"], models[1]["trainError"]);
   EXPECT_EQ(step["holdoutAfter"], models[1]["holdoutError"]);
-  EXPECT_EQ(step["segment_s"], models[0]["segment_s"]);
-  EXPECT_EQ(step["crossValidationBefore"], models[0]["crossValidation"]);
+  EXPECT_TRUE(step["predicted"].is_null());
   for (const Json& parameter : models[1]["parameters"]) {
     EXPECT_EQ(parameter["ofEffect"], parameter["name"] == "joint1.damping"
                                          ? Json("viscous_damping@joint1")
@@ -148,6 +153,21 @@ TEST_F(DiagnosedPage, SaysWhereTheSearchEnded) {
   ASSERT_EQ(whole["parameters"].size(), models[2]["parameters"].size());
   EXPECT_EQ(whole["parameters"][0]["value"],
             models[2]["parameters"][0]["value"]);
+}
+
+// Whether the law that was added is constant: of the model that lacked it, and
+// of that which has it.
+TEST_F(DiagnosedPage, HasHowConstantTheAddedLawIs) {
+  const Json& models = (*page_)["models"];
+  const Json& stability = models[0]["stability"];
+  ASSERT_GE(stability.size(), 3u);
+  for (const Json& one : stability) {
+    EXPECT_EQ(one["parameter"], "joint1.damping");
+    EXPECT_EQ(one["constant"], true);
+  }
+  EXPECT_EQ(models[1]["stability"], stability);
+  EXPECT_THAT(models[2]["stability"], IsEmpty());
+  for (const Json& model : models) EXPECT_THAT(model["standIns"], IsEmpty());
 }
 
 // A final fit of whole runs that fails is said to, whatever segments say.

@@ -68,6 +68,26 @@ TEST_F(ProposalsTest, AreInTheSentenceOfWhatIsUnexplained) {
                         "1.25)."));
 }
 
+// Where the values rise towards zero their size falls.
+TEST(StandInSentence, SaysHowTheValueOrItsSizeChanges) {
+  Diagnosis diagnosis(Shipped("pendulum1"));
+  diagnosis.verdict = Verdict::kUnexplained;
+  ParameterByStrata one;
+  one.effect = "sensor_gain@joint1";
+  one.parameter = "joint1.sensor_gain";
+  one.joint = "joint1";
+  one.strata = Strata::kPosition;
+  one.trend = Trend::kFalls;
+  one.estimates = {{-1.0, 0.0, -0.06, 0.004}, {0.0, 1.0, -0.02, 0.004}};
+  diagnosis.stand_ins = {one};
+  EXPECT_THAT(DiagnosisSentence(diagnosis),
+              HasSubstr("joint1.sensor_gain falls in size with the position of "
+                        "joint1: -0.06"));
+  for (StratumEstimate& at : diagnosis.stand_ins[0].estimates) at.value *= -1.0;
+  EXPECT_THAT(DiagnosisSentence(diagnosis),
+              HasSubstr("joint1.sensor_gain falls with the position"));
+}
+
 TEST(ForceTableFiles, HaveTheForceOnAGridOverTheRange) {
   const Model model = Shipped("pendulum2_planar", {"force_table@joint2"},
                               {{"joint2.table_0_0", 0.3},

@@ -1,7 +1,7 @@
 // Panel 6: add an effect, remove it again, and see the error fall.
 import type {ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
-import {sameSegments} from '../cross_validation';
+import {sameEffects, sameSegments} from '../cross_validation';
 import {candidateName, modelWithId, prediction, wayTo, withOthers} from '../data';
 import {fmtError, fmtTimes, fmtUnit} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
@@ -78,6 +78,18 @@ function Offers({model, children}: {model: ModelData; children: ComponentChildre
   </>;
 }
 
+// Those that add the same effects once.
+function offers(model: ModelData): CandidateData[] {
+  return model.candidates.filter((c, i, all) => all.findIndex(o => sameEffects(withOthers(o), withOthers(c))) === i);
+}
+
+// A prediction is of the candidate alone: of several the refit tells.
+function promise(model: ModelData, c: CandidateData): string {
+  const {confirmed} = c;
+  if (!confirmed?.togetherWith.length) return prediction(model, c);
+  return `after a refit: ${fmtTimes(confirmed.train)}${confirmed.holdout === null ? '' : `, held out ${fmtTimes(confirmed.holdout)}`}, over segments of ${fmtUnit(confirmed.segment_s, 's', 3)}`;
+}
+
 const toAdd = (c: CandidateData): string => withOthers(c).join(',');
 
 // The same runs and options; what only its program knows left out.
@@ -96,12 +108,12 @@ function FrozenAdd({page, model}: {page: PageData; model: ModelData}) {
 function FrozenOffers({model}: {model: ModelData}) {
   return (
     <Offers model={model}><ul class="offers frozen">
-      {model.candidates.slice(0, kOffered).map((c, i) => {
+      {offers(model).slice(0, kOffered).map((c, i) => {
         const name = toAdd(c);
         const body = <Command text={c.command} label={`command that adds ${name}`} />;
         return <li key={name}>{i === 0
-          ? <><span>Add {name}; {prediction(model, c)}</span>{body}</>
-          : <details><summary>Add {name}; {prediction(model, c)}</summary>{body}</details>}</li>;
+          ? <><span>Add {name}; {promise(model, c)}</span>{body}</>
+          : <details><summary>Add {name}; {promise(model, c)}</summary>{body}</details>}</li>;
       })}
     </ul></Offers>
   );

@@ -85,7 +85,7 @@ function End({page, model}: {page: PageData; model: ModelData}) {
   if (page.conclusion) {
     const {sentence: text, good} = page.conclusion;
     return <p class="sentence end">
-      <strong class={`badge ${good ? 'adequate' : 'unexplained'}`}>{good ? 'In the end: adequate' : 'In the end it still fails'}</strong> {text}{' '}
+      <strong class={`badge ${good ? 'adequate' : 'unexplained'}`}>{good ? 'In the end: adequate' : page.steps.length ? 'In the end it still fails' : 'As given it fails'}</strong> {text}{' '}
       {m !== last && <button type="button" onClick={() => current.set(last)}>Show the final model</button>}
     </p>;
   }

@@ -1,25 +1,30 @@
 // Panel 5: which effect is missing.
+import {Fragment} from 'preact';
 import {useState} from 'preact/hooks';
 import {candidateName, forceName, lawQuantity, meanSquare} from '../data';
 import {fmt, fmtError, fmtP, fmtUnit, forceLabel, list, unitText} from '../format';
 import type {CandidateData, ModelData, PageData} from '../page_data';
 import {XyChart} from '../plots/xy_chart';
+import {standsIn} from '../stability';
 import {current, useStore} from '../state';
 import {AddButton} from './add';
 import {ofRefit} from './evidence';
 import {forceLayers, quantityName} from './force_layers';
 import {DataTable, Empty, Panel, type Column} from './panel';
+import {Proposals} from './proposals';
+import {Stability} from './stability';
 
-const kHow = 'Each row is an effect that the model could lack. Predicted is the error (× noise) that a refit with it should reach, by a linearisation; confirmed is what a refit did reach, first on the fitted runs, then on the held-out ones. '
+const kHow = 'Each row of the table is an effect that the model could lack. Predicted is the error (× noise) that a refit with it should reach, by a linearisation; confirmed is what a refit did reach, first on the fitted runs, then on the held-out ones. '
   + 'The p-value is the chance of such a score where the effect is absent, to first order too: far from the noise it says little, and the refit decides. '
-  + 'Accepted: it lowers the error of held-out data, and its parameters are plausible and significantly different from zero.';
+  + 'Accepted: it lowers the error of held-out data, and its parameters are plausible and significantly different from zero. '
+  + 'Not constant: it does so in place of another law.';
 
 export function Which({page}: {page: PageData}) {
   const model = page.models[useStore(current)];
   const first = model.candidates[0];
   const [open, setOpen] = useState<Set<string> | null>(null);
   if (!first) {
-    return <Panel id="which" title="5 Which effect" how={kHow} wide><Empty>{noCandidates(page, model)}</Empty></Panel>;
+    return <Panel id="which" title="5 Which effect" how={kHow} wide><Empty>{noCandidates(page, model)}</Empty><Stability page={page} model={model} /></Panel>;
   }
   const shown = open ?? new Set([candidateName(first)]);
   const toggle = (name: string) => {
@@ -32,6 +37,9 @@ export function Which({page}: {page: PageData}) {
   return (
     <Panel id="which" title="5 Which effect" how={kHow} wide>
       {model.verdict === 'adequate' && <Empty>{kNothingMissing} What follows could hide in the noise: it would be seen from the sizes given.</Empty>}
+      <Stability page={page} model={model} />
+      <Proposals model={model} />
+      <h3>Candidates</h3>
       {without.map(why => <p class="note" key={why}>No prediction (–): {why}.</p>)}
       <p class="buttons">
         <button type="button" onClick={() => setOpen(new Set(all))}>Show all pictures</button>
@@ -60,7 +68,7 @@ export function noCandidates(page: PageData, model: ModelData): string {
 function columns(model: ModelData, shown: Set<string>, toggle: (name: string) => void, to: ModelData | null): Column<CandidateData>[] {
   return [
     {key: 'effect', name: 'effect', sort: candidateName, cell: c => <>
-      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{c.refused && <span class="badge">rejected</span>}
+      {c.effect}<wbr />@{c.target}{c.accepted && <span class="badge adequate">accepted</span>}{standsIn(model, candidateName(c)) && <span class="badge">not constant</span>}{c.refused && <span class="badge">rejected</span>}
       <span class="law">{c.law}</span>{c.refused && <span class="note">{c.refused}</span>}
       {to && <><AddButton model={to} candidate={c} />{' '}</>}
       <button type="button" aria-expanded={shown.has(candidateName(c))} onClick={() => toggle(candidateName(c))}>
@@ -74,8 +82,16 @@ function columns(model: ModelData, shown: Set<string>, toggle: (name: string) =>
     {key: 'train', name: 'confirmed', unit: '× noise', number: true, sort: c => c.confirmed?.train ?? null, cell: c => <>{fmtError(c.confirmed?.train)}{ofRefit(model, c).map(words => <span class="note" key={words}>{words}</span>)}</>},
     {key: 'holdout', name: 'held out', unit: '× noise', number: true, sort: c => c.confirmed?.holdout ?? null, cell: c => fmtError(c.confirmed?.holdout)},
     {key: 'same', name: 'indistinguishable from', cell: c => c.indistinguishableFrom.length
-      ? <>{list(c.indistinguishableFrom)}{c.separatedBy && <span class="note">{c.separatedBy}</span>}</> : '–'},
+      ? <><Names names={c.indistinguishableFrom} />{c.separatedBy && <span class="note">{c.separatedBy}</span>}</> : '–'},
   ];
+}
+
+// Each may break before its target.
+function Names({names}: {names: string[]}) {
+  return <>{names.map((name, i) => {
+    const at = name.lastIndexOf('@');
+    return <Fragment key={name}>{i > 0 && ', '}{name.slice(0, at)}<wbr />{name.slice(at)}</Fragment>;
+  })}</>;
 }
 
 // The unexplained force against what the law depends on, the law over it.

@@ -41,7 +41,7 @@ export function Waterfall({falls}: {falls: Fall[]}) {
       <figcaption>Error after each step, × noise (logarithmic)</figcaption>
       <Legend layers={[
         {label: 'fitted runs', color: kTrain}, {label: 'held out (hatched)', color: kHoldout},
-        {label: 'predicted before the refit', color: kPredicted, kind: 'points'},
+        ...(falls.some(f => f.predicted !== null) ? [{label: 'predicted before the refit', color: kPredicted, kind: 'points'}] : []),
       ]} />
       <div ref={ref}>
         <svg width={width} height={kHeight} viewBox={`0 0 ${width} ${kHeight}`} role="img"

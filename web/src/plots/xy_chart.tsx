@@ -29,13 +29,24 @@ export interface Rule {
   label: string;
 }
 
+// A value with its interval, across the chart.
+export interface Level {
+  value: number;
+  low: number;
+  high: number;
+}
+
 export interface XyChartProps {
   title: string;
+  of?: string; // what is drawn, where the title does not say it
+  bad?: boolean; // what it shows is a problem
   xLabel: string;
   yLabel: string;
   layers: Layer[];
   rules?: Rule[];
   marks?: Mark[];
+  level?: Level;
+  rangeY?: number[]; // what y spans, whatever the layers have
   whole?: boolean; // x are whole numbers
   logX?: boolean;
   logY?: boolean;
@@ -66,7 +77,7 @@ export function XyChart(props: XyChartProps) {
   const {ref, width} = useWidth(480);
   const height = props.height ?? 260;
   const sx = scaleOf(all(props.layers, 'x'), !!props.logX, props.whole ? beside(props.layers) : []);
-  const sy = scaleOf(all(props.layers, 'y'), !!props.logY, props.rules?.map(r => r.y));
+  const sy = scaleOf(props.rangeY ?? all(props.layers, 'y'), !!props.logY, props.rules?.map(r => r.y));
   const h = height - kTop - kBottom;
   const yTicks = thin(sy.ticks, Math.max(2, Math.floor(h / 24)));
   const yNames = names(yTicks, sy.log);
@@ -77,12 +88,12 @@ export function XyChart(props: XyChartProps) {
   const xTicks = thin(props.whole ? sx.ticks.filter(Number.isInteger) : sx.ticks, Math.max(2, Math.floor(w / 58)));
   const xNames = names(xTicks, sx.log);
   return (
-    <figure class="chart">
+    <figure class={props.bad ? 'chart bad' : 'chart'}>
       <figcaption>{props.title}</figcaption>
       <Legend layers={props.layers} />
       <div ref={ref}>
         <svg width={width} height={height} viewBox={`0 0 ${width} ${height}`} role="img"
-          aria-label={`${props.title}: ${props.yLabel} against ${props.xLabel}`}>
+          aria-label={`${props.of ? `${props.of}. ` : ''}${props.title}: ${props.yLabel} against ${props.xLabel}`}>
           {props.ground && <rect class="ground" x={margin} y={kTop} width={w} height={h} />}
           {xTicks.map((t, i) => <g key={t}>
             <line class="grid" x1={px(t)} x2={px(t)} y1={kTop} y2={kTop + h} />
@@ -95,6 +106,10 @@ export function XyChart(props: XyChartProps) {
           <text x={margin + w / 2} y={height - 6} text-anchor="middle">{props.xLabel}</text>
           <text transform={`translate(14 ${kTop + h / 2}) rotate(-90)`} text-anchor="middle">{props.yLabel}</text>
           <svg x={margin} y={kTop} width={w} height={h} viewBox={`${margin} ${kTop} ${w} ${h}`}>
+            {props.level && <>
+              <rect class="level-band" x={margin} y={py(props.level.high)} width={w} height={Math.max(0, py(props.level.low) - py(props.level.high))} />
+              <line class="level" x1={margin} x2={margin + w} y1={py(props.level.value)} y2={py(props.level.value)} />
+            </>}
             {props.layers.map((l, i) => <LayerMarks key={i} layer={l} px={px} py={py} />)}
           </svg>
           {props.marks?.map((m, i) => {
@@ -123,7 +138,7 @@ function thin(ticks: number[], most: number): number[] {
 
 // Room beside the first and the last of whole numbers.
 function beside(layers: Layer[]): number[] {
-  const x = [...all(layers, 'x')];
+  const x = [...all(layers, 'x')].filter(Number.isFinite);
   return x.length ? [Math.min(...x) - 0.5, Math.max(...x) + 0.5] : [];
 }
 

@@ -117,6 +117,27 @@ test('a refit says what it is of only where that is more than the candidate over
   });
 });
 
+test('effects that are added together are offered once, by what their refit left', {skip}, () => {
+  const data = planarPage();
+  const [first, second] = data.models[0].candidates;
+  Object.assign(first.confirmed, {togetherWith: ['viscous_damping@joint2'], segment_s: 4});
+  Object.assign(second.confirmed, {...first.confirmed, togetherWith: ['coulomb_friction@joint2']});
+  return visit('together.html', data, async page => {
+    const offers = await text(page, '#add .offers');
+    assert.match(offers, /Add coulomb_friction@joint2,viscous_damping@joint2; after a refit: 1\.00 × noise, held out 1\.01 × noise, over segments of 4 s/);
+    assert.doesNotMatch(offers, /Add viscous_damping@joint2,coulomb/);
+    assert.match(offers, /Add quadratic_drag@joint2; predicted/);
+  });
+});
+
+test('a step that was not predicted has no mark of it', {skip}, () => {
+  const data = planarPage();
+  data.steps[0].predicted = null;
+  return visit('unpredicted.html', data, async page => {
+    assert.doesNotMatch(await page.locator('#add figure').last().innerText(), /predicted/);
+  });
+});
+
 test('the error against the horizon stands beside what noise makes of it', {skip}, () =>
   visit('planar.html', planarPage(), async page => {
     const where = await text(page, '#where');

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import {statSync} from 'node:fs';
 import {after, before, test} from 'node:test';
-import {drivenPage, failedPage, fitPage, planarPage, sphericalPage, undecidedPage} from '../fixture.mjs';
+import {drivenPage, failedPage, fitPage, planarPage, sphericalPage, standInPage, undecidedPage} from '../fixture.mjs';
 import {launch, pictureFile, without} from './chromium.mjs';
 import {openFile, settled, until, writeReport} from './open.mjs';
 
@@ -19,7 +19,7 @@ function longNames() {
   return JSON.parse(text);
 }
 
-const kFixtures = {planar: planarPage, driven: drivenPage, fit: fitPage, failed: failedPage, undecided: undecidedPage, spherical: sphericalPage, long: longNames};
+const kFixtures = {planar: planarPage, driven: drivenPage, fit: fitPage, failed: failedPage, undecided: undecidedPage, standIn: standInPage, spherical: sphericalPage, long: longNames};
 const files = report ? {report} : null;
 const file = name => files?.[name] ?? writeReport(`${name}.html`, kFixtures[name]());
 

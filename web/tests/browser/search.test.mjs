@@ -50,6 +50,7 @@ test('rivals are named with what would tell them apart', {skip}, () =>
     assert.match(said, /coulomb_friction@joint2 and viscous_damping@joint1\s*chosen/);
     assert.match(said, /coulomb_friction@joint2 and quadratic_drag@joint1.*They differ only in how they grow over both slow and fast motion/s);
     assert.match(said, /The next experiment: if one of the rivals is right.*0\.99.*sysid_simulate --model pendulum2_planar --tilt 1\.2/s);
+    assert.match(said, /quadratic_drag@joint1\s+1\.24 ± 0\.047\s+1\.31\s+1\.03 \(/, 'its errors');
     assert.doesNotMatch(await text(page, '#verdict'), /does not explain it/);
   }));
 
