@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <map>
 
 #include "glog/logging.h"
@@ -48,7 +49,11 @@ Cut CutInto(int count, const Variable& variable) {
   const double least = 1e-3 * (sorted.back() - sorted.front());
   for (int b = 1; b < count; ++b) {
     const double bound = sorted[sorted.size() * b / count];
-    if (bound > cut.bounds.back() + least && bound + least < sorted.back()) {
+    // The last one may be of one value: a run, or a limit that is often met.
+    const auto above =
+        sorted.end() - std::lower_bound(sorted.begin(), sorted.end(), bound);
+    if (bound > cut.bounds.back() + least &&
+        above * 2 * count >= static_cast<std::ptrdiff_t>(sorted.size())) {
       cut.bounds.push_back(bound);
     }
   }

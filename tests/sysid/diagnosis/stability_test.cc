@@ -24,14 +24,17 @@ EvaluatedModel FittedWith(const std::string& law, const std::string& planted,
 }
 
 TEST(ParametersByStrataTest, FindTheRightLawConstant) {
-  const auto all = ParametersByStrata(
+  const EvaluatedModel fitted =
       FittedWith("cubic_damping@joint2", "cubic_damping@joint2",
-                 {"joint2.cubic_damping", 0.004}));
+                 {"joint2.cubic_damping", 0.004});
+  const auto all = ParametersByStrata(fitted);
   ASSERT_FALSE(all.empty());
   for (const ParameterByStrata& one : all) {
     EXPECT_TRUE(one.IsConstant()) << NameOf(one.strata) << one.least_spread;
     EXPECT_GE(one.estimates.size(), 2u);
     EXPECT_EQ(one.parameter, "joint2.cubic_damping");
+    if (one.strata != Strata::kRun) continue;
+    EXPECT_EQ(one.estimates.size(), fitted.problem->runs().size());
   }
   EXPECT_THAT(StandIns(all), testing::IsEmpty());
 }
