@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
@@ -159,6 +160,15 @@ EvaluatedModel OpenAgain(const DiagnosisProblem& problem,
   return OpenModel(problem, before.added, before.without_influence,
                    ValuesOf(before),
                    Coarse(problem.options, before.train_error()));
+}
+
+void Limit(int most_iterations, double shortest_step,
+           EvaluatedModel* evaluated) {
+  EstimationOptions options = evaluated->problem->options();
+  options.max_iterations = std::min(options.max_iterations, most_iterations);
+  options.shortest_step = shortest_step;
+  evaluated->problem = std::make_shared<const ShootingProblem>(
+      evaluated->problem->With(options));
 }
 
 // The options for a model of which no more than the states will be fitted,
@@ -397,10 +407,7 @@ EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
                               const EvaluatedModel& before, double segment_s,
                               int most_iterations) {
   EvaluatedModel after = OpenAgain(problem, before);
-  EstimationOptions options = after.problem->options();
-  options.max_iterations = std::min(options.max_iterations, most_iterations);
-  after.problem =
-      std::make_shared<const ShootingProblem>(after.problem->With(options));
+  Limit(most_iterations, 0.0, &after);
   // Rolled out to the new cuts with the step that served before.
   FitFrom(Recut(*after.problem, before.fit.point, segment_s), &after);
   Evaluate(problem, nullptr, &after);
@@ -444,6 +451,9 @@ EvaluatedModel EvaluateOver(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated,
                             const EvaluatedModel& segments) {
   EvaluatedModel over = OpenAgain(problem, evaluated);
+  // What it does not follow so far is large, whatever the states, and with the
+  // step that served before.
+  Limit(kMostIterationsToFollow, evaluated.fit.point.rollout.step, &over);
   Solution cut = AdoptStates(segments.fit.model, segments.fit.point,
                              over.problem->model());
   cut.rollout = evaluated.fit.point.rollout;

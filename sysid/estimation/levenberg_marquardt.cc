@@ -332,8 +332,10 @@ Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut) {
   start.theta = problem.InitialTheta();
   stages.solution = start;
   stages.ShortenStep();
-  stages.solution =
-      SolveSegments(problem, stages.solution, {.twist_hold = kHeldSpin});
+  StateOptions options{.twist_hold = kHeldSpin};
+  options.max_iterations =
+      std::min(options.max_iterations, problem.options().max_iterations);
+  stages.solution = SolveSegments(problem, stages.solution, options);
   return Finish(stages, {});
 }
 
