@@ -72,6 +72,18 @@ PlantedEffect PlantEffect(const Model& truth, const std::string& name,
     put(second + ".coupling_friction", magnitude);
     put(second + ".coupling_damping", 0.5 * magnitude);
     put(second + ".coupling_sign", -1.0);
+  } else if (kind == "presliding_friction") {
+    put(target + ".presliding_friction", magnitude);
+    put(target + ".presliding_length", slides ? 0.005 : 0.05);
+  } else if (kind == "joint_elasticity") {
+    put(target + ".drive_stiffness", 1.0 / magnitude);
+    put(target + ".drive_damping", 0.1);
+    put(target + ".motor_inertia", 0.005);
+  } else if (kind == "backlash") {
+    put(target + ".backlash", magnitude);
+    put(target + ".drive_stiffness", 100.0);
+    put(target + ".drive_damping", 0.2);
+    put(target + ".motor_inertia", 0.005);
   } else if (kind == "gravity_tilt") {
     put("gravity_tilt_x", 0.4 * magnitude);
     put("gravity_tilt_y", magnitude);
@@ -122,6 +134,9 @@ MagnitudeRange RangeOf(const std::string& kind) {
       {"sensor_gain", {0.02, 0.3}},
       {"sensor_delay", {0.01, 0.1}},
       {"gear_coupling", {0.02, 5.0}},
+      {"presliding_friction", {0.02, 5.0}},
+      {"joint_elasticity", {0.005, 0.1}},
+      {"backlash", {0.01, 0.2}},
   };
   const auto found = ranges.find(kind);
   CHECK(found != ranges.end()) << kind;

@@ -178,10 +178,11 @@ TestMechanism MakeTestMechanism(const std::string& name) {
     return mechanism;
   }
   CHECK(name == "pendulum1" || name == "pendulum2" ||
-        name == "pendulum2_planar" || name == "pendulum3_planar")
+        name == "pendulum2_planar" || name == "pendulum3_planar" ||
+        name == "pendulum3")
       << name;
   TestMechanism mechanism = Shipped(name);
-  mechanism.tilt = name == "pendulum3_planar" ? 0.6 : 0.9;
+  mechanism.tilt = name.starts_with("pendulum3") ? 0.6 : 0.9;
   mechanism.push = 1.0;
   return mechanism;
 }

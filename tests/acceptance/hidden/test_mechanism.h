@@ -38,6 +38,7 @@ struct TestMechanism {
 
 // The shipped pendulum1, pendulum2, pendulum2_planar, pendulum3_planar,
 // cartpole and arm7, free as their specifications say; and
+//   pendulum3        three links on balls, among the hidden effects alone
 //   pendulum2_balls  pendulum2 with balls of 0.15 m for bobs: friction on a
 //                    spherical joint whose bob is nearly a point (an axial
 //                    moment of 7.5e-5) is so stiff that a fit takes minutes;
