@@ -1,9 +1,10 @@
-#include "sysid/diagnosis/grid_choice.h"
+#include "sysid/diagnosis/probe_choice.h"
 
 #include <algorithm>
-#include <numeric>
+#include <vector>
 
 #include "sysid/diagnosis/candidate_weights.h"
+#include "sysid/diagnosis/columns_by_forces.h"
 
 namespace sysid {
 namespace {
@@ -93,14 +94,27 @@ std::vector<int> Rank(std::vector<SetGain> gains, double close) {
   return sets;
 }
 
+// So many of `count` places, evenly spread.
+std::vector<int> Evenly(size_t count, size_t most) {
+  std::vector<int> places;
+  for (size_t k = 0; k < std::min(count, most); ++k) {
+    places.push_back(
+        static_cast<int>(count <= most ? k : k * (count - 1) / (most - 1)));
+  }
+  return places;
+}
+
 }  // namespace
 
-std::vector<std::vector<int>> ChooseSets(
-    const LinearizedFit& fit, const ColumnsByForces& by_forces,
-    const std::vector<Candidate>& candidates, double variance) {
+std::vector<CandidateSet> ChooseProbeSets(
+    const LinearizedFit& fit, const Model& fitted,
+    const std::vector<Candidate>& candidates) {
+  constexpr size_t kMostSets = 3;
   // Forces are off by a tenth of a column's length, and so is what it gains by
   // a fifth.
   constexpr double kClose = 0.8;
+  const ColumnsByForces by_forces(fit, fitted);
+  const double variance = fit.SumOfSquares() / fit.DegreesOfFreedom();
   const auto& segments = fit.segments();
   const ThetaBasis& theta = by_forces.theta_basis();
   std::vector<std::vector<SetGain>> gains(candidates.size());
@@ -138,14 +152,14 @@ std::vector<std::vector<int>> ChooseSets(
     }
   }
   if (!some.empty()) look(some);
-  std::vector<std::vector<int>> chosen;
-  for (size_t i = 0; i < candidates.size(); ++i) {
-    if (by_forces.Says(candidates[i])) {
-      chosen.push_back(Rank(std::move(gains[i]), kClose));
-      continue;
-    }
-    chosen.emplace_back(candidates[i].sets.size());
-    std::iota(chosen.back().begin(), chosen.back().end(), 0);
+  std::vector<CandidateSet> chosen;
+  for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
+    std::vector<int> places =
+        by_forces.Says(candidates[i])
+            ? Rank(std::move(gains[i]), kClose)
+            : Evenly(candidates[i].sets.size(), kMostSets);
+    if (places.size() > kMostSets) places.resize(kMostSets);
+    for (const int set : places) chosen.push_back({i, set});
   }
   return chosen;
 }
