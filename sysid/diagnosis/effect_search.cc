@@ -9,11 +9,11 @@
 
 #include "glog/logging.h"
 #include "sysid/diagnosis/comparison.h"
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/first_sets.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/no_answer.h"
 #include "sysid/diagnosis/verdict.h"
+#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 namespace {
@@ -645,7 +645,10 @@ std::vector<int> EffectSearch::IndicesOf(
 
 bool EffectSearch::BeginByEquations(Equations equations) {
   report_("looking at the equations of motion", std::nan(""));
-  by_equations_ = LookByEquations(problem_, catalogue_);
+  by_equations_ =
+      LookByEquations(ShootingProblem(problem_.model, problem_.free,
+                                      problem_.train, problem_.options),
+                      catalogue_, problem_.known);
   std::vector<ScreenedEffect>& shown = by_equations_.effects;
   if (shown.size() <= size_t{kMostEffectsBySegments}) return false;
   if (equations == Equations::kBegin) {

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "sysid/diagnosis/comparison.h"
-#include "sysid/diagnosis/equation_look.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/set_search.h"
+#include "sysid/inverse_dynamics/equation_look.h"
 
 namespace sysid {
 

@@ -6,11 +6,11 @@
 #include <map>
 #include <utility>
 
-#include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
 #include "sysid/estimation/step_size.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
+#include "sysid/linearization/statistics.h"
 
 namespace sysid {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "sysid/diagnosis/cross_validation.h"
-#include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/estimation/holdout.h"
+#include "sysid/linearization/screening.h"
 
 namespace sysid {
 

@@ -9,10 +9,10 @@
 
 #include "glog/logging.h"
 #include "models/math/decompositions.h"
-#include "sysid/diagnosis/candidate_batch.h"
-#include "sysid/diagnosis/candidate_weights.h"
 #include "sysid/diagnosis/judgement_constants.h"
-#include "sysid/diagnosis/probe_choice.h"
+#include "sysid/linearization/candidate_batch.h"
+#include "sysid/linearization/candidate_weights.h"
+#include "sysid/linearization/probe_choice.h"
 
 namespace sysid {
 namespace {

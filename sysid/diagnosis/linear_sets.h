@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/candidate_columns.h"
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/linearization/candidate_columns.h"
 
 namespace sysid {
 

@@ -8,7 +8,6 @@
 
 #include "models/effects/force_table.h"
 #include "models/error.h"
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
@@ -18,6 +17,7 @@
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/law_values.h"
 #include "sysid/session/table_range.h"
+#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 namespace {
