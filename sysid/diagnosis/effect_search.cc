@@ -681,10 +681,8 @@ void EffectSearch::FitFirstSets() {
       DrivesWithoutEffort(problem_, catalogue_);
   if (!drives.empty()) {
     report_("drives of commanded joints", base_->model.train_error());
-    std::vector<const ScreenedEffect*> all;
-    for (const ScreenedEffect& drive : drives) all.push_back(&drive);
     EvaluatedModel model = EvaluateAgain(
-        problem_, EvaluateByEquations(problem_, base_->model, all));
+        problem_, EvaluateByEquations(problem_, base_->model, drives));
     if (std::isfinite(model.train_error())) {
       assumed_ = IndicesOf(drives);
       Say("drives", *Keep(assumed_, std::move(model)));
@@ -693,10 +691,8 @@ void EffectSearch::FitFirstSets() {
   std::vector<ScreenedEffect> shown = by_equations_.effects;
   if (shown.size() < 2) return;
   report_("what the equations of motion show", base_->model.train_error());
-  std::vector<const ScreenedEffect*> all;
-  for (const ScreenedEffect& effect : shown) all.push_back(&effect);
   const Fitted together =
-      Keep(IndicesOf(shown), EvaluateWith(problem_, base_->model, all,
+      Keep(IndicesOf(shown), EvaluateWith(problem_, base_->model, shown,
                                           TrialOptions(problem_.options, 0.0)));
   Say("shown by the equations of motion", *together);
   if (together->IsAnswer() && !IsDoubtful(together->model.fit)) return;
@@ -729,8 +725,7 @@ void EffectSearch::ImproveAndLengthen() {
       best = Best();
       if (best == nullptr) break;
     }
-    if (auto longer =
-            Lengthen(problem_, best->model, report_, kMostIterationsToFollow)) {
+    if (auto longer = Lengthen(problem_, best->model, report_)) {
       GoOnWith(*best, std::move(*longer));
       improved = true;
     }

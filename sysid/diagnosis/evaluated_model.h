@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -86,9 +85,9 @@ EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem);
 
 // The model of `before` with further effects, at the values of the equations of
 // motion (StartByInverseDynamics): the motion is predicted, not fitted.
-EvaluatedModel EvaluateByEquations(
-    const DiagnosisProblem& problem, const EvaluatedModel& before,
-    const std::vector<const ScreenedEffect*>& effects);
+EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
+                                   const EvaluatedModel& before,
+                                   const std::vector<ScreenedEffect>& effects);
 
 // The problem's model with these effects, fitted in the segments of `before`
 // from the best of several starts, values by name; the first of them alone if
@@ -104,7 +103,7 @@ EvaluatedModel EvaluateFrom(
 // expects them; `threads` and `progress` as in `options`.
 EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
                             const EvaluatedModel& before,
-                            const std::vector<const ScreenedEffect*>& effects,
+                            const std::vector<ScreenedEffect>& effects,
                             const EstimationOptions& options);
 
 // The options for a model whose error stays at so many times the noise: it
@@ -128,9 +127,9 @@ bool IsDoubtful(const Fit& fit);
 
 // The same model in longer segments, s, which show what adds up slowly; fitted
 // in so many iterations at most.
-EvaluatedModel EvaluateLonger(
-    const DiagnosisProblem& problem, const EvaluatedModel& before,
-    double segment_s, int most_iterations = std::numeric_limits<int>::max());
+EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
+                              const EvaluatedModel& before, double segment_s,
+                              int most_iterations);
 
 // The same model from one trajectory a run, joined over all segments. Where no
 // sensor sees a spin, the states of single segments may each be caught in a

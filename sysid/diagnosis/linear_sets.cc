@@ -206,11 +206,11 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
   FindExclusions();
   const auto now = ScoreOf(members_);
   const double percent = fitted.fit.train.total.fit_percent;
-  kappa_ = std::isfinite(percent)
-               ? std::clamp(1.0 - percent / 100.0, kLeastTrust, 1.0)
-               : kLeastTrust;
+  const double kappa = std::isfinite(percent)
+                           ? std::clamp(1.0 - percent / 100.0, kLeastTrust, 1.0)
+                           : kLeastTrust;
   valid_ = now.has_value();
-  if (valid_) trust_ = kappa_ * kappa_ * now->squares;
+  if (valid_) trust_ = kappa * kappa * now->squares;
 }
 
 void LinearSets::AddMembers(const LinearizedFit& fit,

@@ -51,6 +51,8 @@ class Screener {
   ColumnProducts ProductsOf(int first, int size) const;
   std::vector<Best> BestSets() const;  // the best candidate first
   ScreenedEffect Describe(const Best& best, int tests) const;
+  // Less is better: log-likelihood with a penalty for degrees of freedom (BIC)
+  // of as many samples as are independent.
   double Criterion(double score, size_t dof) const;
 
   const LinearizedFit& fit_;
@@ -139,7 +141,6 @@ ScreenedEffect Screener::Describe(const Best& best, int tests) const {
   const double dof = std::max(1.0, dof_ - out.dof);
   out.predicted_error =
       std::sqrt(std::max(0.0, squares_ - weights.score) / dof);
-  out.criterion = best.criterion;
   const auto& segments = fit_.segments();
   BlockScores left(segments.size(), out.dof);
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(out.dof, out.dof);

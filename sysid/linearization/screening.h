@@ -38,9 +38,6 @@ struct ScreenedEffect {
   std::vector<ExpectedParameter> parameters;
   // Parameters that the data does not tell of, beside those.
   std::vector<std::string> without_influence;
-  // Less is better: log-likelihood with a penalty for degrees of freedom (BIC)
-  // of as many samples as are independent.
-  double criterion = 0.0;
 
   std::string name() const { return effect->name(); }
 };

@@ -344,10 +344,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   if (!linearized.Valid()) return std::nullopt;
   const Screening screening =
       ScreenEffects(linearized, before.fit.model, added, problem.known);
-  std::vector<const ScreenedEffect*> screened;
-  for (const ScreenedEffect& effect : screening.effects) {
-    screened.push_back(&effect);
-  }
+  const std::vector<ScreenedEffect>& screened = screening.effects;
   if (screened.empty()) return std::nullopt;
   const EvaluatedModel after =
       EvaluateWith(problem, before, screened, problem.options);
@@ -365,7 +362,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
     result.found[found.parameters()[i].name] =
         after.fit.model.nominal().effects[i];
   }
-  if (screened.size() == 1) result.predicted = screened[0]->predicted_error;
+  if (screened.size() == 1) result.predicted = screened[0].predicted_error;
   result.train_before = before.train_error();
   result.train_after = after.train_error();
   result.holdout_before = before.holdout_error();

@@ -174,7 +174,7 @@ TEST_P(SmallEffects, ScoreWhatARefitGains) {
           : GetParam().effect;
   const ScreenedEffect& effect = screened.Effect(name);
   const EvaluatedModel after =
-      EvaluateWith(problem, screened.base, {&effect}, problem.options);
+      EvaluateWith(problem, screened.base, {effect}, problem.options);
   const double drop = screened.base.fit.train.squares - after.fit.train.squares;
   EXPECT_GT(drop, 50.0);
   EXPECT_NEAR(effect.score, drop, tolerance * drop + 5.0);
@@ -246,7 +246,6 @@ TEST(Screening, ScoresNothingBeyondABound) {
     EXPECT_EQ(effect.p_value, 1.0);
     EXPECT_EQ(effect.parameters.front().value, 0.0);
     EXPECT_GE(effect.predicted_error, screened.screening.error);
-    EXPECT_GT(effect.criterion, 0.0);
   }
   // It is in the model already.
   EXPECT_THAT(screened.Names(), Not(Contains("viscous_damping@joint1")));
