@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "models/error.h"
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
@@ -14,6 +13,7 @@
 #include "sysid/session/check_session.h"
 #include "sysid/session/shared_runs.h"
 #include "sysid/session/stochastic_session.h"
+#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 namespace {

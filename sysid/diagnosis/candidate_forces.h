@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "sysid/diagnosis/candidate_list.h"
-#include "sysid/diagnosis/unexplained_force.h"
+#include "sysid/unexplained_force/unexplained_force.h"
 
 namespace sysid {
 

@@ -34,10 +34,6 @@ ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
           signed_ranks / std::sqrt(variance)};
 }
 
-double Deviations(int compared) {
-  return std::max(1.0, std::sqrt(2.0 * std::log(2.0 * compared)));
-}
-
 bool Matters(const ModelScore& a, const ModelScore& b) {
   if (a.log_errors.size() == 0) return false;
   if (b.log_errors.size() == 0) return true;

@@ -27,11 +27,6 @@ struct ErrorDifference {
 // ln(error of a / error of b).
 ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 
-// What chance makes of the best of `compared` models, each by two tests: the
-// largest of as many standard normal deviates, about sqrt(2 ln (2 compared)).
-// For comparisons that nothing else guards.
-double Deviations(int compared);
-
 // Whether a predicts better than b by what matters (kMatters), once for each
 // parameter that it has more, certain or not.
 bool Matters(const ModelScore& a, const ModelScore& b);

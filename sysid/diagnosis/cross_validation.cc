@@ -8,6 +8,8 @@
 
 #include "glog/logging.h"
 #include "models/math/decompositions.h"
+#include "sysid/diagnosis/comparison.h"
+#include "sysid/diagnosis/judgement_constants.h"
 
 namespace sysid {
 namespace {
@@ -17,30 +19,9 @@ constexpr int kStretches = 20;
 
 using Stretch = CrossValidation::Stretch;
 
-struct Mean {
-  double value, std_error;  // infinite where there is too little of it
-};
-
-Mean MeanOf(const std::vector<double>& numbers) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  double sum = 0.0, squares = 0.0, n = 0.0;
-  for (const double x : numbers) {
-    if (!std::isnan(x)) sum += x, ++n;
-  }
-  if (n < 1.0) return {kInfinity, kInfinity};
-  const double mean = sum / n;
-  for (const double x : numbers) {
-    if (!std::isnan(x)) squares += (x - mean) * (x - mean);
-  }
-  return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : kInfinity};
-}
-
-Mean MeanLogError(const CrossValidation& all) {
-  std::vector<double> logs;
-  for (const Stretch& one : all.stretches) {
-    logs.push_back(std::log(one.error()));
-  }
-  return MeanOf(logs);
+ErrorDifference FromNoise(const CrossValidation& all) {
+  const Eigen::ArrayXd logs = all.LogErrors();
+  return DifferenceOf(logs, Eigen::ArrayXd::Zero(logs.size()));
 }
 
 // The stretches of runs in order, about as long each, one at least a run; they
@@ -104,11 +85,11 @@ Eigen::ArrayXd CrossValidation::LogErrors() const {
 }
 
 double CrossValidation::error() const {
-  return std::exp(MeanLogError(*this).value);
+  return std::exp(FromNoise(*this).mean);
 }
 
 double CrossValidation::std_error() const {
-  return error() * MeanLogError(*this).std_error;
+  return error() * FromNoise(*this).std_error;
 }
 
 Folds FoldsOf(const LinearizedFit& fit) {
@@ -131,9 +112,6 @@ Folds FoldsOf(const LinearizedFit& fit) {
 }
 
 CrossValidation CrossValidate(const LinearizedFit& fit) {
-  // What only the stretch that is left out tells of stays where it is: (7.11)
-  // would divide by zero.
-  constexpr double kMostOfIt = 0.99;
   const auto& segments = fit.segments();
   const double state_dof = ObservedStateDof(fit.problem());
   const int count = static_cast<int>(segments.size());
@@ -152,7 +130,7 @@ CrossValidation CrossValidate(const LinearizedFit& fit) {
     Eigen::VectorXd change = g;
     if (rank > 0) {
       const SymmetricEigen eigen = EigenOfSymmetric(H);
-      const auto others = 1.0 - eigen.values.array().min(kMostOfIt);
+      const auto others = 1.0 - eigen.values.array().min(kLeftOut);
       change = eigen.vectors *
                (eigen.vectors.transpose() * g).cwiseQuotient(others.matrix());
     }

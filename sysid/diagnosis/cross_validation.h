@@ -3,9 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/judgement_constants.h"
-#include "sysid/diagnosis/linearized_fit.h"
 #include "sysid/estimation/evaluation.h"
+#include "sysid/linearization/linearized_fit.h"
 
 namespace sysid {
 

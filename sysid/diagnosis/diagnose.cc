@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "sysid/diagnosis/base_fit.h"
 #include "sysid/diagnosis/candidate_forces.h"
 #include "sysid/diagnosis/effect_search.h"
 #include "sysid/diagnosis/formula_proposals.h"
@@ -19,6 +18,29 @@ namespace {
 constexpr int kMostCompared = 12;  // candidates whose forces are shown
 
 using Answer = EffectSearch::Answer;
+
+// Why the fit of the model as given is not to be trusted.
+void AddDoubts(Diagnosis* diagnosis) {
+  const Fit& fit = diagnosis->base.fit;
+  std::vector<std::string>& doubts = diagnosis->doubts;
+  if (!fit.converged) {
+    doubts.push_back("the fit did not converge: " + fit.termination);
+  }
+  for (const ParameterEstimate& p : fit.parameters) {
+    if (p.at_bound) doubts.push_back(p.name + " ended at its bound");
+  }
+  // Another model, or motion unlike that of the fit.
+  constexpr double kForeign = 5.0;
+  const double train = std::max(1.0, diagnosis->base.train_error());
+  if (diagnosis->base.holdout_error() > kForeign * train) {
+    doubts.push_back(
+        "the held-out runs are predicted much worse than the fitted ones: are "
+        "they of the same machine?");
+  }
+  for (const std::vector<std::string>& group : fit.not_identifiable) {
+    doubts.push_back(NotIdentifiable(group));
+  }
+}
 
 // Writes an answer down as a diagnosis.
 class Writer {

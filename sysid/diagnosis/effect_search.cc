@@ -6,11 +6,11 @@
 #include <iterator>
 #include <utility>
 
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/first_sets.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/no_answer.h"
 #include "sysid/diagnosis/verdict.h"
+#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 
@@ -304,7 +304,10 @@ std::vector<int> EffectSearch::IndicesOf(
 
 bool EffectSearch::BeginByEquations(Equations equations) {
   report_("looking at the equations of motion", std::nan(""));
-  by_equations_ = LookByEquations(problem_, catalogue_);
+  by_equations_ =
+      LookByEquations(ShootingProblem(problem_.model, problem_.free,
+                                      problem_.train, problem_.options),
+                      catalogue_, problem_.known);
   std::vector<ScreenedEffect>& shown = by_equations_.effects;
   if (shown.size() <= size_t{kMostEffectsBySegments}) return false;
   if (equations == Equations::kBegin) {
@@ -337,10 +340,8 @@ void EffectSearch::FitFirstSets() {
       DrivesWithoutEffort(problem_, catalogue_);
   if (!drives.empty()) {
     report_("drives of commanded joints", base_->model.train_error());
-    std::vector<const ScreenedEffect*> all;
-    for (const ScreenedEffect& drive : drives) all.push_back(&drive);
     EvaluatedModel model = EvaluateAgain(
-        problem_, EvaluateByEquations(problem_, base_->model, all));
+        problem_, EvaluateByEquations(problem_, base_->model, drives));
     if (std::isfinite(model.train_error())) {
       assumed_ = IndicesOf(drives);
       Say("drives", *sets_.Keep(assumed_, std::move(model)));
@@ -349,10 +350,8 @@ void EffectSearch::FitFirstSets() {
   std::vector<ScreenedEffect> shown = by_equations_.effects;
   if (shown.size() < 2) return;
   report_("what the equations of motion show", base_->model.train_error());
-  std::vector<const ScreenedEffect*> all;
-  for (const ScreenedEffect& effect : shown) all.push_back(&effect);
   const std::shared_ptr<FittedSet> together = sets_.Keep(
-      IndicesOf(shown), EvaluateWith(problem_, base_->model, all,
+      IndicesOf(shown), EvaluateWith(problem_, base_->model, shown,
                                      TrialOptions(problem_.options, 0.0)));
   Say("shown by the equations of motion", *together);
   if (together->IsAnswer() && !IsDoubtful(together->model.fit)) return;
@@ -385,8 +384,7 @@ void EffectSearch::ImproveAndLengthen() {
       best = sets_.Best();
       if (best == nullptr) break;
     }
-    if (auto longer =
-            Lengthen(problem_, best->model, report_, kMostIterationsToFollow)) {
+    if (auto longer = Lengthen(problem_, best->model, report_)) {
       GoOnWith(*best, std::move(*longer));
       improved = true;
     }

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/equation_look.h"
 #include "sysid/diagnosis/fitted_sets.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/longer_segments.h"
 #include "sysid/diagnosis/looks.h"
+#include "sysid/inverse_dynamics/equation_look.h"
 
 namespace sysid {
 

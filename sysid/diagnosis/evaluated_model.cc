@@ -7,11 +7,11 @@
 #include <utility>
 
 #include "sysid/diagnosis/judgement_constants.h"
-#include "sysid/diagnosis/statistics.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
 #include "sysid/estimation/step_size.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
+#include "sysid/linearization/statistics.h"
 
 namespace sysid {
 namespace {
@@ -137,12 +137,12 @@ double StartOf(const Effect& effect, const ExpectedParameter& expected,
 // the step, with its minimum at s of it, the whole step gains 2 - 1/s of the
 // promise and 0.3 of it gains 0.6 - 0.09/s: more, where the whole step gains
 // less than 0.46.)
-double EnoughOf(const std::vector<const ScreenedEffect*>& effects,
+double EnoughOf(const std::vector<ScreenedEffect>& effects,
                 const EvaluatedModel& before) {
   constexpr double kOfPromise = 0.5;
   double promised = before.train_error();
-  for (const ScreenedEffect* effect : effects) {
-    promised = std::min(promised, effect->predicted_error);
+  for (const ScreenedEffect& effect : effects) {
+    promised = std::min(promised, effect.predicted_error);
   }
   const double left = std::pow(promised / before.train_error(), 2);
   return (1.0 - kOfPromise * (1.0 - left)) * before.fit.train.squares;
@@ -340,9 +340,9 @@ EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem) {
   return base;
 }
 
-EvaluatedModel EvaluateByEquations(
-    const DiagnosisProblem& problem, const EvaluatedModel& before,
-    const std::vector<const ScreenedEffect*>& effects) {
+EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
+                                   const EvaluatedModel& before,
+                                   const std::vector<ScreenedEffect>& effects) {
   std::vector<std::shared_ptr<const Effect>> added = before.added;
   std::set<std::string> without_influence = before.without_influence;
   std::map<std::string, double> values = ValuesOf(before);
@@ -350,11 +350,11 @@ EvaluatedModel EvaluateByEquations(
   for (const FreeParameter& free : problem.free) {
     values.erase(free.parameter.name);
   }
-  for (const ScreenedEffect* effect : effects) {
-    added.push_back(effect->effect);
-    without_influence.insert(effect->without_influence.begin(),
-                             effect->without_influence.end());
-    for (const ExpectedParameter& expected : effect->parameters) {
+  for (const ScreenedEffect& effect : effects) {
+    added.push_back(effect.effect);
+    without_influence.insert(effect.without_influence.begin(),
+                             effect.without_influence.end());
+    for (const ExpectedParameter& expected : effect.parameters) {
       values[expected.name] = expected.value;
     }
   }
@@ -370,7 +370,7 @@ EvaluatedModel EvaluateByEquations(
 
 EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
                             const EvaluatedModel& before,
-                            const std::vector<const ScreenedEffect*>& effects,
+                            const std::vector<ScreenedEffect>& effects,
                             const EstimationOptions& options) {
   std::vector<std::shared_ptr<const Effect>> added = before.added;
   std::set<std::string> without_influence = before.without_influence;
@@ -387,16 +387,16 @@ EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
   }
   for (const double part : {1.0, 0.3, 0.0}) {
     starts.push_back(from);
-    for (const ScreenedEffect* effect : effects) {
-      for (const ExpectedParameter& expected : effect->parameters) {
-        starts.back()[expected.name] = StartOf(*effect->effect, expected, part);
+    for (const ScreenedEffect& effect : effects) {
+      for (const ExpectedParameter& expected : effect.parameters) {
+        starts.back()[expected.name] = StartOf(*effect.effect, expected, part);
       }
     }
   }
-  for (const ScreenedEffect* effect : effects) {
-    added.push_back(effect->effect);
-    without_influence.insert(effect->without_influence.begin(),
-                             effect->without_influence.end());
+  for (const ScreenedEffect& effect : effects) {
+    added.push_back(effect.effect);
+    without_influence.insert(effect.without_influence.begin(),
+                             effect.without_influence.end());
   }
   return EvaluateFrom(problem, before, std::move(added),
                       std::move(without_influence), starts,

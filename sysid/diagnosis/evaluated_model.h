@@ -1,6 +1,5 @@
 #pragma once
 
-#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -8,10 +7,10 @@
 #include <vector>
 
 #include "sysid/diagnosis/cross_validation.h"
-#include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/estimation/holdout.h"
+#include "sysid/linearization/screening.h"
 
 namespace sysid {
 
@@ -78,9 +77,9 @@ EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem);
 
 // The model of `before` with further effects, at the values of the equations of
 // motion (StartByInverseDynamics): the motion is predicted, not fitted.
-EvaluatedModel EvaluateByEquations(
-    const DiagnosisProblem& problem, const EvaluatedModel& before,
-    const std::vector<const ScreenedEffect*>& effects);
+EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
+                                   const EvaluatedModel& before,
+                                   const std::vector<ScreenedEffect>& effects);
 
 // The problem's model with these effects, fitted in the segments of `before`
 // from the best of several starts, values by name; the first of them alone if
@@ -96,7 +95,7 @@ EvaluatedModel EvaluateFrom(
 // expects them; `threads` and `progress` as in `options`.
 EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
                             const EvaluatedModel& before,
-                            const std::vector<const ScreenedEffect*>& effects,
+                            const std::vector<ScreenedEffect>& effects,
                             const EstimationOptions& options);
 
 // The options for a model whose error stays at so many times the noise: it
@@ -120,9 +119,9 @@ bool IsDoubtful(const Fit& fit);
 
 // The same model in longer segments, s, which show what adds up slowly; fitted
 // in so many iterations at most.
-EvaluatedModel EvaluateLonger(
-    const DiagnosisProblem& problem, const EvaluatedModel& before,
-    double segment_s, int most_iterations = std::numeric_limits<int>::max());
+EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
+                              const EvaluatedModel& before, double segment_s,
+                              int most_iterations);
 
 // The same model from one trajectory a run, joined over all segments. Where no
 // sensor sees a spin, the states of single segments may each be caught in a

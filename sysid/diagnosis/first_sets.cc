@@ -8,7 +8,10 @@
 #include "models/dynamics_tangent.h"
 
 namespace sysid {
+namespace {
 
+// Drops the effects of which a parameter ended at a bound: each is no more than
+// a column that helped. True where there were any.
 bool DropAtBound(const EvaluatedModel& model,
                  std::vector<ScreenedEffect>* effects) {
   std::set<std::string> bound;
@@ -22,6 +25,8 @@ bool DropAtBound(const EvaluatedModel& model,
                [&](const std::string& name) { return bound.contains(name); });
          });
 }
+
+}  // namespace
 
 bool FitsTakeMinutes(const Model& model) {
   const EffectSet& effects = model.effects();
@@ -37,10 +42,8 @@ std::shared_ptr<EvaluatedModel> FitByEquations(
     std::vector<ScreenedEffect>* effects) {
   std::shared_ptr<EvaluatedModel> model;
   do {
-    std::vector<const ScreenedEffect*> all;
-    for (const ScreenedEffect& effect : *effects) all.push_back(&effect);
     model = std::make_shared<EvaluatedModel>(
-        EvaluateByEquations(problem, base, all));
+        EvaluateByEquations(problem, base, *effects));
   } while (DropAtBound(*model, effects));
   return model;
 }

@@ -10,11 +10,6 @@ namespace sysid {
 // Sets of effects from which a search begins beside the model as given: what
 // the equations of motion show, and what must be there for the machine to move.
 
-// Drops the effects of which a parameter ended at a bound: each is no more than
-// a column that helped. True where there were any.
-bool DropAtBound(const EvaluatedModel& model,
-                 std::vector<ScreenedEffect>* effects);
-
 // The base with effects, at the values that the equations of motion give them
 // all; without those that end at a bound.
 std::shared_ptr<EvaluatedModel> FitByEquations(

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "glog/logging.h"
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/no_answer.h"
-#include "sysid/diagnosis/statistics.h"
+#include "sysid/linearization/statistics.h"
+#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 namespace {

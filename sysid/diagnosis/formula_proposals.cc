@@ -11,6 +11,7 @@
 #include "sysid/diagnosis/candidate_list.h"
 #include "sysid/diagnosis/formula_terms.h"
 #include "sysid/diagnosis/judgement_constants.h"
+#include "sysid/linearization/statistics.h"
 
 namespace sysid {
 namespace {

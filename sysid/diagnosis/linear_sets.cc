@@ -9,11 +9,10 @@
 
 #include "glog/logging.h"
 #include "models/math/decompositions.h"
-#include "sysid/diagnosis/candidate_batch.h"
-#include "sysid/diagnosis/candidate_weights.h"
-#include "sysid/diagnosis/columns_by_forces.h"
-#include "sysid/diagnosis/grid_choice.h"
 #include "sysid/diagnosis/judgement_constants.h"
+#include "sysid/linearization/candidate_batch.h"
+#include "sysid/linearization/candidate_weights.h"
+#include "sysid/linearization/probe_choice.h"
 
 namespace sysid {
 namespace {
@@ -22,30 +21,8 @@ using Eigen::ArrayXd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Probe sets of a law that get exact columns, the most promising first.
-constexpr size_t kProbeSets = 3;
 // Of a stretch: none is predicted without any error.
 constexpr double kLeastSquares = 1e-9;
-
-std::vector<std::vector<int>> ChooseProbeSets(
-    const LinearizedFit& fit, const Model& model,
-    const std::vector<Candidate>& candidates) {
-  const ColumnsByForces by_forces(fit, model);
-  std::vector<std::vector<int>> sets = ChooseSets(
-      fit, by_forces, candidates, fit.SumOfSquares() / fit.DegreesOfFreedom());
-  for (size_t i = 0; i < sets.size(); ++i) {
-    const size_t count = sets[i].size();
-    if (count <= kProbeSets) continue;
-    if (!by_forces.Says(candidates[i])) {
-      // In no order: evenly.
-      for (size_t k = 0; k < kProbeSets; ++k) {
-        sets[i][k] = sets[i][k * (count - 1) / (kProbeSets - 1)];
-      }
-    }
-    sets[i].resize(kProbeSets);
-  }
-  return sets;
-}
 
 // T of x_B = T x_R that minimises x' N x over what every model has (the first
 // `count` columns); what the data does not tell of stays.
@@ -146,12 +123,8 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
     taken.insert(free.parameter.name);
   }
   candidates_ = MakeCandidates(from.model, catalogue, taken);
-  const std::vector<std::vector<int>> chosen =
+  const std::vector<CandidateSet> sets =
       ChooseProbeSets(fit, from.model, candidates_);
-  std::vector<CandidateSet> sets;
-  for (size_t i = 0; i < candidates_.size(); ++i) {
-    for (const int set : chosen[i]) sets.push_back({static_cast<int>(i), set});
-  }
   // What every model has first, then r and the members' parameters.
   std::set<std::string> given;
   for (const FreeParameter& free : problem.free) {
@@ -233,11 +206,11 @@ LinearSets::LinearSets(const DiagnosisProblem& problem,
   FindExclusions();
   const auto now = ScoreOf(members_);
   const double percent = fitted.fit.train.total.fit_percent;
-  kappa_ = std::isfinite(percent)
-               ? std::clamp(1.0 - percent / 100.0, kLeastTrust, 1.0)
-               : kLeastTrust;
+  const double kappa = std::isfinite(percent)
+                           ? std::clamp(1.0 - percent / 100.0, kLeastTrust, 1.0)
+                           : kLeastTrust;
   valid_ = now.has_value();
-  if (valid_) trust_ = kappa_ * kappa_ * now->squares;
+  if (valid_) trust_ = kappa * kappa * now->squares;
 }
 
 void LinearSets::AddMembers(const LinearizedFit& fit,

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/candidate_columns.h"
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/linearization/candidate_columns.h"
 
 namespace sysid {
 
@@ -65,9 +65,6 @@ class LinearSets {
   // Whether two sets do the same: neither has a column of which the other
   // leaves a hundredth, what every model has eliminated.
   bool DoTheSame(const Set& a, const Set& b) const;
-  // Whether a change of the model towards other effects can be believed at all:
-  // kappa of (J.3).
-  double kappa() const { return kappa_; }
 
   // Where a fit of the set starts: values by name of what it moves, `part` of
   // the way from the fitted model to where the score has them. What has no
@@ -99,7 +96,6 @@ class LinearSets {
   std::vector<int> fold_;  // of a stretch
   Eigen::ArrayXd dof_;     // of a stretch
   Eigen::ArrayXd trust_;   // kappa^2 e_j(S)^2
-  double kappa_ = 1.0;
   // Of the members' parameters: to where the law is off, and to the bounds.
   Eigen::VectorXd off_, down_, up_;
   // What is free at the linearised point, by name: what every model has, as it

@@ -17,6 +17,18 @@ namespace {
 // Segments are of whole samples and equal in a run: this near is as long.
 constexpr double kAsLong = 0.9;
 
+// The options of a model, to be fitted to the end, and silently.
+EstimationOptions QuietOptions(const DiagnosisProblem& problem,
+                               const EvaluatedModel& evaluated) {
+  EstimationOptions quiet = evaluated.problem->options();
+  quiet.progress = nullptr;
+  // Those of a trial end early, and on a part of the threads.
+  quiet.max_iterations = problem.options.max_iterations;
+  quiet.least_gain = problem.options.least_gain;
+  quiet.threads = problem.options.threads;
+  return quiet;
+}
+
 }  // namespace
 
 bool Follows(const EvaluatedModel& evaluated) {
@@ -28,8 +40,7 @@ bool Follows(const EvaluatedModel& evaluated) {
 
 std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
-                                       const ReportDoing& report,
-                                       int most_iterations) {
+                                       const ReportDoing& report) {
   // What a constant force is missed by grows with the square of the time; more
   // is chaos, or a wrong minimum.
   constexpr double kGrowth = 4.0;
@@ -46,7 +57,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
   }
   report("longer segments", now.train_error());
   EvaluatedModel longer = EvaluateLonger(
-      problem, now, std::min(2.0 * length, longest), most_iterations);
+      problem, now, std::min(2.0 * length, longest), kMostIterationsToFollow);
   if (longer.train_error() > kGrowth * now.train_error() ||
       longer.holdout_error() > kGrowth * std::max(1.0, now.holdout_error()) ||
       !Follows(longer) || longer.fit.segment_s < 1.1 * length) {
@@ -70,17 +81,6 @@ std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
   return joined;
 }
 
-EstimationOptions QuietOptions(const DiagnosisProblem& problem,
-                               const EvaluatedModel& evaluated) {
-  EstimationOptions quiet = evaluated.problem->options();
-  quiet.progress = nullptr;
-  // Those of a trial end early, and on a part of the threads.
-  quiet.max_iterations = problem.options.max_iterations;
-  quiet.least_gain = problem.options.least_gain;
-  quiet.threads = problem.options.threads;
-  return quiet;
-}
-
 ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated) {
   const EstimationOptions quiet = QuietOptions(problem, evaluated);
@@ -100,8 +100,7 @@ ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
 }
 
 std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
-                                const EvaluatedModel& evaluated,
-                                double wanted) {
+                                const EvaluatedModel& evaluated) {
   // Times the error over segments, which a constant force makes of twice the
   // time: more is another minimum, or chaos.
   constexpr double kFollowed = 4.0;
@@ -109,7 +108,7 @@ std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
       kFollowed * std::max(evaluated.train_error(), evaluated.holdout_error());
   if (!IsRegular(*evaluated.problem, evaluated.fit.point)) return std::nullopt;
   EstimationOptions options = all.options();
-  options.wanted_error = std::min(wanted, followed);
+  options.wanted_error = followed;
   Fit whole =
       FitLevenbergMarquardtFrom(all.With(options), evaluated.fit.segment_s);
   if (!whole.converged || !(whole.train.total.normalized_rms < followed)) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 
@@ -21,12 +20,11 @@ using ReportDoing = std::function<void(const std::string& doing, double error)>;
 bool Follows(const EvaluatedModel& evaluated);
 
 // The model in segments twice as long, where its motion can be followed so far
-// in so many iterations; nothing where it cannot, or where too few segments
+// (kMostIterationsToFollow); nothing where it cannot, or where too few segments
 // would be left.
-std::optional<EvaluatedModel> Lengthen(
-    const DiagnosisProblem& problem, const EvaluatedModel& now,
-    const ReportDoing& report,
-    int most_iterations = std::numeric_limits<int>::max());
+std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
+                                       const EvaluatedModel& now,
+                                       const ReportDoing& report);
 
 // The model from whole trajectories, where its states may be caught in wrong
 // ones; nothing where that does not help.
@@ -34,18 +32,12 @@ std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,
                                             const EvaluatedModel& now,
                                             const ReportDoing& report);
 
-// The options of a model, to be fitted to the end, and silently.
-EstimationOptions QuietOptions(const DiagnosisProblem& problem,
-                               const EvaluatedModel& evaluated);
-
 // A model with all runs, those that are held out too; whole again where their
 // ends were.
 ShootingProblem WithAllRuns(const DiagnosisProblem& problem,
                             const EvaluatedModel& evaluated);
 // Its fit as one trajectory a run; nothing where that cannot follow the motion.
-// One whose error is not `wanted` (normalised) ends early, above that.
-std::optional<Fit> FitWholeRuns(
-    const ShootingProblem& all, const EvaluatedModel& evaluated,
-    double wanted = std::numeric_limits<double>::infinity());
+std::optional<Fit> FitWholeRuns(const ShootingProblem& all,
+                                const EvaluatedModel& evaluated);
 
 }  // namespace sysid

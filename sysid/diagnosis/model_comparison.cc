@@ -18,21 +18,6 @@ std::vector<std::string> Minus(const std::vector<std::string>& one,
   return rest;
 }
 
-// The same effect may have been tried more than once: as it did best.
-void KeepChange(const ModelErrors& model, const std::string& change,
-                std::vector<ModelErrors>* models) {
-  const auto same =
-      std::find_if(models->begin(), models->end(),
-                   [&](const ModelErrors& m) { return m.change == change; });
-  if (same == models->end()) {
-    models->push_back(model);
-    models->back().change = change;
-  } else if (model.cv.error() < same->cv.error()) {
-    *same = model;
-    same->change = change;
-  }
-}
-
 }  // namespace
 
 ModelErrors ErrorsOf(const EvaluatedModel& evaluated) {
@@ -64,9 +49,11 @@ void SetNeighbours(const std::vector<ModelErrors>& tried,
     const std::vector<std::string> more = Minus(model.effects, effects);
     const std::vector<std::string> less = Minus(effects, model.effects);
     if (more.empty() && less.size() == 1) {
-      KeepChange(model, less[0], &comparison->left_out);
+      comparison->left_out.push_back(model);
+      comparison->left_out.back().change = less[0];
     } else if (less.empty() && more.size() == 1) {
-      KeepChange(model, more[0], &comparison->added);
+      comparison->added.push_back(model);
+      comparison->added.back().change = more[0];
     }
   }
   std::stable_sort(comparison->added.begin(), comparison->added.end(),

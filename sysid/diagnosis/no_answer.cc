@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "glog/logging.h"
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/longer_segments.h"
+#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 

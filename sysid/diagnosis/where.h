@@ -4,8 +4,9 @@
 #include <vector>
 
 #include "sysid/diagnosis/evaluated_model.h"
-#include "sysid/diagnosis/residual_tests.h"
-#include "sysid/diagnosis/unexplained_force.h"
+#include "sysid/inverse_dynamics/equation_look.h"
+#include "sysid/linearization/residual_tests.h"
+#include "sysid/unexplained_force/unexplained_force.h"
 
 namespace sysid {
 
@@ -23,13 +24,6 @@ struct MotionBin {
   double from = 0.0, to = 0.0;
   int samples = 0;
   double normalized_rms = 0.0;
-};
-
-// A joint of whose effort, by the equations of motion with the effects that
-// they show, what is left follows the motion of another joint.
-struct FollowedMotion {
-  std::string joint, of;
-  double share = 0.0;  // of the mean square that is left
 };
 
 struct Where {

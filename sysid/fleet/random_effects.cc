@@ -8,7 +8,7 @@
 
 #include "glog/logging.h"
 #include "models/math/constants.h"
-#include "sysid/diagnosis/statistics.h"
+#include "sysid/linearization/statistics.h"
 
 namespace sysid {
 namespace {

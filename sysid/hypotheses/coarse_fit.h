@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "sysid/checks/excerpt.h"
-#include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/shooting_problem.h"
 #include "sysid/hypotheses/data_hypothesis.h"
+#include "sysid/linearization/screening.h"
 
 namespace sysid {
 

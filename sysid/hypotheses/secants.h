@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "sysid/diagnosis/linearized_fit.h"
 #include "sysid/hypotheses/coarse_fit.h"
+#include "sysid/linearization/linearized_fit.h"
 
 namespace sysid {
 

@@ -7,9 +7,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "sysid/diagnosis/residual_tests.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
+#include "sysid/linearization/residual_tests.h"
 
 namespace sysid {
 

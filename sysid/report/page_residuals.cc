@@ -1,5 +1,5 @@
-#include "sysid/diagnosis/residual_tests.h"
 #include "sysid/estimation/cancelled.h"
+#include "sysid/linearization/residual_tests.h"
 #include "sysid/report/page_parts.h"
 
 namespace sysid {

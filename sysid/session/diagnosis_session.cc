@@ -8,7 +8,6 @@
 
 #include "models/effects/force_table.h"
 #include "models/error.h"
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"
@@ -19,6 +18,7 @@
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/law_values.h"
 #include "sysid/session/table_range.h"
+#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 namespace {
@@ -344,10 +344,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
   if (!linearized.Valid()) return std::nullopt;
   const Screening screening =
       ScreenEffects(linearized, before.fit.model, added, problem.known);
-  std::vector<const ScreenedEffect*> screened;
-  for (const ScreenedEffect& effect : screening.effects) {
-    screened.push_back(&effect);
-  }
+  const std::vector<ScreenedEffect>& screened = screening.effects;
   if (screened.empty()) return std::nullopt;
   const EvaluatedModel after =
       EvaluateWith(problem, before, screened, problem.options);
@@ -365,7 +362,7 @@ std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
     result.found[found.parameters()[i].name] =
         after.fit.model.nominal().effects[i];
   }
-  if (screened.size() == 1) result.predicted = screened[0]->predicted_error;
+  if (screened.size() == 1) result.predicted = screened[0].predicted_error;
   result.train_before = before.train_error();
   result.train_after = after.train_error();
   result.holdout_before = before.holdout_error();

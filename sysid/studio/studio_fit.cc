@@ -2,11 +2,11 @@
 
 #include "models/error.h"
 #include "sysid/diagnosis/diagnose.h"
-#include "sysid/diagnosis/linearized_fit.h"
-#include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/io/csv.h"
+#include "sysid/linearization/linearized_fit.h"
+#include "sysid/linearization/screening.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/studio/studio_model.h"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sysid/diagnosis/diagnose.h"
-#include "sysid/diagnosis/discrepancy.h"
+#include "sysid/unexplained_force/discrepancy.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
 // What is said of a machine on which a force acts that no law describes.

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "glog/logging.h"
-#include "sysid/diagnosis/screening.h"
 #include "sysid/estimation/shooting_stage.h"
+#include "sysid/linearization/screening.h"
 #include "tests/support/fit_setup.h"
 
 // What a screening of every candidate costs, in units of an iteration of the

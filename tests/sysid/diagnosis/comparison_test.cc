@@ -39,11 +39,6 @@ TEST(DifferenceOfTest, CountsAgreementByRank) {
   EXPECT_DOUBLE_EQ(by.agreement, 2.0 / std::sqrt(30.0));
 }
 
-TEST(DeviationsTest, GrowWithWhatWasCompared) {
-  EXPECT_NEAR(Deviations(1), std::sqrt(2.0 * std::log(2.0)), 1e-12);
-  EXPECT_NEAR(Deviations(100), 3.26, 0.01);
-}
-
 ModelScore Of(const ArrayXd& log_errors, int parameters = 1) {
   return {log_errors, parameters};
 }

@@ -97,7 +97,7 @@ TEST(CrossValidate, LeavesAtTheirBoundsWhatEndedThere) {
   expected.value = 0.001;
   drag.parameters = {expected};
   const EvaluatedModel after =
-      EvaluateWith(problem, before, {&drag}, problem.options);
+      EvaluateWith(problem, before, {drag}, problem.options);
   ASSERT_TRUE(after.fit.parameters.back().at_bound);
   EXPECT_EQ(after.fit.parameters.back().value, 0.0);
   EXPECT_NEAR(after.cv.error(), before.cv.error(), 1e-3 * before.cv.error());

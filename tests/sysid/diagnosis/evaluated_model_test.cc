@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sysid/diagnosis/discrepancy.h"
 #include "sysid/diagnosis/judgement_constants.h"
+#include "sysid/unexplained_force/discrepancy.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
 namespace sysid {

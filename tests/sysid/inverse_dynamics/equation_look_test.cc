@@ -1,0 +1,158 @@
+#include "sysid/inverse_dynamics/equation_look.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "sysid/diagnosis/diagnose.h"
+#include "tests/support/tracked_arm.h"
+
+namespace sysid {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+// An arm of three axes that is tracked, of which the model knows the bodies and
+// not the drives.
+struct HiddenDrives {
+  explicit HiddenDrives(double noise, int joints = 3, int seed = 1) {
+    TrackedArmOptions options;
+    options.joints = joints;
+    options.seed = seed;
+    if (joints < 3) options.rate = 100.0;
+    options.duration = 10.0;
+    options.noise = noise;
+    arm = MakeTrackedArm(options);
+    model.emplace(arm->truth.mechanism());
+    MechanismParameters<double> nominal = arm->truth.nominal();
+    nominal.effects.clear();
+    model->SetNominal(nominal);
+    const Catalogue catalogue;
+    for (const std::string& name : catalogue.Candidates(model->mechanism())) {
+      candidates.push_back(catalogue.Make(name, model->mechanism(), "test"));
+    }
+  }
+  EquationLook Look() const { return LookFrom(*model); }
+  EquationLook LookFrom(const Model& start) const {
+    const EstimationOptions options;
+    return LookByEquations(ShootingProblem(start, {}, {arm->run}, options),
+                           candidates, {});
+  }
+
+  std::optional<TrackedArm> arm;
+  std::optional<Model> model;
+  std::vector<std::shared_ptr<const Effect>> candidates;
+};
+
+std::vector<std::string> NamesOf(const EquationLook& look) {
+  std::vector<std::string> names;
+  for (const ScreenedEffect& effect : look.effects) {
+    names.push_back(effect.name());
+  }
+  return names;
+}
+
+TEST(LookByEquations, NamesTheFrictionOfADriveAndWhatItTurns) {
+  const HiddenDrives hidden(1e-5);
+  const EquationLook look = hidden.Look();
+  EXPECT_THAT(look.followed, IsEmpty());
+  for (int i = 0; i < 3; ++i) {
+    for (const char* effect :
+         {"viscous_damping@", "coulomb_friction@", "armature@"}) {
+      EXPECT_THAT(NamesOf(look), Contains(effect + JointName(i)));
+    }
+  }
+  // And what they are.
+  for (const ScreenedEffect& effect : look.effects) {
+    for (const ExpectedParameter& p : effect.parameters) {
+      const auto names = hidden.arm->truth.effects().parameters();
+      for (size_t k = 0; k < names.size(); ++k) {
+        if (names[k].name != p.name) continue;
+        const double truth = hidden.arm->truth.nominal().effects[k];
+        EXPECT_NEAR(p.value, truth, 0.2 * truth) << p.name;
+      }
+    }
+  }
+}
+
+TEST(LookByEquations, SaysWhichMotionAForceFollows) {
+  HiddenDrives hidden(1e-5);
+  // Gears that drag joint2 along with joint1.
+  sysid::Run& run = hidden.arm->run;
+  const Eigen::VectorXd q = run.channels[0].values.col(0);
+  for (int k = 1; k + 1 < run.size(); ++k) {
+    run.effort(k, 1) +=
+        4.0 * (q[k + 1] - q[k - 1]) / (run.t[k + 1] - run.t[k - 1]);
+  }
+  const EquationLook look = hidden.Look();
+  ASSERT_THAT(look.followed, SizeIs(1));
+  EXPECT_EQ(look.followed[0].joint, "joint2");
+  EXPECT_EQ(look.followed[0].of, "joint1");
+  // The rest is kinks of the friction, which differentiated positions round.
+  EXPECT_GT(look.followed[0].share, 0.6);
+}
+
+// By its law, not by the inverse in which the equations are linear.
+TEST(LookByEquations, SaysHowLargeAGainIs) {
+  for (const double gain : {-0.6, -0.2, 1.0, 3.0}) {
+    HiddenDrives hidden(1e-5);
+    hidden.arm->run.effort.col(1) /= 1.0 + gain;
+    const EquationLook look = hidden.LookFrom(hidden.arm->truth);
+    ASSERT_THAT(NamesOf(look), Contains("effort_gain@joint2")) << gain;
+    for (const ScreenedEffect& effect : look.effects) {
+      if (effect.name() != "effort_gain@joint2") continue;
+      EXPECT_NEAR(1.0 + effect.parameters[0].value, 1.0 + gain,
+                  0.05 * (1.0 + gain));
+    }
+  }
+}
+
+TEST(LookByEquations, NamesNothingOfACompleteModel) {
+  HiddenDrives hidden(1e-5);
+  const EquationLook look = hidden.LookFrom(hidden.arm->truth);
+  EXPECT_THAT(NamesOf(look), SizeIs(::testing::Le(2)))
+      << ::testing::PrintToString(NamesOf(look));
+}
+
+TEST(LookByEquations, SaysNothingWithoutEfforts) {
+  HiddenDrives hidden(1e-5);
+  hidden.arm->run.effort.setZero();
+  EXPECT_THAT(hidden.Look().effects, IsEmpty());
+}
+
+// Six effects of two drives. Together they begin the search; what segments of
+// this recording do not ask for goes again.
+TEST(Diagnose, BeginsWithWhatTheEquationsShow) {
+  const HiddenDrives hidden(1e-4, 2), other(1e-4, 2, 2);
+  DiagnosisProblem problem(*hidden.model);
+  problem.SetRuns({hidden.arm->run}, {other.arm->run});
+  DiagnosisOptions options;
+  options.add = true;
+  const Diagnosis diagnosis = Diagnose(problem, hidden.candidates, options);
+  ASSERT_FALSE(diagnosis.steps.empty());
+  for (const std::string& effect :
+       {std::string("viscous_damping@") + JointName(0),
+        std::string("coulomb_friction@") + JointName(0),
+        std::string("coulomb_friction@") + JointName(1)}) {
+    EXPECT_THAT(diagnosis.added(), Contains(effect));
+  }
+  // What was kept comes first of the candidates, and then all others, once.
+  std::vector<std::string> listed;
+  for (const CandidateEffect& candidate : diagnosis.candidates) {
+    listed.push_back(candidate.screened.name());
+  }
+  ASSERT_FALSE(diagnosis.proposed.empty());
+  EXPECT_EQ(listed.front(), diagnosis.proposed.front());
+  EXPECT_GT(listed.size(), diagnosis.proposed.size());
+  EXPECT_EQ(std::set<std::string>(listed.begin(), listed.end()).size(),
+            listed.size());
+}
+
+}  // namespace
+}  // namespace sysid

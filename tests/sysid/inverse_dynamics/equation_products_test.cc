@@ -1,0 +1,60 @@
+#include "sysid/inverse_dynamics/equation_products.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace sysid {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::infinity();
+
+// Of one joint: r = (2, 1, 4), J of three columns.
+EquationProducts Three() {
+  EquationRows rows;
+  rows.nv = 1;
+  rows.t = {0.0, 1.0, 2.0};
+  rows.rows.resize(3, 4);
+  rows.rows << 1, 1, 0, 2, 0, 1, 0, 1, 0, 0, 2, 4;
+  return MultiplyRows(rows, 0, 3);
+}
+
+TEST(SolveWeighted, LeavesNothingWhereItCan) {
+  const ChangeBounds none = {Eigen::Vector3d::Constant(-kNone),
+                             Eigen::Vector3d::Constant(kNone)};
+  const Eigen::VectorXd d =
+      SolveWeighted(Three(), {0, 1, 2}, Eigen::VectorXd::Ones(1), none);
+  EXPECT_LT((d - Eigen::Vector3d(-1, -1, -2)).norm(), 1e-12);
+  EXPECT_NEAR(Three().Left(0, {0, 1, 2}, d), 0.0, 1e-12);
+}
+
+// What a bound holds, the others make up for as far as they can.
+TEST(SolveWeighted, SolvesForTheRestWhereABoundHolds) {
+  const ChangeBounds bounds = {Eigen::Vector3d(-0.5, -kNone, -kNone),
+                               Eigen::Vector3d(kNone, kNone, kNone)};
+  const Eigen::VectorXd d =
+      SolveWeighted(Three(), {0, 1, 2}, Eigen::VectorXd::Ones(1), bounds);
+  // The least of (1.5 + b)^2 + (1 + b)^2.
+  EXPECT_LT((d - Eigen::Vector3d(-0.5, -1.25, -2)).norm(), 1e-12);
+  // Of some columns, by their own bounds.
+  const Eigen::VectorXd two =
+      SolveWeighted(Three(), {0, 2}, Eigen::VectorXd::Ones(1), bounds);
+  EXPECT_LT((two - Eigen::Vector2d(-0.5, -2)).norm(), 1e-12);
+}
+
+// Two columns that nearly depend on each other ask for (100, -99): with the
+// first at its bound the second needs its own no longer.
+TEST(SolveWeighted, HoldsNoMoreThanItMust) {
+  EquationProducts products;
+  products.times = Eigen::VectorXd::Ones(1);
+  products.of = {
+      Eigen::Matrix3d{{1, 0.99, -1.99}, {0.99, 1, 0}, {-1.99, 0, 9}}};
+  const ChangeBounds bounds = {Eigen::Vector2d(-kNone, -50),
+                               Eigen::Vector2d(1, kNone)};
+  const Eigen::VectorXd d =
+      SolveWeighted(products, {0, 1}, Eigen::VectorXd::Ones(1), bounds);
+  EXPECT_LT((d - Eigen::Vector2d(1, -0.99)).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace sysid
