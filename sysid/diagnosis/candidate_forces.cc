@@ -4,9 +4,9 @@
 
 #include "residuals/acting_inputs.h"
 #include "residuals/parameter_forces.h"
-#include "sysid/diagnosis/joint_motion.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/linearization/force_response.h"
+#include "sysid/unexplained_force/joint_motion.h"
 
 namespace sysid {
 namespace {

@@ -87,7 +87,7 @@ class Writer {
          &diagnosis);
     FillComparison(add, &diagnosis);
     diagnosis.by_equations = answer_.by_equations;
-    diagnosis.where = FindWhere(base_.model);
+    diagnosis.where = FindWhere(*base_.model.problem, base_.model.fit);
     diagnosis.where.followed = answer_.followed;
     AddForcesToCompare(base_.model, kMostCompared, &diagnosis.where.force,
                        &diagnosis.candidates);
@@ -308,7 +308,7 @@ std::set<std::string> JointsThatMissForce(const Where& given,
     }
   };
   add(given);
-  if (!found.added.empty()) add(FindWhere(found));
+  if (!found.added.empty()) add(FindWhere(*found.problem, found.fit));
   return joints;
 }
 

@@ -10,7 +10,7 @@
 #include "sysid/diagnosis/model_comparison.h"
 #include "sysid/diagnosis/stability.h"
 #include "sysid/diagnosis/verdict.h"
-#include "sysid/diagnosis/where.h"
+#include "sysid/unexplained_force/where.h"
 
 namespace sysid {
 

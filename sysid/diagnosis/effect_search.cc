@@ -13,6 +13,15 @@
 #include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
+namespace {
+
+bool HaveTheSameErrors(const FittedSet& a, const FittedSet& b) {
+  const Eigen::ArrayXd of_a = LogErrorsWithData(a), of_b = LogErrorsWithData(b);
+  return of_a.size() == of_b.size() && of_a.size() > 0 &&
+         (of_a - of_b).abs().maxCoeff() < kSameError;
+}
+
+}  // namespace
 
 EffectSearch::EffectSearch(const DiagnosisProblem& problem,
                            const Candidates& catalogue, ReportDoing report)
@@ -246,10 +255,12 @@ EvaluatedModel EffectSearch::FitGiven() const {
 }
 
 void EffectSearch::LookOverShorter() {
+  std::optional<FittedSets> before;  // what was fitted over the first segments
   for (std::shared_ptr<FittedSet> at = base_; at == sets_.Best();) {
     if (at->score.at_noise || Improve()) return;
     auto shorter = GivenOverHalf(at->model);
     if (!shorter) break;
+    if (!before) before.emplace(sets_);
     sets_.GoOnWith(*at);
     looks_.Clear();
     fits_ = failures_ = 0;
@@ -258,12 +269,11 @@ void EffectSearch::LookOverShorter() {
     if (at->score.at_noise) break;
   }
   const auto best = sets_.Best();
-  if (best == nullptr || !best->effects.empty()) return;
-  // Nothing was found: on with the segments of before.
-  sets_.GoOnWith(*best);
+  if (!before || best == nullptr || !best->effects.empty()) return;
+  // Nothing was found: on with the first segments.
+  sets_.Restore(*before);
   looks_.Clear();
   fits_ = most_fits_;
-  sets_.Keep({}, base_->model)->is_final = true;
 }
 
 bool EffectSearch::RefuseChance() {
@@ -444,7 +454,8 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   if (!found.effects.empty()) {
     answer.rivals = sets_.RivalsOf(found);
     for (const auto& rival : answer.rivals) {
-      if (looks_.IsSameForce(found, rival->effects)) {
+      if (looks_.IsSameForce(found, rival->effects) ||
+          HaveTheSameErrors(*rival, found)) {
         answer.same_force.insert(rival->effects);
       }
     }

@@ -107,11 +107,6 @@ void Evaluate(const DiagnosisProblem& problem, const EvaluatedModel* before,
   SetCrossValidation(problem, evaluated);
 }
 
-bool HasBound(const Fit& fit) {
-  return std::any_of(fit.parameters.begin(), fit.parameters.end(),
-                     [](const ParameterEstimate& p) { return p.at_bound; });
-}
-
 // Where a refit starts: part of the way to what is expected, where the
 // screening knows that at all.
 double StartOf(const Effect& effect, const ExpectedParameter& expected,
@@ -186,8 +181,6 @@ void FitFrom(Solution start, EvaluatedModel* evaluated) {
 }
 
 }  // namespace
-
-bool IsDoubtful(const Fit& fit) { return !fit.converged || HasBound(fit); }
 
 EstimationOptions Coarse(EstimationOptions options, double error) {
   constexpr double kCoarse = 0.1;

@@ -114,9 +114,6 @@ bool IsAtNoiseFloor(const EvaluatedModel& evaluated);
 EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
                              EvaluatedModel evaluated);
 
-// Whether a fit did not converge or ended at a bound.
-bool IsDoubtful(const Fit& fit);
-
 // The same model in longer segments, s, which show what adds up slowly; fitted
 // in so many iterations at most.
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,

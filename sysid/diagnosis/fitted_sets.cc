@@ -202,6 +202,11 @@ void FittedSets::GoOnWith(const FittedSet& best) {
   sets_.clear();
 }
 
+void FittedSets::Restore(const FittedSets& before) {
+  sets_ = before.sets_;
+  beaten_by_ = before.beaten_by_;
+}
+
 void FittedSets::RefuseAsChance(int effect, const FittedSet& best) {
   chance_.insert(effect);
   for (const auto& [effects, fitted] : sets_) RefuseChanceIn(fitted.get());

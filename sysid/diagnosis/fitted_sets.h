@@ -104,6 +104,8 @@ class FittedSets {
   // Empties it for longer segments. Whatever the best set beat stays beaten by
   // it: longer segments are fewer, and say less.
   void GoOnWith(const FittedSet& best);
+  // Makes it what it was.
+  void Restore(const FittedSets& before);
   // Whether a set was beaten over shorter segments.
   bool WasBeaten(const std::vector<int>& effects) const {
     return beaten_by_.contains(effects);

@@ -8,11 +8,11 @@
 #include "glog/logging.h"
 #include "models/math/decompositions.h"
 #include "residuals/parameter_forces.h"
-#include "sysid/diagnosis/joint_motion.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/estimation/parallel.h"
 #include "sysid/linearization/force_response.h"
 #include "sysid/linearization/statistics.h"
+#include "sysid/unexplained_force/joint_motion.h"
 
 namespace sysid {
 namespace {

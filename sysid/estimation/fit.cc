@@ -39,4 +39,11 @@ void SummarizeFit(const ShootingProblem& problem, const Solution& point,
   fit->segment_s = MeanSegment(problem, point);
 }
 
+bool HasBound(const Fit& fit) {
+  return std::any_of(fit.parameters.begin(), fit.parameters.end(),
+                     [](const ParameterEstimate& p) { return p.at_bound; });
+}
+
+bool IsDoubtful(const Fit& fit) { return !fit.converged || HasBound(fit); }
+
 }  // namespace sysid

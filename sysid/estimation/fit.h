@@ -119,6 +119,11 @@ Fit StatesAtStart(const ShootingProblem& problem, const Solution& cut);
 Fit RefitIndependentSegments(const ShootingProblem& problem,
                              const Solution& start);
 
+// Whether a parameter ended at its bound.
+bool HasBound(const Fit& fit);
+// Whether a fit did not converge, or has such a parameter.
+bool IsDoubtful(const Fit& fit);
+
 // Fills in what a fit says of the point where it ended: the model, errors,
 // parameters with their uncertainty, what the data does not determine, step and
 // segments. `fitted` numbers were fitted to the runs. Linearised with the

@@ -7,7 +7,7 @@
 
 #include "models/effects/coulomb_friction.h"
 #include "models/state.h"
-#include "sysid/diagnosis/where.h"
+#include "sysid/unexplained_force/where.h"
 #include "tests/support/measured_run.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
 
@@ -26,7 +26,7 @@ struct Sought {
     problem.options.noise = noise;
     problem.SetRuns(RunsOf(*problem.train), RunsOf(*problem.holdout));
     evaluated = EvaluateGiven(problem);
-    force = FindWhere(evaluated);
+    force = FindWhere(*evaluated.problem, evaluated.fit);
   }
 
   const JointForce& Of(const std::string& joint) const {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/estimation/fit.h"
 #include "sysid/inverse_dynamics/equation_look.h"
 #include "sysid/linearization/residual_tests.h"
 #include "sysid/unexplained_force/unexplained_force.h"
@@ -44,6 +44,6 @@ struct Where {
 // Bins and tests stay empty where the dynamics fail at the fit. The force is
 // sought in segments short enough for it to explain the errors; where the fit
 // is not to be trusted, from where its parameters started.
-Where FindWhere(const EvaluatedModel& evaluated);
+Where FindWhere(const ShootingProblem& problem, const Fit& fit);
 
 }  // namespace sysid

@@ -1,4 +1,4 @@
-#include "sysid/diagnosis/where.h"
+#include "sysid/unexplained_force/where.h"
 
 #include <gmock/gmock.h>
 
@@ -11,6 +11,10 @@ namespace sysid {
 namespace {
 
 using testing::SizeIs;
+
+Where WhereOf(const EvaluatedModel& evaluated) {
+  return FindWhere(*evaluated.problem, evaluated.fit);
+}
 
 std::vector<sysid::Run> RunsOf(const Model& truth, int seed, double amplitude,
                                double duration = 4.0) {
@@ -28,7 +32,7 @@ TEST(FindWhere, TellsErrorsByChannelAndSegment) {
   const Model model = Shipped("pendulum2_planar");
   const EvaluatedModel evaluated =
       EvaluateGiven(MakeProblem(model, {}, RunsOf(model, 3, 0.7)));
-  const Where where = FindWhere(evaluated);
+  const Where where = WhereOf(evaluated);
   ASSERT_THAT(where.channels, SizeIs(2));
   EXPECT_EQ(where.channels[0].name, "joint1");
   ASSERT_EQ(where.segments.size(), evaluated.fit.train.segments.size());
@@ -53,7 +57,7 @@ TEST(FindWhere, TellsErrorsByPositionAndVelocity) {
       if (q > 0.0) q += noise(random);
     }
   }
-  const Where where = FindWhere(EvaluateGiven(MakeProblem(model, {}, runs)));
+  const Where where = WhereOf(EvaluateGiven(MakeProblem(model, {}, runs)));
   int noisy = 0, quiet = 0, total = 0;
   double fast = 0.0, slow = 0.0;
   for (const MotionBin& bin : where.bins) {
@@ -86,7 +90,7 @@ TEST(FindWhere, TellsErrorsByPositionAndVelocity) {
 TEST(FindWhere, TellsErrorsOfASphericalJointByTiltAndSpeed) {
   const Model model = Shipped("pendulum1");
   const Where where =
-      FindWhere(EvaluateGiven(MakeProblem(model, {}, RunsOf(model, 3, 0.7))));
+      WhereOf(EvaluateGiven(MakeProblem(model, {}, RunsOf(model, 3, 0.7))));
   int tilt = 0, speed = 0;
   for (const MotionBin& bin : where.bins) {
     EXPECT_GE(bin.from, 0.0);
@@ -115,7 +119,7 @@ TEST(FindWhere, FindsTheJointOfAHugeMisfit) {
       MakeProblem(model, {{"link1.length", 0.52}, {"link2.length", 0.48}},
                   RunsOf(truth, 3, 0.7)));
   ASSERT_GT(evaluated.train_error(), 50.0);
-  const Where where = FindWhere(evaluated);
+  const Where where = WhereOf(evaluated);
   ASSERT_THAT(where.joints, SizeIs(2));
   EXPECT_FALSE(where.joints[0].significant);
   EXPECT_TRUE(where.joints[1].significant);
@@ -138,7 +142,7 @@ TEST(FindWhere, CutsSegmentsUntilForcesExplainTheErrors) {
       EvaluateGiven(MakeProblem(model, {}, RunsOf(truth, 1, 0.7, 8.0)));
   const LinearizedFit fit(*evaluated.problem, evaluated.fit.point);
   EXPECT_GT(EstimateForce(fit).variance, 1.5);
-  const Where where = FindWhere(evaluated);
+  const Where where = WhereOf(evaluated);
   ASSERT_THAT(where.joints, SizeIs(2));
   EXPECT_TRUE(where.joints[1].significant);
   for (const ForceRegression& law : where.regression) {

@@ -1,13 +1,13 @@
-#include "sysid/diagnosis/where.h"
+#include "sysid/unexplained_force/where.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "sysid/diagnosis/joint_motion.h"
 #include "sysid/estimation/initial_states.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/state_weights.h"
+#include "sysid/unexplained_force/joint_motion.h"
 
 namespace sysid {
 namespace {
@@ -109,12 +109,12 @@ bool IsOfEffect(const FreeParameter& free) {
 
 // The furthest that a parameter ended from where it started, over its size. An
 // effect starts where it does nothing, and has to move.
-double FurthestMove(const EvaluatedModel& evaluated) {
+double FurthestMove(const ShootingProblem& problem, const Fit& fit) {
   double most = 0.0;
-  for (size_t i = 0; i < evaluated.fit.parameters.size(); ++i) {
-    const FreeParameter& free = evaluated.problem->free()[i];
+  for (size_t i = 0; i < fit.parameters.size(); ++i) {
+    const FreeParameter& free = problem.free()[i];
     if (IsOfEffect(free)) continue;
-    const double moved = evaluated.fit.parameters[i].value - free.initial;
+    const double moved = fit.parameters[i].value - free.initial;
     const double size =
         std::max(std::abs(free.initial), free.parameter.typical_scale);
     const double part = std::abs(moved) / size;
@@ -124,13 +124,11 @@ double FurthestMove(const EvaluatedModel& evaluated) {
 }
 
 // Where the parameters started, effects as they were found.
-Eigen::VectorXd StartValues(const EvaluatedModel& evaluated) {
-  const ShootingProblem& problem = *evaluated.problem;
+Eigen::VectorXd StartValues(const ShootingProblem& problem, const Fit& fit) {
   Eigen::VectorXd values(problem.free().size());
   for (int i = 0; i < values.size(); ++i) {
     const FreeParameter& free = problem.free()[i];
-    values[i] =
-        IsOfEffect(free) ? evaluated.fit.parameters[i].value : free.initial;
+    values[i] = IsOfEffect(free) ? fit.parameters[i].value : free.initial;
   }
   Eigen::VectorXd theta = problem.InitialTheta();
   problem.map().ThetaOf(values, &theta);
@@ -150,14 +148,13 @@ bool Explains(const UnexplainedForce& force) {
 
 // With the parameters theta, in segments from `length` down to as short as it
 // takes to explain the errors; `best` where none does better.
-UnexplainedForce ForceFrom(const EvaluatedModel& evaluated,
+UnexplainedForce ForceFrom(const ShootingProblem& problem, const Fit& fit,
                            const Eigen::VectorXd& theta, double length,
                            UnexplainedForce best) {
-  const ShootingProblem& problem = *evaluated.problem;
   for (; !Explains(best) && length > kShortest; length /= kShorter) {
     // States from the data, then the best for the parameters as they are.
     Solution cut = CutPoint(problem, theta, AllStatesFromData(problem), length);
-    cut.rollout = evaluated.fit.point.rollout;
+    cut.rollout = fit.point.rollout;
     cut = SolveStates(problem, cut, {.twist_hold = kHeldSpin});
     UnexplainedForce next = EstimateForce(LinearizedFit(problem, cut));
     if (next.curves.empty()) continue;
@@ -169,26 +166,25 @@ UnexplainedForce ForceFrom(const EvaluatedModel& evaluated,
 // Parameters that are not to be trusted may have run away for want of what is
 // missing: from where they started then. Where they went some way only, both
 // are tried, and the force that fewer joints need is the better guess.
-UnexplainedForce ForceOf(const EvaluatedModel& evaluated,
+UnexplainedForce ForceOf(const ShootingProblem& problem, const Fit& fit,
                          const LinearizedFit& fitted) {
   constexpr double kSomeWay = 0.25, kRanAway = 1.0;  // of its size
   constexpr double kHuge = 20.0;                     // times the noise
-  const double moved = FurthestMove(evaluated);
-  const bool trusted =
-      fitted.Valid() && !IsDoubtful(evaluated.fit) && moved < kRanAway;
+  const double moved = FurthestMove(problem, fit);
+  const bool trusted = fitted.Valid() && !IsDoubtful(fit) && moved < kRanAway;
   const bool wavering =
-      !trusted || (moved > kSomeWay && evaluated.train_error() > kHuge);
-  const double length = evaluated.fit.segment_s;
+      !trusted || (moved > kSomeWay && fit.train.total.normalized_rms > kHuge);
+  const double length = fit.segment_s;
   UnexplainedForce none;
   none.variance = std::numeric_limits<double>::infinity();
   UnexplainedForce best = none;
   if (trusted) {
-    best = ForceFrom(evaluated, evaluated.fit.point.theta, length / kShorter,
+    best = ForceFrom(problem, fit, fit.point.theta, length / kShorter,
                      EstimateForce(fitted));
   }
   if (wavering) {
     UnexplainedForce start =
-        ForceFrom(evaluated, StartValues(evaluated), length, none);
+        ForceFrom(problem, fit, StartValues(problem, fit), length, none);
     if (best.curves.empty() ||
         (!start.curves.empty() &&
          (Explains(start) || start.variance < best.variance) &&
@@ -201,21 +197,20 @@ UnexplainedForce ForceOf(const EvaluatedModel& evaluated,
 
 }  // namespace
 
-Where FindWhere(const EvaluatedModel& evaluated) {
+Where FindWhere(const ShootingProblem& problem, const Fit& fit) {
   Where where;
-  const ShootingProblem& problem = *evaluated.problem;
-  where.channels = evaluated.fit.train.channels;
-  where.segments = evaluated.fit.train.segments;
-  where.horizon = EvaluateHorizon(problem, evaluated.fit.point);
-  const LinearizedFit fit(problem, evaluated.fit.point);
-  if (fit.Valid()) {
+  where.channels = fit.train.channels;
+  where.segments = fit.train.segments;
+  where.horizon = EvaluateHorizon(problem, fit.point);
+  const LinearizedFit linearized(problem, fit.point);
+  if (linearized.Valid()) {
     for (const Body& body : problem.model().movers()) {
-      AddBinsOf(fit, body, &where.bins);
+      AddBinsOf(linearized, body, &where.bins);
     }
-    where.whiteness = TestWhiteness(fit);
-    where.inputs = CorrelateInputs(fit);
+    where.whiteness = TestWhiteness(linearized);
+    where.inputs = CorrelateInputs(linearized);
   }
-  UnexplainedForce force = ForceOf(evaluated, fit);
+  UnexplainedForce force = ForceOf(problem, fit, linearized);
   where.force = std::move(force.curves);
   where.joints = std::move(force.joints);
   where.regression = std::move(force.regression);
