@@ -283,6 +283,7 @@ std::vector<ProposedSet> Looks::SameForceAs(const FittedSet& best) const {
   if (look == nullptr) return same;
   for (const PredictedSet& one : look->predicted) {
     if (one.score.effects != best.effects &&
+        one.score.parameters <= best.score.parameters &&
         look->sets->DoTheSame(one.score.set, look->sets->members())) {
       same.push_back(Propose(*look, one.score));
     }
