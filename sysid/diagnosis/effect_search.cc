@@ -420,6 +420,8 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
     Say("start", *from);
     if (from->IsAnswer()) sets_.Remove({});
   }
+  // No look has proposed what was known before, nor told what is as good.
+  if (sets_.Best() != base_) LookFrom(base_);
   LookOverShorter();
   ImproveAndLengthen();
   LeaveOutEach();

@@ -344,8 +344,8 @@ std::optional<NextExperiment> ChooseExperiment(const Catalogue& catalogue,
                                                const Session& session,
                                                const DiagnosisProblem& problem,
                                                const Diagnosis& diagnosis) {
-  if (diagnosis.verdict != Verdict::kUndecided || diagnosis.by_equations ||
-      session.runs.empty()) {
+  if (diagnosis.verdict != Verdict::kUndecided || diagnosis.rivals.size() < 2 ||
+      diagnosis.by_equations || session.runs.empty()) {
     return std::nullopt;
   }
   if (problem.options.progress) {
