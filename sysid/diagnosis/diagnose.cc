@@ -107,6 +107,11 @@ class Writer {
   bool IsSame(const FittedSet& rival) const {
     return answer_.same_force.contains(rival.effects);
   }
+  bool IsRival(const FittedSet& fitted) const {
+    return std::any_of(
+        answer_.rivals.begin(), answer_.rivals.end(),
+        [&](const auto& rival) { return rival->effects == fitted.effects; });
+  }
   std::vector<std::string> Names(const FittedSet& fitted) const {
     std::vector<std::string> names;
     for (const int e : fitted.effects) names.push_back(candidates_[e]->name());
@@ -191,7 +196,9 @@ class Writer {
             !fitted->refused.empty() ? fitted->refused
             : found_.effects.empty()
                 ? "it does not improve the prediction of held-out data"
-                : "others predict held-out data better";
+            : IsSame(*fitted)  ? "another name of the same force"
+            : IsRival(*fitted) ? "others explain the data as well"
+                               : "others predict held-out data better";
       }
       diagnosis->candidates.push_back(std::move(other));
     }

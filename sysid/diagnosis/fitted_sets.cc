@@ -26,6 +26,19 @@ int CountParameters(const EvaluatedModel& model) {
   return count;
 }
 
+// Whether the data tells at least one of its fitted parameters.
+bool IsIdentifiable(const Effect& effect, const Fit& fit) {
+  bool fitted = false;
+  for (const std::string& name : effect.ParameterNames()) {
+    for (const ParameterEstimate& p : fit.parameters) {
+      if (p.name != name) continue;
+      if (p.identifiable) return true;
+      fitted = true;
+    }
+  }
+  return !fitted;
+}
+
 }  // namespace
 
 ModelScore ScoreOf(const EvaluatedModel& model) {
@@ -100,7 +113,9 @@ FittedSets::Fitted FittedSets::Keep(std::vector<int> effects,
     double most = kByChance;
     for (const int e : fitted->effects) {
       const double p =
-          PValueOf(*catalogue_[e], problem_.model, fitted->model.fit);
+          IsIdentifiable(*catalogue_[e], fitted->model.fit)
+              ? PValueOf(*catalogue_[e], problem_.model, fitted->model.fit)
+              : 1.0;
       if (!(p > most)) continue;
       most = p;
       fitted->undetermined = e;
