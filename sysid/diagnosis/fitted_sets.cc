@@ -26,17 +26,34 @@ int CountParameters(const EvaluatedModel& model) {
   return count;
 }
 
-// Whether the data tells at least one of its fitted parameters.
-bool IsIdentifiable(const Effect& effect, const Fit& fit) {
-  bool fitted = false;
+// Parameters that the data does not tell apart though none of them is of the
+// model as given: what the effects have themselves made superfluous.
+std::set<std::string> NotTold(const DiagnosisProblem& problem, const Fit& fit) {
+  std::set<std::string> not_told;
+  for (const std::vector<std::string>& group : fit.not_identifiable) {
+    const bool given =
+        std::any_of(problem.free.begin(), problem.free.end(),
+                    [&](const FreeParameter& free) {
+                      return std::find(group.begin(), group.end(),
+                                       free.parameter.name) != group.end();
+                    });
+    if (!given) not_told.insert(group.begin(), group.end());
+  }
+  return not_told;
+}
+
+// Whether all parameters of an effect that were fitted are among them.
+bool IsNotTold(const Effect& effect, const Fit& fit,
+               const std::set<std::string>& not_told) {
+  bool any = false;
   for (const std::string& name : effect.ParameterNames()) {
     for (const ParameterEstimate& p : fit.parameters) {
       if (p.name != name) continue;
-      if (p.identifiable) return true;
-      fitted = true;
+      if (!not_told.contains(name)) return false;
+      any = true;
     }
   }
-  return !fitted;
+  return any;
 }
 
 }  // namespace
@@ -111,11 +128,12 @@ FittedSets::Fitted FittedSets::Keep(std::vector<int> effects,
   }
   if (fitted->refused.empty()) {
     double most = kByChance;
+    const std::set<std::string> not_told = NotTold(problem_, fitted->model.fit);
     for (const int e : fitted->effects) {
       const double p =
-          IsIdentifiable(*catalogue_[e], fitted->model.fit)
-              ? PValueOf(*catalogue_[e], problem_.model, fitted->model.fit)
-              : 1.0;
+          IsNotTold(*catalogue_[e], fitted->model.fit, not_told)
+              ? 1.0
+              : PValueOf(*catalogue_[e], problem_.model, fitted->model.fit);
       if (!(p > most)) continue;
       most = p;
       fitted->undetermined = e;
