@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "sysid/diagnosis/judgement_constants.h"
-#include "sysid/linearization/statistics.h"
 
 namespace sysid {
 
@@ -17,7 +16,7 @@ ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
   for (Eigen::Index j = 0; j < std::min(a.size(), b.size()); ++j) {
     if (!std::isnan(a[j] - b[j])) d.push_back(a[j] - b[j]);
   }
-  if (d.empty()) return {kInfinity, kInfinity, 0.0, 0};
+  if (d.empty()) return {kInfinity, kInfinity, 0.0};
   const double n = static_cast<double>(d.size());
   const double mean = std::accumulate(d.begin(), d.end(), 0.0) / n;
   double squares = 0.0;
@@ -32,7 +31,7 @@ ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
     variance += rank * rank;
   }
   return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : kInfinity,
-          signed_ranks / std::sqrt(variance), static_cast<int>(d.size())};
+          signed_ranks / std::sqrt(variance)};
 }
 
 bool Matters(const ModelScore& a, const ModelScore& b) {
@@ -42,19 +41,11 @@ bool Matters(const ModelScore& a, const ModelScore& b) {
          std::max(1, a.parameters - b.parameters) * std::log1p(kMatters);
 }
 
-bool IsCertain(const ErrorDifference& by, double deviations) {
-  if (!(by.mean > deviations * by.std_error)) return false;
-  if (by.std_error == 0.0) return true;
-  const double t = by.mean / by.std_error;
-  return FisherTail(t * t, 1.0, by.stretches - 1.0) <
-         std::erfc(deviations / std::sqrt(2.0));
-}
-
 bool Beats(const ModelScore& a, const ModelScore& b, double deviations) {
   if (!Matters(a, b)) return false;
   if (b.log_errors.size() == 0 || (a.at_noise && !b.at_noise)) return true;
   const ErrorDifference by = DifferenceOf(b.log_errors, a.log_errors);
-  return IsCertain(by, deviations) || by.agreement > deviations;
+  return by.mean > deviations * by.std_error || by.agreement > deviations;
 }
 
 }  // namespace sysid

@@ -23,7 +23,6 @@ struct ModelScore {
 // all may say the same.
 struct ErrorDifference {
   double mean = 0.0, std_error = 0.0, agreement = 0.0;
-  int stretches = 0;  // that both have
 };
 // ln(error of a / error of b).
 ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
@@ -32,13 +31,8 @@ ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 // parameter that it has more, certain or not.
 bool Matters(const ModelScore& a, const ModelScore& b);
 
-// Whether the mean is above none by so many deviates.
-bool IsCertain(const ErrorDifference& by, double deviations);
-
-// Whether it does, and by so many deviates (of Student's t as likely as of a
-// normal distribution: the standard error of few stretches may be small by
-// chance) that the mean is certain or the stretches agree; or is at the noise
-// where b is not, which is no chance.
+// Whether it does, and by so many deviates that the mean is certain or the
+// stretches agree; or is at the noise where b is not, which is no chance.
 bool Beats(const ModelScore& a, const ModelScore& b,
            double deviations = kDeviations);
 

@@ -420,8 +420,6 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
     Say("start", *from);
     if (from->IsAnswer()) sets_.Remove({});
   }
-  // No look has proposed what was known before, nor told what is as good.
-  if (sets_.Best() != base_) LookFrom(base_);
   LookOverShorter();
   ImproveAndLengthen();
   LeaveOutEach();
@@ -434,6 +432,11 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
   }
   if (const std::shared_ptr<FittedSet> best = sets_.Best();
       best != nullptr && !best->effects.empty()) {
+    if (looks_.AlikeTo(*best).empty()) {
+      // What was known before was proposed by no look.
+      LookFrom(base_);
+      looks_.NoteAlike(*best);
+    }
     FitRivals(*best);
     if (sets_.Best() != best) LeaveOutEach();
   }

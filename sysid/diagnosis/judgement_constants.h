@@ -11,10 +11,10 @@ namespace sysid {
 // The comparison (J.2). What matters is a twentieth of the error: an effect
 // that lowers it by less does next to nothing, however certain it is.
 inline constexpr double kMatters = 0.05;
-// z: what chance makes of the best of forty candidates, about the largest of as
-// many standard normal deviates, sqrt(2 ln 40); of twenty stretches three
-// standard errors. (Two let a gap stand in for a friction that sticks.)
-inline constexpr double kDeviations = 2.7;
+// z: what chance makes of the best of a hundred candidates, about the largest
+// of as many standard normal deviates, sqrt(2 ln 100). (Two let a gap stand in
+// for a friction that sticks.)
+inline constexpr double kDeviations = 3.0;
 
 // The linearisation (J.3). A stretch that is left out keeps this part of its
 // weight: what it alone tells of stays where it is, and nothing is divided by

@@ -65,16 +65,6 @@ TEST(BeatsTest, NeedsMoreForMoreParameters) {
   EXPECT_FALSE(Beats(Of(ArrayXd::Constant(20, 0.01), 0), kZero, 3.0));
 }
 
-// The standard error of few stretches may be small by chance.
-TEST(BeatsTest, NeedsMoreOfFewStretches) {
-  const ErrorDifference by =
-      DifferenceOf(Values({0.9, 1.0, 1.2}), ArrayXd::Zero(3));
-  EXPECT_GT(by.mean, 10.0 * by.std_error);
-  EXPECT_FALSE(IsCertain(by, 3.0));  // Student's t of two: 19 would be
-  EXPECT_TRUE(IsCertain(
-      DifferenceOf(Values({1.0, 1.01, 1.02}), ArrayXd::Zero(3)), 3.0));
-}
-
 // One stretch that was hopeless makes the mean uncertain; the others agree.
 TEST(BeatsTest, TakesTheStretchesWord) {
   ArrayXd a = ArrayXd::Constant(20, -0.2);
