@@ -34,6 +34,11 @@ ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b) {
           signed_ranks / std::sqrt(variance)};
 }
 
+bool IsAsGood(const ModelScore& a, const ModelScore& b) {
+  const ErrorDifference by = DifferenceOf(a.log_errors, b.log_errors);
+  return by.mean <= std::max(by.std_error, kSameError);
+}
+
 bool Matters(const ModelScore& a, const ModelScore& b) {
   if (a.log_errors.size() == 0) return false;
   if (b.log_errors.size() == 0) return true;

@@ -27,6 +27,10 @@ struct ErrorDifference {
 // ln(error of a / error of b).
 ErrorDifference DifferenceOf(const Eigen::ArrayXd& a, const Eigen::ArrayXd& b);
 
+// Whether a is no worse than b by more than the standard error of the
+// difference, or by what two fits of the same force differ.
+bool IsAsGood(const ModelScore& a, const ModelScore& b);
+
 // Whether a predicts better than b by what matters (kMatters), once for each
 // parameter that it has more, certain or not.
 bool Matters(const ModelScore& a, const ModelScore& b);

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <iterator>
 #include <utility>
 
 #include "sysid/diagnosis/first_sets.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/no_answer.h"
 #include "sysid/diagnosis/verdict.h"
-#include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
 namespace {
@@ -119,11 +117,7 @@ void EffectSearch::LookFrom(const std::shared_ptr<FittedSet>& at) {
 
 bool EffectSearch::Improve() {
   const std::shared_ptr<FittedSet> best = sets_.Best();
-  // Nothing has fewer parameters than one, and nothing is missing.
-  if (best == nullptr ||
-      (best->score.parameters <= 1 && best->score.at_noise)) {
-    return false;
-  }
+  if (best == nullptr) return false;
   LookFrom(best);
   for (; fits_ < most_fits_ && failures_ < kMostFailures; ++failures_) {
     const std::optional<ProposedSet> next = looks_.Next(*best);
@@ -185,17 +179,11 @@ void EffectSearch::FitRivals(const FittedSet& best) {
     if (sets_.Find(alike.effects) != nullptr) continue;
     if (fitted++ == kMostRivalsFitted) break;
     // Where it was as good, and from there as far as the best was followed.
-    EvaluatedModel model =
-        Evaluate(*alike.from, alike, 0.0, std::max(1.0, alike.error));
-    const double length = best.model.fit.segment_s;
-    for (double at = 0.0; Follows(model) && model.fit.segment_s > at;) {
-      at = model.fit.segment_s;
-      if (at > 0.9 * length) break;
-      model = EvaluateLonger(problem_, model, std::min(2.0 * at, length),
-                             kMostIterationsToFollow);
-    }
-    if (model.fit.segment_s < 0.9 * length) continue;
-    Say("as good", *sets_.Keep(alike.effects, std::move(model)));
+    auto model = LengthenTo(
+        problem_, best.model.fit.segment_s,
+        Evaluate(*alike.from, alike, 0.0, std::max(1.0, alike.error)));
+    if (!model) continue;
+    Say("as good", *sets_.Keep(alike.effects, std::move(*model)));
   }
 }
 
@@ -231,7 +219,7 @@ std::optional<EvaluatedModel> EffectSearch::GivenOverHalf(
   shorter.options.segment = std::max(kShortest, 0.5 * length);
   EvaluatedModel given = EvaluateGiven(shorter);
   if (!std::isfinite(given.cv.error()) ||
-      !(given.fit.segment_s < 0.9 * length)) {
+      IsAsLong(given.fit.segment_s, length)) {
     return std::nullopt;
   }
   given.problem = std::make_shared<const ShootingProblem>(
@@ -270,7 +258,7 @@ void EffectSearch::LookOverShorter() {
   }
   const auto best = sets_.Best();
   if (!before || best == nullptr || !best->effects.empty()) return;
-  // Nothing was found: on with the first segments.
+  // Nothing was found: on with the first segments, where all fits were made.
   sets_.Restore(*before);
   looks_.Clear();
   fits_ = most_fits_;

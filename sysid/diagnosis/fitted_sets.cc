@@ -8,7 +8,6 @@
 #include "glog/logging.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/no_answer.h"
-#include "sysid/linearization/statistics.h"
 #include "sysid/unexplained_force/discrepancy.h"
 
 namespace sysid {
@@ -188,9 +187,7 @@ FittedSets::Fitted FittedSets::Best() const {
   // Of those that are as good, the most common laws.
   Fitted best = least->fitted;
   for (const Item& item : unbeaten) {
-    const ErrorDifference by =
-        DifferenceOf(item.score.log_errors, least->score.log_errors);
-    if (by.mean <= std::max(by.std_error, kSameError) &&
+    if (IsAsGood(item.score, least->score) &&
         commonness_.Of(item.fitted->effects) < commonness_.Of(best->effects)) {
       best = item.fitted;
     }
@@ -206,9 +203,7 @@ std::vector<std::shared_ptr<const FittedSet>> FittedSets::RivalsOf(
         fitted->score.parameters > best.score.parameters) {
       continue;
     }
-    const ErrorDifference by =
-        DifferenceOf(fitted->score.log_errors, best.score.log_errors);
-    if (by.mean <= std::max(by.std_error, kSameError)) rivals.push_back(fitted);
+    if (IsAsGood(fitted->score, best.score)) rivals.push_back(fitted);
   }
   return rivals;
 }

@@ -14,9 +14,6 @@
 namespace sysid {
 namespace {
 
-// Segments are of whole samples and equal in a run: this near is as long.
-constexpr double kAsLong = 0.9;
-
 // The options of a model, to be fitted to the end, and silently.
 EstimationOptions QuietOptions(const DiagnosisProblem& problem,
                                const EvaluatedModel& evaluated) {
@@ -30,6 +27,11 @@ EstimationOptions QuietOptions(const DiagnosisProblem& problem,
 }
 
 }  // namespace
+
+bool IsAsLong(double segment_s, double length) {
+  constexpr double kAsLong = 0.9;  // some samples less
+  return segment_s > kAsLong * length;
+}
 
 bool Follows(const EvaluatedModel& evaluated) {
   // (8.2) is NaN where nothing moves.
@@ -52,7 +54,7 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                              : std::min(data.LongestDuration(),
                                         data.TotalDuration() / kFewestSegments);
   if (problem.options.segment > 0 || !now.fit.converged ||
-      length > kAsLong * longest) {
+      IsAsLong(length, longest)) {
     return std::nullopt;
   }
   report("longer segments", now.train_error());
@@ -64,6 +66,18 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
     return std::nullopt;
   }
   return longer;
+}
+
+std::optional<EvaluatedModel> LengthenTo(const DiagnosisProblem& problem,
+                                         double length, EvaluatedModel now) {
+  while (!IsAsLong(now.fit.segment_s, length)) {
+    if (!Follows(now)) return std::nullopt;
+    const double before = now.fit.segment_s;
+    now = EvaluateLonger(problem, now, std::min(2.0 * before, length),
+                         kMostIterationsToFollow);
+    if (!(now.fit.segment_s > before)) return std::nullopt;
+  }
+  return now;
 }
 
 std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,

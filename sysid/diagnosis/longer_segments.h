@@ -26,6 +26,14 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
                                        const EvaluatedModel& now,
                                        const ReportDoing& report);
 
+// The same up to a length, s; nothing where its motion is not followed so far.
+std::optional<EvaluatedModel> LengthenTo(const DiagnosisProblem& problem,
+                                         double length, EvaluatedModel now);
+
+// Segments are of whole samples and equal in a run: whether one is as long as
+// another but for that.
+bool IsAsLong(double segment_s, double length);
+
 // The model from whole trajectories, where its states may be caught in wrong
 // ones; nothing where that does not help.
 std::optional<EvaluatedModel> FromWholeRuns(const DiagnosisProblem& problem,

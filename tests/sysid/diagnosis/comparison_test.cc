@@ -65,6 +65,17 @@ TEST(BeatsTest, NeedsMoreForMoreParameters) {
   EXPECT_FALSE(Beats(Of(ArrayXd::Constant(20, 0.01), 0), kZero, 3.0));
 }
 
+TEST(IsAsGoodTest, AllowsAStandardError) {
+  ArrayXd mixed(20);
+  for (int j = 0; j < 20; ++j) mixed[j] = j % 2 == 0 ? 0.5 : -0.4;
+  // Worse by 0.05, its standard error 0.1.
+  EXPECT_TRUE(IsAsGood(Of(mixed), kZero));
+  EXPECT_FALSE(IsAsGood(Of(mixed + 0.1), kZero));
+  // Equal but for what two fits of the same force differ.
+  EXPECT_TRUE(IsAsGood(Of(ArrayXd::Constant(20, 0.9e-3)), kZero));
+  EXPECT_FALSE(IsAsGood(Of(ArrayXd::Constant(20, 1.1e-3)), kZero));
+}
+
 // One stretch that was hopeless makes the mean uncertain; the others agree.
 TEST(BeatsTest, TakesTheStretchesWord) {
   ArrayXd a = ArrayXd::Constant(20, -0.2);

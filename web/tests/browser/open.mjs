@@ -48,6 +48,19 @@ export async function openFile(browser, file, {width = 1280, height = 900, color
   return {page, context, requests, complaints, work_ms};
 }
 
+// A report in the page, without complaints whatever `steps` does with it.
+export async function visitReport(browser, name, document, steps, options) {
+  const {page, context, complaints} = await openFile(browser, writeReport(name, document), options);
+  try {
+    await steps(page);
+    assert.deepEqual(complaints, [], 'complaints');
+  } finally {
+    await context.close();
+  }
+}
+
+export const text = (page, selector) => page.$eval(selector, e => e.innerText);
+
 export function watch(page) {
   const complaints = [];
   page.on('pageerror', e => complaints.push(e.stack));

@@ -4,24 +4,14 @@ import assert from 'node:assert/strict';
 import {after, before, test} from 'node:test';
 import {failedPage, planarPage, undecidedPage} from '../fixture.mjs';
 import {launch, without} from './chromium.mjs';
-import {openFile, settled, writeReport} from './open.mjs';
+import {settled, text, visitReport} from './open.mjs';
 
 const skip = without;
 let browser;
 before(async () => { if (!skip) browser = await launch(); });
 after(async () => { await browser?.close(); });
 
-async function visit(name, document, steps, options) {
-  const {page, context, complaints} = await openFile(browser, writeReport(name, document), options);
-  try {
-    await steps(page);
-    assert.deepEqual(complaints, [], 'complaints');
-  } finally {
-    await context.close();
-  }
-}
-
-const text = (page, selector) => page.$eval(selector, e => e.innerText);
+const visit = (...report) => visitReport(browser, ...report);
 const choose = async (page, label, option) => {
   await page.locator('.controls').getByLabel(label, {exact: true}).selectOption({label: option});
   await settled(page);
