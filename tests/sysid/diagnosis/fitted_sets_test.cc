@@ -20,16 +20,15 @@ class FittedSetsTest : public testing::Test {
         sets_(problem_, catalogue_) {}
 
   static std::vector<sysid::Run> Recorded() {
-    const Model truth =
-        Shipped("pendulum2_planar", {"viscous_damping@joint1"},
-                {{"joint1.damping", 0.05}});
+    const Model truth = Shipped("pendulum2_planar", {"viscous_damping@joint1"},
+                                {{"joint1.damping", 0.05}});
     return {Record(truth, 1), Record(truth, 2), Record(truth, 3)};
   }
   static Candidates Catalogued() {
     const Mechanism mechanism = Shipped("pendulum2_planar").mechanism();
     Candidates effects;
-    for (const char* name : {"viscous_damping@joint1",
-                             "viscous_damping@joint2"}) {
+    for (const char* name :
+         {"viscous_damping@joint1", "viscous_damping@joint2"}) {
       effects.push_back(Catalogue().Make(name, mechanism, "test"));
     }
     return effects;
