@@ -352,11 +352,7 @@ void EffectSearch::FitFirstSets() {
       IndicesOf(shown), EvaluateWith(problem_, base_->model, shown,
                                      TrialOptions(problem_.options, 0.0)));
   Say("shown by the equations of motion", *together);
-  DropUndetermined(together);
-  if ((together->IsAnswer() || together->undetermined) &&
-      !IsDoubtful(together->model.fit)) {
-    return;
-  }
+  if (together->IsAnswer() && !IsDoubtful(together->model.fit)) return;
   // What the base made of its parameters for want of them may be too far off:
   // from where the equations of motion have them all.
   const auto model = FitByEquations(problem_, base_->model, &shown);
