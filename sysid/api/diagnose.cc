@@ -83,6 +83,7 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
   options.add = request.add_found;
   options.keep_evaluated = true;
   result.diagnosis = Diagnose(result.problem, candidates, options);
+  result.diagnosis.narrowed = !request.candidates.empty();
   if ((request.add_found || request.fit_whole_runs) &&
       result.diagnosis.interrupted.empty()) {
     result.final = FitFinalUnlessInterrupted(&result);

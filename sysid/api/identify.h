@@ -7,8 +7,8 @@
 #include "models/effects/catalogue.h"
 #include "sysid/api/callbacks.h"
 #include "sysid/estimation/holdout.h"
+#include "sysid/session/added_effects.h"
 #include "sysid/session/checkpoint.h"
-#include "sysid/session/diagnosis_session.h"
 #include "sysid/session/session.h"
 #include "sysid/stochastic/solvers.h"
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "models/error.h"
 #include "sysid/diagnosis/candidate_forces.h"
 #include "sysid/diagnosis/effect_search.h"
 #include "sysid/diagnosis/formula_proposals.h"
@@ -59,6 +60,12 @@ class Writer {
     diagnosis.base = base_.model;
     diagnosis.usable = answer_.usable;
     AddDoubts(&diagnosis);
+    if (const Fit& fit = found_.model.fit;
+        !found_.effects.empty() && !answer_.at_noise && !fit.converged) {
+      diagnosis.doubts.push_back("the fit with " +
+                                 Join(Names(found_), " and ") +
+                                 " did not converge: " + fit.termination);
+    }
     if (!stopped) FillStability(&diagnosis);
     diagnosis.verdict = VerdictOfGiven();
     if (!diagnosis.stand_ins.empty()) {

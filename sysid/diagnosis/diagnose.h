@@ -59,6 +59,8 @@ struct Diagnosis {
   // only together explain it; the first of the candidates. Empty: none.
   std::vector<std::string> proposed;
   int tests = 0;  // that the p-values corrected for
+  // Whether the user chose the candidates: not all laws of the catalogue.
+  bool narrowed = false;
   // Where others with no more parameters predict as well: the answer, and then
   // each other model within one standard error of it. Else empty. Undecided,
   // unless all are the same force as the answer.

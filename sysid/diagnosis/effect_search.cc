@@ -348,11 +348,6 @@ void EffectSearch::FitFirstSets() {
   std::vector<ScreenedEffect> shown = by_equations_.effects;
   if (shown.size() < 2) return;
   report_("what the equations of motion show", base_->model.train_error());
-  const std::shared_ptr<FittedSet> together = sets_.Keep(
-      IndicesOf(shown), EvaluateWith(problem_, base_->model, shown,
-                                     TrialOptions(problem_.options, 0.0)));
-  Say("shown by the equations of motion", *together);
-  if (together->IsAnswer() && !IsDoubtful(together->model.fit)) return;
   // What the base made of its parameters for want of them may be too far off:
   // from where the equations of motion have them all.
   const auto model = FitByEquations(problem_, base_->model, &shown);
@@ -431,8 +426,9 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
 EffectSearch::Answer EffectSearch::Judged() const {
   Answer answer = SoFar();
   const FittedSet& found = *answer.found;
+  // Above the noise a fit that ended before its minimum explains nothing.
   answer.explains = answer.at_noise ||
-                    (!found.effects.empty() &&
+                    (!found.effects.empty() && found.model.fit.converged &&
                      ExplainsMost(problem_, base_->model, found.model, 1.0));
   return answer;
 }

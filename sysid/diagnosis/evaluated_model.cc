@@ -107,42 +107,6 @@ void Evaluate(const DiagnosisProblem& problem, const EvaluatedModel* before,
   SetCrossValidation(problem, evaluated);
 }
 
-// Where a refit starts: part of the way to what is expected, where the
-// screening knows that at all.
-double StartOf(const Effect& effect, const ExpectedParameter& expected,
-               double part) {
-  constexpr double kKnown = 2.0;  // standard errors
-  if (expected.searched) return expected.value;
-  for (const EffectParameter& own : effect.parameters()) {
-    // Part of the way the law would still be off.
-    if (own.name == expected.name && own.start) return expected.value;
-  }
-  double change = expected.value - expected.null_value;
-  if (std::abs(change) < kKnown * expected.std_error) {
-    for (const EffectParameter& own : effect.parameters()) {
-      if (own.name != expected.name) continue;
-      change = std::clamp(change, -own.typical_scale, own.typical_scale);
-    }
-  }
-  return expected.null_value + part * change;
-}
-
-// The squares of a start that is no overshoot: it gains half of what the
-// screening promises of one of the effects. (Of a cost that is quadratic along
-// the step, with its minimum at s of it, the whole step gains 2 - 1/s of the
-// promise and 0.3 of it gains 0.6 - 0.09/s: more, where the whole step gains
-// less than 0.46.)
-double EnoughOf(const std::vector<ScreenedEffect>& effects,
-                const EvaluatedModel& before) {
-  constexpr double kOfPromise = 0.5;
-  double promised = before.train_error();
-  for (const ScreenedEffect& effect : effects) {
-    promised = std::min(promised, effect.predicted_error);
-  }
-  const double left = std::pow(promised / before.train_error(), 2);
-  return (1.0 - kOfPromise * (1.0 - left)) * before.fit.train.squares;
-}
-
 std::shared_ptr<const ShootingProblem> Pose(const DiagnosisProblem& problem,
                                             const EstimationOptions& options) {
   return std::make_shared<const ShootingProblem>(problem.model, problem.free,
@@ -359,41 +323,6 @@ EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
       AdoptStates(before.fit.model, before.fit.point, after.problem->model()));
   Evaluate(problem, &before, &after);
   return after;
-}
-
-EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
-                            const EvaluatedModel& before,
-                            const std::vector<ScreenedEffect>& effects,
-                            const EstimationOptions& options) {
-  std::vector<std::shared_ptr<const Effect>> added = before.added;
-  std::set<std::string> without_influence = before.without_influence;
-  // From where the screening expects them, and less far: its first order may
-  // overshoot.
-  std::vector<std::map<std::string, double>> starts;
-  std::map<std::string, double> from = ValuesOf(before);
-  if (IsDoubtful(before.fit)) {
-    // What a model made of its parameters for want of an effect may be far from
-    // where this one wants them: from where they started.
-    for (const FreeParameter& free : problem.free) {
-      from.erase(free.parameter.name);
-    }
-  }
-  for (const double part : {1.0, 0.3, 0.0}) {
-    starts.push_back(from);
-    for (const ScreenedEffect& effect : effects) {
-      for (const ExpectedParameter& expected : effect.parameters) {
-        starts.back()[expected.name] = StartOf(*effect.effect, expected, part);
-      }
-    }
-  }
-  for (const ScreenedEffect& effect : effects) {
-    added.push_back(effect.effect);
-    without_influence.insert(effect.without_influence.begin(),
-                             effect.without_influence.end());
-  }
-  return EvaluateFrom(problem, before, std::move(added),
-                      std::move(without_influence), starts,
-                      EnoughOf(effects, before), options);
 }
 
 EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,

@@ -91,13 +91,6 @@ EvaluatedModel EvaluateFrom(
     const std::vector<std::map<std::string, double>>& starts, double enough,
     const EstimationOptions& options);
 
-// The model of `before` with further effects, which start where the screening
-// expects them; `threads` and `progress` as in `options`.
-EvaluatedModel EvaluateWith(const DiagnosisProblem& problem,
-                            const EvaluatedModel& before,
-                            const std::vector<ScreenedEffect>& effects,
-                            const EstimationOptions& options);
-
 // The options for a model whose error stays at so many times the noise: it
 // needs no step as fine as the noise.
 EstimationOptions Coarse(EstimationOptions options, double error);

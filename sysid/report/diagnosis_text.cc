@@ -447,7 +447,9 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   }
   const Answer answer = AnswerOf(diagnosis);
   if (diagnosis.verdict == Verdict::kUnexplained) {
-    text += ", and no effect of the catalogue explains it";
+    text += diagnosis.narrowed
+                ? ", and none of the chosen candidates explains it"
+                : ", and no effect of the catalogue explains it";
     if (diagnosis.steps.empty() && !answer.effects.empty()) {
       text += "; " + ListEffects(answer.effects, " and ") +
               ", the best of them, leaves " + Times(answer.holdout);

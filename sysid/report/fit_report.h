@@ -7,7 +7,7 @@
 #include "sysid/api/identify.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
-#include "sysid/session/diagnosis_session.h"
+#include "sysid/session/added_effects.h"
 #include "sysid/session/session.h"
 #include "sysid/stochastic/stochastic_fit.h"
 

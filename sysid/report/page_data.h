@@ -9,6 +9,7 @@
 #include "sysid/api/identify.h"
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/report/json.h"
+#include "sysid/session/added_effects.h"
 #include "sysid/session/diagnosis_session.h"
 #include "sysid/session/session.h"
 #include "sysid/stochastic/stochastic_fit.h"

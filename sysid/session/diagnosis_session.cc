@@ -114,44 +114,6 @@ void CheckDecidable(const DiagnosisProblem& problem,
   }
 }
 
-// The model without some of its effects.
-Model Without(const Model& model, const std::vector<std::string>& names) {
-  Model without(model.mechanism());
-  MechanismParameters<double> nominal = model.nominal();
-  nominal.effects.clear();
-  for (int i = 0; i < model.effects().size(); ++i) {
-    const auto& effect = model.effects().shared(i);
-    if (std::find(names.begin(), names.end(), effect->name()) != names.end()) {
-      continue;
-    }
-    without.AddEffect(effect, effect->name());
-    const int first = model.effects().offset(i);
-    for (size_t k = 0; k < effect->parameters().size(); ++k) {
-      nominal.effects.push_back(model.nominal().effects[first + k]);
-    }
-  }
-  without.SetNominal(nominal);
-  return without;
-}
-
-// Thins many samples for the search; by how much. The noise is that of all
-// samples: of fewer it is harder to tell.
-int Thin(DiagnosisProblem* problem) {
-  if (problem->train->samples() <= kManySamples) return 1;
-  const std::shared_ptr<const DataSet> all = problem->train;
-  std::vector<Run> train = RunsOf(*all);
-  const int n = ThinRuns(kSearchRate, &train);
-  problem->train =
-      MakeDataSetLike(problem->model, std::move(train), problem->options, *all);
-  if (problem->holdout != nullptr) {
-    std::vector<Run> holdout = RunsOf(*problem->holdout);
-    ThinRuns(kSearchRate, &holdout);
-    problem->holdout = MakeDataSetLike(problem->model, std::move(holdout),
-                                       problem->options, *all);
-  }
-  return n;
-}
-
 // Whether an effort of the joint, -1: of any, was recorded that ever acts.
 bool IsDriven(const Mechanism& mechanism, int joint,
               const std::vector<Run>& runs) {
@@ -179,6 +141,22 @@ std::vector<std::string> OfMeasuredMotors(const Catalogue& catalogue,
 
 }  // namespace
 
+int ThinForSearch(DiagnosisProblem* problem) {
+  if (problem->train->samples() <= kManySamples) return 1;
+  const std::shared_ptr<const DataSet> all = problem->train;
+  std::vector<Run> train = RunsOf(*all);
+  const int n = ThinRuns(kSearchRate, &train);
+  problem->train =
+      MakeDataSetLike(problem->model, std::move(train), problem->options, *all);
+  if (problem->holdout != nullptr) {
+    std::vector<Run> holdout = RunsOf(*problem->holdout);
+    ThinRuns(kSearchRate, &holdout);
+    problem->holdout = MakeDataSetLike(problem->model, std::move(holdout),
+                                       problem->options, *all);
+  }
+  return n;
+}
+
 DiagnosisProblem OpenDiagnosis(const Session& session,
                                std::vector<std::string>* notices) {
   DiagnosisProblem problem(session.model);
@@ -194,7 +172,7 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
   }
   problem.SetRuns(std::move(train), std::move(holdout));
   CheckDecidable(problem, notices);
-  const int n = Thin(&problem);
+  const int n = ThinForSearch(&problem);
   if (n > 1) {
     notices->push_back("the search uses one sample in " + std::to_string(n) +
                        "; the last fit uses all");
@@ -251,168 +229,6 @@ std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
            !IsDriven(mechanism, effect->joint(), session.runs);
   });
   return candidates;
-}
-
-namespace {
-
-// The errors of a model without the effects of a session, and with them, each
-// at the values of the equations of motion and over segments of kFirstLength
-// from states of the data: a fit without that many would be far off, and long.
-std::optional<AddedEffects> TryByEquations(
-    const DiagnosisProblem& without, const Session& session,
-    const std::vector<std::string>& tried) {
-  const auto error = [](const ShootingProblem& problem) {
-    return EvaluateErrors(problem, ShortSegments(problem), 0.0)
-        .total.normalized_rms;
-  };
-  const auto start = [&](const Model& model,
-                         const std::vector<FreeParameter>& free) {
-    return StartByInverseDynamics(
-        ShootingProblem(model, free, without.train, without.options));
-  };
-  const ShootingProblem before = start(without.model, without.free);
-  const ShootingProblem after = start(session.model, session.free);
-  AddedEffects result;
-  result.effects = tried;
-  result.train_before = error(before);
-  result.train_after = error(after);
-  if (!std::isfinite(result.train_before) ||
-      !std::isfinite(result.train_after)) {
-    return std::nullopt;
-  }
-  if (without.holdout != nullptr) {
-    result.holdout_before = error(before.WithData(without.holdout));
-    result.holdout_after = error(after.WithData(without.holdout));
-  }
-  Eigen::VectorXd values(after.map().size());
-  after.map().ValuesOf<double>(after.InitialTheta().data(), values.data());
-  for (int i = 0; i < values.size(); ++i) {
-    const std::string& name = after.free()[i].parameter.name;
-    if (session.freed_by_added.count(name) > 0) result.found[name] = values[i];
-  }
-  return result;
-}
-
-}  // namespace
-
-std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
-                                            const Session& session) {
-  std::vector<std::shared_ptr<const Effect>> added;
-  std::vector<std::string> tried;
-  for (const std::string& name : session.added) {
-    const auto effect =
-        catalogue.Make(name, session.model.mechanism(), "--add");
-    const std::vector<EffectParameter>& own = effect->parameters();
-    const auto is_fixed = [&](const EffectParameter& p) {
-      return std::find(session.fixed.begin(), session.fixed.end(), p.name) !=
-             session.fixed.end();
-    };
-    // One that is held as it is has nothing to try.
-    if (!own.empty() && std::all_of(own.begin(), own.end(), is_fixed)) continue;
-    if (std::any_of(own.begin(), own.end(), [&](const EffectParameter& p) {
-          return p.whole && is_fixed(p);
-        })) {
-      return std::nullopt;
-    }
-    // It starts at none, over the range of the runs (table_range.h).
-    if (IsForceTable(*effect)) return std::nullopt;
-    added.push_back(effect);
-    tried.push_back(name);
-  }
-  if (added.empty()) return std::nullopt;
-  DiagnosisProblem problem(Without(session.model, tried));
-  std::map<std::string, Parameter> plain;
-  for (const Parameter& p : AllParameters(problem.model)) plain[p.name] = p;
-  for (const FreeParameter& free : session.free) {
-    const auto at = plain.find(free.parameter.name);
-    if (session.freed_by_added.count(free.parameter.name) > 0 ||
-        at == plain.end()) {
-      continue;
-    }
-    problem.free.push_back(free);
-    problem.free.back().parameter = at->second;
-  }
-  problem.options = session.options;
-  problem.known = {session.fixed.begin(), session.fixed.end()};
-  problem.SetRuns(session.runs, session.holdout);
-  Thin(&problem);
-  if (added.size() > size_t{kMostEffectsBySegments}) {
-    return TryByEquations(problem, session, tried);
-  }
-  const EvaluatedModel before = EvaluateGiven(problem);
-  const LinearizedFit linearized(*before.problem, before.fit.point);
-  if (!linearized.Valid()) return std::nullopt;
-  const Screening screening =
-      ScreenEffects(linearized, before.fit.model, added, problem.known);
-  const std::vector<ScreenedEffect>& screened = screening.effects;
-  if (screened.empty()) return std::nullopt;
-  const EvaluatedModel after =
-      EvaluateWith(problem, before, screened, problem.options);
-  if (!std::isfinite(after.train_error())) return std::nullopt;
-  AddedEffects result;
-  result.effects = tried;
-  for (const ParameterEstimate& p : after.fit.parameters) {
-    if (session.freed_by_added.count(p.name) > 0) {
-      result.found[p.name] = p.value;
-    }
-  }
-  const EffectSet& found = after.fit.model.effects();
-  for (size_t i = 0; i < found.parameters().size(); ++i) {
-    if (!found.parameters()[i].whole) continue;
-    result.found[found.parameters()[i].name] =
-        after.fit.model.nominal().effects[i];
-  }
-  if (screened.size() == 1) result.predicted = screened[0].predicted_error;
-  result.train_before = before.train_error();
-  result.train_after = after.train_error();
-  result.holdout_before = before.holdout_error();
-  result.holdout_after = after.holdout_error();
-  return result;
-}
-
-namespace {
-
-// Parameters of effects that have a start of their own, which is better than
-// what a trial found that gained nothing.
-std::set<std::string> KeepStart(const AddedEffects& added,
-                                const EffectSet& effects) {
-  std::set<std::string> names;
-  if (added.train_after < added.train_before) return names;
-  for (int i = 0; i < effects.size(); ++i) {
-    const std::vector<EffectParameter>& own = effects.effect(i).parameters();
-    if (std::any_of(own.begin(), own.end(), [](const EffectParameter& p) {
-          return p.start.has_value();
-        })) {
-      for (const EffectParameter& p : own) names.insert(p.name);
-    }
-  }
-  return names;
-}
-
-}  // namespace
-
-Session StartedFrom(const AddedEffects& added, Session session) {
-  const std::set<std::string> kept = KeepStart(added, session.model.effects());
-  for (FreeParameter& free : session.free) {
-    if (kept.contains(free.parameter.name)) continue;
-    const auto at = added.found.find(free.parameter.name);
-    bool given = free.initial != free.parameter.nominal;
-    if (given && free.parameter.kind == ParameterKind::kEffect) {
-      // Or by the effect, for want of better.
-      const EffectParameter& own =
-          session.model.effects().parameters()[free.parameter.index];
-      given = own.start != free.initial;
-    }
-    if (at == added.found.end() || given) continue;
-    free.initial = std::clamp(at->second, free.lower, free.upper);
-  }
-  for (const EffectParameter& parameter :
-       session.model.effects().parameters()) {
-    const auto at = added.found.find(parameter.name);
-    if (!parameter.whole || at == added.found.end()) continue;
-    session.model.SetEffectParameter(parameter.name, at->second);
-  }
-  return session;
 }
 
 FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,

@@ -18,6 +18,10 @@ namespace sysid {
 DiagnosisProblem OpenDiagnosis(const Session& session,
                                std::vector<std::string>* notices);
 
+// Thins the runs of a problem that have many samples; by how much. The noise is
+// that of all samples: of fewer it is harder to tell.
+int ThinForSearch(DiagnosisProblem* problem);
+
 // The candidates by name ("coulomb_friction@joint1", or a kind for all its
 // targets) or pattern of either; where `names` is empty all of the catalogue's,
 // those of a drive only where an effort was measured. Throws InputError at
@@ -25,25 +29,6 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
 std::vector<std::shared_ptr<const Effect>> ChooseCandidates(
     const Catalogue& catalogue, const Session& session,
     const std::vector<std::string>& names, const std::string& place);
-
-// What effects do to a fit that a user adds to a model by name: the errors
-// before and after, of segments each from its own initial state (0: no held-out
-// runs); predicted of one effect only.
-struct AddedEffects : DiagnosisStep {
-  // Where the effects' parameters ended, by name; whole numbers too.
-  std::map<std::string, double> found;
-};
-
-// Fits the model of a session without the effects that --add put into it, and
-// with them; with more than kMostEffectsBySegments only evaluates both, at the
-// values of the equations of motion. Nothing where there are none, or where
-// they have whole numbers that the user gave.
-std::optional<AddedEffects> TryAddedEffects(const Catalogue& catalogue,
-                                            const Session& session);
-
-// The session whose effects start where that ended, unless a start was given,
-// with whole numbers as found.
-Session StartedFrom(const AddedEffects& added, Session session);
 
 // The model that a diagnosis ended with, fitted as sysid_fit does: one
 // trajectory a run, whole runs where parts of them were held out.

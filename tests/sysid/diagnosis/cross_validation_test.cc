@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "sysid/estimation/holdout.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
@@ -89,15 +91,13 @@ TEST(CrossValidate, LeavesAtTheirBoundsWhatEndedThere) {
                   {Record(truth, 1), Record(truth, 2), Record(truth, 3)});
   problem.options.segment = 1.0;
   const EvaluatedModel before = EvaluateGiven(problem);
-  ScreenedEffect drag;
-  drag.effect = Catalogue().Make("quadratic_drag@joint1",
-                                 problem.model.mechanism(), "test");
-  ExpectedParameter expected;
-  expected.name = "joint1.quadratic_drag";
-  expected.value = 0.001;
-  drag.parameters = {expected};
+  std::map<std::string, double> start = ValuesOf(before);
+  start["joint1.quadratic_drag"] = 0.001;
   const EvaluatedModel after =
-      EvaluateWith(problem, before, {drag}, problem.options);
+      EvaluateFrom(problem, before,
+                   {Catalogue().Make("quadratic_drag@joint1",
+                                     problem.model.mechanism(), "test")},
+                   {}, {start}, 0.0, problem.options);
   ASSERT_TRUE(after.fit.parameters.back().at_bound);
   EXPECT_EQ(after.fit.parameters.back().value, 0.0);
   EXPECT_NEAR(after.cv.error(), before.cv.error(), 1e-3 * before.cv.error());

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "sysid/linearization/candidate_columns.h"
 #include "tests/sysid/diagnosis/diagnosis_setup.h"
@@ -173,8 +175,14 @@ TEST_P(SmallEffects, ScoreWhatARefitGains) {
                 GetParam().parameter.substr(0, GetParam().parameter.find('.'))
           : GetParam().effect;
   const ScreenedEffect& effect = screened.Effect(name);
-  const EvaluatedModel after =
-      EvaluateWith(problem, screened.base, {effect}, problem.options);
+  std::map<std::string, double> start = ValuesOf(screened.base);
+  for (const ExpectedParameter& expected : effect.parameters) {
+    start[expected.name] = expected.value;
+  }
+  const EvaluatedModel after = EvaluateFrom(
+      problem, screened.base, {effect.effect},
+      {effect.without_influence.begin(), effect.without_influence.end()},
+      {start}, 0.0, problem.options);
   const double drop = screened.base.fit.train.squares - after.fit.train.squares;
   EXPECT_GT(drop, 50.0);
   EXPECT_NEAR(effect.score, drop, tolerance * drop + 5.0);

@@ -1,9 +1,10 @@
+#include "sysid/session/added_effects.h"
+
 #include <gtest/gtest.h>
 
 #include <optional>
 
 #include "sysid/diagnosis/judgement_constants.h"
-#include "sysid/session/diagnosis_session.h"
 #include "tests/support/tracked_arm.h"
 
 namespace sysid {
