@@ -41,14 +41,6 @@ void Export(const HiddenData& data) {
   ExportCase(data, (std::filesystem::path(FLAGS_export_to) / folder).string());
 }
 
-Way TheWay() {
-  if (FLAGS_way == "two_wrong") return Way::kTwoWrong;
-  if (FLAGS_way == "one_more") return Way::kOneMore;
-  if (FLAGS_way == "shuffled") return Way::kShuffled;
-  if (FLAGS_way == "perturbed") return Way::kPerturbed;
-  return Way::kGiven;
-}
-
 // An effect that the fitted model hides in its parameters is planted again,
 // larger, until it shows, or is as large as it may be.
 Scored RunCase(HiddenCase info) {
@@ -75,7 +67,7 @@ Scored RunCase(HiddenCase info) {
       }
       next.outcome = FLAGS_oracle
                          ? AskOracle(data)
-                         : DiagnoseCase(data, FLAGS_withhold, TheWay());
+                         : DiagnoseCase(data, FLAGS_withhold, WayOf(FLAGS_way));
     } catch (const std::exception& error) {
       if (attempt > 1 && scored.outcome.fault.empty() &&
           !scored.outcome.verdict.empty()) {

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <random>
 
 #include "sysid/diagnosis/diagnose.h"
 #include "sysid/diagnosis/effect_search.h"
@@ -101,65 +100,23 @@ DiagnosisProblem ProblemOf(const HiddenData& data, Way way) {
   problem.options = Options();
   std::vector<sysid::Run> runs = data.train;
   runs.push_back(data.holdout);
-  if (way == Way::kPerturbed) {
-    double sign = 1.0;
-    for (sysid::Run& run : runs) {
-      for (Channel& channel : run.channels) {
-        for (double& value : channel.values.reshaped()) {
-          value *= 1.0 + 1e-13 * (sign = -sign);
-        }
-      }
-    }
-  }
+  if (way == Way::kPerturbed) Perturb(&runs);
   const sysid::Run holdout = runs.back();
   runs.pop_back();
   problem.SetRuns(runs, {holdout});
   return problem;
 }
 
-std::vector<int> StartOf(const HiddenData& data, const Candidates& candidates,
-                         Way way, std::mt19937_64* random) {
-  std::vector<int> start;
-  const auto add = [&](size_t at) {
-    const auto shares = [&](int other) {
-      for (const EffectParameter& a : candidates[at]->parameters()) {
-        for (const EffectParameter& b : candidates[other]->parameters()) {
-          if (a.name == b.name) return true;
-        }
-      }
-      return static_cast<size_t>(other) == at;
-    };
-    if (std::any_of(start.begin(), start.end(), shares)) return;
-    start.push_back(static_cast<int>(at));
-  };
-  if (way == Way::kOneMore) {
-    for (const PlantedEffect& effect : data.planted) {
-      for (size_t i = 0; i < candidates.size(); ++i) {
-        if (candidates[i]->name() == effect.name) add(i);
-      }
-    }
-  }
-  const size_t size = way == Way::kTwoWrong ? 2 : start.size() + 1;
-  std::uniform_int_distribution<size_t> any(0, candidates.size() - 1);
-  for (int tries = 0; start.size() < size && tries < 100; ++tries) {
-    add(any(*random));
-  }
-  std::sort(start.begin(), start.end());
-  return start;
-}
-
 // What another way finds.
 void Search(const HiddenData& data, Candidates candidates, Way way,
             Outcome* outcome) {
-  std::mt19937_64 random(data.info.seed);
-  if (way == Way::kShuffled) {
-    std::shuffle(candidates.begin(), candidates.end(), random);
+  std::vector<std::string> planted;
+  for (const PlantedEffect& effect : data.planted) {
+    planted.push_back(effect.name);
   }
+  const std::vector<int> start =
+      BeginOn(way, data.info.seed, planted, &candidates);
   const DiagnosisProblem problem = ProblemOf(data, way);
-  std::vector<int> start;
-  if (way == Way::kTwoWrong || way == Way::kOneMore) {
-    start = StartOf(data, candidates, way, &random);
-  }
   EffectSearch search(problem, candidates, [](const std::string&, double) {});
   const EffectSearch::Answer answer = search.Run(start);
   outcome->train_before = Scale(data, answer.base->model.fit.noise) *

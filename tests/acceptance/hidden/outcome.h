@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "tests/acceptance/hidden/hidden_case.h"
+#include "tests/acceptance/hidden/way.h"
 
 namespace sysid {
 
@@ -29,11 +30,6 @@ struct Outcome {
   double seconds = 0.0;
   std::string fault;  // why there is no verdict; "" if there is one
 };
-
-// Ways that must lead to the same answer: from the model as given, from two
-// effects at random, from what was planted and one more at random; with the
-// candidates in another order; with every sample changed by 1e-13 of itself.
-enum class Way { kGiven, kTwoWrong, kOneMore, kShuffled, kPerturbed };
 
 // Fits the plain model, says what is missing, adds it, until nothing is; with
 // all laws of the catalogue as candidates, or `withheld`, but for those that
