@@ -66,7 +66,7 @@ class Writer {
                                  Join(Names(found_), " and ") +
                                  " did not converge: " + fit.termination);
     }
-    if (!stopped) FillStability(&diagnosis);
+    if (!stopped && !answer_.by_equations) FillStability(&diagnosis);
     diagnosis.verdict = VerdictOfGiven();
     if (!diagnosis.stand_ins.empty()) {
       diagnosis.verdict = Verdict::kUnexplained;
@@ -78,8 +78,14 @@ class Writer {
     }
     FillRivals(&diagnosis);
     if (add && !found_.effects.empty()) FillSteps(&diagnosis);
-    if (stopped || !diagnosis.usable) {
+    diagnosis.by_equations = answer_.by_equations;
+    diagnosis.bodies = answer_.look.bodies;
+    diagnosis.where.followed = answer_.look.followed;
+    diagnosis.where.rejected_efforts = answer_.look.rejected;
+    // Nothing of an arm was rolled out that could be linearised.
+    if (stopped || !diagnosis.usable || answer_.by_equations) {
       List(Screening(), &diagnosis);
+      if (answer_.by_equations) diagnosis.tests = answer_.look.tests;
       diagnosis.where.channels = base_.model.fit.train.channels;
       diagnosis.where.segments = base_.model.fit.train.segments;
       diagnosis.comparison.path = {ErrorsOf(base_.model)};
@@ -93,9 +99,8 @@ class Writer {
              base_.model.fit.model, candidates_, problem_.known),
          &diagnosis);
     FillComparison(add, &diagnosis);
-    diagnosis.by_equations = answer_.by_equations;
     diagnosis.where = FindWhere(*base_.model.problem, base_.model.fit);
-    diagnosis.where.followed = answer_.followed;
+    diagnosis.where.followed = answer_.look.followed;
     AddForcesToCompare(base_.model, kMostCompared, &diagnosis.where.force,
                        &diagnosis.candidates);
     return diagnosis;
@@ -180,6 +185,12 @@ class Writer {
           std::find(answer_.assumed.begin(), answer_.assumed.end(), e) ==
           answer_.assumed.end();
       if (at >= 0 && tested) screened = screening.effects[at];
+      for (const ScreenedEffect& shown : answer_.look.effects) {
+        if (answer_.by_equations && shown.name() == screened.name()) {
+          screened.p_value = shown.p_value;
+          screened.parameters = shown.parameters;
+        }
+      }
       CandidateEffect one{screened, Confirm(found_, e), InPlaceOf(e), "", {}};
       one.confirmed->accepted = true;
       for (const auto& rival : answer_.rivals) {

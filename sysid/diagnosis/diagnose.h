@@ -81,10 +81,10 @@ struct Diagnosis {
   // alone, each over its own.
   ModelComparison comparison;
   Verdict final_verdict = Verdict::kAdequate;
-  // The final model's values are those of inverse dynamics: forces that no
-  // candidate describes would bend a fit of the motion (where.followed), or it
-  // would take minutes.
+  // An arm: the answer is that of the equations of motion, with their values.
   bool by_equations = false;
+  // Links whose bodies the final model frees: those given predict worse.
+  std::vector<int> bodies;
 
   explicit Diagnosis(const Model& m) : base(m) {}
   const EvaluatedModel& last() const { return final ? *final : base; }

@@ -305,30 +305,25 @@ bool EffectSearch::BeginByEquations(Equations equations) {
   by_equations_ =
       LookByEquations(ShootingProblem(problem_.model, problem_.free,
                                       problem_.train, problem_.options),
-                      catalogue_, problem_.known);
+                      catalogue_, problem_.known, kMostEffectsBySegments);
   std::vector<ScreenedEffect>& shown = by_equations_.effects;
-  if (shown.size() <= size_t{kMostEffectsBySegments}) return false;
+  if (!by_equations_.is_arm) return false;
   if (equations == Equations::kBegin) {
     shown.clear();
     return false;
   }
-  EvaluatedModel base = EvaluateAtStart(problem_);
-  report_("what the equations of motion show", base.train_error());
-  std::shared_ptr<EvaluatedModel> model =
-      FitByEquations(problem_, base, &shown);
-  if (!std::isfinite(model->train_error()) ||
-      !std::isfinite(model->holdout_error())) {
-    return false;
-  }
-  // A fit of the motion would make up by all that is free for what follows
-  // another joint and no candidate describes.
-  base_is_fitted_ = false;
-  values_by_equations_ = !by_equations_.followed.empty() ||
-                         FitsTakeMinutes(model->problem->model());
-  if (!values_by_equations_) *model = EvaluateAgain(problem_, *model);
-  base_ = sets_.Keep({}, std::move(base));
+  // No fit would follow the motion of a model that misses so much: what the
+  // equations of motion say is the answer, and its values are theirs.
+  report_("fitting the equations of motion", std::nan(""));
+  std::vector<ScreenedEffect> nothing;
+  DiagnosisProblem given = ProblemOfArm(problem_, by_equations_);
+  given.free = problem_.free;
+  base_ = sets_.Keep({}, EstimateByEquations(given, &nothing));
   Say("base", *base_);
-  Say("by the equations of motion", *sets_.Keep(IndicesOf(shown), *model));
+  EvaluatedModel model =
+      EstimateByEquations(ProblemOfArm(problem_, by_equations_), &shown);
+  found_by_equations_ = sets_.Keep(IndicesOf(shown), std::move(model));
+  Say("by the equations of motion", *found_by_equations_);
   return true;
 }
 
@@ -426,6 +421,10 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
 EffectSearch::Answer EffectSearch::Judged() const {
   Answer answer = SoFar();
   const FittedSet& found = *answer.found;
+  if (answer.by_equations) {
+    answer.explains = ExplainsMostEffort(base_->model.fit, found.model.fit);
+    return answer;
+  }
   // Above the noise a fit that ended before its minimum explains nothing.
   answer.explains = answer.at_noise ||
                     (!found.effects.empty() && found.model.fit.converged &&
@@ -438,9 +437,15 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   answer.base = base_;
   const std::shared_ptr<FittedSet> best = sets_.Best();
   answer.found = best != nullptr ? best : base_;
-  answer.by_equations = values_by_equations_;
-  answer.followed = by_equations_.followed;
+  answer.look = by_equations_;
   answer.assumed = assumed_;
+  if (found_by_equations_ != nullptr) {
+    answer.found = found_by_equations_;
+    answer.by_equations = true;
+    answer.order = IndicesOf(by_equations_.effects);
+    answer.fitted = sets_.All();
+    return answer;
+  }
   const FittedSet& found = *answer.found;
   if (!found.effects.empty()) {
     answer.rivals = sets_.RivalsOf(found);
@@ -453,7 +458,7 @@ EffectSearch::Answer EffectSearch::SoFar() const {
   }
   answer.explains = answer.at_noise = found.score.at_noise;
   answer.usable = base_->model.fit.converged ||
-                  ((!base_is_fitted_ || base_->model.fit.iterations > 0) &&
+                  (base_->model.fit.iterations > 0 &&
                    std::isfinite(base_->model.train_error()) &&
                    std::isfinite(base_->model.holdout_error()));
   // By the error without each.

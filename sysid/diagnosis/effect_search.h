@@ -32,7 +32,7 @@ class EffectSearch {
     bool usable = true;  // the base could be fitted at all
     // The values of `found` are those of the equations of motion.
     bool by_equations = false;
-    std::vector<FollowedMotion> followed;  // LookByEquations
+    EquationLook look;  // what they show
     // The effects of `found`, what is missed most first.
     std::vector<int> order;
     // Drives that must be there for the machine to move: nothing tested them.
@@ -124,8 +124,7 @@ class EffectSearch {
   std::vector<int> assumed_;
   std::shared_ptr<FittedSet> base_;
   EquationLook by_equations_;
-  bool base_is_fitted_ = true;  // not where the equations of motion begin
-  bool values_by_equations_ = false;
+  std::shared_ptr<FittedSet> found_by_equations_;  // null: it is no arm
 };
 
 }  // namespace sysid

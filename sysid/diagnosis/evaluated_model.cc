@@ -289,14 +289,6 @@ EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
   return base;
 }
 
-EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem) {
-  EvaluatedModel base = OpenModel(problem, {}, {}, {}, CoarseAtStart(problem));
-  const ShootingProblem started = StartByInverseDynamics(*base.problem);
-  base.fit = StatesAtStart(started, ShortSegments(started));
-  Evaluate(problem, nullptr, &base);
-  return base;
-}
-
 EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
                                    const EvaluatedModel& before,
                                    const std::vector<ScreenedEffect>& effects) {

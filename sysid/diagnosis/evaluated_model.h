@@ -70,11 +70,6 @@ std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated);
 // The problem's own model, from its start.
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);
 
-// The same at the values of the equations of motion (StartByInverseDynamics),
-// over short segments whose states alone are fitted: what a model is judged
-// from that misses so much that no fit would follow the motion.
-EvaluatedModel EvaluateAtStart(const DiagnosisProblem& problem);
-
 // The model of `before` with further effects, at the values of the equations of
 // motion (StartByInverseDynamics): the motion is predicted, not fitted.
 EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,

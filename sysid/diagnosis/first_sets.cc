@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
+#include <utility>
 
-#include "models/dynamics_tangent.h"
+#include "sysid/estimation/segmentation.h"
+#include "sysid/inverse_dynamics/estimate.h"
+#include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
+#include "sysid/parameters/free_bodies.h"
 
 namespace sysid {
 namespace {
@@ -28,15 +33,6 @@ bool DropAtBound(const EvaluatedModel& model,
 
 }  // namespace
 
-bool FitsTakeMinutes(const Model& model) {
-  const EffectSet& effects = model.effects();
-  bool has_pairs = false;
-  for (int i = 0; i < effects.size(); ++i) {
-    has_pairs |= (effects.effect(i).hooks() & kPairHook) != 0;
-  }
-  return has_pairs || !DynamicsTangent::Covers(model);
-}
-
 std::shared_ptr<EvaluatedModel> FitByEquations(
     const DiagnosisProblem& problem, const EvaluatedModel& base,
     std::vector<ScreenedEffect>* effects) {
@@ -46,6 +42,46 @@ std::shared_ptr<EvaluatedModel> FitByEquations(
         EvaluateByEquations(problem, base, *effects));
   } while (DropAtBound(*model, effects));
   return model;
+}
+
+DiagnosisProblem ProblemOfArm(const DiagnosisProblem& problem,
+                              const EquationLook& look) {
+  DiagnosisProblem arm = problem;
+  for (FreeParameter& body : FreeBodies(problem.model, look.bodies)) {
+    arm.free.push_back(std::move(body));
+  }
+  if (!look.bodies.empty()) arm.options.body_weight = kBodyWeight;
+  for (const RejectedEffort& rejected : look.rejected) {
+    arm.options.no_efforts.push_back(rejected.v);
+  }
+  return arm;
+}
+
+EvaluatedModel EstimateByEquations(const DiagnosisProblem& problem,
+                                   std::vector<ScreenedEffect>* effects) {
+  for (;;) {
+    std::vector<std::shared_ptr<const Effect>> added;
+    std::map<std::string, double> values;
+    for (const ScreenedEffect& effect : *effects) {
+      added.push_back(effect.effect);
+      for (const ExpectedParameter& expected : effect.parameters) {
+        values[expected.name] = expected.value;
+      }
+    }
+    EvaluatedModel model =
+        OpenModel(problem, std::move(added), {}, values, problem.options);
+    model.fit = FitInverseDynamics(*model.problem);
+    if (DropAtBound(model, effects)) continue;
+    if (problem.holdout != nullptr) {
+      const ShootingProblem held_out =
+          ShootingProblem(model.fit.model, {}, problem.train, problem.options)
+              .WithData(problem.holdout);
+      Solution start = ShortSegments(held_out);
+      start.rollout = model.fit.point.rollout;
+      model.holdout = EvaluateErrors(held_out, start, 0.0);
+    }
+    return model;
+  }
 }
 
 std::vector<ScreenedEffect> DrivesWithoutEffort(const DiagnosisProblem& problem,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/inverse_dynamics/equation_look.h"
 
 namespace sysid {
 
@@ -16,10 +17,16 @@ std::shared_ptr<EvaluatedModel> FitByEquations(
     const DiagnosisProblem& problem, const EvaluatedModel& base,
     std::vector<ScreenedEffect>* effects);
 
-// Whether a fit of the motion takes minutes: by Jets, or by the small steps of
-// the smoothed friction of pairs, of a model with so many effects that the
-// equations of motion begin its search.
-bool FitsTakeMinutes(const Model& model);
+// The problem of an arm: what the equations of motion say of its bodies and of
+// the recorded efforts.
+DiagnosisProblem ProblemOfArm(const DiagnosisProblem& problem,
+                              const EquationLook& look);
+
+// Its model with effects, all that is free fitted to the equations of motion
+// alone (FitInverseDynamics), but for effects that end at a bound, which go.
+// Judged by predictions over short segments from measured states: no stretches.
+EvaluatedModel EstimateByEquations(const DiagnosisProblem& problem,
+                                   std::vector<ScreenedEffect>* effects);
 
 // The drives of joints that are commanded and whose efforts nobody recorded:
 // without them such a machine would not move at all, and whatever else moves it

@@ -44,4 +44,15 @@ bool ExplainsMost(const DiagnosisProblem& problem, const EvaluatedModel& given,
                       deviations);
 }
 
+bool ExplainsMostEffort(const Fit& given, const Fit& found) {
+  if (given.effort.empty() || given.effort.size() != found.effort.size()) {
+    return false;
+  }
+  double left = 0.0;
+  for (size_t i = 0; i < given.effort.size(); ++i) {
+    left += std::pow(found.effort[i].rms / given.effort[i].rms, 2);
+  }
+  return left < (1.0 - kMost) * static_cast<double>(given.effort.size());
+}
+
 }  // namespace sysid

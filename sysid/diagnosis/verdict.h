@@ -24,4 +24,9 @@ bool ExplainsMost(const CrossValidation& before, const CrossValidation& after,
 bool ExplainsMost(const DiagnosisProblem& problem, const EvaluatedModel& given,
                   const EvaluatedModel& found, double deviations = 0.0);
 
+// Of estimates by the equations of motion: of the mean square of the joints'
+// efforts, each by what the given model leaves of it, on the average over
+// joints.
+bool ExplainsMostEffort(const Fit& given, const Fit& found);
+
 }  // namespace sysid

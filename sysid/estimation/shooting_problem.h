@@ -50,6 +50,12 @@ struct EstimationOptions : MeasurementOptions {
   // FitLevenbergMarquardt, FitAdam and FitGaussianMixture return the best point
   // so far instead, not converged, where there is one.
   bool keep_best = false;
+  // Joints (of nv) of which inverse dynamics takes the recorded effort for none
+  // (effort_audit.h): their equations say nothing.
+  std::vector<int> no_efforts;
+  // How much a body of the URDF counts beside the data in inverse dynamics,
+  // (11.8): so much as so many samples of noise. Its inertias are rough.
+  double body_weight = 1.0;
 };
 
 // What is asked of data: a model, and which of its parameters are free, with

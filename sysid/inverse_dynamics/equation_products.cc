@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "models/math/decompositions.h"
 
@@ -10,13 +11,16 @@ namespace sysid {
 
 EquationProducts MultiplyRows(const EquationRows& rows, int from, int to) {
   EquationProducts products;
-  products.times = Eigen::VectorXd::Constant(rows.nv, to - from);
+  products.times.resize(rows.nv);
   for (int v = 0; v < rows.nv; ++v) {
     RowMatrixXd own(to - from, rows.rows.cols());
+    int n = 0;
     for (int t = from; t < to; ++t) {
-      own.row(t - from) = rows.rows.row(t * rows.nv + v);
+      if (!rows.rests(t, v)) own.row(n++) = rows.rows.row(t * rows.nv + v);
     }
-    products.of.push_back(own.transpose() * own);
+    products.times[v] = n;
+    const auto moving = own.topRows(n);
+    products.of.emplace_back(moving.transpose() * moving);
   }
   return products;
 }
@@ -41,25 +45,38 @@ Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
           .cwiseSqrt()
           .cwiseMax(std::numeric_limits<double>::min())
           .cwiseInverse();
-  return scale.cwiseProduct(
-      ShortestLeastSquares(scale.asDiagonal() * G * scale.asDiagonal(),
-                           scale.cwiseProduct(g), kDependent));
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * G * scale.asDiagonal();
+  const Eigen::VectorXd right = scale.cwiseProduct(g);
+  const Cholesky factor(scaled);
+  if (factor.Valid() &&
+      factor.L().diagonal().minCoeff() > std::sqrt(kDependent)) {
+    return scale.cwiseProduct(factor.Solve(right));
+  }
+  return scale.cwiseProduct(ShortestLeastSquares(scaled, right, kDependent));
 }
 
-Eigen::VectorXd SolveWeighted(const EquationProducts& products,
+WeightedProducts Weigh(const EquationProducts& products,
+                       const std::vector<int>& at,
+                       const Eigen::VectorXd& variance,
+                       const Eigen::MatrixXd& P) {
+  const Eigen::Index last = products.of[0].cols() - 1;
+  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(at.size(), at.size());
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(at.size());
+  for (int v = 0; v < variance.size(); ++v) {
+    if (!(products.times[v] > 0.0)) continue;
+    const Eigen::MatrixXd& own = products.of[v];
+    G += own(at, at) / variance[v];
+    g += own.col(last)(at) / variance[v];
+  }
+  if (P.size() > 0) G += P(at, at);
+  return {std::move(G), std::move(g)};
+}
+
+Eigen::VectorXd SolveWeighted(const WeightedProducts& weighted,
                               const std::vector<int>& at,
-                              const Eigen::VectorXd& variance,
                               const ChangeBounds& bounds) {
   const int n = static_cast<int>(at.size());
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
-  for (int v = 0; v < variance.size(); ++v) {
-    const Eigen::MatrixXd& own = products.of[v];
-    for (int i = 0; i < n; ++i) {
-      g[i] += own(at[i], own.cols() - 1) / variance[v];
-      for (int k = 0; k < n; ++k) G(i, k) += own(at[i], at[k]) / variance[v];
-    }
-  }
+  const auto& [G, g] = weighted;
   // A primal active-set method (Nocedal and Wright 2006, 16.5): every step
   // lowers the sum of squares.
   Eigen::VectorXd d(n);

@@ -28,7 +28,8 @@ struct EquationProducts {
   }
 };
 
-// Of the times [from, to) of rows.
+// Of the times [from, to) of rows, but for those at which the joint may rest:
+// what holds it then no law says.
 EquationProducts MultiplyRows(const EquationRows& rows, int from, int to);
 // sum += times * more.
 void AddProducts(const EquationProducts& more, double times,
@@ -41,11 +42,21 @@ struct ChangeBounds {
   Eigen::VectorXd lower, upper;
 };
 
-// The d that minimises sum_v |r_v + J_v d|^2 / s_v^2 within bounds: what passes
-// one is held there, and the others are solved for again.
-Eigen::VectorXd SolveWeighted(const EquationProducts& products,
+// G and g of sum_v |r_v + J_v d|^2 / s_v^2 + d' P d, its halves' curvature and
+// slope at d = 0, of the columns `at`; P of all columns, or empty.
+struct WeightedProducts {
+  Eigen::MatrixXd G;
+  Eigen::VectorXd g;
+};
+WeightedProducts Weigh(const EquationProducts& products,
+                       const std::vector<int>& at,
+                       const Eigen::VectorXd& variance,
+                       const Eigen::MatrixXd& P = {});
+
+// The d of least such sum within bounds: what passes one is held there, and the
+// others are solved for again.
+Eigen::VectorXd SolveWeighted(const WeightedProducts& weighted,
                               const std::vector<int>& at,
-                              const Eigen::VectorXd& variance,
                               const ChangeBounds& bounds);
 
 }  // namespace sysid

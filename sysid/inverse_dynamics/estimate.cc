@@ -14,10 +14,6 @@ constexpr int kTen = 10;
 // Beliefs of this size say nothing beside data: they move what is known to its
 // size by 1 % of a standard error.
 constexpr double kWide = 10.0;
-// How much a body of the URDF counts beside the data. Its inertias are rough:
-// so much as one sample of noise.
-constexpr double kEntropy = 1.0;
-
 using Ten = Eigen::Matrix<double, kTen, 1>;
 
 // J of (11.8).
@@ -99,7 +95,8 @@ class Minimiser {
   const ParameterMap& map_;
   const EquationCoordinates& coordinates_;
   const RowMatrixXd& triangle_;
-  double barrier_ = kEntropy;  // weight of -log det J now, (11.15)
+  const double entropy_;  // EstimationOptions::body_weight
+  double barrier_;        // weight of -log det J now, (11.15)
   std::vector<FreeBody> bodies_;
   std::vector<int> rest_;  // places in theta of the other unknowns, first
   Eigen::VectorXd theta0_, xi0_, lower_, upper_, mean_, weight_;
@@ -113,6 +110,8 @@ Minimiser::Minimiser(const ShootingProblem& problem,
       map_(problem.map()),
       coordinates_(coordinates),
       triangle_(triangle),
+      entropy_(problem.options().body_weight),
+      barrier_(entropy_),
       theta0_(theta0) {
   FindFreeBodies();
   MechanismParameters<double> values;
@@ -209,7 +208,7 @@ Minimiser::Point Minimiser::At(const Eigen::VectorXd& unknowns) const {
     const Eigen::LLT<Eigen::Matrix4d> llt(J);
     if (llt.info() != Eigen::Success) return point;
     const Eigen::Matrix4d L = llt.matrixL();
-    entropy += kEntropy * (body.J0_inverse * J).trace() -
+    entropy += entropy_ * (body.J0_inverse * J).trace() -
                barrier_ * 2.0 * L.diagonal().array().log().sum();
     const Inertial<double> as = EquationCoordinates::BodyAt(xi.data());
     const Eigen::Matrix3d& I = as.inertia;
@@ -285,7 +284,7 @@ void Minimiser::Curve(const Point& point, Eigen::VectorXd* g,
     for (int c = 0; c < kTen; ++c) {
       const Eigen::Matrix4d S = Symmetric(Ten::Unit(c));
       (*g)[body.unknown + c] +=
-          kEntropy * G.cwiseProduct(S).sum() - barrier_ * S.trace();
+          entropy_ * G.cwiseProduct(S).sum() - barrier_ * S.trace();
       (*H)(body.unknown + c, body.unknown + c) += barrier_;
     }
   }
@@ -402,7 +401,7 @@ RegressionEstimate Minimiser::Run() {
   RegressionEstimate out;
   if (!bodies_.empty()) {
     const double misfit = 0.5 * triangle_.rightCols(1).squaredNorm();
-    barrier_ = std::max(kEntropy, misfit / (kTen * bodies_.size()));
+    barrier_ = std::max(entropy_, misfit / (kTen * bodies_.size()));
   }
   now_ = At(StartingPoint());
   if (!std::isfinite(now_.cost)) {
@@ -411,9 +410,9 @@ RegressionEstimate Minimiser::Run() {
     out.xi = xi0_;
     return out;
   }
-  while (barrier_ > kEntropy) {
+  while (barrier_ > entropy_) {
     Descend(kCentred * barrier_, &out.iterations);
-    barrier_ = std::max(kEntropy, kFall * barrier_);
+    barrier_ = std::max(entropy_, kFall * barrier_);
     now_ = At(now_.unknowns);
   }
   out.converged = Descend(kSettled, &out.iterations);
@@ -429,6 +428,36 @@ RegressionEstimate EstimateByRegression(const ShootingProblem& problem,
                                         const RowMatrixXd& triangle,
                                         const Eigen::VectorXd& theta0) {
   return Minimiser(problem, coordinates, triangle, theta0).Run();
+}
+
+Eigen::MatrixXd EntropyCurvature(const Inertial<double>& body) {
+  // About the link's origin, in its axes.
+  const Eigen::Vector3d& c = body.com;
+  const Eigen::Matrix3d I =
+      body.inertia +
+      body.mass *
+          (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+  Ten xi;
+  xi << body.mass, body.mass * c, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2),
+      I(1, 2);
+  const Eigen::Matrix4d J0 = PseudoInertia(xi);
+  const Cholesky factor{J0};
+  constexpr double kNoBody = 1e-6;  // of its size
+  if (!factor.Valid() || factor.L().diagonal().minCoeff() <
+                             kNoBody * factor.L().diagonal().maxCoeff()) {
+    return {};
+  }
+  std::vector<Eigen::MatrixXd> moved;
+  for (int i = 0; i < kTen; ++i) {
+    moved.push_back(factor.Solve(Eigen::MatrixXd(PseudoInertia(Ten::Unit(i)))));
+  }
+  Eigen::MatrixXd curvature(kTen, kTen);
+  for (int i = 0; i < kTen; ++i) {
+    for (int j = 0; j < kTen; ++j) {
+      curvature(i, j) = (moved[i] * moved[j]).trace();
+    }
+  }
+  return curvature;
 }
 
 double CostOfBeliefs(const ShootingProblem& problem,

@@ -132,9 +132,11 @@ std::vector<Eigen::VectorXd> InverseDynamicsFit::Residuals(
   coordinates_.Read<double>(values, xi.data());
   std::vector<Eigen::VectorXd> residuals;
   for (const SampledMotion& motion : sampled_) {
-    residuals.push_back(EvaluateEquations(problem_.model(), motion, values,
-                                          undriven_, problem_.options().threads)
-                            .rows.col(0));
+    EquationRows rows =
+        EvaluateEquations(problem_.model(), motion, values, undriven_,
+                          problem_.options().threads);
+    Silence(problem_.options().no_efforts, &rows);
+    residuals.push_back(rows.rows.col(0));
     Eigen::VectorXd& r = residuals.back();
     const int nv = problem_.model().nv();
     for (int i = 0; i < r.size(); ++i) {
@@ -251,6 +253,12 @@ void InverseDynamicsFit::SayParameters(Fit* fit) {
         return EvaluateEquations(problem_.model(), sampled_[run], values, {},
                                  problem_.options().threads);
       }).errors;
+  const std::vector<std::string> joints = VelocityNames(problem_.model());
+  for (const int v : problem_.options().no_efforts) {
+    std::erase_if(fit->effort, [&](const EffortError& error) {
+      return error.joint == joints[v];
+    });
+  }
   if (map_.size() == 0) return;
   const Eigen::VectorXd d = found_.xi - xi0_;
   const CoordinatesAt at =

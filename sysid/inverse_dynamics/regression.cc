@@ -384,6 +384,14 @@ EquationFilter ChooseFilter(const ShootingProblem& problem,
                       problem.options().threads, all);
 }
 
+void Silence(const std::vector<int>& joints, EquationRows* rows) {
+  for (const int v : joints) {
+    for (int k = 0; k < rows->times(); ++k) {
+      rows->rows.row(k * rows->nv + v).setZero();
+    }
+  }
+}
+
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,
                                       const EquationFilter& filter) {
   const EstimationOptions& options = problem.options();
@@ -415,6 +423,7 @@ EquationRegression RegressEquations(const ShootingProblem& problem,
     rows[r] =
         MakeEquationRows<Jet24>(problem.model(), sampled[r], coordinates.size(),
                                 seeding, plain, threads);
+    Silence(options.no_efforts, &rows[r]);
     return true;
   });
   return EquationRegression(

@@ -118,6 +118,9 @@ ShootingProblem WithRowsInMemory(const ShootingProblem& problem,
 EquationFilter ChooseFilter(const ShootingProblem& problem,
                             const MechanismParameters<double>& values);
 
+// Makes the equations of these joints (of nv) say nothing.
+void Silence(const std::vector<int>& joints, EquationRows* rows);
+
 // The runs of a problem on even times; and their regression, linearised at
 // these values.
 std::vector<SampledMotion> SampleRuns(const ShootingProblem& problem,

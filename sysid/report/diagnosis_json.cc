@@ -24,8 +24,10 @@ inline void to_json(Json& json, const Whiteness& white) {
           {"autocorrelation", white.autocorrelation}};
 }
 
+SYSID_JSON(RejectedEffort, joint, explained)
+
 SYSID_JSON(Where, channels, segments, horizon, bins, whiteness, inputs, force,
-           joints, regression, followed)
+           joints, regression, followed, rejected_efforts)
 
 namespace {
 

@@ -96,6 +96,10 @@ std::string WhereText(const Where& where) {
     }
     text += "\n";
   }
+  for (const RejectedEffort& rejected : where.rejected_efforts) {
+    text += "  the recorded effort of " + rejected.joint +
+            " is no effort of that joint, and is left out\n";
+  }
   for (const FollowedMotion& followed : where.followed) {
     text += "  inverse-dynamics residual of " + followed.joint +
             " follows the motion of " + followed.of +
@@ -419,10 +423,61 @@ const char* FinalWords(Verdict verdict) {
   return ": above the noise floor";
 }
 
+// "joint1 89.9 %, joint2 59.7 %": of the efforts, by the equations of motion.
+std::string LeftOfEfforts(const Fit& fit) {
+  std::vector<std::string> joints;
+  for (const EffortError& error : fit.effort) {
+    joints.push_back(error.joint + Format(" %.3g %%", error.percent));
+  }
+  return Join(joints);
+}
+
+// Of an arm, whose motion nothing follows that misses so much.
+std::string ArmSentence(const Diagnosis& diagnosis) {
+  std::string text = "The equations of motion leave of the efforts " +
+                     LeftOfEfforts(diagnosis.base.fit) + " (rms)";
+  if (diagnosis.verdict == Verdict::kUnexplained) {
+    text += ", and no effects of the catalogue explain most of that";
+  } else {
+    text += ": missing are " + ListEffects(diagnosis.proposed, " and ");
+  }
+  if (!diagnosis.bodies.empty()) {
+    text += ", and the bodies are not those of the URDF";
+  }
+  if (diagnosis.steps.empty()) return text + ".";
+  return text + ". With " + ListEffects(diagnosis.added(), " and ") +
+         " they leave " + LeftOfEfforts(diagnosis.last().fit) + ".";
+}
+
+// What a diagnosis of an arm has found, by effect.
+std::string ArmText(const Diagnosis& diagnosis) {
+  size_t width = 6;
+  for (const CandidateEffect& c : diagnosis.candidates) {
+    width = std::max(width, c.screened.name().size());
+  }
+  std::string text = Format(
+      "effects by the equations of motion (p-values corrected for %d "
+      "tests)\n",
+      diagnosis.tests);
+  for (const CandidateEffect& c : diagnosis.candidates) {
+    text += Format("  %-*s %8s ", static_cast<int>(width),
+                   c.screened.name().c_str(),
+                   Probability(c.screened.p_value).c_str());
+    for (const ParameterEstimate& p : c.confirmed->parameters) {
+      text += " " + p.name + " " + Value(p.value, p.std_error) + Behind(p.unit);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   if (!diagnosis.usable) return "The model could not be fitted to this data.";
+  if (diagnosis.by_equations && diagnosis.interrupted.empty()) {
+    return ArmSentence(diagnosis);
+  }
   std::string text = ErrorAsGiven(diagnosis);
   if (!diagnosis.interrupted.empty()) {
     text += ", and the search for what is missing was interrupted while " +
@@ -501,21 +556,15 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
                 : "still above the noise floor. ");
   }
   if (diagnosis.by_equations) {
-    std::vector<std::string> followed;
-    for (const FollowedMotion& one : diagnosis.where.followed) {
-      followed.push_back("that of " + one.joint + " follows " + one.of);
+    text +=
+        "So many effects are decided by the equations of motion, without "
+        "rolling the motion out";
+    if (!diagnosis.bodies.empty()) {
+      text += "; the bodies of the URDF, free beside them, are fitted as well";
     }
     text +=
-        followed.empty()
-            ? "A fit of the motion would take too long with so many effects of "
-              "such a model"
-            : "The inverse-dynamics residual follows the motion of other "
-              "joints, which no effect describes: " +
-                  Join(followed, " and ") +
-                  ", and a fit of the motion would compensate for these forces";
-    text +=
-        ". The values are therefore those of the inverse dynamics over whole "
-        "runs. With these values";
+        ". The values are those of the inverse dynamics over whole runs. With "
+        "these values";
   } else {
     text += "Fitted once more, as one trajectory over each whole run";
   }
@@ -551,16 +600,22 @@ std::string DiagnosisText(const Session& session, const Diagnosis& diagnosis,
     text += "  " + Paint(colour, kRed, "unreliable fit: " + doubt) + "\n";
   }
   text += "  " + DiagnosisSentence(diagnosis) + "\n";
-  text += Format(
-      "  noise %.3g, segments of %s, each from its own initial state\n",
-      diagnosis.base.fit.noise, SegmentLengths(diagnosis.base.fit).c_str());
+  if (!diagnosis.by_equations) {
+    text += Format(
+        "  noise %.3g, segments of %s, each from its own initial state\n",
+        diagnosis.base.fit.noise, SegmentLengths(diagnosis.base.fit).c_str());
+  }
   text += CheckedLine(session) + WhereText(diagnosis.where);
-  if (diagnosis.interrupted.empty() || !diagnosis.candidates.empty()) {
+  if (diagnosis.by_equations) {
+    text += ArmText(diagnosis);
+  } else if (diagnosis.interrupted.empty() || !diagnosis.candidates.empty()) {
     text += WhichText(diagnosis);
   }
   text += FormulasText(diagnosis, next.formula);
   if (diagnosis.verdict == Verdict::kAdequate) text += PowerText(diagnosis);
-  if (!diagnosis.steps.empty()) text += ModelsText(diagnosis);
+  if (!diagnosis.steps.empty() && !diagnosis.by_equations) {
+    text += ModelsText(diagnosis);
+  }
   if (final != nullptr) {
     text += "final model: " +
             (final->session.effects.empty() ? std::string("no effects")

@@ -11,8 +11,10 @@
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/diagnosis/search_runs.h"
 #include "sysid/estimation/segmentation.h"
+#include "sysid/inverse_dynamics/estimate.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/io/csv.h"
+#include "sysid/parameters/free_bodies.h"
 #include "sysid/parameters/patterns.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
@@ -237,11 +239,22 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
   std::vector<FreeParameter> free = session.free;
   ExtendProblem(problem, diagnosis.last(), &model, &free);
   FinalFit final{session, nullptr, Fit(model), std::nullopt};
+  if (diagnosis.by_equations) {
+    for (FreeParameter& body : FreeBodies(model, diagnosis.bodies)) {
+      free.push_back(std::move(body));
+    }
+    if (!diagnosis.bodies.empty()) {
+      final.session.options.body_weight = kBodyWeight;
+    }
+    for (const RejectedEffort& rejected : diagnosis.where.rejected_efforts) {
+      final.session.options.no_efforts.push_back(rejected.v);
+    }
+  }
   final.session.model = model;
   final.session.free = free;
   final.session.effects = model.effects().names();
   final.problem = std::make_shared<const ShootingProblem>(
-      model, free, session.runs, session.options);
+      model, free, session.runs, final.session.options);
   if (diagnosis.by_equations) {
     final.fit = FitInverseDynamics(*final.problem);
   } else {

@@ -38,7 +38,9 @@ struct Where {
   std::vector<JointForce> joints;        // what the curves of a joint say
   // Of the joints whose force is no chance: by joint, best first.
   std::vector<ForceRegression> regression;
-  std::vector<FollowedMotion> followed;  // LookByEquations; above a half
+  // LookByEquations; above a half.
+  std::vector<FollowedMotion> followed;
+  std::vector<RejectedEffort> rejected_efforts;
 };
 
 // Bins and tests stay empty where the dynamics fail at the fit. The force is

@@ -1,7 +1,7 @@
 // Whether the way does not matter to the diagnosis of a recording: takes flags
 // of sysid_diagnose (--model, --traj, --holdout, --columns, --free, --spec) and
-// prints the answer of each way of tests/acceptance/hidden/way.h. What the first
-// found is the truth of `one_more`. Exit code 1 where they differ.
+// prints the answer of each way of tests/acceptance/hidden/way.h. What the
+// first found is the truth of `one_more`. Exit code 1 where they differ.
 
 #include <cstdio>
 #include <set>
@@ -35,9 +35,8 @@ Found Search(const FitRequest& request, Way way, const Found& truth) {
   const DiagnosisProblem problem = OpenDiagnosis(session, &notices);
   Candidates candidates = ChooseCandidates(catalogue, session, {}, "test");
   constexpr uint64_t kSeed = 1;
-  const std::vector<int> start =
-      BeginOn(way, kSeed, {truth.effects.begin(), truth.effects.end()},
-              &candidates);
+  const std::vector<int> start = BeginOn(
+      way, kSeed, {truth.effects.begin(), truth.effects.end()}, &candidates);
   EffectSearch search(problem, candidates, [](const std::string&, double) {});
   const EffectSearch::Answer answer = search.Run(start);
   const auto names = [&](const std::vector<int>& effects) {
@@ -45,8 +44,8 @@ Found Search(const FitRequest& request, Way way, const Found& truth) {
     for (const int e : effects) all.insert(candidates[e]->name());
     return all;
   };
-  Found found{names(answer.found->effects), {}, answer.found->error(),
-              answer.explains};
+  Found found{
+      names(answer.found->effects), {}, answer.found->error(), answer.explains};
   for (const auto& effects : answer.same_force) {
     found.other_names.insert(names(effects));
   }

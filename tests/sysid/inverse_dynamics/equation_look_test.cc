@@ -18,6 +18,8 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
+constexpr int kFew = 8;  // effects that are no arm's
+
 // An arm of three axes that is tracked, of which the model knows the bodies and
 // not the drives.
 struct HiddenDrives {
@@ -42,7 +44,7 @@ struct HiddenDrives {
   EquationLook LookFrom(const Model& start) const {
     const EstimationOptions options;
     return LookByEquations(ShootingProblem(start, {}, {arm->run}, options),
-                           candidates, {});
+                           candidates, {}, kFew);
   }
 
   std::optional<TrackedArm> arm;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <vector>
 
 namespace sysid {
 namespace {
@@ -14,16 +15,50 @@ EquationProducts Three() {
   EquationRows rows;
   rows.nv = 1;
   rows.t = {0.0, 1.0, 2.0};
+  rows.rests.setConstant(3, 1, false);
   rows.rows.resize(3, 4);
   rows.rows << 1, 1, 0, 2, 0, 1, 0, 1, 0, 0, 2, 4;
   return MultiplyRows(rows, 0, 3);
 }
 
+Eigen::VectorXd Solve(const EquationProducts& products,
+                      const std::vector<int>& at, const ChangeBounds& bounds) {
+  return SolveWeighted(Weigh(products, at, Eigen::VectorXd::Ones(1)), at,
+                       bounds);
+}
+
+// Rows at rest tell nothing.
+TEST(MultiplyRows, LeavesRestsOut) {
+  EquationRows rows;
+  rows.nv = 1;
+  rows.t = {0.0, 1.0};
+  rows.rests.setConstant(2, 1, false);
+  rows.rests(1, 0) = true;
+  rows.rows.resize(2, 2);
+  rows.rows << 1, 2, 5, 7;
+  const EquationProducts products = MultiplyRows(rows, 0, 2);
+  EXPECT_EQ(products.times[0], 1.0);
+  EXPECT_EQ(products.of[0], (Eigen::Matrix2d{{1, 2}, {2, 4}}));
+}
+
+// (d - 2)^2 / 1 + d^2 / 4: a belief draws to where it begins.
+TEST(Weigh, AddsWhatIsBelieved) {
+  EquationProducts products;
+  products.times = Eigen::VectorXd::Ones(1);
+  products.of = {Eigen::Matrix2d{{1, -2}, {-2, 4}}};
+  const Eigen::VectorXd d =
+      SolveWeighted(Weigh(products, {0}, Eigen::VectorXd::Ones(1),
+                          Eigen::MatrixXd::Constant(1, 1, 0.25)),
+                    {0},
+                    {Eigen::VectorXd::Constant(1, -kNone),
+                     Eigen::VectorXd::Constant(1, kNone)});
+  EXPECT_NEAR(d[0], 1.6, 1e-12);
+}
+
 TEST(SolveWeighted, LeavesNothingWhereItCan) {
   const ChangeBounds none = {Eigen::Vector3d::Constant(-kNone),
                              Eigen::Vector3d::Constant(kNone)};
-  const Eigen::VectorXd d =
-      SolveWeighted(Three(), {0, 1, 2}, Eigen::VectorXd::Ones(1), none);
+  const Eigen::VectorXd d = Solve(Three(), {0, 1, 2}, none);
   EXPECT_LT((d - Eigen::Vector3d(-1, -1, -2)).norm(), 1e-12);
   EXPECT_NEAR(Three().Left(0, {0, 1, 2}, d), 0.0, 1e-12);
 }
@@ -32,13 +67,11 @@ TEST(SolveWeighted, LeavesNothingWhereItCan) {
 TEST(SolveWeighted, SolvesForTheRestWhereABoundHolds) {
   const ChangeBounds bounds = {Eigen::Vector3d(-0.5, -kNone, -kNone),
                                Eigen::Vector3d(kNone, kNone, kNone)};
-  const Eigen::VectorXd d =
-      SolveWeighted(Three(), {0, 1, 2}, Eigen::VectorXd::Ones(1), bounds);
+  const Eigen::VectorXd d = Solve(Three(), {0, 1, 2}, bounds);
   // The least of (1.5 + b)^2 + (1 + b)^2.
   EXPECT_LT((d - Eigen::Vector3d(-0.5, -1.25, -2)).norm(), 1e-12);
   // Of some columns, by their own bounds.
-  const Eigen::VectorXd two =
-      SolveWeighted(Three(), {0, 2}, Eigen::VectorXd::Ones(1), bounds);
+  const Eigen::VectorXd two = Solve(Three(), {0, 2}, bounds);
   EXPECT_LT((two - Eigen::Vector2d(-0.5, -2)).norm(), 1e-12);
 }
 
@@ -51,8 +84,7 @@ TEST(SolveWeighted, HoldsNoMoreThanItMust) {
       Eigen::Matrix3d{{1, 0.99, -1.99}, {0.99, 1, 0}, {-1.99, 0, 9}}};
   const ChangeBounds bounds = {Eigen::Vector2d(-kNone, -50),
                                Eigen::Vector2d(1, kNone)};
-  const Eigen::VectorXd d =
-      SolveWeighted(products, {0, 1}, Eigen::VectorXd::Ones(1), bounds);
+  const Eigen::VectorXd d = Solve(products, {0, 1}, bounds);
   EXPECT_LT((d - Eigen::Vector2d(1, -0.99)).norm(), 1e-9);
 }
 
