@@ -16,7 +16,7 @@ namespace sysid {
 // bodies need, and is another multiple of that than any body so unlike the
 // model's would make it.
 struct EffortAudit {
-  double explained = 0.0;  // of the mean square of u
+  double explained = 1.0;  // of the mean square of u; 1 where nothing is known
   double scale = 1.0;      // b_0
   double rigid = 0.0;      // the part of u that b_0 (u - r) is, by its rms
   bool IsEffort() const;

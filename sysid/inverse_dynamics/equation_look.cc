@@ -298,7 +298,14 @@ EquationLook LookByEquations(
                           first, problem.options().threads);
   }
 
-  ColumnsOfRuns columns(problem, start, candidates, known, undriven);
+  std::vector<std::shared_ptr<const Effect>> asked = candidates;
+  if (look.is_arm) {
+    // All bodies are asked together: none of them is an effect.
+    std::erase_if(asked, [](const auto& effect) {
+      return !effect->adjusts_nominal().empty();
+    });
+  }
+  ColumnsOfRuns columns(problem, start, asked, known, undriven);
   if (look.is_arm) columns.AskBodies();
   const std::vector<EquationRows> rows = columns.Rows(filter);
   auto found = columns.Search(rows, silent, false);

@@ -28,11 +28,13 @@ bool IsPlainLaw(const Effect& effect) {
   return std::find(kPlain.begin(), kPlain.end(), effect.kind()) != kPlain.end();
 }
 
-EquationSearch::EquationSearch(
-    const EquationColumns& columns, const std::vector<FreeParameter>& free,
-    const Eigen::VectorXd& theta, const std::vector<int>& gains,
-    const std::vector<EquationRows>& rows, Bodies bodies,
-    const std::vector<int>& silent, std::function<void()> throw_if_cancelled)
+EquationSearch::EquationSearch(const EquationColumns& columns,
+                               const std::vector<FreeParameter>& free,
+                               const Eigen::VectorXd& theta,
+                               const std::vector<int>& gains,
+                               const std::vector<EquationRows>& rows,
+                               Bodies bodies, const std::vector<int>& silent,
+                               std::function<void()> throw_if_cancelled)
     : columns_(columns),
       theta_(theta),
       gains_(gains),
@@ -112,9 +114,8 @@ void EquationSearch::LeaveStretchesOut(Trial* trial) const {
   for (size_t k = 0; k < stretches_.size(); ++k) {
     EquationProducts others = all_;
     AddProducts(stretches_[k], -1.0, &others);
-    const Eigen::VectorXd d =
-        SolveWeighted(Weigh(others, trial->at, trial->variance, P_), trial->at,
-                      bounds_);
+    const Eigen::VectorXd d = SolveWeighted(
+        Weigh(others, trial->at, trial->variance, P_), trial->at, bounds_);
     trial->without.row(k) = d.transpose();
     for (int v = 0; v < trial->variance.size(); ++v) {
       trial->squares(k, v) = stretches_[k].Left(v, trial->at, d);
@@ -146,16 +147,14 @@ double EquationSearch::Advantage(Trial* a, Trial* b) const {
 
 bool EquationSearch::Matters(const Trial& a, const Trial& b) {
   return ((b.squares.colwise().sum().array() /
-           a.squares.colwise().sum().array()) >
-          std::pow(1.0 + kMatters, 2))
+           a.squares.colwise().sum().array()) > std::pow(1.0 + kMatters, 2))
       .any();
 }
 
 double EquationSearch::IndependentBodyColumns() const {
   if (!bodies_are_free_) return 0.0;
   const Eigen::MatrixXd G = Weigh(all_, now_.at, now_.variance, P_).G;
-  const Eigen::MatrixXd one =
-      Eigen::MatrixXd::Identity(G.rows(), G.cols());
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(G.rows(), G.cols());
   const Eigen::MatrixXd inverse = SolveSymmetric(G, one);
   return bodies_.columns - (P_(now_.at, now_.at) * inverse).trace();
 }
@@ -163,8 +162,7 @@ double EquationSearch::IndependentBodyColumns() const {
 bool EquationSearch::Unbends(const Trial& with, const Trial& without) const {
   const double tests = static_cast<double>(columns_.candidates.size());
   return bodies_are_free_ &&
-         without.cost_of_bodies - with.cost_of_bodies >
-             std::log(tests) + 2.0 &&
+         without.cost_of_bodies - with.cost_of_bodies > std::log(tests) + 2.0 &&
          with.cost_of_bodies < 0.5 * IndependentBodyColumns();
 }
 
@@ -257,8 +255,7 @@ void EquationSearch::SettlePlainLaws() {
       const double value = theta_[now_.at[own]] + changes[own];
       double t = error > 0.0 ? std::abs(now_.d[own]) / error : 0.0;
       if (!(value >= parameter.lower && value <= parameter.upper)) t = -t;
-      p_value_[k] =
-          std::min(1.0, tests * 0.5 * std::erfc(t / std::sqrt(2.0)));
+      p_value_[k] = std::min(1.0, tests * 0.5 * std::erfc(t / std::sqrt(2.0)));
       if (t < t_least) {
         t_least = t;
         least = k;
@@ -285,8 +282,7 @@ std::vector<double> EquationSearch::FirstOrderGains() const {
     slope += G.col(now_.at[i]) * now_.d[i];
   }
   Eigen::MatrixXd cross = G(now_.at, Eigen::all);
-  const Eigen::MatrixXd solved =
-      SolveSymmetric(G(now_.at, now_.at), cross);
+  const Eigen::MatrixXd solved = SolveSymmetric(G(now_.at, now_.at), cross);
   std::vector<double> gains;
   for (const EquationColumns::Candidate& candidate : columns_.candidates) {
     std::vector<int> own;
@@ -297,9 +293,8 @@ std::vector<double> EquationSearch::FirstOrderGains() const {
       constexpr double kTold = 1e-9;  // of a column, by the others
       if (left > kTold * G(column, column)) own.push_back(column);
     }
-    const Eigen::MatrixXd S =
-        G(own, own) - cross(Eigen::all, own).transpose() *
-                          solved(Eigen::all, own);
+    const Eigen::MatrixXd S = G(own, own) - cross(Eigen::all, own).transpose() *
+                                                solved(Eigen::all, own);
     const Eigen::VectorXd along = slope(own);
     gains.push_back(0.5 * along.dot(SolveScaled(S, along)));
   }

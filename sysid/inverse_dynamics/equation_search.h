@@ -31,7 +31,7 @@ class EquationSearch {
     Eigen::VectorXd d;
     Eigen::VectorXd variance;  // by joint, of what is left
     double likelihood = -std::numeric_limits<double>::infinity();  // (11.14)
-    double cost_of_bodies = 0.0;  // 1/2 d' P d
+    double cost_of_bodies = 0.0;                                   // 1/2 d' P d
     // Of each stretch of time, by the least squares of the others: the changes,
     // stretch x column, and what they leave, stretch x joint.
     Eigen::MatrixXd without, squares;
@@ -87,8 +87,8 @@ class EquationSearch {
   std::vector<double> FirstOrderGains() const;
   bool AddOne();
   bool TakeOutOne();
-  // Takes a plain law of a joint in the place of another that predicts no better
-  // by more than a standard error.
+  // Takes a plain law of a joint in the place of another that predicts no
+  // better by more than a standard error.
   bool ExchangeOne();
   bool IsChosen(int candidate) const;
   bool IsPlain(int candidate) const;

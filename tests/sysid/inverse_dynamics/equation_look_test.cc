@@ -122,6 +122,45 @@ TEST(LookByEquations, NamesNothingOfACompleteModel) {
       << ::testing::PrintToString(NamesOf(look));
 }
 
+// Seven axes, bodies of the URDF that are up to a fifth off: what the drives
+// have, and nothing else.
+TEST(LookByEquations, AsksTheBodiesOfAnArm) {
+  HiddenDrives hidden(1e-4, 7);
+  Model start(hidden.arm->start.mechanism());
+  MechanismParameters<double> nominal = hidden.arm->start.nominal();
+  nominal.effects.clear();
+  start.SetNominal(nominal);
+  const EquationLook look = hidden.LookFrom(start);
+  EXPECT_TRUE(look.is_arm);
+  EXPECT_THAT(look.bodies, SizeIs(7));
+  EXPECT_THAT(look.rejected, IsEmpty());
+  for (int i = 0; i < 7; ++i) {
+    for (const char* effect : {"viscous_damping@", "coulomb_friction@"}) {
+      EXPECT_THAT(NamesOf(look), Contains(effect + JointName(i)));
+    }
+  }
+  for (const std::string& name : NamesOf(look)) {
+    const std::string kind = name.substr(0, name.find('@'));
+    EXPECT_THAT(kind, ::testing::AnyOf("viscous_damping", "coulomb_friction",
+                                       "armature", "effort_bias"));
+  }
+}
+
+TEST(LookByEquations, RejectsAnEffortThatIsNone) {
+  HiddenDrives hidden(1e-5);
+  hidden.arm->run.effort.col(2) *= 0.003;
+  const EquationLook look =
+      LookByEquations(ShootingProblem(*hidden.model, {}, {hidden.arm->run}, {}),
+                      hidden.candidates, {}, 5);
+  ASSERT_THAT(look.rejected, SizeIs(1));
+  EXPECT_EQ(look.rejected[0].joint, "joint3");
+  EXPECT_EQ(look.rejected[0].v, 2);
+  for (const std::string& name : NamesOf(look)) {
+    EXPECT_EQ(name.find("@joint3"), std::string::npos) << name;
+  }
+  EXPECT_THAT(NamesOf(look), Contains("viscous_damping@joint1"));
+}
+
 TEST(LookByEquations, SaysNothingWithoutEfforts) {
   HiddenDrives hidden(1e-5);
   hidden.arm->run.effort.setZero();
