@@ -117,11 +117,21 @@ class ColumnsOfRuns {
       effect.dof = candidate.count;
       effect.p_value = search.p_value(k);
       for (int c = 0; c < candidate.count; ++c, ++i) {
-        const Parameter& parameter = columns_.parameters[candidate.first + c];
+        const int column = candidate.first + c;
+        const Parameter& parameter = columns_.parameters[column];
+        double size = 1.0;
+        for (const EffectParameter& own : candidate.effect->parameters()) {
+          if (own.name == parameter.name) size = own.typical_scale;
+        }
+        if (!search.HasInfluence(column, size)) {
+          effect.without_influence.push_back(parameter.name);
+          --effect.dof;
+          continue;
+        }
         ExpectedParameter expected;
         expected.name = parameter.name;
         expected.unit = parameter.unit;
-        expected.null_value = theta_[candidate.first + c];
+        expected.null_value = theta_[column];
         expected.value = expected.null_value + changes[i];
         effect.parameters.push_back(expected);
       }
@@ -311,7 +321,10 @@ EquationLook LookByEquations(
   auto found = columns.Search(rows, silent, false);
   if (look.is_arm && !columns.links().empty()) {
     auto freely = columns.Search(rows, silent, true);
-    if (found->IsBeatenBy(freely.get())) {
+    // Laws that only the given bodies need stand in for others.
+    if (found->IsBeatenBy(freely.get()) ||
+        (freely->special_laws() < found->special_laws() &&
+         !freely->IsBeatenBy(found.get()))) {
       found = std::move(freely);
       look.bodies = columns.links();
     }

@@ -223,6 +223,22 @@ bool EquationSearch::IsPlain(int candidate) const {
   return !one.changes_effort && one.count == 1 && IsPlainLaw(*one.effect);
 }
 
+bool EquationSearch::HasInfluence(int column, double size) const {
+  constexpr double kNothing = 1e-9;
+  for (const Eigen::MatrixXd& G : all_.of) {
+    if (size * size * G(column, column) >
+        kNothing * kNothing * G(G.rows() - 1, G.rows() - 1)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+int EquationSearch::special_laws() const {
+  return static_cast<int>(std::count_if(chosen_.begin(), chosen_.end(),
+                                        [this](int k) { return !IsPlain(k); }));
+}
+
 double EquationSearch::Deviation(const Trial& trial, Eigen::Index at) const {
   const auto n = static_cast<double>(stretches_.size());
   const Eigen::ArrayXd d = trial.without.col(at).array();

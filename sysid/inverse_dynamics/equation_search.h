@@ -53,6 +53,10 @@ class EquationSearch {
 
   const Trial& now() const { return now_; }
   const std::vector<int>& chosen() const { return chosen_; }  // candidates
+  // Whether a column is any force beside what the model misses, for a parameter
+  // of this size.
+  bool HasInfluence(int column, double size) const;
+  int special_laws() const;  // of those, others than plain ones
   double p_value(int candidate) const { return p_value_.at(candidate); }
   // The changes of theta, in the order of now().at.
   Eigen::VectorXd Changes() const { return Changes(now_); }

@@ -27,8 +27,7 @@ std::vector<EquationRows> Swinging(double scale) {
       const double needed = 3.0 * std::sin(0.7 * phase) - 0.5 * std::sin(phase);
       rows.qd(t, v) = qd;
       rows.qdd(t, v) = -std::sin(phase);
-      rows.effort(t, v) =
-          scale * (needed + 0.4 * qd + std::copysign(0.3, qd));
+      rows.effort(t, v) = scale * (needed + 0.4 * qd + std::copysign(0.3, qd));
       rows.rows(t * 2 + v, 0) = rows.effort(t, v) - needed;
     }
   }

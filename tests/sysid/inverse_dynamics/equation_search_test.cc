@@ -37,10 +37,11 @@ struct TwoJoints {
           const EquationColumns::Candidate& one = columns.candidates[k];
           if (one.effect->joint() != columns.model.movers()[v].joint) continue;
           const std::string kind = one.effect->kind();
-          row[one.first] = kind == "viscous_damping"    ? -qd
-                           : kind == "coulomb_friction" ? -std::copysign(1.0, qd)
-                           : kind == "armature"         ? std::sin(phase)
-                                                        : 1.0;
+          row[one.first] = kind == "viscous_damping" ? -qd
+                           : kind == "coulomb_friction"
+                               ? -std::copysign(1.0, qd)
+                           : kind == "armature" ? std::sin(phase)
+                                                : 1.0;
         }
         row[kColumns] = rows.effort(t, v) = (v == 0 ? 0.2 * qd : 0.0) + noise;
       }
@@ -52,8 +53,8 @@ struct TwoJoints {
     const Model model = Shipped("pendulum2_planar");
     const Catalogue catalogue;
     std::vector<std::shared_ptr<const Effect>> effects;
-    for (const char* kind : {"viscous_damping", "coulomb_friction", "armature",
-                             "effort_bias"}) {
+    for (const char* kind :
+         {"viscous_damping", "coulomb_friction", "armature", "effort_bias"}) {
       for (const char* joint : {"@joint1", "@joint2"}) {
         effects.push_back(catalogue.Make(std::string(kind) + joint,
                                          model.mechanism(), "test"));
@@ -120,9 +121,9 @@ TEST(EquationSearch, LeavesStretchesOutAsLeastSquaresOfTheOthersDoes) {
     EXPECT_LT((now.without.row(k).transpose() - d).norm(), 1e-6 * d.norm());
     Eigen::Vector2d left = Eigen::Vector2d::Zero();
     for (int i = 2 * from; i < 2 * to; ++i) {
-      left[i % 2] += std::pow(rows.rows(i, TwoJoints::kColumns) +
-                                  rows.rows.row(i)(now.at).dot(d),
-                              2);
+      left[i % 2] += std::pow(
+          rows.rows(i, TwoJoints::kColumns) + rows.rows.row(i)(now.at).dot(d),
+          2);
     }
     EXPECT_LT((now.squares.row(k).transpose() - left).norm(),
               1e-6 * left.norm());

@@ -18,7 +18,8 @@ TEST(FreeBodies, FreesTheTenOfEachLinkFromItsValues) {
     names.push_back(free.parameter.name);
     EXPECT_EQ(free.initial, free.parameter.nominal);
     const bool inertia = free.parameter.kind == ParameterKind::kInertia;
-    EXPECT_EQ(std::isinf(free.lower), inertia || std::isinf(free.parameter.lower));
+    EXPECT_EQ(std::isinf(free.lower),
+              inertia || std::isinf(free.parameter.lower));
   }
   EXPECT_EQ(names.size(), 10u);
   EXPECT_THAT(names, ::testing::Each(::testing::StartsWith("link2.")));
