@@ -21,6 +21,7 @@
 #include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
 #include "sysid/session/table_range.h"
+#include "sysid/session/unshown_joints.h"
 
 namespace sysid {
 namespace {
@@ -75,6 +76,7 @@ void CheckShipped(const Located<std::string>& model) {
 // As the session's shifts and ignored spans make it.
 void EditRun(const Session& session, Run* run,
              std::vector<std::string>* notices) {
+  CountTurns(session.model.mechanism(), run, notices);
   ApplyEdits(session.edits, session.model.mechanism(), run, notices);
   if (!session.edits.ignored.empty()) {
     DropUnmeasured(session.edits.ignored.front().place, run, notices);
@@ -374,6 +376,15 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
   };
   for (ColumnMapping& input : LawInputs(request, spec, mechanism)) {
     columns.push_back(std::move(input));
+  }
+  if (given == nullptr && request.runs.empty() &&
+      request.holdout_runs.empty()) {
+    std::vector<std::string> files = request.traj;
+    files.insert(files.end(), request.holdout.begin(), request.holdout.end());
+    for (NamedValue& lock :
+         LocksOfUnshown(mechanism(), files, columns, locks, &notices)) {
+      locks.push_back(std::move(lock));
+    }
   }
   Session session(
       given ? AdaptModel(*given, catalogue, &locks, &notices, columns)
