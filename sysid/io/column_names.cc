@@ -38,8 +38,8 @@ bool IsInSeconds(const std::string& name) {
 }
 
 bool SaysCommand(const std::string& lower) {
-  return ContainsAny(lower, {"ref", "des", "cmd", "con", "target", "set",
-                             "goal", "soll"});
+  return ContainsAny(
+      lower, {"ref", "des", "cmd", "con", "target", "set", "goal", "soll"});
 }
 
 bool SaysEffort(const std::string& name) {

@@ -30,8 +30,7 @@ bool IsWhole(const std::string& cell) {
 
 }  // namespace
 
-bool ReadEchoLayout(const std::string&, TextRows* rows,
-                    TextLayout* layout) {
+bool ReadEchoLayout(const std::string&, TextRows* rows, TextLayout* layout) {
   rows->set_separator(',');
   const std::vector<std::string> row = rows->NextCells();
   constexpr size_t kMostNanoseconds = 9;  // digits
@@ -60,15 +59,15 @@ bool ReadEchoLayout(const std::string&, TextRows* rows,
   layout->header.push_back("t");
   layout->makes_time = true;
   layout->header_line = rows->line();
-  layout->width_hint = "each row has its time, the frame, and of the same "
-                       "joints names and numbers: are there two publishers?";
+  layout->width_hint =
+      "each row has its time, the frame, and of the same "
+      "joints names and numbers: are there two publishers?";
   layout->notices.push_back(
       "joint states as `ros2 topic echo --csv` prints them: t of seconds and "
       "nanoseconds, joints " +
       JoinSome({names, numbers}) +
-      (values / joints == 2
-           ? "; their second numbers are taken as velocities"
-           : ""));
+      (values / joints == 2 ? "; their second numbers are taken as velocities"
+                            : ""));
   return true;
 }
 

@@ -83,9 +83,10 @@ void RefuseForeignFormat(ByteSource* source) {
     if (source->Peek(format.begins.size()) != format.begins) continue;
     const std::string_view head = source->Peek(kLook);
     if (head.find(format.holds) == head.npos) continue;
-    throw InputError(source->path(), "is " + std::string(format.what) +
-                                         ", which is not read here",
-                     WithFile(format.hint, source->path()));
+    throw InputError(
+        source->path(),
+        "is " + std::string(format.what) + ", which is not read here",
+        WithFile(format.hint, source->path()));
   }
 }
 

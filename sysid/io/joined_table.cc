@@ -197,8 +197,7 @@ class JoinedTable : public TableFile {
       if (std::isinf(t)) return;
       std::vector<int> row(parts_.size(), -1);
       for (size_t p = 0; p < parts_.size(); ++p) {
-        if (next[p] < parts_[p].t.size() &&
-            parts_[p].t[next[p]] < t + kAlike) {
+        if (next[p] < parts_[p].t.size() && parts_[p].t[next[p]] < t + kAlike) {
           row[p] = static_cast<int>(next[p]++);
         }
       }
@@ -224,8 +223,8 @@ std::unique_ptr<TableFile> JoinOtherFiles(std::unique_ptr<TableFile> file,
   std::vector<Part> parts;
   parts.emplace_back().file = std::move(file);
   for (const std::string& prefix : prefixes) {
-    const fs::path other = fs::path(path).parent_path() /
-                           prefix.substr(0, prefix.size() - 1);
+    const fs::path other =
+        fs::path(path).parent_path() / prefix.substr(0, prefix.size() - 1);
     Part& part = parts.emplace_back();
     part.prefix = prefix;
     part.file = OpenTable(other.string());

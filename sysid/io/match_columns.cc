@@ -106,7 +106,7 @@ Pair Score(const NamedJoint& joint, const Candidate& candidate) {
 
 // The best of each joint that is no other joint's: best first.
 std::vector<Pair> MatchByName(const std::vector<NamedJoint>& joints,
-                               const std::vector<Candidate>& candidates) {
+                              const std::vector<Candidate>& candidates) {
   std::vector<Pair> all;
   for (size_t j = 0; j < joints.size(); ++j) {
     for (size_t c = 0; c < candidates.size(); ++c) {
@@ -134,12 +134,11 @@ std::vector<Pair> MatchByName(const std::vector<NamedJoint>& joints,
     joint_done[match.joint] = done[match.candidate] = true;
     matches.push_back(match);
   }
-  const bool left_over = matches.size() < joints.size() &&
-                         matches.size() < candidates.size();
+  const bool left_over =
+      matches.size() < joints.size() && matches.size() < candidates.size();
   if (left_over) {
-    std::erase_if(matches, [](const Pair& match) {
-      return match.numbers_only;
-    });
+    std::erase_if(matches,
+                  [](const Pair& match) { return match.numbers_only; });
   }
   return matches;
 }
@@ -202,9 +201,8 @@ class ColumnMatcher {
     };
     std::vector<std::string> used;
     std::vector<Pair> matches = MatchByName(joints_, candidates);
-    std::sort(
-        matches.begin(), matches.end(),
-        [](const Pair& a, const Pair& b) { return a.joint < b.joint; });
+    std::sort(matches.begin(), matches.end(),
+              [](const Pair& a, const Pair& b) { return a.joint < b.joint; });
     for (const Pair& match : matches) {
       const std::string& column = candidates[match.candidate].column;
       add(joints_[match.joint], column);
@@ -264,7 +262,8 @@ std::string QuotedColumn(const std::string& name) {
       return false;
     }
   };
-  const bool begins_plain = std::string("+-(").find(name[0]) == std::string::npos;
+  const bool begins_plain =
+      std::string("+-(").find(name[0]) == std::string::npos;
   if (begins_plain && name.find_first_of("'\"") == std::string::npos &&
       is_one_entry()) {
     return name;

@@ -172,8 +172,8 @@ std::string ColumnsFlag(const ColumnMap& given, const ColumnMap& added) {
 // Before a flag that nothing but the order of the columns gives.
 std::string OrderWarning(const ColumnMatches& found) {
   if (found.by_order.empty()) return "";
-  return "no name says which column is " + JoinSome(found.by_order) +
-         ": in the order of the columns ";
+  return "by the order of the columns, as no name says which is " +
+         JoinSome(found.by_order) + ": ";
 }
 
 // Behind a flag: what it does not use.
@@ -215,12 +215,12 @@ Suggestion SuggestWithTime(const Mechanism& mechanism,
     }
   }
   hint.map.insert(hint.map.end(), found.map.begin(), found.map.end());
-  hint.before = OrderWarning(found);
   if (!hint.complete) {
-    hint.before += hint.map.size() == 1 ? "name it by " : "name them by ";
+    hint.before = hint.map.size() == 1 ? "name it by " : "name them by ";
     hint.after = "; " + ListColumns(header);
     return hint;
   }
+  hint.before = OrderWarning(found);
   if (header[0].starts_with('%')) {
     hint.before = "take the '%' before the names away, or " + hint.before;
   }

@@ -107,8 +107,8 @@ Unit::Of QuantityOf(const std::string& column, const Mechanism& mechanism) {
     return place ? Of::kLength : Of::kNone;
   }
   const Joint& joint = mechanism.joints[j];
-  const bool slides = (joint.held ? joint.held->type : joint.type) ==
-                      JointType::kPrismatic;
+  const bool slides =
+      (joint.held ? joint.held->type : joint.type) == JointType::kPrismatic;
   if (suffix == "q" || suffix == "cmd" || suffix == "motor_q") {
     return slides ? Of::kLength : Of::kAngle;
   }

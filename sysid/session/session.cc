@@ -191,22 +191,26 @@ void NoteSkipped(const Session& session, size_t asked,
                                         JoinFew(reasons));
 }
 
-// What a URDF's <dynamics> put into the model.
+// What a URDF's <dynamics> put into the model: a line for each kind.
 void NoteDynamics(const Mechanism& mechanism,
                   std::vector<std::string>* notices) {
-  for (const Joint& joint : mechanism.joints) {
-    if (joint.held) continue;
-    if (joint.damping > 0.0) {
-      notices->push_back("joint '" + joint.name + "': <dynamics> damping " +
-                         ShortestText(joint.damping) +
-                         " is in the model as viscous_damping");
+  const auto note = [&](const char* what, double Joint::*value,
+                        const char* effect) {
+    std::vector<std::string> names, values;
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.held || !(joint.*value > 0.0)) continue;
+      names.push_back(joint.name);
+      values.push_back(ShortestText(joint.*value));
     }
-    if (joint.friction > 0.0) {
-      notices->push_back("joint '" + joint.name + "': <dynamics> friction " +
-                         ShortestText(joint.friction) +
-                         " is in the model as coulomb_friction");
-    }
-  }
+    if (names.empty()) return;
+    const bool one = names.size() == 1;
+    notices->push_back(
+        (one ? "joint '" + names[0] + "'" : "joints " + JoinSome(names)) +
+        ": <dynamics> " + what + " " + JoinSome(values) +
+        " is in the model as " + effect);
+  };
+  note("damping", &Joint::damping, "viscous_damping");
+  note("friction", &Joint::friction, "coulomb_friction");
 }
 
 }  // namespace

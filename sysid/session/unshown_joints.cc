@@ -22,8 +22,7 @@ std::set<std::string> NamesIn(const Mechanism& mechanism,
   constexpr size_t kMost = 20;
   std::set<std::string> names;
   for (size_t i = 0; i < std::min(files.size(), kMost); ++i) {
-    for (const ColumnMapping& entry :
-         ColumnsOf(columns, files[i], mechanism)) {
+    for (const ColumnMapping& entry : ColumnsOf(columns, files[i], mechanism)) {
       names.insert(entry.name);
     }
     // A pipe is read once.
@@ -45,13 +44,12 @@ struct ShownJoints {
 };
 
 ShownJoints FindShown(const Mechanism& mechanism,
-                const std::set<std::string>& names) {
+                      const std::set<std::string>& names) {
   ShownJoints shown;
   shown.joints.assign(mechanism.joints.size(), false);
   const auto has = [&](const std::vector<std::string>& columns) {
-    return std::any_of(columns.begin(), columns.end(), [&](const auto& name) {
-      return names.contains(name);
-    });
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](const auto& name) { return names.contains(name); });
   };
   for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
     if (!has(group.columns)) continue;
@@ -111,10 +109,9 @@ std::vector<NamedValue> LocksOfUnshown(const Mechanism& mechanism,
   std::vector<std::string> names;
   for (size_t j = 0; j < mechanism.joints.size(); ++j) {
     const Joint& joint = mechanism.joints[j];
-    const bool locked =
-        std::any_of(locks.begin(), locks.end(), [&](const NamedValue& lock) {
-          return Matches(lock.name, joint.name);
-        });
+    const bool locked = std::any_of(
+        locks.begin(), locks.end(),
+        [&](const NamedValue& lock) { return Matches(lock.name, joint.name); });
     if (VelocitySize(joint) == 0 || shown.joints[j] || locked) continue;
     const bool has_motor = shown.efforts && joint.effort_limit > 0.0;
     if (!has_motor && IsFelt(mechanism, shown, static_cast<int>(j))) continue;

@@ -1,5 +1,5 @@
-// Efforts that were never measured: of motors by the URDF, zero or absent, while
-// the mechanism gains energy as nothing does that is left to itself.
+// Efforts that were never measured: of motors by the URDF, zero or absent,
+// while the mechanism gains energy as nothing does that is left to itself.
 
 #include <algorithm>
 #include <cmath>
@@ -68,7 +68,8 @@ Energies EnergiesOf(const Model& model, const Run& run) {
   double least = any, low_k = any, high_k = -any, low_v = any, high_v = -any;
   Energies energies;
   for (int k = 0; k < run.size(); ++k) {
-    const double kinetic = KineticEnergy(&ws, q.row(k).data(), qd.row(k).data());
+    const double kinetic =
+        KineticEnergy(&ws, q.row(k).data(), qd.row(k).data());
     const double potential = PotentialEnergy(&ws, q.row(k).data());
     low_k = std::min(low_k, kinetic);
     high_k = std::max(high_k, kinetic);
@@ -107,19 +108,20 @@ void CheckMissingEfforts(const CheckInput& input,
     std::vector<std::string> columns;
     for (const std::string& motor : motors) columns.push_back(motor + ".tau");
     Finding finding =
-        At(*run, Join(columns), "effort_not_measured", Severity::kWrong);
+        At(*run, Join(columns), kMissingEfforts, Severity::kWrong);
     finding.weight = 1e6;
-    finding.evidence = "efforts are not measured: they are zero or absent, and "
-                       "yet the mechanism gains " +
-                       ShortNumber(energies.rise) +
-                       " J, as motors make it and nothing that is left to "
-                       "itself does";
+    finding.evidence =
+        "efforts are not measured: they are zero or absent, and "
+        "yet the mechanism gains " +
+        ShortNumber(energies.rise) +
+        " J, as motors make it and nothing that is left to "
+        "itself does";
     finding.consequence =
         "friction and inertia are fitted in place of the motors, to values "
         "that mean nothing";
-    finding.remedies = {
-        "record the efforts, or the commands as " + motors.front() +
-        ".cmd with --add position_drive@" + motors.front()};
+    finding.remedies = {"record the efforts, or the commands as " +
+                        motors.front() + ".cmd with --add position_drive@" +
+                        motors.front()};
     findings->push_back(std::move(finding));
   }
 }
