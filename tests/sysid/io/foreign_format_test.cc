@@ -30,7 +30,8 @@ TEST(ForeignFormat, SaysWhatAFileIsAndHowToGoOn) {
   for (const auto& file : kFiles) {
     const ScratchFile run("run", file.begins);
     EXPECT_THAT(ErrorText([&] { OpenTable(run.path()); }),
-                AllOf(HasSubstr(run.path() + ": is " + file.what), HasSubstr(file.hint)));
+                AllOf(HasSubstr(run.path() + ": is " + file.what),
+                      HasSubstr(file.hint)));
   }
 }
 

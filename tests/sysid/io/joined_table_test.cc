@@ -30,7 +30,8 @@ Run Read(const ScratchFile& q, const ScratchFile& other, std::string columns) {
 TEST(JoinedTable, JoinsByTimeAndInventsNoSample) {
   const ScratchFile q("q.csv", "t,- a\n0,1\n0.1,2\n0.2,3\n");
   const ScratchFile tau("tau.csv", "t,- a\n0.1,7\n0.15,8\n0.2000000001,9\n");
-  const sysid::Run run = Read(q, tau, "joint1.q=- a,joint1.tau=\"OTHER/- a\"*2");
+  const sysid::Run run =
+      Read(q, tau, "joint1.q=- a,joint1.tau=\"OTHER/- a\"*2");
   EXPECT_THAT(run.t, ElementsAre(0, 0.1, 0.15, 0.2));
   const auto positions = run.channels[0].values.col(0);
   EXPECT_EQ(positions[1], 2.0);
@@ -57,9 +58,8 @@ TEST(JoinedTable, EachFileHasTheTimeByTheSameExpression) {
 TEST(JoinedTable, PlacesAreThoseOfTheFileAtFault) {
   const ScratchFile q("q.csv", "t,pos\n0,1\n0.1,2\n");
   const ScratchFile v("v.csv", "t,x\n0,5\n0.1,oops\n");
-  EXPECT_THAT(
-      ErrorText([&] { Read(q, v, "joint1.q=pos,joint1.qd=OTHER/x"); }),
-      HasSubstr("v.csv:3:2: 'oops' in column 'x' is not a number"));
+  EXPECT_THAT(ErrorText([&] { Read(q, v, "joint1.q=pos,joint1.qd=OTHER/x"); }),
+              HasSubstr("v.csv:3:2: 'oops' in column 'x' is not a number"));
   EXPECT_THAT(
       ErrorText([&] { Read(q, v, "joint1.q=pos,joint1.qd=absent.csv/x"); }),
       HasSubstr("no column 'absent.csv"));

@@ -24,9 +24,8 @@ Mechanism Arm(const std::vector<std::string>& joints) {
 
 ColumnMatches Match(const Mechanism& mechanism,
                     const std::vector<std::string>& columns) {
-  return MatchColumns(mechanism, columns, [](const std::string&) {
-    return true;
-  });
+  return MatchColumns(mechanism, columns,
+                      [](const std::string&) { return true; });
 }
 
 std::vector<std::string> MapOf(const std::vector<std::string>& joints,
@@ -68,8 +67,8 @@ TEST(MatchColumns, OrderIsTheLastResortAndSaysSo) {
   const ColumnMatches index = Match(arm, {"q10", "q2", "dq2", "dq10"});
   EXPECT_EQ(index.map[0].expression, "q2");
   EXPECT_EQ(index.map[1].expression, "q10");
-  EXPECT_THAT(index.by_order, ElementsAre("shoulder.q", "elbow.q",
-                                          "shoulder.qd", "elbow.qd"));
+  EXPECT_THAT(index.by_order,
+              ElementsAre("shoulder.q", "elbow.q", "shoulder.qd", "elbow.qd"));
   // Not beside names that match, and not where there is one of each.
   const ColumnMatches width = Match(arm, {"elbow_deg", "width_mm"});
   EXPECT_EQ(width.map.size(), 1);
@@ -78,13 +77,13 @@ TEST(MatchColumns, OrderIsTheLastResortAndSaysSo) {
 }
 
 TEST(MatchColumns, KindsAndUnitsAreThoseOfTheName) {
-  EXPECT_THAT(MapOf({"servo"}, {"goal_deg", "pos_deg", "speed_rpm", "load_nm"}),
-              ElementsAre("servo.q=pos_deg*0.0174532925",
-                          "servo.qd=speed_rpm*2*pi/60", "servo.tau=load_nm",
-                          "servo.cmd=goal_deg*0.0174532925"));
-  EXPECT_THAT(MapOf({"servo"}, {"servo_rev", "/torque_cmd/data[0]"}),
-              ElementsAre("servo.q=servo_rev*2*pi",
-                          "servo.tau=/torque_cmd/data[0]"));
+  EXPECT_THAT(
+      MapOf({"servo"}, {"goal_deg", "pos_deg", "speed_rpm", "load_nm"}),
+      ElementsAre("servo.q=pos_deg*0.0174532925", "servo.qd=speed_rpm*2*pi/60",
+                  "servo.tau=load_nm", "servo.cmd=goal_deg*0.0174532925"));
+  EXPECT_THAT(
+      MapOf({"servo"}, {"servo_rev", "/torque_cmd/data[0]"}),
+      ElementsAre("servo.q=servo_rev*2*pi", "servo.tau=/torque_cmd/data[0]"));
   // A measured effort is better than a commanded one.
   EXPECT_THAT(MapOf({"servo"}, {"tau_des", "tau_meas"}),
               ElementsAre("servo.tau=tau_meas"));
