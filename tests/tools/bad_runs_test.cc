@@ -166,7 +166,7 @@ TEST_F(BadRunsTest, AnglesThatLookLikeDegrees) {
   ExpectFitRefused(
       folder_,
       {"--model", "arm.urdf", "--traj", "run.csv", "--free", "link1.mass"},
-      "run.csv:1:2", "column 'joint1.q' looks like degrees, not radians",
+      "run.csv:1:2", "column 'joint1.q' is no angle in radians",
       "--columns joint1.q=joint1.q*0.0174532925");
 }
 
