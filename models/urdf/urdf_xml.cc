@@ -37,6 +37,19 @@ bool ReadInfinity(const std::string& text, double* value) {
   return true;
 }
 
+// How to go on with a model of another format, "" for unknown ones.
+std::string HintFor(const std::string& root) {
+  if (root == "mujoco") {
+    return "this is MJCF, MuJoCo's format, which is not read: give the URDF "
+           "that it was made from";
+  }
+  if (root == "sdf") {
+    return "this is SDF, Gazebo's format, which is not read: give the URDF "
+           "that it was made from";
+  }
+  return "";
+}
+
 }  // namespace
 
 const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
@@ -62,7 +75,8 @@ const TiXmlElement* ParseRobot(const std::string& text, const std::string& path,
     throw InputError(
         Place(path, robot->Row(), robot->Column()),
         "no <robot> element: the root element is <" + robot->ValueStr() + ">",
-        kHint);
+        HintFor(robot->ValueStr()).empty() ? kHint
+                                           : HintFor(robot->ValueStr()));
   }
   if (const TiXmlElement* second = robot->NextSiblingElement()) {
     throw InputError(Place(path, second->Row(), second->Column()),

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 #include <tuple>
 
 #include "sysid/io/cell.h"
@@ -35,6 +37,35 @@ void Sort(std::vector<Finding>* findings) {
   std::stable_sort(
       findings->begin(), findings->end(),
       [&](const Finding& a, const Finding& b) { return rank(a) < rank(b); });
+}
+
+std::vector<Finding> Gathered(const std::vector<Finding>& findings) {
+  constexpr size_t kFew = 3;
+  using Kind = std::tuple<std::string, std::string, Severity>;
+  const auto kind_of = [](const Finding& finding) {
+    return Kind{finding.fault, finding.file, finding.severity};
+  };
+  std::map<Kind, std::vector<std::string>> subjects;
+  for (const Finding& finding : findings) {
+    subjects[kind_of(finding)].push_back(finding.subject);
+  }
+  std::vector<Finding> gathered;
+  std::set<Kind> done;
+  for (const Finding& finding : findings) {
+    const Kind kind = kind_of(finding);
+    std::vector<std::string>& all = subjects[kind];
+    if (done.contains(kind)) continue;
+    if (all.size() > kFew) {
+      done.insert(kind);
+      gathered.push_back(finding);
+      all.erase(all.begin());
+      gathered.back().evidence +=
+          "; so too " + std::to_string(all.size()) + " more: " + JoinSome(all);
+    } else {
+      gathered.push_back(finding);
+    }
+  }
+  return gathered;
 }
 
 std::string PlaceOf(const Finding& finding) {

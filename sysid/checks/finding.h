@@ -21,6 +21,7 @@ inline constexpr double kExplained = 1.5;
 
 // Names of faults that other checks ask for.
 inline constexpr char kSlowSampling[] = "slow_sampling";
+inline constexpr char kMissingEfforts[] = "effort_not_measured";
 inline constexpr char kTimeJitter[] = "time_jitter";
 
 // What is wrong with a recording or a model.
@@ -54,6 +55,10 @@ void NameAlso(const std::string& says, const std::vector<std::string>& remedies,
 // Worst first; stable. What a hypothesis says and yet does not explain stands
 // behind what the numbers show: it may be their fault, and they are certain.
 void Sort(std::vector<Finding>* findings);
+
+// As lists for people show them: of more than three of one kind in one file the
+// first, which names the others.
+std::vector<Finding> Gathered(const std::vector<Finding>& findings);
 
 // "run.csv: joint1.q, 2 s to 3 s".
 std::string PlaceOf(const Finding& finding);

@@ -132,6 +132,27 @@ std::vector<Series> MotionSeries(const CheckInput& input) {
   return all;
 }
 
+std::vector<double> AsRead(const Series& series) {
+  std::vector<double> numbers;
+  for (const double number : series.channel->values.col(0)) {
+    if (!std::isnan(number)) numbers.push_back(number);
+  }
+  return numbers;
+}
+
+bool IsBeyondLimits(const Series& series, const Joint& joint) {
+  constexpr double kBeyond = 0.25;
+  // Limits of a continuous joint mean nothing in a URDF.
+  const bool limited = joint.has_limits && joint.lower < joint.upper &&
+                       (joint.type == JointType::kRevolute ||
+                        joint.type == JointType::kPrismatic);
+  const double slack = kBeyond * (joint.upper - joint.lower);
+  if (!limited || series.channel->kind != ChannelKind::kPosition) return false;
+  const std::vector<double> q = AsRead(series);
+  return Percentile(q, 0.01) < joint.lower - slack ||
+         Percentile(q, 0.99) > joint.upper + slack;
+}
+
 Finding At(const Run& run, const std::string& subject, const std::string& fault,
            Severity severity) {
   Finding finding;

@@ -30,6 +30,13 @@ std::vector<Series> AllSeries(const CheckInput& input);
 // as a component near one hardly changes; `column` is "joint1.q".
 std::vector<Series> MotionSeries(const CheckInput& input);
 
+// The channel's first numbers as they were read.
+std::vector<double> AsRead(const Series& series);
+
+// Whether a joint's position leaves the limits that the URDF gives it, by more
+// than a quarter of their span and but for spikes: they are wrong, or the unit.
+bool IsBeyondLimits(const Series& series, const Joint& joint);
+
 double Median(std::vector<double> values);
 double Percentile(std::vector<double> values, double part);
 

@@ -20,15 +20,19 @@ void CheckQuantisation(const CheckInput& input, std::vector<Finding>* findings);
 void CheckVelocities(const CheckInput& input, std::vector<Finding>* findings);
 void CheckDegrees(const CheckInput& input, std::vector<Finding>* findings);
 void CheckRanges(const CheckInput& input, std::vector<Finding>* findings);
+void CheckLimits(const CheckInput& input, std::vector<Finding>* findings);
 void CheckBodies(const CheckInput& input, std::vector<Finding>* findings);
+void CheckMissingEfforts(const CheckInput& input,
+                         std::vector<Finding>* findings);
 void CheckModel(const CheckInput& input, std::vector<Finding>* findings);
 void CheckUnmapped(const CheckInput& input, std::vector<Finding>* findings);
 
 inline constexpr NumbersCheck kNumbersChecks[] = {
-    CheckJitter,       CheckGaps,         CheckSamples,  CheckRates,
-    CheckSpikes,       CheckSaturation,   CheckFrozen,   CheckStill,
-    CheckQuantisation, CheckVelocities,   CheckRanges,   CheckBodies,
-    CheckDegrees,      CheckEffortSpikes, CheckUnmapped, CheckModel,
+    CheckJitter,       CheckGaps,           CheckSamples,  CheckRates,
+    CheckSpikes,       CheckSaturation,     CheckFrozen,   CheckStill,
+    CheckQuantisation, CheckVelocities,     CheckRanges,   CheckBodies,
+    CheckDegrees,      CheckEffortSpikes,   CheckUnmapped, CheckModel,
+    CheckLimits,       CheckMissingEfforts,
 };
 
 }  // namespace sysid

@@ -110,8 +110,10 @@ ColumnMap ParseColumnMap(const std::string& text, const std::string& place) {
 ScopedName RunColumn(const std::string& text, const Mechanism& mechanism) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
   const std::vector<std::string> held = HeldColumnNames(mechanism);
+  const std::vector<std::string> followers = FollowerColumnNames(mechanism);
   return SplitScope(text, [&](const std::string& name) {
-    return Contains(names, name) || Contains(held, name);
+    return Contains(names, name) || Contains(held, name) ||
+           Contains(followers, name);
   });
 }
 
@@ -149,6 +151,7 @@ std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
                                          const Mechanism& mechanism) {
   const std::vector<std::string> names = RunColumnNames(mechanism);
   const std::vector<std::string> held = HeldColumnNames(mechanism);
+  const std::vector<std::string> followers = FollowerColumnNames(mechanism);
   std::vector<ColumnSource> sources;
   for (const ColumnMapping& entry : ColumnsOf(map, path, mechanism)) {
     if (Contains(held, entry.name)) {
@@ -162,7 +165,8 @@ std::vector<ColumnSource> ResolveColumns(const ColumnMap& map,
       }
       continue;
     }
-    if (!Contains(names, entry.name) && !IsOwnInput(entry.name, mechanism)) {
+    if (!Contains(names, entry.name) && !Contains(followers, entry.name) &&
+        !IsOwnInput(entry.name, mechanism)) {
       const ColumnNameFault fault = ExplainUnknownColumn(entry.name, mechanism);
       throw InputError(entry.place, fault.what, fault.hint);
     }

@@ -44,7 +44,8 @@ std::vector<std::string> OwnInputs(const ColumnMap& map,
 struct ColumnSource {
   std::string name;  // ours
   Expression expression;
-  std::string text;  // of the expression: the column's name where it is one
+  std::string text;     // of the expression: the column's name where it is one
+  double factor = 1.0;  // on its value: of a unit that the file says
   // The first column that the expression uses: where errors point.
   int column() const { return expression.columns()[0]; }
   // "column 'pos1' (joint1.q)".

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "models/error.h"
+#include "sysid/io/timestamp.h"
 
 namespace sysid {
 namespace {
@@ -50,6 +51,16 @@ CsvFile::CsvFile(ByteSource source)
   layout_ = ReadTextLayout(path_, &rows_);
   header_ = layout_.header;
   notices_ = layout_.notices;
+  no_header_ = layout_.no_header;
+  units_ = layout_.units;
+  // numpy.savetxt writes its header as a comment.
+  TextRows words(ByteSource(path_, layout_.last_comment));
+  words.set_separator(rows_.separator());
+  if (!no_header_.empty() && header_.size() > 1 &&
+      words.NextCells().size() == header_.size()) {
+    no_header_ += "; the comment " + Shown(layout_.last_comment) +
+                  " reads like the header: take its '#' away";
+  }
   if (header_.size() > kMostColumns) {
     throw InputError(
         HeaderPlace(static_cast<int>(kMostColumns)),
@@ -60,23 +71,12 @@ CsvFile::CsvFile(ByteSource source)
     const auto first = std::find(header_.begin(), header_.end(), header_[i]);
     const int at = static_cast<int>(first - header_.begin());
     if (header_[i].empty() || at == static_cast<int>(i)) continue;
-    double number;
-    if (ParseNumber(header_[i], &number)) continue;  // there is no header
     throw InputError(HeaderPlace(static_cast<int>(i)),
                      "column " + Shown(header_[i]) +
                          " appears twice: it is field " +
                          std::to_string(at + 1) + " too",
                      "rename or remove one of them");
   }
-}
-
-bool CsvFile::HeaderIsNumbers() const {
-  return std::all_of(
-      header_.begin(), header_.end(), [&](const std::string& name) {
-        double number;
-        return ParseNumber(name, &number) ||
-               (rows_.separator() != ',' && ParseDecimalComma(name, &number));
-      });
 }
 
 void CsvFile::CheckHeader() {
@@ -93,21 +93,6 @@ void CsvFile::CheckHeader() {
           CommentHint(mark));
     }
   }
-  if (!HeaderIsNumbers()) return;
-  std::string hint = "put a row of names before it, such as t,joint1.q";
-  TextRows words(ByteSource(path_, layout_.last_comment));
-  words.set_separator(rows_.separator());
-  if (header_.size() > 1 && !words.AtEnd() &&
-      words.ReadRow([](int, std::string_view) {}) ==
-          static_cast<int>(header_.size())) {
-    hint = "the comment " + Shown(layout_.last_comment) +
-           " reads like the header: take its '#' away";
-  }
-  throw InputError(HeaderPlace(0),
-                   "there is no header: the first row is numbers (" +
-                       Shown(header_[0]) +
-                       (header_.size() > 1 ? ", ...)" : ")"),
-                   hint);
 }
 
 std::string CsvFile::LinePlace(int line, int column) const {
@@ -146,6 +131,14 @@ double CsvFile::ReadNumber(std::string_view cell, int field) {
       }
       decimal_ = Decimal::kPoint;
     }
+    return value;
+  }
+  if (ParseTimestamp(cell, &value)) {
+    if (!has_dates_) {
+      notices_.push_back(Shown(header_[field]) +
+                         " holds dates: read in seconds");
+    }
+    has_dates_ = true;
     return value;
   }
   if (rows_.separator() == ',' || !ParseDecimalComma(cell, &value)) {
@@ -202,6 +195,24 @@ void CsvFile::CheckWidth(int cells) const {
                    hint);
 }
 
+void CsvFile::CheckFixed(int field, std::string_view cell) const {
+  for (const auto& [column, text] : layout_.fixed_texts) {
+    if (static_cast<int>(column) != field || cell == text) continue;
+    throw InputError(
+        LinePlace(rows_.row_line(), field),
+        Shown(cell) + " here, but " + Shown(text) + " in the first row",
+        layout_.width_hint);
+  }
+}
+
+// Of a row, where no column is it.
+double CsvFile::TimeOf(const std::vector<double>& numbers) const {
+  if (layout_.rate_hz <= 0.0) return numbers[0] + 1e-9 * numbers[1];
+  return (layout_.frame_column >= 0 ? numbers[layout_.frame_column]
+                                    : lines_.rows()) /
+         layout_.rate_hz;
+}
+
 void CsvFile::NoteMissing(const std::vector<int>& missing) {
   std::vector<std::string> markers;
   for (size_t i = 0; i < missing.size(); ++i) {
@@ -220,7 +231,6 @@ void CsvFile::NoteMissing(const std::vector<int>& missing) {
 
 void CsvFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
   const int width = layout_.width();
-  const bool makes_time = layout_.rate_hz > 0.0;
   // By field: whether its number is read.
   std::vector<char> is_read(width, 0);
   for (const int column : wanted) {
@@ -228,6 +238,8 @@ void CsvFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
       is_read[column] = 1;
     } else if (layout_.frame_column >= 0) {
       is_read[layout_.frame_column] = 1;
+    } else if (layout_.rate_hz <= 0.0) {
+      is_read[0] = is_read[1] = 1;
     }
   }
   for (const int x : layout_.zero_is_missing) {
@@ -243,6 +255,7 @@ void CsvFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
     int empty_end = 0;  // behind the last cell that is not empty
     int count = rows_.ReadRow([&](int field, std::string_view cell) {
       if (!cell.empty()) empty_end = field + 1;
+      CheckFixed(field, cell);
       if (field < width && is_read[field]) {
         numbers[field] = ReadNumber(cell, field);
       }
@@ -252,12 +265,7 @@ void CsvFile::ReadRows(const std::vector<int>& wanted, const Visit& visit) {
       count = std::max(empty_end, width);
     }
     CheckWidth(count);
-    if (makes_time) {
-      numbers[width] =
-          (layout_.frame_column >= 0 ? numbers[layout_.frame_column]
-                                     : lines_.rows()) /
-          layout_.rate_hz;
-    }
+    if (layout_.makes_time) numbers[width] = TimeOf(numbers);
     for (size_t i = 0; i < missing.size(); ++i) {
       const int x = layout_.zero_is_missing[i];
       if (!is_read[x] || numbers[x] != 0.0 || numbers[x + 1] != 0.0 ||

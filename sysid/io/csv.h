@@ -13,10 +13,11 @@
 
 namespace sysid {
 
-// A text with a header and a row a line: separated by commas, semicolons, tabs
-// or runs of spaces, the last three with decimal points or decimal commas; and
-// what motion-capture systems export (text_layout.h). What is not as in
-// docs/interface.md section 2 is said in a notice.
+// A text with a header and a row a line (without a header its columns are "#1",
+// "#2", ...; behind it there may be a row of units): separated by commas,
+// semicolons, tabs or runs of spaces, the last three with decimal points or
+// decimal commas; and what motion-capture systems export (text_layout.h). What
+// is not as in docs/interface.md section 2 is said in a notice.
 //
 // The file is read front to back in blocks, once: pipes are fine. Places in
 // errors are "run.csv:LINE:FIELD", both counted from 1; the texts name the
@@ -32,18 +33,16 @@ class CsvFile : public TableFile {
   // The same from text; `path` only names it in errors.
   CsvFile(const std::string& path, std::string text);
 
-  // Whether each cell of the first row reads as a number: there is no header.
-  bool HeaderIsNumbers() const;
-  // Throws InputError if so, and where the first row is a comment of others.
+  // Throws InputError where the first row is a comment of others.
   void CheckHeader();
 
   std::string HeaderPlace(int column) const override;
   std::string Place(int row, int column) const override;
   std::string RowName(int row) const override;
   // Throws InputError for a row with another number of cells than the header,
-  // text in a number, an infinite or too large number, a number with a decimal
-  // comma beside others with points, a quote that is not closed and a line of
-  // more than 1 MiB.
+  // text in a number that is no date with a clock (timestamp.h), an infinite or
+  // too large number, a number with a decimal comma beside others with points,
+  // a quote that is not closed and a line of more than 1 MiB.
   void ReadRows(const std::vector<int>& wanted, const Visit& visit) override;
 
  private:
@@ -52,11 +51,14 @@ class CsvFile : public TableFile {
   std::string LinePlace(int line, int column) const;
   double ReadNumber(std::string_view cell, int field);
   void CheckWidth(int cells) const;
+  void CheckFixed(int field, std::string_view cell) const;
+  double TimeOf(const std::vector<double>& numbers) const;
   void NoteMissing(const std::vector<int>& missing);
 
   TextRows rows_;
   TextLayout layout_;
   Decimal decimal_ = Decimal::kUnknown;
+  bool has_dates_ = false;
   LineNumbers lines_;
 };
 

@@ -139,13 +139,13 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
   if (!qd.empty()) {
     const double slope = PositionOverVelocity(measured, qd);
     if (std::abs(slope * kDegree - 1.0) < 0.2) {
-      return {DegreesVerdict::kPosition,
+      return {DegreesVerdict::kPosition, true,
               Format("its changes are %.1f times what its velocity column says "
                      "(180/pi is %.1f)",
                      slope, 1.0 / kDegree)};
     }
     if (std::abs(slope / kDegree - 1.0) < 0.2) {
-      return {DegreesVerdict::kVelocity,
+      return {DegreesVerdict::kVelocity, true,
               Format("it is %.1f times what the position's changes say (180/pi "
                      "is %.1f)",
                      1.0 / slope, 1.0 / kDegree)};
@@ -153,40 +153,24 @@ DegreesReport LookForDegrees(const Joint& joint, const std::vector<double>& t,
   }
   const Track track = WithoutOutliers(measured);
   if (const double jump = WrapJump(track); jump > 0.0) {
-    return {DegreesVerdict::kPosition,
+    return {DegreesVerdict::kPosition, true,
             Format("it jumps by %.1f from one sample to the next, as a sensor "
                    "does that wraps at %.0f degrees",
                    jump, 360.0)};
   }
   const auto [low, high] = std::minmax_element(track.q.begin(), track.q.end());
   const double most = std::max(std::abs(*low), std::abs(*high));
-  // Limits of a continuous joint mean nothing in a URDF.
-  const bool has_limits = joint.has_limits && joint.lower < joint.upper &&
-                          joint.type != JointType::kContinuous;
-  if (has_limits && most > kTwoTurns) {
-    constexpr double kSlack = 0.1;
-    const bool outside =
-        *low < joint.lower - kSlack || *high > joint.upper + kSlack;
-    const bool inside_as_degrees = *low * kDegree > joint.lower - kSlack &&
-                                   *high * kDegree < joint.upper + kSlack;
-    if (outside && inside_as_degrees) {
-      return {DegreesVerdict::kPosition,
-              Format("it runs from %.1f to %.1f, far beyond the limits %.3g to "
-                     "%.3g rad of the URDF, within which it stays as degrees",
-                     *low, *high, joint.lower, joint.upper)};
-    }
-  }
   const Swings swings = FindSwings(track);
   if (swings.count < 2 || most > 400.0) return {};
   // A wheel turns as fast as it likes.
   if (swings.fast >= 2 && joint.type != JointType::kContinuous) {
-    return {DegreesVerdict::kPosition,
+    return {DegreesVerdict::kPosition, false,
             Format("it swings to and fro over %.0f at up to %.0f a second: in "
                    "radians that is %.0f turns, %.0f turns a second",
                    swings.largest, swings.speed, swings.largest / (2.0 * M_PI),
                    swings.speed / (2.0 * M_PI))};
   }
-  return {DegreesVerdict::kPerhaps,
+  return {DegreesVerdict::kPerhaps, false,
           Format("it swings to and fro over %.1f: in radians %.1f turns",
                  swings.largest, swings.largest / (2.0 * M_PI))};
 }

@@ -8,6 +8,7 @@
 #include "sysid/io/byte_source.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
+#include "sysid/io/foreign_format.h"
 #include "sysid/io/mat_file.h"
 #include "sysid/io/table_file.h"
 
@@ -15,6 +16,7 @@ namespace sysid {
 namespace {
 
 std::unique_ptr<TableFile> OpenCsv(ByteSource source, const std::string&) {
+  RefuseForeignFormat(&source);
   auto file = std::make_unique<CsvFile>(std::move(source));
   file->CheckHeader();
   return file;

@@ -6,6 +6,8 @@
 #include "models/error.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/text_layout.h"
+#include "sysid/io/timestamp.h"
+#include "sysid/io/units.h"
 
 namespace sysid {
 namespace {
@@ -112,6 +114,35 @@ char FindSeparator(const std::string& path, std::string_view text,
   return ',';
 }
 
+// Whether each cell is a number or a time: no row of names.
+bool IsNumbers(const std::vector<std::string>& cells, char separator) {
+  return std::all_of(cells.begin(), cells.end(), [&](const std::string& cell) {
+    double number;
+    return ParseNumber(cell, &number) || ParseTimestamp(cell, &number) ||
+           (separator != ',' && ParseDecimalComma(cell, &number));
+  });
+}
+
+// What to say of a table without names.
+std::string NoHeader(const std::vector<std::string>& cells) {
+  return "there is no header: the first row is numbers (" + Shown(cells[0]) +
+         (cells.size() > 1 ? ", ...)" : ")");
+}
+
+// Whether a row stands where numbers should that is all units.
+bool IsUnits(const std::vector<std::string>& cells, size_t columns) {
+  if (cells.size() != columns) return false;
+  return std::all_of(cells.begin(), cells.end(),
+                     [](const std::string& cell) {
+                       double number;
+                       return !ParseNumber(cell, &number) &&
+                              ParseUnit(cell).has_value();
+                     }) &&
+         std::any_of(cells.begin(), cells.end(), [](const std::string& cell) {
+           return ParseUnit(cell)->of != Unit::Of::kNone;
+         });
+}
+
 }  // namespace
 
 bool ReadPlainLayout(const std::string& path, TextRows* rows,
@@ -127,11 +158,23 @@ bool ReadPlainLayout(const std::string& path, TextRows* rows,
   }
   const char separator = FindSeparator(path, rows->Ahead(), rows->line());
   rows->set_separator(separator);
-  layout->header = rows->ReadCells();
-  layout->header_line = rows->row_line();
+  layout->header_line = rows->line();
+  if (const auto first = rows->NextCells(); IsNumbers(first, separator)) {
+    layout->no_header = NoHeader(first);
+    for (size_t i = 1; i <= first.size(); ++i) {
+      layout->header.push_back("#" + std::to_string(i));
+    }
+  } else {
+    layout->header = rows->ReadCells();
+  }
   while (separator == '\t' && layout->header.size() > 1 &&
          layout->header.back().empty()) {
     layout->header.pop_back();
+  }
+  rows->SkipEmptyLines(nullptr);
+  if (const auto next = rows->NextCells();
+      layout->no_header.empty() && IsUnits(next, layout->header.size())) {
+    layout->units = rows->ReadCells();
   }
   if (separator != ',') {
     layout->notices.push_back("the columns are separated by " +
@@ -142,10 +185,8 @@ bool ReadPlainLayout(const std::string& path, TextRows* rows,
 
 TextLayout ReadTextLayout(const std::string& path, TextRows* rows) {
   constexpr bool (*kLayouts[])(const std::string&, TextRows*, TextLayout*) = {
-      ReadMotiveLayout,
-      ReadViconLayout,
-      ReadQualisysLayout,
-      ReadPlainLayout,
+      ReadMotiveLayout, ReadViconLayout, ReadQualisysLayout,
+      ReadEchoLayout,   ReadPlainLayout,
   };
   TextLayout layout;
   for (const auto read : kLayouts) {

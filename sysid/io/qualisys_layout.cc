@@ -115,6 +115,7 @@ bool ReadQualisysLayout(const std::string& path, TextRows* rows,
       fail("an export of QTM with neither a column Time nor a FREQUENCY");
     }
     layout->rate_hz = frequency;
+    layout->makes_time = true;
     layout->header.push_back("t");
   }
   layout->notices.push_back("an export of QTM: t is " +

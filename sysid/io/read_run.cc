@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
+#include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -13,15 +16,23 @@
 #include "sysid/io/base_acceleration.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
+#include "sysid/io/even_times.h"
+#include "sysid/io/joined_table.h"
+#include "sysid/io/line_numbers.h"
 #include "sysid/io/memory.h"
 #include "sysid/io/refuse_degrees.h"
 #include "sysid/io/run_sources.h"
 #include "sysid/io/suggest_columns.h"
 #include "sysid/io/table_file.h"
+#include "sysid/io/units.h"
 #include "sysid/io/unreadable_run.h"
 
 namespace sysid {
 namespace {
+
+constexpr char kTimeHint[] =
+    "rows must be in the order of time; are two recordings in one file, or is "
+    "the time rounded?";
 
 // Reads one file: what its columns mean, then its rows, each straight into the
 // run, then what the numbers say.
@@ -30,10 +41,16 @@ class RunReader {
   RunReader(TableFile* file, const ColumnMap& map, const Mechanism& mechanism,
             std::vector<std::string>* notices,
             RunContent content = RunContent::kMeasurements)
-      : file_(*file), map_(map), mechanism_(mechanism), notices_(notices) {
+      : file_(*file),
+        map_(map),
+        mechanism_(mechanism),
+        notices_(notices),
+        content_(content) {
     std::string ignored;
     in_ = FindRunSources(*file, map, mechanism, content, &ignored);
     if (!ignored.empty()) Notice(ignored);
+    TakeUnits();
+    NoteFollowers();
   }
 
   Run Read() {
@@ -42,10 +59,12 @@ class RunReader {
     run.unread = in_.unread;
     run.time_source = TimeSource();
     ReadRows(&run);
+    FinishTimes(&run);
+    DropUnmeasured(&run);
     for (size_t c = 0; c < in_.channels.size(); ++c) {
       CheckChannel(in_.channels[c], &run.channels[c]);
     }
-    for (const Found& found : in_.efforts) HoldEffort(found, &run.effort);
+    HoldEfforts(&run.effort);
     for (size_t i = 0; i < in_.inputs.size(); ++i) {
       FillInput(in_.inputs[i], &run.inputs[i]);
     }
@@ -67,6 +86,42 @@ class RunReader {
     if (!time.expression.is_column()) return "(" + time.text + ")";
     const bool plain = time.text.find_first_of("+-*/^(),\" ") == time.text.npos;
     return plain || time.text[0] == '"' ? time.text : '"' + time.text + '"';
+  }
+
+  // What a row of units says of columns that the map gives no factor for.
+  void TakeUnits() {
+    if (file_.units().empty()) return;
+    std::vector<std::string> read;
+    for (ColumnSource& source : in_.sources) {
+      if (source.expression.has_factor()) continue;
+      const size_t column = source.column();
+      const std::string& text =
+          column < file_.units().size() ? file_.units()[column] : "";
+      const std::optional<Unit> unit = ParseUnit(text);
+      if (!unit || unit->of == Unit::Of::kNone ||
+          unit->of != QuantityOf(source.name, mechanism_)) {
+        continue;
+      }
+      source.factor = unit->factor;
+      if (unit->factor != 1.0) read.push_back(source.name + " in " + text);
+    }
+    Notice("the row of units behind the names is taken at its word" +
+           (read.empty() ? "" : ": " + Join(read)));
+  }
+
+  void NoteFollowers() const {
+    std::vector<std::string> added;
+    for (const Found& found : in_.efforts) {
+      for (const auto& [source, multiplier] : found.added) {
+        added.push_back(
+            in_.sources[source].name +
+            (multiplier == 1.0 ? "" : " times " + RoundedText(multiplier)) +
+            " to " + found.group.columns[0]);
+      }
+    }
+    if (added.empty()) return;
+    Notice("efforts of joints that follow others (<mimic>) are added: " +
+           Join(added));
   }
 
   // As a person reads a position.
@@ -167,6 +222,8 @@ class RunReader {
   }
 
   void ReadRow(std::span<const double> cells, Run* run) {
+    if (IsCopy(cells, run)) return;
+    rows_.Add(read_ - 1);
     const int row = run->size();
     if (row == std::numeric_limits<int>::max()) {
       throw InputError(file_.path(),
@@ -219,9 +276,13 @@ class RunReader {
     }
     run->effort.row(row).setZero();
     for (const Found& found : in_.efforts) {
-      fill(found, run->effort.row(row).segment(
-                      mechanism_.joints[found.group.target].v_index,
-                      found.sources.size()));
+      auto efforts = run->effort.row(row).segment(
+          mechanism_.joints[found.group.target].v_index,
+          found.group.columns.size());
+      fill(found, efforts);
+      for (const auto& [source, multiplier] : found.added) {
+        efforts[0] += multiplier * measured(source);
+      }
     }
   }
 
@@ -261,7 +322,7 @@ class RunReader {
                         : "they are taken on lines between the others"));
   }
 
-  void ReadTime(double t, Run* run) const {
+  void ReadTime(double t, Run* run) {
     const int time = in_.Find("t");
     const int row = run->size();
     if (std::isnan(t)) {
@@ -269,19 +330,118 @@ class RunReader {
                        "every row needs its time: fill it in, or remove the "
                        "row");
     }
-    if (row > 0 && t <= run->t.back()) {
-      const std::string before = ShortestText(run->t.back());
-      const std::string at = " (" + file_.RowName(row - 1) + ")";
-      throw UnreadableRun(
-          t == run->t.back() ? "time_repeats" : "time_goes_back",
-          Place(time, row),
-          t == run->t.back() ? "time repeats: " + before + " s again" + at
-                             : "time goes back: from " + before + " s" + at +
-                                   " to " + ShortestText(t) + " s",
-          "rows must be in the order of time; are two recordings in one file, "
-          "or is the time rounded?");
+    if (row > 0 && t < run->t.back()) {
+      throw UnreadableRun("time_goes_back", Place(time, row),
+                          "time goes back: from " +
+                              ShortestText(run->t.back()) + " s" + Behind(row) +
+                              " to " + ShortestText(t) + " s",
+                          kTimeHint);
     }
+    if (row > 0 && t == run->t.back() && first_repeat_ < 0) first_repeat_ = row;
     run->t.push_back(t);
+  }
+
+  // " (line 12)" of the row before.
+  std::string Behind(int row) const {
+    return " (" + file_.RowName(rows_.Line(row - 1)) + ")";
+  }
+
+  // Whether the row says what the one before it said, to the last digit.
+  bool IsCopy(std::span<const double> cells, const Run* run) {
+    ++read_;
+    const bool copy =
+        run->size() > 0 &&
+        std::equal(cells.begin(), cells.end(), last_cells_.begin(),
+                   [](double a, double b) {
+                     return a == b || (std::isnan(a) && std::isnan(b));
+                   });
+    if (copy) {
+      ++copies_;
+    } else {
+      last_cells_.assign(cells.begin(), cells.end());
+    }
+    return copy;
+  }
+
+  // Times that repeat at even steps, or not at all; and those since 1970 from
+  // the first row on, as all that is printed of them then has digits enough.
+  void FinishTimes(Run* run) const {
+    if (copies_ > 0) {
+      Notice(CountOf(copies_, "row") + " of " + std::to_string(read_) +
+             " say the same as the row before, time included: left out");
+    }
+    if (first_repeat_ >= 0) SpreadTimes(run);
+    constexpr double kLong = 1e8;  // s: three years
+    const double first = run->t.front();
+    if (first < kLong) return;
+    CountFrom(first, &run->t);
+    Notice("its times count from its first row, which is at " +
+           ShortestText(first) + " s");
+  }
+
+  // A double tells times since 1970 to a quarter of a microsecond: what is left
+  // of them are whole ones, where these tell them apart.
+  static void CountFrom(double first, std::vector<double>* t) {
+    constexpr double kPerSecond = 1e6;
+    std::vector<double> rounded(t->size());
+    bool rise = true;
+    for (size_t k = 0; k < t->size(); ++k) {
+      (*t)[k] -= first;
+      rounded[k] = std::round((*t)[k] * kPerSecond) / kPerSecond;
+      rise = rise && (k == 0 || rounded[k] > rounded[k - 1]);
+    }
+    if (rise) *t = std::move(rounded);
+  }
+
+  void SpreadTimes(Run* run) const {
+    const std::optional<EvenTimes> even = FindEvenTimes(run->t);
+    if (!even) {
+      throw UnreadableRun(
+          "time_repeats", Place(in_.Find("t"), first_repeat_),
+          "time repeats: " + ShortestText(run->t[first_repeat_]) + " s again" +
+              Behind(first_repeat_),
+          kTimeHint);
+    }
+    for (size_t k = 0; k < run->t.size(); ++k) {
+      run->t[k] = even->start + static_cast<double>(k) * even->step;
+    }
+    Notice("times repeat, as they have steps of " + RoundedText(even->digit) +
+           " s: the rows are taken as even, " + RoundedText(even->step) +
+           " s apart (" + RoundedText(1.0 / even->step) +
+           " Hz), which agrees with each of them to its last digit");
+  }
+
+  // Columns without any number were not recorded: one note. Where nothing is
+  // left that was asked for, an error.
+  void DropUnmeasured(Run* run) {
+    std::vector<std::string> names;
+    const Found first = in_.channels.empty() ? Found() : in_.channels[0];
+    const auto add = [&](const Found& found) {
+      names.insert(names.end(), found.group.columns.begin(),
+                   found.group.columns.end());
+    };
+    for (size_t c = in_.channels.size(); c-- > 0;) {
+      const auto missing = run->channels[c].values.array().isNaN();
+      if (!missing.rowwise().any().all()) continue;
+      add(in_.channels[c]);
+      in_.channels.erase(in_.channels.begin() + c);
+      run->channels.erase(run->channels.begin() + c);
+    }
+    if (in_.channels.empty() && !names.empty()) FailUnmeasured(first);
+    const bool only_efforts = content_ == RunContent::kEfforts;
+    std::erase_if(in_.efforts, [&](const Found& found) {
+      const int v = mechanism_.joints[found.group.target].v_index;
+      auto efforts = run->effort.middleCols(v, found.group.columns.size());
+      if (!efforts.array().isNaN().rowwise().any().all()) return false;
+      if (only_efforts) FailUnmeasured(found);
+      add(found);
+      efforts.setZero();
+      std::fill_n(run->recorded_efforts.begin() + v, efforts.cols(), false);
+      return true;
+    });
+    if (names.empty()) return;
+    std::sort(names.begin(), names.end());
+    Notice("no number in " + Join(names) + ": taken as not recorded");
   }
 
   // Room for twice as many rows; to grow such blocks moves pages, not numbers,
@@ -308,7 +468,7 @@ class RunReader {
     const Expression& expression = in_.sources[source].expression;
     const std::span<const double> own =
         cells.subspan(first_cell_[source], expression.columns().size());
-    const double value = expression.Evaluate(own);
+    const double value = in_.sources[source].factor * expression.Evaluate(own);
     if (std::isfinite(value)) return value;
     for (const double cell : own) {
       if (std::isnan(cell)) return value;
@@ -317,13 +477,7 @@ class RunReader {
   }
 
   void CheckChannel(const Found& found, Channel* channel) const {
-    const ColumnGroup& group = found.group;
-    if (channel->values.array().isNaN().all()) {
-      FailUnmeasured(found, group.columns.size() == 1
-                                ? "every cell is empty or nan"
-                                : "every row has a cell that is empty or nan");
-    }
-    if (group.kind == ChannelKind::kOrientation) {
+    if (found.group.kind == ChannelKind::kOrientation) {
       NormalizeOrientation(found, channel);
     }
   }
@@ -346,46 +500,51 @@ class RunReader {
   }
 
   // A missing effort is the one before it.
-  void HoldEffort(const Found& found, RowMatrixXd* effort) {
-    const ColumnGroup& group = found.group;
+  void HoldEfforts(RowMatrixXd* effort) const {
     const int rows = static_cast<int>(effort->rows());
-    auto efforts = effort->middleCols(mechanism_.joints[group.target].v_index,
-                                      group.columns.size());
-    int held = 0, leading = 0;
-    for (int row = 0; row < rows; ++row) {
-      auto now = efforts.row(row);
-      if (!now.hasNaN()) continue;
-      if (held == row) ++leading;
-      ++held;
-      if (row == 0) {
-        now.setZero();
-      } else {
-        now = efforts.row(row - 1);
+    // Columns by how many are missing, and of them before any.
+    std::map<std::pair<int, int>, std::vector<std::string>> columns;
+    for (const Found& found : in_.efforts) {
+      const ColumnGroup& group = found.group;
+      auto efforts = effort->middleCols(mechanism_.joints[group.target].v_index,
+                                        group.columns.size());
+      int held = 0, leading = 0;
+      for (int row = 0; row < rows; ++row) {
+        auto now = efforts.row(row);
+        if (!now.hasNaN()) continue;
+        if (held == row) ++leading;
+        ++held;
+        if (row == 0) {
+          now.setZero();
+        } else {
+          now = efforts.row(row - 1);
+        }
       }
+      std::vector<std::string>& names = columns[{held, leading}];
+      names.insert(names.end(), group.columns.begin(), group.columns.end());
     }
-    if (held == rows) {
-      FailUnmeasured(found, group.columns.size() == 1
-                                ? "every cell is empty or nan"
-                                : "every row is empty or nan");
+    for (const auto& [count, names] : columns) {
+      const auto [held, leading] = count;
+      if (held == 0) continue;
+      Notice(std::to_string(held) + " of " + std::to_string(rows) +
+             " efforts in " + Join(names) +
+             " are missing: each holds the value before it" +
+             (leading == 0 ? ""
+                           : "; the first " + std::to_string(leading) +
+                                 " are taken as zero"));
     }
-    if (held == 0) return;
-    Notice(std::to_string(held) + " of " + std::to_string(rows) +
-           " efforts in " + Join(group.columns) +
-           " are missing: each holds the value before it" +
-           (leading == 0 ? ""
-                         : "; the first " + std::to_string(leading) +
-                               " are taken as zero"));
   }
 
-  [[noreturn]] void FailUnmeasured(const Found& found,
-                                   const std::string& why) const {
-    throw InputError(
-        file_.HeaderPlace(in_.sources[found.sources[0]].column()),
-        "nothing was measured in " + Join(found.group.columns) + ": " + why,
-        "remove the column where the quantity was not measured");
+  [[noreturn]] void FailUnmeasured(const Found& found) const {
+    throw InputError(file_.HeaderPlace(in_.sources[found.sources[0]].column()),
+                     "nothing was measured in " + Join(found.group.columns) +
+                         (found.group.columns.size() == 1
+                              ? ": every cell is empty or nan"
+                              : ": every row has a cell that is empty or nan"),
+                     "remove the column where the quantity was not measured");
   }
   std::string Place(int source, int row) const {
-    return file_.Place(row, in_.sources[source].column());
+    return file_.Place(rows_.Line(row), in_.sources[source].column());
   }
   std::string Describe(int source) const {
     return in_.sources[source].Describe();
@@ -401,7 +560,12 @@ class RunReader {
   const ColumnMap& map_;
   const Mechanism& mechanism_;
   std::vector<std::string>* notices_;
+  RunContent content_;
   RunSources in_;
+  int read_ = 0, copies_ = 0;  // rows of the file
+  int first_repeat_ = -1;      // the row of the run whose time repeats
+  std::vector<double> last_cells_;
+  LineNumbers rows_;  // of the run's rows: those of the file
   std::vector<HeldPosition> held_;
   // The columns that are asked for, and by source where its own are in them.
   std::vector<int> wanted_;
@@ -410,12 +574,59 @@ class RunReader {
 
 }  // namespace
 
-Run ReadRun(const std::string& path, const ColumnMap& columns,
-            const Mechanism& mechanism, std::vector<std::string>* notices) {
-  const std::unique_ptr<TableFile> file = OpenTable(path);
+namespace {
+
+Run ReadAs(const std::string& path, const ColumnMap& columns,
+           const Mechanism& mechanism, std::vector<std::string>* notices) {
+  const std::unique_ptr<TableFile> file =
+      JoinOtherFiles(OpenTable(path), ColumnsOf(columns, path, mechanism));
   Run run = RunReader(file.get(), columns, mechanism, notices).Read();
   run.name = path;  // with the topic of a bag
   return run;
+}
+
+// Reads the file as the suggestion says, and takes up what the numbers then
+// say of a column's unit. Throws InputError, as UnnamedColumns does, with what
+// was found: what a hint says has been tried.
+[[noreturn]] void FailWithTried(const std::string& path,
+                                const ColumnMap& columns,
+                                const Mechanism& mechanism,
+                                const UnnamedColumns& error) {
+  Suggestion hint = error.suggestion();
+  // A column each, and one more.
+  for (size_t tries = hint.map.size() + 1; tries > 0; --tries) {
+    try {
+      ReadAs(path, MergeByName(columns, hint.map), mechanism, nullptr);
+      break;
+    } catch (const MisreadColumn& misread) {
+      for (ColumnMapping& entry : hint.map) {
+        if (entry.name == misread.name()) {
+          entry.expression = misread.expression();
+        }
+      }
+      hint.after += "; " + misread.detail();
+    } catch (const InputError& other) {
+      hint.after += "; what is then wrong: " + other.WithoutHint();
+      break;
+    }
+  }
+  throw InputError(error.place(), error.detail(), hint.Text(columns));
+}
+
+}  // namespace
+
+Run ReadRun(const std::string& path, const ColumnMap& columns,
+            const Mechanism& mechanism, std::vector<std::string>* notices) {
+  try {
+    return ReadAs(path, columns, mechanism, notices);
+  } catch (const UnnamedColumns& error) {
+    std::error_code unknown;
+    if (!error.suggestion().complete ||
+        !std::filesystem::is_regular_file(path, unknown)) {
+      throw;
+    }
+    FailWithTried(path, columns, mechanism, error);
+  }
 }
 
 namespace {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sysid/io/cell.h"
 #include "sysid/io/degrees.h"
 #include "sysid/io/suggest_columns.h"
 #include "sysid/io/unreadable_run.h"
@@ -23,6 +24,24 @@ int CommandedHinge(const std::string& column, const Mechanism& mechanism) {
   const int joint =
       mechanism.FindJoint(column.substr(0, column.size() - kCommand.size()));
   return joint >= 0 && IsRotation1(mechanism.joints[joint].type) ? joint : -1;
+}
+
+// "beyond the limits -3 to 3 rad of the URDF" of angles that are; else "".
+std::string BeyondLimits(const Joint& joint, const std::vector<double>& q) {
+  if (!joint.has_limits || joint.type != JointType::kRevolute) return "";
+  const bool beyond = std::any_of(q.begin(), q.end(), [&](double angle) {
+    return angle < joint.lower || angle > joint.upper;
+  });
+  if (!beyond) return "";
+  return Format("beyond the limits %.4g to %.4g rad of the URDF", joint.lower,
+                joint.upper);
+}
+
+std::string OtherUnitHint(const std::string& name, const std::string& column,
+                          const std::string& joint) {
+  return "  (if it is neither, as per cent of a servo's range: " + name + "=" +
+         column + "*1 with --add sensor_gain@" + joint + ",sensor_offset@" +
+         joint + ", which identify its scale)";
 }
 
 }  // namespace
@@ -52,11 +71,22 @@ std::vector<std::string> RefuseDegrees(const RunSources& sources,
                         "; if so: " + DegreesFlag(source.name, from, map));
       return;
     }
+    const std::string column = source.Describe();
+    const std::string& name = mechanism.joints[joint].name;
+    // A swing alone says that it is no radians, not what it is.
+    const std::string limits =
+        report.certain ? "" : BeyondLimits(mechanism.joints[joint], q);
+    const std::string what =
+        limits.empty()
+            ? column + " looks like degrees" + (velocity ? " per second" : "") +
+                  ", not radians: " + report.reason
+            : column + " is no angle in radians: " + report.reason + ", " +
+                  limits + ". Degrees, or a unit that is not known here";
     throw MisreadColumn(
-        "degrees", file.HeaderPlace(source.column()),
-        source.Describe() + " looks like degrees" +
-            (velocity ? " per second" : "") + ", not radians: " + report.reason,
-        DegreesHint(source.name, from, map), source.name, InRadians(from));
+        "degrees", file.HeaderPlace(source.column()), what,
+        DegreesHint(source.name, from, map) +
+            (limits.empty() ? "" : OtherUnitHint(source.name, from, name)),
+        source.name, InRadians(from));
   };
   for (size_t i = 0; i < run.channels.size(); ++i) {
     const Channel& position = run.channels[i];

@@ -118,6 +118,27 @@ std::vector<std::string> HeldColumnNames(const Mechanism& mechanism) {
   return names;
 }
 
+std::vector<FollowerEffort> FollowerEfforts(const Mechanism& mechanism) {
+  std::vector<FollowerEffort> efforts;
+  for (size_t i = 0; i < mechanism.joints.size(); ++i) {
+    const Joint& joint = mechanism.joints[i];
+    if (!joint.mimic) continue;
+    const Followed followed = FollowedBy(mechanism, static_cast<int>(i));
+    if (VelocitySize(mechanism.joints[followed.joint]) != 1) continue;
+    efforts.push_back(
+        {joint.name + ".tau", followed.joint, followed.multiplier});
+  }
+  return efforts;
+}
+
+std::vector<std::string> FollowerColumnNames(const Mechanism& mechanism) {
+  std::vector<std::string> names;
+  for (const FollowerEffort& effort : FollowerEfforts(mechanism)) {
+    names.push_back(effort.column);
+  }
+  return names;
+}
+
 ColumnGroup AlongAxes(const ColumnGroup& group, const std::vector<int>& axes) {
   if (group.is_effort || group.kind != ChannelKind::kFramePosition) {
     return group;

@@ -39,6 +39,16 @@ std::vector<InputColumn> InputColumns(const Mechanism& mechanism);
 std::vector<ColumnGroup> HeldColumnGroups(const Mechanism& mechanism);
 std::vector<std::string> HeldColumnNames(const Mechanism& mechanism);
 
+// An effort that a joint which follows another (<mimic>) would have: it acts on
+// the joint that moves, times the multiplier.
+struct FollowerEffort {
+  std::string column;  // "finger_right.tau"
+  int leader = -1;     // joint index
+  double multiplier = 1.0;
+};
+std::vector<FollowerEffort> FollowerEfforts(const Mechanism& mechanism);
+std::vector<std::string> FollowerColumnNames(const Mechanism& mechanism);
+
 // Of a frame position's group what is measured along these of its axes; any
 // other group as it is.
 ColumnGroup AlongAxes(const ColumnGroup& group, const std::vector<int>& axes);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "models/mechanism.h"
 #include "residuals/run.h"
 
 namespace sysid {
@@ -14,5 +15,12 @@ Run RowsOf(const Run& run, int first, int last);
 // and everything is predicted from the state at the first row. A notice where
 // there are any.
 void BeginMeasured(Run* run, std::vector<std::string>* notices);
+
+// Counts the turns of hinges on where a sensor wraps: all it says lies within
+// one turn, and a step by nearly all of it (to a fifth) from one measured
+// sample to the next is none of the hinge. A notice names the columns and how
+// often.
+void CountTurns(const Mechanism& mechanism, Run* run,
+                std::vector<std::string>* notices);
 
 }  // namespace sysid

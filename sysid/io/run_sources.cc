@@ -18,6 +18,9 @@ void FindSources(const TableFile& file, const ColumnMap& map,
   for (std::string& name : HeldColumnNames(mechanism)) {
     names.push_back(std::move(name));
   }
+  for (std::string& name : FollowerColumnNames(mechanism)) {
+    names.push_back(std::move(name));
+  }
   for (size_t i = 0; i < header.size(); ++i) {
     if (!Contains(names, header[i]) || in->Find(header[i]) >= 0) continue;
     ColumnSource source;
@@ -27,9 +30,26 @@ void FindSources(const TableFile& file, const ColumnMap& map,
     in->sources.push_back(source);
   }
   if (in->Find("t") < 0) {
-    throw InputError(file.HeaderPlace(0), "there is no time column 't'",
-                     TimeHint(mechanism, header, map));
+    throw UnnamedColumns(file.HeaderPlace(0),
+                         file.no_header().empty()
+                             ? "there is no time column 't'"
+                             : file.no_header(),
+                         SuggestWithTime(mechanism, header, map), map);
   }
+}
+
+// The efforts of the joints that follow this one.
+std::vector<std::pair<int, double>> AddedEfforts(const Mechanism& mechanism,
+                                                 const ColumnGroup& group,
+                                                 const RunSources& in) {
+  std::vector<std::pair<int, double>> added;
+  for (const FollowerEffort& effort : FollowerEfforts(mechanism)) {
+    const int source = in.Find(effort.column);
+    if (effort.leader == group.target && source >= 0) {
+      added.emplace_back(source, effort.multiplier);
+    }
+  }
+  return added;
 }
 
 void FindGroups(const TableFile& file, const ColumnMap& map,
@@ -54,10 +74,11 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
         missing = group.columns[i];
       }
     }
-    if (present < 0) continue;
+    if (group.is_effort) found.added = AddedEfforts(mechanism, group, *in);
+    if (present < 0 && found.added.empty()) continue;
     found.group = AlongAxes(group, found.axes);
     // A camera sees a frame in a plane.
-    if (!missing.empty() && !is_frame(group)) {
+    if (present >= 0 && !missing.empty() && !is_frame(group)) {
       throw InputError(file.HeaderPlace(in->sources[present].column()),
                        "there is " + in->sources[present].Describe() +
                            ", but no column '" + missing + "'",
@@ -74,10 +95,11 @@ void FindGroups(const TableFile& file, const ColumnMap& map,
                      "its columns are t and any of " + JoinSome(efforts));
   }
   if (content == RunContent::kInputs || !in->channels.empty()) return;
-  throw InputError(file.HeaderPlace(0),
-                   "no column measures anything of " + model,
-                   MeasuredHint(mechanism, file.header(),
-                                in->sources[in->Find("t")].column(), map));
+  throw UnnamedColumns(
+      file.HeaderPlace(0), "no column measures anything of " + model,
+      SuggestMeasured(mechanism, file.header(),
+                      in->sources[in->Find("t")].column(), map),
+      map);
 }
 
 // What effects may read.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "models/mechanism.h"
@@ -18,6 +19,9 @@ struct RunSources {
     ColumnGroup group;
     std::vector<int> axes;     // as of the channel
     std::vector<int> sources;  // of group.columns: indices into `sources`
+    // Of an effort: what is added, of joints that follow; where the joint has
+    // no column of its own, all there is.
+    std::vector<std::pair<int, double>> added = {};  // source, multiplier
   };
 
   std::vector<ColumnSource> sources;  // of t and of the groups' columns
@@ -44,8 +48,9 @@ enum class RunContent { kMeasurements, kPositions, kEfforts, kInputs };
 // the file's other columns, "" where there are none; it begins with the joints
 // whose position or effort no column gives, since one of those may be it.
 //
-// Throws InputError for what ResolveColumns refuses, and where there is no
-// time, nothing of the content, or only a part of a quaternion or vector.
+// Throws InputError for what ResolveColumns refuses, and where there is only a
+// part of a quaternion or vector; UnnamedColumns where there is no time or
+// nothing of the content, and the names of the file's columns say what it is.
 RunSources FindRunSources(const TableFile& file, const ColumnMap& map,
                           const Mechanism& mechanism, RunContent content,
                           std::string* ignored);

@@ -1,11 +1,11 @@
 #include "sysid/io/suggest_columns.h"
 
 #include <algorithm>
-#include <cctype>
-#include <initializer_list>
 
 #include "models/error.h"
 #include "sysid/io/cell.h"
+#include "sysid/io/column_names.h"
+#include "sysid/io/match_columns.h"
 #include "sysid/io/run_columns.h"
 
 namespace sysid {
@@ -13,75 +13,8 @@ namespace {
 
 constexpr char kRadiansPerDegree[] = "*0.0174532925";
 
-std::string Lower(std::string text) {
-  for (char& c : text) {
-    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  return text;
-}
-
-bool ContainsAny(const std::string& text,
-                 std::initializer_list<const char*> words) {
-  return std::any_of(words.begin(), words.end(), [&](const char* word) {
-    return text.find(word) != std::string::npos;
-  });
-}
-
-// The words of a name: "Time [ms]" -> "time", "ms".
-std::vector<std::string> Words(const std::string& name) {
-  std::vector<std::string> words(1);
-  for (const char c : Lower(name)) {
-    if (std::isalnum(static_cast<unsigned char>(c))) {
-      words.back() += c;
-    } else if (!words.back().empty()) {
-      words.emplace_back();
-    }
-  }
-  return words;
-}
-
-bool HasWord(const std::string& name,
-             std::initializer_list<const char*> words) {
-  const std::vector<std::string> own = Words(name);
-  return std::any_of(words.begin(), words.end(),
-                     [&](const char* word) { return Contains(own, word); });
-}
-
-bool IsCalledTime(const std::string& name) {
-  return ContainsAny(Lower(name), {"time", "stamp", "clock"}) ||
-         HasWord(name, {"t"});
-}
-
-// Not "omega [rad/s]".
-bool IsInSeconds(const std::string& name) {
-  return name.find('/') == std::string::npos &&
-         HasWord(name, {"s", "sec", "secs", "seconds", "ms", "msec", "millis",
-                        "us", "usec", "micros", "ns", "nsec"});
-}
-
-std::string TimeFactor(const std::string& name) {
-  if (HasWord(name, {"ms", "msec", "millis", "milliseconds"})) return "*0.001";
-  if (HasWord(name, {"us", "usec", "micros", "microseconds"})) return "*1e-6";
-  if (HasWord(name, {"ns", "nsec", "nanos", "nanoseconds"})) return "*1e-9";
-  return "";
-}
-
-bool IsCommand(const std::string& lower) {
-  return ContainsAny(lower, {"ref", "des", "cmd", "con", "target", "set"});
-}
-
 std::string ListColumns(const std::vector<std::string>& header) {
-  return "the file's columns are " + Join(header);
-}
-
-// The column that looks like time, or -1.
-int FindTime(const std::vector<std::string>& header) {
-  for (const auto looks_like_time : {IsCalledTime, IsInSeconds}) {
-    const auto found =
-        std::find_if(header.begin(), header.end(), looks_like_time);
-    if (found != header.end()) return static_cast<int>(found - header.begin());
-  }
-  return -1;
+  return "the file's columns are " + JoinSome(header);
 }
 
 // The marker that this column is x, y or z of ("tip" for "tip.Y", where the
@@ -115,64 +48,78 @@ std::vector<std::string> QuaternionOf(const std::string& column,
   return {};
 }
 
-// A column's name as an expression.
-std::string Quoted(const std::string& name) {
-  const auto is_one_entry = [&] {
-    try {
-      const ColumnMap map = ParseColumnMap("t=" + name);
-      return map.size() == 1 && map[0].expression == name;
-    } catch (const InputError&) {
-      return false;
-    }
-  };
-  if (name.find_first_of("'\"") == std::string::npos && is_one_entry()) {
-    return name;
-  }
-  const char mark = name.find('"') == std::string::npos ? '"' : '\'';
-  return mark + name + mark;
+bool Gives(const ColumnMap& given, const std::string& name) {
+  return std::any_of(given.begin(), given.end(),
+                     [&](const ColumnMapping& m) { return m.name == name; });
 }
 
-// Joints in order, columns that look like their positions in order.
-ColumnMap SuggestPositions(const Mechanism& mechanism,
-                           const std::vector<std::string>& header,
-                           int time_column) {
+// Balls in order, quaternions in order; those columns, in `taken`.
+ColumnMap SuggestQuaternions(const Mechanism& mechanism,
+                             const std::vector<std::string>& header,
+                             std::vector<std::string>* taken) {
   std::vector<std::vector<std::string>> quaternions;
-  std::vector<std::string> of_quaternions;
   for (const std::string& name : header) {
     const std::vector<std::string> quaternion = QuaternionOf(name, header);
     if (quaternion.empty()) continue;
     quaternions.push_back(quaternion);
-    of_quaternions.insert(of_quaternions.end(), quaternion.begin(),
-                          quaternion.end());
-  }
-  const std::vector<std::string> joints = mechanism.JointNames();
-  std::vector<std::string> positions;
-  for (size_t i = 0; i < header.size(); ++i) {
-    const std::string& name = header[i];
-    if (static_cast<int>(i) != time_column && !name.empty() &&
-        (LooksLikePosition(name) || Contains(joints, name)) &&
-        MarkerOf(name, header).empty() && !Contains(of_quaternions, name)) {
-      positions.push_back(name);
-    }
+    taken->insert(taken->end(), quaternion.begin(), quaternion.end());
   }
   ColumnMap map;
-  size_t position = 0, quaternion = 0;
+  size_t next = 0;
   for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
-    if (group.is_effort) continue;
-    if (group.kind == ChannelKind::kPosition && position < positions.size()) {
-      const std::string& name = positions[position++];
-      const bool degrees = ContainsAny(Lower(name), {"deg", "\u00b0"});
-      map.push_back({group.columns[0],
-                     degrees ? InRadians(Quoted(name)) : Quoted(name), ""});
+    if (group.is_effort || group.kind != ChannelKind::kOrientation ||
+        next == quaternions.size()) {
+      continue;
     }
-    if (group.kind == ChannelKind::kOrientation &&
-        quaternion < quaternions.size()) {
-      const std::vector<std::string>& names = quaternions[quaternion++];
-      for (size_t i = 0; i < names.size(); ++i) {
-        map.push_back({group.columns[i], Quoted(names[i]), ""});
-      }
+    const std::vector<std::string>& names = quaternions[next++];
+    for (size_t i = 0; i < names.size(); ++i) {
+      map.push_back({group.columns[i], QuotedColumn(names[i]), ""});
     }
   }
+  return map;
+}
+
+// What the names of the columns say that is neither in the file under our
+// names nor given.
+ColumnMatches Suggest(const Mechanism& mechanism,
+                      const std::vector<std::string>& header, int time_column,
+                      const ColumnMap& given) {
+  std::vector<std::string> taken;
+  const ColumnMap balls = SuggestQuaternions(mechanism, header, &taken);
+  std::vector<std::string> columns;
+  for (size_t i = 0; i < header.size(); ++i) {
+    if (static_cast<int>(i) != time_column && !Contains(taken, header[i]) &&
+        MarkerOf(header[i], header).empty()) {
+      columns.push_back(header[i]);
+    }
+  }
+  ColumnMatches found =
+      MatchColumns(mechanism, columns, [&](const std::string& name) {
+        return !Gives(given, name) && !Contains(header, name);
+      });
+  found.map.insert(found.map.begin(), balls.begin(), balls.end());
+  return found;
+}
+
+// Of a table without names: the time, then the joints' positions, and where
+// the number of columns is that, their velocities and efforts.
+ColumnMap SuggestByNumber(const Mechanism& mechanism, size_t columns,
+                          const ColumnMap& given) {
+  std::vector<std::string> joints;
+  for (const Joint& joint : mechanism.joints) {
+    if (VelocitySize(joint) == 1) joints.push_back(joint.name);
+  }
+  ColumnMap map = {{"t", "#1", ""}};
+  const bool all = columns == 1 + 3 * joints.size();
+  for (const char* suffix : {".q", ".qd", ".tau"}) {
+    for (const std::string& joint : joints) {
+      if (map.size() == columns) break;
+      map.push_back({joint + suffix, "#" + std::to_string(map.size() + 1), ""});
+    }
+    if (!all) break;
+  }
+  std::erase_if(map,
+                [&](const ColumnMapping& m) { return Gives(given, m.name); });
   return map;
 }
 
@@ -195,18 +142,17 @@ bool MeasuresAnything(const Mechanism& mechanism,
   for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
     if (group.is_effort) continue;
     for (const std::string& name : group.columns) {
-      const bool mapped =
-          std::any_of(given.begin(), given.end(),
-                      [&](const ColumnMapping& m) { return m.name == name; });
-      if (mapped || Contains(header, name)) return true;
+      if (Gives(given, name) || Contains(header, name)) return true;
     }
   }
   return false;
 }
 
 std::string InShell(const std::string& value) {
-  constexpr char kSpecial[] = " \t[](){}\"'`\\$&;|<>#!?~";
-  const bool plain = value.find_first_of(kSpecial) == std::string::npos;
+  // "#" is special at the beginning of a word alone.
+  constexpr char kSpecial[] = " \t[](){}\"'`\\$&;|<>!?~";
+  const bool plain = value.find_first_of(kSpecial) == std::string::npos &&
+                     !value.starts_with('#');
   return plain ? value : ShellQuoted(value);
 }
 
@@ -223,70 +169,79 @@ std::string ColumnsFlag(const ColumnMap& given, const ColumnMap& added) {
   return "--columns " + InShell(Join(entries, ","));
 }
 
+// Before a flag that nothing but the order of the columns gives.
+std::string OrderWarning(const ColumnMatches& found) {
+  if (found.by_order.empty()) return "";
+  return "by the order of the columns, as no name says which is " +
+         JoinSome(found.by_order) + ": ";
+}
+
+// Behind a flag: what it does not use.
+std::string LeftColumns(const ColumnMatches& found) {
+  if (found.left.empty()) return "";
+  return "; no joint's by name: " + JoinSome(found.left) +
+         " (a column may be an expression: joint1.q=width*0.5)";
+}
+
 }  // namespace
 
-bool LooksLikePosition(const std::string& name) {
-  const std::string lower = Lower(name);
-  if (IsCommand(lower) ||
-      ContainsAny(
-          lower, {"vel", "speed", "acc", "dot", "qd", "omega", "rate", "/s",
-                  "gyro", "tau", "torque", "effort", "force", "cur", "volt"})) {
-    return false;
-  }
-  return ContainsAny(lower, {"pos", "theta", "angle", "phi", "enc", "deg",
-                             "alpha", "rad"}) ||
-         lower[0] == 'q' || HasWord(name, {"q", "x"});
+std::string Suggestion::Text(const ColumnMap& given) const {
+  return before + (map.empty() ? "" : ColumnsFlag(given, map)) + after;
 }
 
-bool LooksLikeVelocity(const std::string& name) {
-  const std::string lower = Lower(name);
-  return !IsCommand(lower) &&
-         ContainsAny(lower, {"vel", "speed", "omega", "qd", "dot"});
-}
-
-bool LooksLikeEffort(const std::string& name) {
-  const std::string lower = Lower(name);
-  return !IsCommand(lower) &&
-         ContainsAny(lower, {"tau", "torque", "effort", "force", "cur"});
-}
-
-std::string TimeHint(const Mechanism& mechanism,
-                     const std::vector<std::string>& header,
-                     const ColumnMap& given) {
+Suggestion SuggestWithTime(const Mechanism& mechanism,
+                           const std::vector<std::string>& header,
+                           const ColumnMap& given) {
   constexpr char kUnknown[] = "COLUMN";
+  if (header[0] == "#1") {
+    return {"",
+            " if its columns are in this order; or put a row of names before "
+            "it, such as t,joint1.q",
+            SuggestByNumber(mechanism, header.size(), given), true};
+  }
   const int time = FindTime(header);
-  bool complete = time >= 0;
-  ColumnMap added = {
-      {"t",
-       complete ? Quoted(header[time]) + TimeFactor(header[time]) : kUnknown,
-       ""}};
-  if (!MeasuresAnything(mechanism, header, given)) {
-    ColumnMap positions = SuggestPositions(mechanism, header, time);
-    if (positions.empty()) {
-      complete = false;
-      for (const std::string& name : PositionNames(mechanism)) {
-        positions.push_back({name, kUnknown, ""});
-      }
+  Suggestion hint;
+  hint.complete = time >= 0;
+  hint.map = {{"t",
+               time >= 0 ? QuotedColumn(header[time]) + TimeFactor(header[time])
+                         : kUnknown,
+               ""}};
+  ColumnMatches found = Suggest(mechanism, header, time, given);
+  if (!MeasuresAnything(mechanism, header, given) &&
+      !MeasuresAnything(mechanism, {}, found.map)) {
+    hint.complete = false;
+    for (const std::string& name : PositionNames(mechanism)) {
+      found.map.push_back({name, kUnknown, ""});
     }
-    added.insert(added.end(), positions.begin(), positions.end());
   }
-  const std::string flag = ColumnsFlag(given, added);
-  if (!complete) {
-    return "name " + std::string(added.size() == 1 ? "it" : "them") + " by " +
-           flag + "; " + ListColumns(header);
+  hint.map.insert(hint.map.end(), found.map.begin(), found.map.end());
+  if (!hint.complete) {
+    hint.before = hint.map.size() == 1 ? "name it by " : "name them by ";
+    hint.after = "; " + ListColumns(header);
+    return hint;
   }
-  return (header[0].starts_with('%') ? "take the '%' before the names away, or "
-                                     : "") +
-         flag;
+  hint.before = OrderWarning(found);
+  if (header[0].starts_with('%')) {
+    hint.before = "take the '%' before the names away, or " + hint.before;
+  }
+  hint.after = LeftColumns(found);
+  return hint;
 }
 
-std::string MeasuredHint(const Mechanism& mechanism,
-                         const std::vector<std::string>& header,
-                         int time_column, const ColumnMap& given) {
+Suggestion SuggestMeasured(const Mechanism& mechanism,
+                           const std::vector<std::string>& header,
+                           int time_column, const ColumnMap& given) {
   const std::string would_be =
-      "its columns would be " + Join(PositionNames(mechanism));
-  const ColumnMap added = SuggestPositions(mechanism, header, time_column);
-  if (!added.empty()) return would_be + "; try " + ColumnsFlag(given, added);
+      "its columns would be " + JoinSome(PositionNames(mechanism)) + "; ";
+  const ColumnMatches found = Suggest(mechanism, header, time_column, given);
+  if (MeasuresAnything(mechanism, {}, found.map)) {
+    return {would_be + OrderWarning(found) + "try ", LeftColumns(found),
+            found.map, true};
+  }
+  if (header[0] == "#1") {
+    return {would_be + "try ", " if its columns are in this order",
+            SuggestByNumber(mechanism, header.size(), given), true};
+  }
   for (const std::string& column : header) {
     const std::string marker = MarkerOf(column, header);
     // With a W it is a rotation.
@@ -295,14 +250,18 @@ std::string MeasuredHint(const Mechanism& mechanism,
       continue;
     }
     const std::string& link = mechanism.links.back().name;
-    return "a marker is a frame: " +
-           ColumnsFlag(given, {{link + ".px", marker + ".X*0.001", ""},
-                               {link + ".py", marker + ".Y*0.001", ""},
-                               {link + ".pz", marker + ".Z*0.001", ""}}) +
-           " if it is in mm and z is up";
+    return {"a marker is a frame: ",
+            " if it is in mm and z is up",
+            {{link + ".px", marker + ".X*0.001", ""},
+             {link + ".py", marker + ".Y*0.001", ""},
+             {link + ".pz", marker + ".Z*0.001", ""}},
+            true};
   }
-  return would_be + "; map yours by --columns NAME=COLUMN; " +
-         ListColumns(header);
+  return {
+      would_be + "map yours by --columns NAME=COLUMN; " + ListColumns(header),
+      "",
+      {},
+      false};
 }
 
 std::string InRadians(const std::string& column) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "models/error.h"
 #include "models/mechanism.h"
 #include "sysid/io/column_map.h"
 
@@ -10,27 +11,45 @@ namespace sysid {
 
 // Hints for a file whose columns have other names or units than ours: the
 // --columns flag that would most likely read it, judged by the words in the
-// names. `given` is the map so far; what it has from the flag is repeated, so
-// that the hint can be typed as it is.
+// names (match_columns.h). `given` is the map so far; what it has from the flag
+// is repeated, so that the hint can be typed as it is.
 
-// "--columns t=time_ms*0.001"; with columns that look like positions where
-// nothing else would be measured either. Where none looks like either, the flag
-// with COLUMN in its place, and the file's columns.
-std::string TimeHint(const Mechanism& mechanism,
-                     const std::vector<std::string>& header,
-                     const ColumnMap& given);
+struct Suggestion {
+  std::string before, after;  // the flag
+  ColumnMap map;              // what it adds to what is given
+  // Whether it can be tried: else COLUMN stands where nothing is known, or no
+  // flag at all.
+  bool complete = false;
+  std::string Text(const ColumnMap& given) const;
+};
+
+// "--columns t=time_ms*0.001", with all else that the names say. Where they
+// say no time or nothing that is measured, the flag with COLUMN in its place,
+// and the file's columns. Of a table without names by the number of columns.
+Suggestion SuggestWithTime(const Mechanism& mechanism,
+                           const std::vector<std::string>& header,
+                           const ColumnMap& given);
 
 // The names that would be read, and "--columns joint1.q=pos1,joint2.q=pos2"
 // where columns look like positions; the file's columns where none does.
 // `time_column` is taken.
-std::string MeasuredHint(const Mechanism& mechanism,
-                         const std::vector<std::string>& header,
-                         int time_column, const ColumnMap& given);
+Suggestion SuggestMeasured(const Mechanism& mechanism,
+                           const std::vector<std::string>& header,
+                           int time_column, const ColumnMap& given);
 
-// What a column's name says that it measures.
-bool LooksLikePosition(const std::string& name);
-bool LooksLikeVelocity(const std::string& name);
-bool LooksLikeEffort(const std::string& name);
+// A file whose columns have none of our names, with what it may be.
+class UnnamedColumns : public InputError {
+ public:
+  UnnamedColumns(const std::string& place, const std::string& what,
+                 const Suggestion& suggestion, const ColumnMap& given)
+      : InputError(place, what, suggestion.Text(given)),
+        suggestion_(suggestion) {}
+
+  const Suggestion& suggestion() const { return suggestion_; }
+
+ private:
+  Suggestion suggestion_;
+};
 
 // "pos*0.0174532925".
 std::string InRadians(const std::string& column);

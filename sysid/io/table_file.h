@@ -18,6 +18,12 @@ class TableFile {
   // Names may be empty: such a column cannot be asked for by name. Of two
   // columns none have the same name.
   const std::vector<std::string>& header() const { return header_; }
+  // What to say where the file has no names, and its columns are "#1", "#2",
+  // ...; else "".
+  const std::string& no_header() const { return no_header_; }
+  // Of each column the unit that the file says, "" where it says none; empty
+  // where it says no units.
+  const std::vector<std::string>& units() const { return units_; }
   // How the file was understood where that is not plain: a line for users each.
   // Complete after ReadRows.
   const std::vector<std::string>& notices() const { return notices_; }
@@ -41,6 +47,8 @@ class TableFile {
 
   std::string path_;
   std::vector<std::string> header_;
+  std::string no_header_;
+  std::vector<std::string> units_;
   std::vector<std::string> notices_;
 };
 

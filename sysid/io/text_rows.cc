@@ -99,6 +99,19 @@ std::vector<std::string> TextRows::ReadCells() {
   return cells;
 }
 
+std::vector<std::string> TextRows::NextCells() {
+  const std::string_view ahead = Ahead();
+  if (ahead.empty() || ahead.find_first_of("\r\n") == 0) return {};
+  const std::string_view line = ahead.substr(0, ahead.find_first_of("\r\n"));
+  TextRows row(ByteSource(source_.path(), std::string(line)));
+  row.set_separator(separator_);
+  try {
+    return row.ReadCells();
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 void TextRows::EndLine() {
   if (Exhausted()) return;
   if (buffer_[at_] == '\r' && at_ + 1 < buffer_.size() &&

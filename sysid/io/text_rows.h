@@ -46,6 +46,9 @@ class TextRows {
   }
   // The cells of the next row, copied.
   std::vector<std::string> ReadCells();
+  // The same of the line at the cursor, which stays to be read; none at the end
+  // and where a quotation mark is not closed in it.
+  std::vector<std::string> NextCells();
   // The line, from 1, where the row that was read last begins.
   int row_line() const { return row_line_; }
   // That line as it stands, until the next row is read.

@@ -59,6 +59,7 @@ bool ReadViconLayout(const std::string& path, TextRows* rows,
     layout->header.push_back(axes[i].empty() ? "" : marker + "." + axes[i]);
   }
   layout->header.push_back("t");
+  layout->makes_time = true;
   layout->frame_column = 0;
   layout->width_hint =
       "only trajectories are read: export them alone, without other sections";

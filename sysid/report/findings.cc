@@ -76,8 +76,9 @@ std::string CheckText(const std::string& model, size_t runs,
   }
   std::string text = model + ": " + CountOf(findings.size(), "finding") +
                      " in " + count + ", the worst first\n";
-  for (size_t i = 0; i < findings.size(); ++i) {
-    text += "\n" + std::to_string(i + 1) + ". " + FullText(findings[i]);
+  const std::vector<Finding> shown = Gathered(findings);
+  for (size_t i = 0; i < shown.size(); ++i) {
+    text += "\n" + std::to_string(i + 1) + ". " + FullText(shown[i]);
   }
   return text + ComparedText(result.compared);
 }

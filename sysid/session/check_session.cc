@@ -32,7 +32,7 @@ CheckInput InputOf(const Session& session) {
 namespace {
 
 void Note(const std::vector<Finding>& findings, Session* session) {
-  for (const Finding& finding : findings) {
+  for (const Finding& finding : Gathered(findings)) {
     session->notices.push_back(BriefText(finding));
   }
 }
@@ -55,6 +55,15 @@ void CheckSessionNumbers(Session* session) {
   session->findings = FindingsOfAll(ProcessesOf(session->options),
                                     CheckNumbers(InputOf(*session)));
   session->checked = true;
+  // What a fit then finds means nothing: it does not search for long.
+  constexpr int kFewIterations = 50;
+  const bool undriven = std::any_of(
+      session->findings.begin(), session->findings.end(),
+      [](const Finding& finding) { return finding.fault == kMissingEfforts; });
+  if (undriven) {
+    session->options.max_iterations =
+        std::min(session->options.max_iterations, kFewIterations);
+  }
   Note(session->findings, session);
 }
 

@@ -13,7 +13,7 @@ CheckInput InputOf(const Session& session);
 
 // Runs the checks of the numbers on a session's model, runs and held-out runs,
 // unless Session::check says none, and keeps what they find; each is a notice
-// too.
+// too. Where efforts were not measured the fit may take few iterations.
 void CheckSessionNumbers(Session* session);
 
 // What a fit of the session left and took: whether hypotheses about the data

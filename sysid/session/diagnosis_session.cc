@@ -19,6 +19,7 @@
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/law_values.h"
+#include "sysid/session/rest_at_end.h"
 #include "sysid/session/table_range.h"
 #include "sysid/unexplained_force/discrepancy.h"
 
@@ -167,6 +168,8 @@ DiagnosisProblem OpenDiagnosis(const Session& session,
   problem.known = {session.fixed.begin(), session.fixed.end()};
   problem.judged_by_others = !session.holdout.empty();
   std::vector<Run> train = session.runs, holdout = session.holdout;
+  LeaveOutRestAtEnd(&train, notices);
+  LeaveOutRestAtEnd(&holdout, notices);
   if (!problem.judged_by_others) {
     holdout = HoldOutLastQuarter(&train);
     notices->push_back(

@@ -21,6 +21,7 @@
 #include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
 #include "sysid/session/table_range.h"
+#include "sysid/session/unshown_joints.h"
 
 namespace sysid {
 namespace {
@@ -75,6 +76,7 @@ void CheckShipped(const Located<std::string>& model) {
 // As the session's shifts and ignored spans make it.
 void EditRun(const Session& session, Run* run,
              std::vector<std::string>* notices) {
+  CountTurns(session.model.mechanism(), run, notices);
   ApplyEdits(session.edits, session.model.mechanism(), run, notices);
   if (!session.edits.ignored.empty()) {
     DropUnmeasured(session.edits.ignored.front().place, run, notices);
@@ -189,22 +191,26 @@ void NoteSkipped(const Session& session, size_t asked,
                                         JoinFew(reasons));
 }
 
-// What a URDF's <dynamics> put into the model.
+// What a URDF's <dynamics> put into the model: a line for each kind.
 void NoteDynamics(const Mechanism& mechanism,
                   std::vector<std::string>* notices) {
-  for (const Joint& joint : mechanism.joints) {
-    if (joint.held) continue;
-    if (joint.damping > 0.0) {
-      notices->push_back("joint '" + joint.name + "': <dynamics> damping " +
-                         ShortestText(joint.damping) +
-                         " is in the model as viscous_damping");
+  const auto note = [&](const char* what, double Joint::*value,
+                        const char* effect) {
+    std::vector<std::string> names, values;
+    for (const Joint& joint : mechanism.joints) {
+      if (joint.held || !(joint.*value > 0.0)) continue;
+      names.push_back(joint.name);
+      values.push_back(ShortestText(joint.*value));
     }
-    if (joint.friction > 0.0) {
-      notices->push_back("joint '" + joint.name + "': <dynamics> friction " +
-                         ShortestText(joint.friction) +
-                         " is in the model as coulomb_friction");
-    }
-  }
+    if (names.empty()) return;
+    const bool one = names.size() == 1;
+    notices->push_back(
+        (one ? "joint '" + names[0] + "'" : "joints " + JoinSome(names)) +
+        ": <dynamics> " + what + " " + JoinSome(values) +
+        " is in the model as " + effect);
+  };
+  note("damping", &Joint::damping, "viscous_damping");
+  note("friction", &Joint::friction, "coulomb_friction");
 }
 
 }  // namespace
@@ -374,6 +380,15 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
   };
   for (ColumnMapping& input : LawInputs(request, spec, mechanism)) {
     columns.push_back(std::move(input));
+  }
+  if (given == nullptr && request.runs.empty() &&
+      request.holdout_runs.empty()) {
+    std::vector<std::string> files = request.traj;
+    files.insert(files.end(), request.holdout.begin(), request.holdout.end());
+    for (NamedValue& lock :
+         LocksOfUnshown(mechanism(), files, columns, locks, &notices)) {
+      locks.push_back(std::move(lock));
+    }
   }
   Session session(
       given ? AdaptModel(*given, catalogue, &locks, &notices, columns)

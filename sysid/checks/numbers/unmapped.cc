@@ -1,26 +1,17 @@
 // Joints without columns in a file that has columns which nobody reads.
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
 #include "sysid/checks/remedy.h"
 #include "sysid/checks/shipped_checks.h"
+#include "sysid/io/cell.h"
+#include "sysid/io/match_columns.h"
 #include "sysid/io/run_columns.h"
-#include "sysid/io/suggest_columns.h"
 
 namespace sysid {
 namespace {
-
-// The first that looks so, no longer among them; "" where none does.
-std::string Take(bool (*looks)(const std::string&),
-                 std::vector<std::string>* columns) {
-  for (size_t i = 0; i < columns->size(); ++i) {
-    const std::string column = (*columns)[i];
-    if (!looks(column)) continue;
-    columns->erase(columns->begin() + i);
-    return column;
-  }
-  return "";
-}
 
 bool HasFrames(const Run& run) {
   return std::any_of(run.channels.begin(), run.channels.end(),
@@ -31,31 +22,29 @@ bool HasFrames(const Run& run) {
 
 void CheckRun(const CheckInput& input, const Run& run,
               std::vector<Finding>* findings) {
-  std::vector<std::string> unread = run.unread;
+  const Mechanism& mechanism = input.model->mechanism();
+  const bool frames = HasFrames(run);
+  std::vector<std::string> wanted;
+  for (int j = 0; j < static_cast<int>(mechanism.joints.size()); ++j) {
+    const Joint& joint = mechanism.joints[j];
+    if (VelocitySize(joint) != 1) continue;
+    if (!frames && FindChannel(run, ChannelKind::kPosition, j) == nullptr) {
+      wanted.push_back(joint.name + ".q");
+      if (FindChannel(run, ChannelKind::kVelocity, j) == nullptr) {
+        wanted.push_back(joint.name + ".qd");
+      }
+    }
+    if (!HasEffort(run, joint.v_index)) wanted.push_back(joint.name + ".tau");
+  }
+  const ColumnMatches found = MatchColumns(
+      mechanism, run.unread,
+      [&](const std::string& name) { return Contains(wanted, name); });
   NewColumns columns;
   Finding finding;
-  const std::vector<Joint>& joints = input.model->mechanism().joints;
-  for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
-    const Joint& joint = joints[j];
-    if (VelocitySize(joint) != 1) continue;
-    const auto add = [&](const char* suffix,
-                         bool (*looks)(const std::string&)) {
-      const std::string column = Take(looks, &unread);
-      if (column.empty()) return false;
-      if (!finding.subject.empty()) finding.subject += ", ";
-      finding.subject += joint.name + suffix;
-      columns.push_back({joint.name + suffix, column});
-      return true;
-    };
-    if (!HasFrames(run) &&
-        FindChannel(run, ChannelKind::kPosition, j) == nullptr &&
-        add(".q", LooksLikePosition) &&
-        FindChannel(run, ChannelKind::kVelocity, j) == nullptr) {
-      add(".qd", LooksLikeVelocity);
-    }
-    if (!HasEffort(run, joint.v_index)) {
-      add(".tau", LooksLikeEffort);
-    }
+  for (const ColumnMapping& entry : found.map) {
+    if (!finding.subject.empty()) finding.subject += ", ";
+    finding.subject += entry.name;
+    columns.push_back({entry.name, entry.expression});
   }
   if (columns.empty()) return;
   finding.fault = "unmapped_columns";

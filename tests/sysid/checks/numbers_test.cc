@@ -105,6 +105,61 @@ constexpr ChannelKind kQd = ChannelKind::kVelocity;
 double Swing(double t) { return std::sin(2 * M_PI * t); }
 double Rest(double) { return 0.3; }
 
+// All joints of the arm in slow swings; the first as `first` says.
+Recording SlowArm(const Signal& first) {
+  Recording recording("arm7", EvenTimes(1000, 0.01));
+  recording.Add(kQ, 0, 0.0, first);
+  for (int j = 1; j < 7; ++j) {
+    recording.Add(kQ, j, 0.0, [j](double t) {
+      return (j == 5 ? 0.8 : -0.8) + 0.3 * std::sin(0.7 * t + j);
+    });
+  }
+  return recording;
+}
+
+TEST(LimitsTest, WhatIsBeyondThemIsNamedByTheUnitThatFits) {
+  const Signal angle = [](double t) { return std::sin(0.7 * t); };
+  EXPECT_THAT(SlowArm(angle).Faults(CheckLimits), IsEmpty());
+  const auto ticks = SlowArm([&](double t) {
+                       return std::round(2048 + angle(t) * 4096 / (2 * M_PI));
+                     }).Find(CheckLimits);
+  ASSERT_EQ(ticks.size(), 1u);
+  EXPECT_EQ(ticks[0].fault, "ticks");
+  EXPECT_THAT(ticks[0].remedies,
+              ElementsAre("--columns 'joint1.q=(joint1.q-2048)*2*pi/4096'"));
+  const auto degrees =
+      SlowArm([&](double t) { return 57.29578 * angle(t); }).Find(CheckLimits);
+  ASSERT_EQ(degrees.size(), 1u);
+  EXPECT_EQ(degrees[0].fault, "beyond_limits");
+  EXPECT_EQ(degrees[0].severity, Severity::kNote);
+  EXPECT_EQ(degrees[0].remedies.size(), 1u);
+  // No factor that we know of.
+  const auto other =
+      SlowArm([&](double t) { return 1234.5 * angle(t); }).Find(CheckLimits);
+  ASSERT_EQ(other.size(), 1u);
+  EXPECT_THAT(other[0].remedies, IsEmpty());
+}
+
+TEST(MissingEffortsTest, AreThoseOfMotorsThatLift) {
+  Recording lifted = SlowArm(Rest);
+  const std::vector<Finding> findings = lifted.Find(CheckMissingEfforts);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].fault, "effort_not_measured");
+  lifted.run().effort.setConstant(-1e-310);  // what memory held
+  EXPECT_EQ(lifted.Faults(CheckMissingEfforts).size(), 1u);
+  lifted.run().effort(500, 2) = 3.0;
+  EXPECT_THAT(lifted.Faults(CheckMissingEfforts), IsEmpty());
+  // Left to itself, from a height to rest.
+  Recording falls("arm7", EvenTimes(1000, 0.01));
+  for (int j = 0; j < 7; ++j) falls.Add(kQ, j, 0.0, Rest);
+  EXPECT_THAT(falls.Faults(CheckMissingEfforts), IsEmpty());
+  // Without a motor by the URDF.
+  Recording free("pendulum2_planar", EvenTimes(1000, 0.01));
+  free.Add(kQ, 0, 0.0, Swing);
+  free.Add(kQ, 1, 0.0, Swing);
+  EXPECT_THAT(free.Faults(CheckMissingEfforts), IsEmpty());
+}
+
 TEST(MotionSeriesTest, TheSignOfAQuaternionIsMadeContinuous) {
   Recording recording("pendulum3", EvenTimes(400, 0.01));
   recording.AddBall(0, 0.0, Swing);

@@ -90,13 +90,19 @@ TEST(CsvTest, ReportsTextInANumberWithLineFieldAndName) {
               ::testing::HasSubstr("run.csv:2:2: '0x10' in column 'a' is not"));
 }
 
-TEST(CsvTest, ReportsARowOfUnits) {
+TEST(CsvTest, TakesARowOfUnits) {
   for (const std::string header : {"t,a", "t;a", "t\ta", "t a", "# c\n\nt,a"}) {
     const char separator = header[header.size() - 2];
-    const std::string text = header + "\ns" + separator + "rad\n0" + separator +
-                             "1\n1" + separator + "2\n";
+    const std::string rows =
+        std::string("\n0") + separator + "1\n1" + separator + "2\n";
+    for (const std::string unit : {"deg", "[\u00b0]", "(rad)"}) {
+      CsvFile file = File(header + "\ns" + separator + unit + rows);
+      EXPECT_THAT(file.units(), ElementsAre("s", unit));
+      EXPECT_THAT(ReadColumns(file, {0, 1}).columns[1], ElementsAre(1, 2));
+    }
+    // Words that are no units.
     const std::string line = header[0] == '#' ? "4" : "2";
-    EXPECT_EQ(ReadError(text, {0, 1}),
+    EXPECT_EQ(ReadError(header + "\ns" + separator + "oops" + rows, {0, 1}),
               "run.csv:" + line +
                   ":1: 's' in column 't' is not a number, nor is any cell of "
                   "this row: are they units?\n"
@@ -208,10 +214,28 @@ TEST(CsvTest, ReportsAnEndlessLine) {
             text);
 }
 
-TEST(CsvTest, KnowsAHeaderOfNumbers) {
-  EXPECT_TRUE(File("0,1.5,nan\n").HeaderIsNumbers());
-  EXPECT_TRUE(File("0,0,0\n").HeaderIsNumbers());
-  EXPECT_FALSE(File("t,1\n").HeaderIsNumbers());
+TEST(CsvTest, NumbersColumnsWithoutAHeader) {
+  for (const char* text :
+       {"0,1.5,nan\n", "0,0,0\n", "0\t0\t0\n", "2024-05-01 12:00:00.5,1,2\n",
+        "0;1,5;2\n1;1,5;2\n"}) {
+    CsvFile file = File(text);
+    EXPECT_THAT(file.header(), ElementsAre("#1", "#2", "#3"));
+    EXPECT_THAT(file.no_header(), ::testing::StartsWith("there is no header"));
+  }
+  EXPECT_EQ(File("t,1\n").no_header(), "");
+  const auto table = Read("0,1\n2,3\n4,5\n", {0, 1});
+  EXPECT_THAT(table.columns[0], ElementsAre(0, 2, 4));
+  EXPECT_THAT(table.columns[1], ElementsAre(1, 3, 5));
+}
+
+TEST(CsvTest, ReadsDatesInSeconds) {
+  const auto table = Read(
+      "t,a\n1970-01-02 00:00:01.5,1\n1970-01-02T01:00:00Z,2\n"
+      "02.01.1970 02:00:00,3\n1970-01-02T05:00:00+02:00,4\n",
+      {0});
+  EXPECT_THAT(table.columns[0], ElementsAre(86401.5, 90000, 93600, 97200));
+  EXPECT_THAT(ReadError("t,a\n1970-13-02 00:00:01,1\n", {0}),
+              ::testing::HasSubstr("is not a number"));
 }
 
 TEST(CsvTest, ReportsFilesThatCannotBeRead) {

@@ -34,13 +34,20 @@ TEST(ReadRunMessages, ReportsAMissingHeader) {
   EXPECT_EQ(ParseError("0,1.5\n1,2\n"),
             "run.csv:1:1: there is no header: the first row is numbers ('0', "
             "...)\n"
-            "  hint: put a row of names before it, such as t,joint1.q");
+            "  hint: --columns t=#1,joint1.q=#2 if its columns are in this "
+            "order; or put a row of names before it, such as t,joint1.q");
   // numpy.savetxt writes its header as a comment.
-  EXPECT_EQ(ParseError("# t,joint1.q\n0,1.5\n1,2\n"),
-            "run.csv:2:1: there is no header: the first row is numbers ('0', "
-            "...)\n"
-            "  hint: the comment 't,joint1.q' reads like the header: take its "
-            "'#' away");
+  EXPECT_THAT(ParseError("# t,joint1.q\n0,1.5\n1,2\n"),
+              StartsWith("run.csv:2:1: there is no header: the first row is "
+                         "numbers ('0', ...); the comment 't,joint1.q' reads "
+                         "like the header: take its '#' away\n"));
+  // With a position, a velocity and an effort of each joint it is likely all.
+  EXPECT_THAT(ParseError("0 1 2 3 4 5 6\n1 1 2 3 4 5 6\n"),
+              HasSubstr("t=#1,joint1.q=#2,joint2.q=#3,joint1.qd=#4,"
+                        "joint2.qd=#5,joint1.tau=#6,joint2.tau=#7 if"));
+  const sysid::Run run = Parse("0,1.5\n1,2\n", "t=#1,joint1.q=#2*2");
+  EXPECT_THAT(run.t, ElementsAre(0, 1));
+  EXPECT_EQ(run.channels[0].values(1, 0), 4.0);
 }
 
 TEST(ReadRunMessages, ReportsAMissingTimeColumn) {
@@ -74,8 +81,10 @@ TEST(ReadRunMessages, TheHintForForeignNamesReadsTheFile) {
       {"stamp,joint1,joint2", "t=stamp,joint1.q=joint1,joint2.q=joint2"},
       // Neither a time nor positions.
       {"theta [rad],omega [rad/s],rate_rad,time [s]",
-       "'t=time [s],joint1.q=theta [rad]'"},
-      {"q1 (deg),v1 (deg/s),ms", "'t=ms*0.001,joint1.q=q1 (deg)*0.0174532925'"},
+       "'t=time [s],joint1.q=theta [rad],joint1.qd=omega [rad/s]'"},
+      {"q1 (deg),v1 (deg/s),ms",
+       "'t=ms*0.001,joint1.q=q1 (deg)*0.0174532925,"
+       "joint1.qd=v1 (deg/s)*0.0174532925'"},
       {R"(time,"pos, left","pos ""right""")",
        R"('t=time,joint1.q="pos, left",joint2.q='\''pos "right"'\''')"},
       // An effort is no measurement.
@@ -112,7 +121,8 @@ TEST(ReadRunMessages, TheHintSaysWhatItDoesNotKnow) {
             "  hint: name them by --columns t=COLUMN,joint1.q=pos; the file's "
             "columns are a, pos");
   EXPECT_THAT(ParseError("time,pos,i\n0,1,2\n", "joint1.tau=i*2"),
-              HasSubstr("hint: --columns t=time,joint1.q=pos,joint1.tau=i*2"));
+              HasSubstr("which is joint1.q: --columns t=time,joint1.q=pos,"
+                        "joint1.tau=i*2"));
 }
 
 TEST(ReadRunMessages, ReportsTimeThatIsMissingOrDoesNotIncrease) {
@@ -122,7 +132,7 @@ TEST(ReadRunMessages, ReportsTimeThatIsMissingOrDoesNotIncrease) {
   const std::string hint =
       "\n  hint: rows must be in the order of time; are two recordings in one "
       "file, or is the time rounded?";
-  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n# c\n0.5,2\n\n0.5,2\n"),
+  EXPECT_EQ(ParseError("t,joint1.q\n0,1\n# c\n0.5,2\n\n0.5,3\n"),
             "run.csv:6:1: time repeats: 0.5 s again (line 4)" + hint);
   EXPECT_EQ(
       ParseError("t,joint1.q\n0,1\n0.5,2\n0.25,2\n"),
@@ -141,10 +151,12 @@ TEST(ReadRunMessages, ReportsARunThatMeasuresNothing) {
   EXPECT_EQ(ParseError("t,pos_meas1,pos_meas2,vel_meas1,tau_con1\n0,1,2,3,4\n"),
             "run.csv:1:1: no column measures anything of chain\n"
             "  hint: its columns would be joint1.q, joint2.q; try --columns "
-            "joint1.q=pos_meas1,joint2.q=pos_meas2");
+            "joint1.q=pos_meas1,joint2.q=pos_meas2,joint1.qd=vel_meas1,"
+            "joint1.tau=tau_con1");
   EXPECT_EQ(ParseError("t,theta_deg\n0,1\n"),
             "run.csv:1:1: no column measures anything of chain\n"
-            "  hint: its columns would be joint1.q, joint2.q; try --columns "
+            "  hint: its columns would be joint1.q, joint2.q; by the order of "
+            "the columns, as no name says which is joint1.q: try --columns "
             "joint1.q=theta_deg*0.0174532925");
   // What the flag says already is kept.
   EXPECT_THAT(ParseError("time,pos\n0,1\n", "t=time"),
@@ -186,23 +198,77 @@ TEST(ReadRunMessages, ReportsAQuaternionFarFromUnit) {
               HasSubstr("has norm 0, not 1"));
 }
 
-TEST(ReadRunMessages, ReportsAChannelWithoutNumbers) {
-  const std::string hint =
-      "\n  hint: remove the column where the quantity was not measured";
-  EXPECT_EQ(ParseError("t,joint1.q,joint2.q\n0,1,\n1,2,nan\n"),
-            "run.csv:1:3: nothing was measured in joint2.q: every cell is "
-            "empty or nan" +
-                hint);
+TEST(ReadRunMessages, TakesColumnsWithoutNumbersAsNotRecorded) {
+  std::vector<std::string> notices;
+  const sysid::Run run =
+      Parse("t,joint1.q,joint1.qd,joint2.q,joint1.tau\n0,1,,,\n1,2,nan,,nan\n",
+            "", &notices);
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: no number in joint1.qd, joint1.tau, "
+                          "joint2.q: taken as not recorded"));
+  EXPECT_EQ(run.channels.size(), 1);
+  EXPECT_FALSE(HasEffort(run, 0));
+  // Nothing is left.
   EXPECT_EQ(ParseError("t,ball.qw,ball.qx,ball.qy,ball.qz\n0,,1,0,0\n"
                        "1,1,,0,0\n",
                        "", Ball()),
             "run.csv:1:2: nothing was measured in ball.qw, ball.qx, ball.qy, "
-            "ball.qz: every row has a cell that is empty or nan" +
-                hint);
-  EXPECT_EQ(ParseError("t,joint1.q,joint1.tau\n0,1,\n1,2,nan\n"),
-            "run.csv:1:3: nothing was measured in joint1.tau: every cell is "
-            "empty or nan" +
-                hint);
+            "ball.qz: every row has a cell that is empty or nan\n"
+            "  hint: remove the column where the quantity was not measured");
+}
+
+TEST(ReadRunMessages, LeavesOutRowsThatSayTheSame) {
+  std::vector<std::string> notices;
+  const std::string text = "t,joint1.q\n0,1\n0.5,2\n0.5,2\n0.5,2\n1,3\n";
+  EXPECT_THAT(Parse(text, "", &notices).t, ElementsAre(0, 0.5, 1));
+  EXPECT_THAT(
+      notices,
+      ElementsAre("run.csv: 2 rows of 5 say the same as the row before, "
+                  "time included: left out"));
+  // Places are those of the file.
+  EXPECT_THAT(ParseError(text + "0.7,4\n"),
+              StartsWith("run.csv:7:1: time goes back: from 1 s (line 6)"));
+}
+
+TEST(ReadRunMessages, TakesRoundedTimesAsEven) {
+  std::vector<std::string> notices;
+  std::string text = "t,joint1.q\n";
+  for (int k = 0; k < 100; ++k) {
+    text += std::to_string(0.01 * std::floor(0.5 * k)) + "," +
+            std::to_string(k) + "\n";
+  }
+  const sysid::Run run = Parse(text, "", &notices);
+  EXPECT_NEAR(run.t[51] - run.t[50], 0.005, 1e-9);
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: times repeat, as they have steps of 0.01 "
+                          "s: the rows are taken as even, 0.005 s apart (200 "
+                          "Hz), which agrees with each of them to its last "
+                          "digit"));
+  // Rows that no even step explains.
+  EXPECT_THAT(ParseError(text + "3,1\n"), HasSubstr("time repeats: 0 s again"));
+}
+
+TEST(ReadRunMessages, CountsTimesSince1970FromTheFirst) {
+  std::vector<std::string> notices;
+  const sysid::Run run = Parse(
+      "t,joint1.q\n1746215066.098755,1\n1746215066.100000,2\n", "", &notices);
+  EXPECT_THAT(run.t, ElementsAre(0, 0.001245));
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: its times count from its first row, which "
+                          "is at 1746215066.098755 s"));
+}
+
+TEST(ReadRunMessages, AFactorWinsOverTheRowOfUnits) {
+  const std::string text = "t,a,b\nms,deg,rad\n0,180,1\n500,90,2\n";
+  std::vector<std::string> notices;
+  const sysid::Run run = Parse(text, "joint1.q=a,joint2.q=b", &notices);
+  EXPECT_THAT(run.t, ElementsAre(0, 0.5));
+  EXPECT_NEAR(run.channels[0].values(0, 0), M_PI, 1e-12);
+  EXPECT_THAT(notices,
+              ElementsAre("run.csv: the row of units behind the names is taken "
+                          "at its word: joint1.q in deg, t in ms"));
+  EXPECT_EQ(Parse(text, "joint1.q=a*1,joint2.q=b").channels[0].values(0, 0),
+            180.0);
 }
 
 // A swing in degrees, with columns t and `name`.

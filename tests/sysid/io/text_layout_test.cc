@@ -379,5 +379,24 @@ TEST(TextLayoutTest, SurvivesDamage) {
   }
 }
 
+TEST(EchoLayout, ReadsJointStatesByTheNamesInTheRows) {
+  const std::string text =
+      "1675851234,0,base,joint2,joint1,1,2,3,4,5,6\n"
+      "1675851234,500000000,base,joint2,joint1,7,8,9,10,11,12\n";
+  std::vector<std::string> notices;
+  const sysid::Run run = Parse(text, "", &notices);
+  EXPECT_THAT(run.t, ElementsAre(0, 0.5));
+  EXPECT_EQ(run.channels[0].name, "joint1");
+  EXPECT_EQ(run.channels[0].values(1, 0), 8.0);
+  EXPECT_EQ(run.effort(0, 1), 5.0);
+  EXPECT_THAT(notices[0], HasSubstr("`ros2 topic echo --csv`"));
+  // Of another publisher between them.
+  EXPECT_THAT(ErrorText([&] {
+                Parse(text + "1675851235,0,base,joint1,joint2,1,2,3,4,5,6\n");
+              }),
+              HasSubstr("run.csv:3:4: 'joint1' here, but 'joint2' in the first "
+                        "row\n  hint: each row has its time"));
+}
+
 }  // namespace
 }  // namespace sysid

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "models/mechanism.h"
+#include "sysid/io/column_map.h"
+#include "sysid/parameters/fit_specification.h"
+
+namespace sysid {
+
+// Locks for the joints of a whole robot's URDF that its recordings do not show:
+// of those that no file has a column of (by its names and the map),
+//
+//  - the ones whose motion no shown joint feels or makes: neither on the way
+//    from it to the root nor beyond it (wheels, another arm), and
+//  - where efforts are recorded, those that have a motor by the URDF (an effort
+//    limit), which holds them.
+//
+// Others swing as they like, and are estimated. Each is held at zero, or where
+// the limits are nearest to it. None where frames' positions are measured, no
+// joint is shown, or a file cannot be read (its reader says so). `locks` is
+// what is held already. One notice for all.
+std::vector<NamedValue> LocksOfUnshown(const Mechanism& mechanism,
+                                       const std::vector<std::string>& files,
+                                       const ColumnMap& columns,
+                                       const std::vector<NamedValue>& locks,
+                                       std::vector<std::string>* notices);
+
+}  // namespace sysid
