@@ -116,11 +116,12 @@ char FindSeparator(const std::string& path, std::string_view text,
 
 // Whether each cell is a number or a time: no row of names.
 bool IsNumbers(const std::vector<std::string>& cells, char separator) {
-  return std::all_of(cells.begin(), cells.end(), [&](const std::string& cell) {
+  const auto is_number = [&](const std::string& cell) {
     double number;
     return ParseNumber(cell, &number) || ParseTimestamp(cell, &number) ||
            (separator != ',' && ParseDecimalComma(cell, &number));
-  });
+  };
+  return !cells.empty() && std::all_of(cells.begin(), cells.end(), is_number);
 }
 
 // What to say of a table without names.

@@ -235,8 +235,11 @@ Suggestion SuggestMeasured(const Mechanism& mechanism,
       "its columns would be " + JoinSome(PositionNames(mechanism)) + "; ";
   const ColumnMatches found = Suggest(mechanism, header, time_column, given);
   if (MeasuresAnything(mechanism, {}, found.map)) {
-    return {would_be + OrderWarning(found) + "try ", LeftColumns(found),
-            found.map, true};
+    // A whole robot's would hide the flag.
+    constexpr size_t kFew = 8;
+    const bool few = PositionNames(mechanism).size() <= kFew;
+    return {(few ? would_be : "") + OrderWarning(found) + "try ",
+            LeftColumns(found), found.map, true};
   }
   if (header[0] == "#1") {
     return {would_be + "try ", " if its columns are in this order",

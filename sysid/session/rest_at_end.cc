@@ -22,8 +22,7 @@ int LastMotion(const Eigen::VectorXd& values) {
   if (!std::isfinite(low)) return rows - 1;
   const double near = std::max(kTimes * (high - low), kPart * range);
   int last = rows - 1;
-  while (last >= 0 &&
-         !(std::abs(values[last] - 0.5 * (low + high)) > near)) {
+  while (last >= 0 && !(std::abs(values[last] - 0.5 * (low + high)) > near)) {
     --last;
   }
   return last;
