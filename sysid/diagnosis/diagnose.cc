@@ -80,6 +80,7 @@ class Writer {
     if (add && !found_.effects.empty()) FillSteps(&diagnosis);
     diagnosis.by_equations = answer_.by_equations;
     diagnosis.bodies = answer_.look.bodies;
+    diagnosis.given_laws = answer_.look.given_laws;
     diagnosis.where.followed = answer_.look.followed;
     diagnosis.where.rejected_efforts = answer_.look.rejected;
     // Nothing of an arm was rolled out that could be linearised.
@@ -108,7 +109,10 @@ class Writer {
 
  private:
   Verdict VerdictOfGiven() const {
-    if (!answer_.explains) return Verdict::kUnexplained;
+    // An arm of which only given values are wrong lacks no effect.
+    if (!answer_.explains || (answer_.by_equations && found_.effects.empty())) {
+      return Verdict::kUnexplained;
+    }
     if (found_.effects.empty()) return Verdict::kAdequate;
     return std::all_of(answer_.rivals.begin(), answer_.rivals.end(),
                        [&](const auto& rival) { return IsSame(*rival); })

@@ -85,6 +85,7 @@ struct Diagnosis {
   bool by_equations = false;
   // Links whose bodies the final model frees: those given predict worse.
   std::vector<int> bodies;
+  std::vector<FreeParameter> given_laws;  // plain ones of the URDF, free too
 
   explicit Diagnosis(const Model& m) : base(m) {}
   const EvaluatedModel& last() const { return final ? *final : base; }

@@ -322,7 +322,12 @@ bool EffectSearch::BeginByEquations(Equations equations) {
   Say("base", *base_);
   EvaluatedModel model =
       EstimateByEquations(ProblemOfArm(problem_, by_equations_), &shown);
-  found_by_equations_ = sets_.Keep(IndicesOf(shown), std::move(model));
+  if (!shown.empty()) {
+    found_by_equations_ = sets_.Keep(IndicesOf(shown), std::move(model));
+  } else {
+    found_by_equations_ = std::make_shared<FittedSet>(*base_);
+    found_by_equations_->model = std::move(model);
+  }
   Say("by the equations of motion", *found_by_equations_);
   return true;
 }

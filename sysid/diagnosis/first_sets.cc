@@ -47,6 +47,8 @@ std::shared_ptr<EvaluatedModel> FitByEquations(
 DiagnosisProblem ProblemOfArm(const DiagnosisProblem& problem,
                               const EquationLook& look) {
   DiagnosisProblem arm = problem;
+  arm.free.insert(arm.free.end(), look.given_laws.begin(),
+                  look.given_laws.end());
   for (FreeParameter& body : FreeBodies(problem.model, look.bodies)) {
     arm.free.push_back(std::move(body));
   }

@@ -29,13 +29,15 @@ class ColumnsOfRuns {
  public:
   // All must outlive it.
   ColumnsOfRuns(const ShootingProblem& problem, const Model& start,
+                const std::vector<FreeParameter>& free,
                 const std::vector<std::shared_ptr<const Effect>>& candidates,
                 const std::set<std::string>& known,
                 const std::vector<int>& undriven)
       : problem_(problem),
         start_(start),
+        free_(free),
         undriven_(undriven),
-        columns_(MakeEquationColumns(start, problem.free(), candidates, known)),
+        columns_(MakeEquationColumns(start, free, candidates, known)),
         map_(columns_.model, columns_.parameters, false),
         theta_(map_.size()) {
     std::vector<std::string> names;
@@ -90,7 +92,7 @@ class ColumnsOfRuns {
                                          const std::vector<int>& silent,
                                          bool bodies_are_free) const {
     auto search = std::make_unique<EquationSearch>(
-        columns_, problem_.free(), theta_, gains_, rows, bodies_, silent,
+        columns_, free_, theta_, gains_, rows, bodies_, silent,
         [this] { ThrowIfCancelled(problem_.options().stop); });
     search->Run(bodies_are_free);
     return search;
@@ -182,6 +184,7 @@ class ColumnsOfRuns {
   static constexpr int kTen = 10;
   const ShootingProblem& problem_;
   const Model& start_;
+  const std::vector<FreeParameter>& free_;
   const std::vector<int>& undriven_;
   const EquationColumns columns_;
   const ParameterMap map_;
@@ -245,6 +248,25 @@ std::vector<FollowedMotion> MotionsThatAreFollowed(
   return followed;
 }
 
+// The plain laws that a model has, from its values, but for what is free
+// already or known.
+std::vector<FreeParameter> GivenPlainLaws(
+    const Model& model, const std::vector<FreeParameter>& free,
+    const std::set<std::string>& known) {
+  std::set<std::string> taken = known;
+  for (const FreeParameter& one : free) taken.insert(one.parameter.name);
+  std::vector<FreeParameter> laws;
+  for (int i = 0; i < model.effects().size(); ++i) {
+    if (!IsPlainLaw(model.effects().effect(i))) continue;
+    for (const EffectParameter& own : model.effects().effect(i).parameters()) {
+      if (own.whole || taken.contains(own.name)) continue;
+      const Parameter p = FindParameters(model, {own.name}, "effects").front();
+      laws.push_back({p, p.nominal, p.lower, p.upper, std::nullopt});
+    }
+  }
+  return laws;
+}
+
 bool IsMeasured(const Model& model, const DataSet& data) {
   return std::all_of(data.runs().begin(), data.runs().end(),
                      [&](const auto& one) {
@@ -284,12 +306,19 @@ EquationLook LookByEquations(
   std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(plain),
                [](const auto& effect) { return IsPlainLaw(*effect); });
   EquationFilter filter;
+  std::vector<FreeParameter> free = problem.free();
   {
-    const ColumnsOfRuns columns(problem, start, plain, known, undriven);
+    look.given_laws = GivenPlainLaws(start, free, known);
+    std::vector<FreeParameter> with = free;
+    with.insert(with.end(), look.given_laws.begin(), look.given_laws.end());
+    const ColumnsOfRuns columns(problem, start, with, plain, known, undriven);
     const std::vector<EquationRows> rows = columns.Rows(first);
     auto found = columns.Search(rows, silent, false);
-    look.is_arm = static_cast<int>(found->chosen().size()) > few;
-    if (look.is_arm) {
+    look.is_arm =
+        static_cast<int>(found->chosen().size() + look.given_laws.size()) > few;
+    if (!look.is_arm) {
+      look.given_laws.clear();
+    } else {
       const std::vector<EffortAudit> audits = AuditEfforts(rows);
       for (int v = 0; v < static_cast<int>(audits.size()); ++v) {
         VLOG(1) << joints[v] << ": explained " << audits[v].explained
@@ -301,8 +330,12 @@ EquationLook LookByEquations(
         }
         silent.push_back(v);
         look.rejected.push_back({joints[v], v, audits[v].explained});
+        std::erase_if(look.given_laws, [&](const FreeParameter& law) {
+          return law.parameter.name.starts_with(joints[v] + ".");
+        });
       }
       if (!silent.empty()) found = columns.Search(rows, silent, false);
+      free.insert(free.end(), look.given_laws.begin(), look.given_laws.end());
     }
     filter = ChooseFilter(columns.model(), columns.ValuesOf(*found), runs,
                           first, problem.options().threads);
@@ -315,7 +348,7 @@ EquationLook LookByEquations(
       return !effect->adjusts_nominal().empty();
     });
   }
-  ColumnsOfRuns columns(problem, start, asked, known, undriven);
+  ColumnsOfRuns columns(problem, start, free, asked, known, undriven);
   if (look.is_arm) columns.AskBodies();
   const std::vector<EquationRows> rows = columns.Rows(filter);
   auto found = columns.Search(rows, silent, false);

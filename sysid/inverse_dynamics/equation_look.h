@@ -69,6 +69,9 @@ struct EquationLook {
   // Of more effects than `few`: bodies and efforts were asked too.
   bool is_arm = false;
   std::vector<RejectedEffort> rejected;
+  // Of an arm, what is free beside what the problem frees: plain laws that the
+  // URDF gives, whose values are often placeholders.
+  std::vector<FreeParameter> given_laws;
   // Links whose bodies are not as given: those of the URDF predict worse.
   std::vector<int> bodies;
   int tests = 0;  // candidates that were looked at

@@ -436,10 +436,18 @@ std::string LeftOfEfforts(const Fit& fit) {
 std::string ArmSentence(const Diagnosis& diagnosis) {
   std::string text = "The equations of motion leave of the efforts " +
                      LeftOfEfforts(diagnosis.base.fit) + " (rms)";
-  if (diagnosis.verdict == Verdict::kUnexplained) {
-    text += ", and no effects of the catalogue explain most of that";
-  } else {
+  if (diagnosis.verdict != Verdict::kUnexplained) {
     text += ": missing are " + ListEffects(diagnosis.proposed, " and ");
+  } else if (diagnosis.given_laws.empty()) {
+    text += ", and no effects of the catalogue explain most of that";
+  }
+  if (!diagnosis.given_laws.empty()) {
+    std::vector<std::string> names;
+    for (const FreeParameter& law : diagnosis.given_laws) {
+      names.push_back(law.parameter.name);
+    }
+    text += ", and the friction of the URDF is not this machine's (free " +
+            Join(names) + ")";
   }
   if (!diagnosis.bodies.empty()) {
     text += ", and the bodies are not those of the URDF";

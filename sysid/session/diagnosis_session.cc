@@ -246,6 +246,11 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
     for (FreeParameter& body : FreeBodies(model, diagnosis.bodies)) {
       free.push_back(std::move(body));
     }
+    for (const FreeParameter& law : diagnosis.given_laws) {
+      free.push_back(law);
+      free.back().parameter =
+          FindParameters(model, {law.parameter.name}, "final").front();
+    }
     if (!diagnosis.bodies.empty()) {
       final.session.options.body_weight = kBodyWeight;
     }
