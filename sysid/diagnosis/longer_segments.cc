@@ -8,7 +8,7 @@
 
 #include "sysid/diagnosis/evaluated_model.h"
 #include "sysid/diagnosis/judgement_constants.h"
-#include "sysid/diagnosis/search_runs.h"
+#include "sysid/estimation/run_parts.h"
 #include "sysid/estimation/segmentation.h"
 
 namespace sysid {

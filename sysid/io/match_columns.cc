@@ -201,6 +201,11 @@ class ColumnMatcher {
     };
     std::vector<std::string> used;
     std::vector<Pair> matches = MatchByName(joints_, candidates);
+    // "pos1" beside a column that is joint1's already counts from something
+    // else.
+    std::erase_if(matches, [&](const Pair& match) {
+      return match.numbers_only && !wanted_(joints_[match.joint].name + suffix);
+    });
     std::sort(matches.begin(), matches.end(),
               [](const Pair& a, const Pair& b) { return a.joint < b.joint; });
     for (const Pair& match : matches) {

@@ -9,7 +9,7 @@
 #include "models/effects/force_table.h"
 #include "models/error.h"
 #include "sysid/diagnosis/judgement_constants.h"
-#include "sysid/diagnosis/search_runs.h"
+#include "sysid/estimation/run_parts.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/estimate.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"

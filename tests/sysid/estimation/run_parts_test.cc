@@ -1,19 +1,29 @@
-#include "sysid/diagnosis/search_runs.h"
+#include "sysid/estimation/run_parts.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "sysid/simulation/simulate.h"
 #include "tests/support/fit_setup.h"
 #include "tests/support/measured_run.h"
-#include "tests/sysid/diagnosis/diagnosis_setup.h"
 
 namespace sysid {
 namespace {
 
+sysid::Run Driven(const Model& model) {
+  SimulationOptions options;
+  options.duration = 4.0;
+  options.noise = 1e-3;
+  options.seed = 1;
+  options.excitation = Excitation::kMultisine;
+  options.excitation_level = 0.3;
+  return Simulate(model, RandomState(model, 0.5, 1), options);
+}
+
 TEST(HoldOutLastQuarter, KeepsTimesEffortsAndMeasurements) {
   const Model model = Shipped("cartpole");
-  const sysid::Run whole = Record(model, 1, {.level = 0.3});
+  const sysid::Run whole = Driven(model);
   std::vector<sysid::Run> runs{whole};
   const std::vector<sysid::Run> held = HoldOutLastQuarter(&runs);
   ASSERT_EQ(runs.size(), 1u);
@@ -54,7 +64,7 @@ TEST(HoldOutLastQuarter, KeepsTimesEffortsAndMeasurements) {
 // Every n-th sample, and the efforts whose impulse is that of all.
 TEST(ThinRuns, KeepsTheImpulseOfTheEfforts) {
   const Model model = Shipped("cartpole");
-  const sysid::Run whole = Record(model, 1, {.level = 0.3});
+  const sysid::Run whole = Driven(model);
   std::vector<sysid::Run> runs{whole, whole};
   runs[1].t.clear();
   for (const double t : whole.t) runs[1].t.push_back(10 * t);  // 10 Hz

@@ -1,4 +1,4 @@
-#include "sysid/diagnosis/search_runs.h"
+#include "sysid/estimation/run_parts.h"
 
 #include <algorithm>
 

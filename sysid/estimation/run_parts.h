@@ -6,7 +6,7 @@
 
 namespace sysid {
 
-// The runs that a diagnosis searches among and judges by.
+// Parts of runs: to judge by, joined again, or fewer samples.
 
 // Where no held-out runs are given: the last quarter of every run, which leaves
 // `runs`. Its times go on.
