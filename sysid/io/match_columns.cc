@@ -204,7 +204,9 @@ class ColumnMatcher {
     // "pos1" beside a column that is joint1's already counts from something
     // else.
     std::erase_if(matches, [&](const Pair& match) {
-      return match.numbers_only && !wanted_(joints_[match.joint].name + suffix);
+      const std::string& name = joints_[match.joint].name;
+      return match.numbers_only && !wanted_(name + suffix) &&
+             candidates[match.candidate].column.find(name) == std::string::npos;
     });
     std::sort(matches.begin(), matches.end(),
               [](const Pair& a, const Pair& b) { return a.joint < b.joint; });
