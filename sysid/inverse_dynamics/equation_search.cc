@@ -197,21 +197,34 @@ Eigen::VectorXd EquationSearch::Changes(const Trial& trial) const {
   return changes;
 }
 
-bool EquationSearch::IsPossible(const Trial& trial,
-                                const std::vector<int>& chosen) const {
+std::vector<int> EquationSearch::Impossible(
+    const Trial& trial, const std::vector<int>& chosen) const {
   const Eigen::VectorXd changes = Changes(trial);
+  std::vector<int> impossible;
   int i = columns_.free;
   for (const int k : chosen) {
     const EquationColumns::Candidate& candidate = columns_.candidates[k];
+    bool possible = true;
     for (int c = 0; c < candidate.count; ++c, ++i) {
       const Parameter& parameter = columns_.parameters[candidate.first + c];
       const double value = theta_[candidate.first + c] + changes[i];
-      if (!(value >= parameter.lower && value <= parameter.upper)) {
-        return false;
-      }
+      possible &= value >= parameter.lower && value <= parameter.upper;
     }
+    if (!possible) impossible.push_back(k);
   }
-  return true;
+  return impossible;
+}
+
+EquationSearch::Trial EquationSearch::SolvePossible(
+    std::vector<int>* chosen) const {
+  for (;;) {
+    Trial trial = Solve(With(*chosen), now_.variance);
+    const std::vector<int> impossible = Impossible(trial, *chosen);
+    const auto plain = std::find_if(impossible.begin(), impossible.end(),
+                                    [this](int k) { return IsPlain(k); });
+    if (plain == impossible.end()) return trial;
+    std::erase(*chosen, *plain);
+  }
 }
 
 bool EquationSearch::IsChosen(int candidate) const {
@@ -350,8 +363,12 @@ bool EquationSearch::AddOne() {
   for (const auto& [gain, candidate] : order) {
     std::vector<int> chosen = chosen_;
     chosen.push_back(candidate);
-    Trial trial = Solve(With(chosen), now_.variance);
-    if (!IsPossible(trial, chosen)) continue;
+    // What it explains may have been what plain laws of its joints stood for.
+    Trial trial = SolvePossible(&chosen);
+    if (!IsPossible(trial, chosen) ||
+        std::find(chosen.begin(), chosen.end(), candidate) == chosen.end()) {
+      continue;
+    }
     const double advantage = Advantage(&trial, &now_);
     const bool predicts = advantage > deviations && Matters(trial, now_);
     if (!predicts && !Unbends(trial, now_)) continue;

@@ -71,7 +71,14 @@ class EquationSearch {
   std::vector<int> With(const std::vector<int>& chosen) const;
   Eigen::VectorXd Changes(const Trial& trial) const;
   bool ActsOnAlone(int column, const std::vector<int>& joints) const;
-  bool IsPossible(const Trial& trial, const std::vector<int>& chosen) const;
+  // The candidates of `chosen` whose values no such law has.
+  std::vector<int> Impossible(const Trial& trial,
+                              const std::vector<int>& chosen) const;
+  bool IsPossible(const Trial& trial, const std::vector<int>& chosen) const {
+    return Impossible(trial, chosen).empty();
+  }
+  // The trial of these, without plain laws that are no longer possible.
+  Trial SolvePossible(std::vector<int>* chosen) const;
   void LeaveStretchesOut(Trial* trial) const;  // `without`, `squares`
   // How much more likely a is, in standard errors of the difference.
   double Advantage(Trial* a, Trial* b) const;

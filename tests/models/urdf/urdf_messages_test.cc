@@ -191,9 +191,13 @@ TEST(UrdfMessages, NestedTooDeep) {
 }
 
 TEST(UrdfMessages, NoRobot) {
+  EXPECT_EQ(Message("<html/>"),
+            "r.urdf:1:1: no <robot> element: the root element is <html>\n"
+            "  hint: a URDF is XML with <robot> as its root element");
   EXPECT_EQ(Message("<sdf/>"),
             "r.urdf:1:1: no <robot> element: the root element is <sdf>\n"
-            "  hint: a URDF is XML with <robot> as its root element");
+            "  hint: this is SDF, Gazebo's format, which is not read: give the "
+            "URDF that it was made from");
   EXPECT_THAT(Message("<?xml version='1.0'?>"),
               HasSubstr("r.urdf: no <robot> element"));
   EXPECT_EQ(Message("<robot name='r'/>\n<robot name='s'/>"),
