@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <utility>
 
+#include "models/effects/catalogue.h"
 #include "models/error.h"
 
 namespace sysid {
@@ -40,7 +42,17 @@ EquationColumns MakeEquationColumns(
   columns.free = static_cast<int>(names.size());
   std::set<std::string> taken(names.begin(), names.end());
   taken.insert(known.begin(), known.end());
-  for (const auto& effect : effects) {
+  // Of laws that share parameters the commoner one, whatever the order.
+  const std::vector<std::string> kinds = Catalogue().kinds();
+  const auto place = [&](const Effect& effect) {
+    return std::pair(std::find(kinds.begin(), kinds.end(), effect.kind()),
+                     effect.name());
+  };
+  std::vector<std::shared_ptr<const Effect>> ordered = effects;
+  std::sort(ordered.begin(), ordered.end(), [&](const auto& a, const auto& b) {
+    return place(*a) < place(*b);
+  });
+  for (const auto& effect : ordered) {
     const std::vector<std::string> own = LinearNames(*effect);
     if (own.empty() ||
         std::any_of(own.begin(), own.end(), [&](const std::string& name) {
