@@ -192,6 +192,8 @@ class Writer {
       for (const ScreenedEffect& shown : answer_.look.effects) {
         if (answer_.by_equations && shown.name() == screened.name()) {
           screened.p_value = shown.p_value;
+          screened.dof = shown.dof;
+          screened.without_influence = shown.without_influence;
           screened.parameters = shown.parameters;
         }
       }

@@ -135,6 +135,7 @@ class ColumnsOfRuns {
         expected.unit = parameter.unit;
         expected.null_value = theta_[column];
         expected.value = expected.null_value + changes[i];
+        expected.std_error = search.Deviation(i);
         effect.parameters.push_back(expected);
       }
       effects.push_back(std::move(effect));

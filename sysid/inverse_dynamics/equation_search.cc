@@ -446,6 +446,7 @@ void EquationSearch::Run(bool bodies_are_free) {
     if (any) SettlePlainLaws();
     any = any && chosen_ != before;
   }
+  LeaveStretchesOut(&now_);
 }
 
 }  // namespace sysid

@@ -53,6 +53,8 @@ class EquationSearch {
 
   const Trial& now() const { return now_; }
   const std::vector<int>& chosen() const { return chosen_; }  // candidates
+  // Of a change, in the order of now().at, by the jackknife over stretches.
+  double Deviation(Eigen::Index at) const { return Deviation(now_, at); }
   // Whether a column is any force beside what the model misses, for a parameter
   // of this size.
   bool HasInfluence(int column, double size) const;
@@ -92,7 +94,7 @@ class EquationSearch {
   // Adds the laws that every driven joint has, and takes out those of them that
   // are missed by less than two standard errors.
   void SettlePlainLaws();
-  double Deviation(const Trial& trial, Eigen::Index at) const;  // jackknife
+  double Deviation(const Trial& trial, Eigen::Index at) const;
   // What candidates would add to the likelihood with the variances as they are,
   // by candidate.
   std::vector<double> FirstOrderGains() const;

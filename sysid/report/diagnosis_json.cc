@@ -133,6 +133,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["doubts"] = diagnosis.doubts;
   json["baseline"] = {{"train", diagnosis.base.fit.train.total},
                       {"holdout", diagnosis.base.holdout.total},
+                      {"effort", diagnosis.base.fit.effort},
                       {"parameters", Values(diagnosis.base.fit.parameters)},
                       {"effects", session.effects}};
   json["where"] = diagnosis.where;
@@ -198,6 +199,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
     json["final_fit"] = {{"verdict", ToString(diagnosis.final_verdict)},
                          {"train", diagnosis.last().fit.train.total},
                          {"holdout", diagnosis.last().holdout.total},
+                         {"effort", final->fit.effort},
                          {"effects", final->session.effects},
                          {"parameters", Values(final->fit.parameters)},
                          {"converged", final->fit.converged},
