@@ -201,13 +201,15 @@ class ColumnMatcher {
     };
     std::vector<std::string> used;
     std::vector<Pair> matches = MatchByName(joints_, candidates);
-    // "pos1" beside a column that is joint1's already counts from something
-    // else.
-    std::erase_if(matches, [&](const Pair& match) {
-      const std::string& name = joints_[match.joint].name;
-      return match.numbers_only && !wanted_(name + suffix) &&
-             candidates[match.candidate].column.find(name) == std::string::npos;
-    });
+    // A single "pos1" beside a column that is joint1's already counts from
+    // something else.
+    if (candidates.size() == 1) {
+      std::erase_if(matches, [&](const Pair& match) {
+        const std::string& name = joints_[match.joint].name;
+        return match.numbers_only && !wanted_(name + suffix) &&
+               candidates[0].column.find(name) == std::string::npos;
+      });
+    }
     std::sort(matches.begin(), matches.end(),
               [](const Pair& a, const Pair& b) { return a.joint < b.joint; });
     for (const Pair& match : matches) {
