@@ -98,17 +98,10 @@ class ColumnsOfRuns {
     return search;
   }
   MechanismParameters<double> ValuesOf(const EquationSearch& search) const {
-    const Eigen::VectorXd changes = search.Changes();
-    Eigen::VectorXd theta = theta_;
-    for (size_t i = 0; i < search.now().at.size(); ++i) {
-      const int at = search.now().at[i];
-      if (at < theta.size()) theta[at] += changes[static_cast<Eigen::Index>(i)];
-    }
-    MechanismParameters<double> values;
-    map_.Apply<double>(theta.data(), &values);
-    return values;
+    return ValuesAt(ThetaOf(search));
   }
-  std::vector<ScreenedEffect> EffectsOf(const EquationSearch& search) const {
+  std::vector<ScreenedEffect> EffectsOf(const EquationSearch& search,
+                                        const EquationFilter& filter) const {
     std::vector<ScreenedEffect> effects;
     const Eigen::VectorXd changes = search.Changes();
     int i = columns_.free;
@@ -121,11 +114,9 @@ class ColumnsOfRuns {
       for (int c = 0; c < candidate.count; ++c, ++i) {
         const int column = candidate.first + c;
         const Parameter& parameter = columns_.parameters[column];
-        double size = 1.0;
-        for (const EffectParameter& own : candidate.effect->parameters()) {
-          if (own.name == parameter.name) size = own.typical_scale;
-        }
-        if (!search.HasInfluence(column, size)) {
+        // Some columns are zero only where the law is off (the reference of a
+        // spring).
+        if (search.IsZero(column) && !MovesAnything(search, column, filter)) {
           effect.without_influence.push_back(parameter.name);
           --effect.dof;
           continue;
@@ -144,6 +135,43 @@ class ColumnsOfRuns {
   }
 
  private:
+  Eigen::VectorXd ThetaOf(const EquationSearch& search) const {
+    const Eigen::VectorXd changes = search.Changes();
+    Eigen::VectorXd theta = theta_;
+    for (size_t i = 0; i < search.now().at.size(); ++i) {
+      const int at = search.now().at[i];
+      if (at < theta.size()) theta[at] += changes[static_cast<Eigen::Index>(i)];
+    }
+    return theta;
+  }
+  MechanismParameters<double> ValuesAt(const Eigen::VectorXd& theta) const {
+    MechanismParameters<double> values;
+    map_.Apply<double>(theta.data(), &values);
+    return values;
+  }
+
+  // Whether the equations have a derivative by a parameter where a search
+  // ended.
+  bool MovesAnything(const EquationSearch& search, int column,
+                     const EquationFilter& filter) const {
+    constexpr double kStep = 1e-3, kRounding = 1e-12;
+    Eigen::VectorXd above = ThetaOf(search), below = above;
+    above[column] += kStep;
+    below[column] -= kStep;
+    return std::any_of(
+        problem_.runs().begin(), problem_.runs().end(), [&](const auto& data) {
+          const SampledMotion sampled =
+              SampleMotion(columns_.model, data->run, filter);
+          const auto rows = [&](const Eigen::VectorXd& at) {
+            return EvaluateEquations(columns_.model, sampled, ValuesAt(at),
+                                     undriven_)
+                .rows;
+          };
+          const RowMatrixXd lower = rows(below);
+          return (rows(above) - lower).norm() > kRounding * lower.norm();
+        });
+  }
+
   EquationRows RowsOf(const Run& run, const EquationFilter& filter) const {
     ThrowIfCancelled(problem_.options().stop);
     const Seeding<Jet24> seeding = [&](int begin,
@@ -168,13 +196,10 @@ class ColumnsOfRuns {
   // depend on bodies, do not change them.
   void AddBodies(const SampledMotion& sampled, int threads,
                  EquationRows* rows) const {
-    const Seeding<Jet24> nothing = [&](int, MechanismParameters<Jet24>* s) {
-      std::vector<Jet24> values(theta_.data(), theta_.data() + theta_.size());
-      ParameterMap(start_, {}, false).Apply<Jet24>(values.data(), s);
-    };
-    const EquationRows own =
-        MakeEquationRows<Jet24>(start_, sampled, bodies_.columns, nothing,
-                                {start_.nominal(), links_, undriven_}, threads);
+    const EquationRows own = MakeEquationRows<double>(
+        start_, sampled, bodies_.columns,
+        [&](int, MechanismParameters<double>* s) { *s = start_.nominal(); },
+        {start_.nominal(), links_, undriven_}, threads);
     const Eigen::Index r = rows->rows.cols() - 1;
     RowMatrixXd all(rows->rows.rows(), r + bodies_.columns + 1);
     all << rows->rows.leftCols(r), own.rows.leftCols(bodies_.columns),
@@ -189,7 +214,7 @@ class ColumnsOfRuns {
   const std::vector<int>& undriven_;
   const EquationColumns columns_;
   const ParameterMap map_;
-  Eigen::VectorXd theta_;
+  Eigen::VectorXd theta_;  // off
   std::vector<int> gains_;
   std::vector<int> links_;
   EquationSearch::Bodies bodies_;
@@ -363,7 +388,7 @@ EquationLook LookByEquations(
       look.bodies = columns.links();
     }
   }
-  look.effects = columns.EffectsOf(*found);
+  look.effects = columns.EffectsOf(*found, filter);
   look.tests = columns.candidates();
   look.followed = MotionsThatAreFollowed(found->now(), rows, joints, silent);
   return look;

@@ -17,7 +17,8 @@ namespace {
 // error that serial correlation does not spoil (batch means; Schmeiser 1982: 10
 // to 30).
 constexpr int kStretches = 20;
-// By so much the error of a joint must fall.
+// By so much the error of a joint must fall: what matters of a model's error,
+// (J.2) of docs/judgement.md.
 constexpr double kMatters = 0.05;
 
 }  // namespace
@@ -236,17 +237,6 @@ bool EquationSearch::IsPlain(int candidate) const {
   return !one.changes_effort && one.count == 1 && IsPlainLaw(*one.effect);
 }
 
-bool EquationSearch::HasInfluence(int column, double size) const {
-  constexpr double kNothing = 1e-9;
-  for (const Eigen::MatrixXd& G : all_.of) {
-    if (size * size * G(column, column) >
-        kNothing * kNothing * G(G.rows() - 1, G.rows() - 1)) {
-      return true;
-    }
-  }
-  return false;
-}
-
 int EquationSearch::special_laws() const {
   return static_cast<int>(std::count_if(chosen_.begin(), chosen_.end(),
                                         [this](int k) { return !IsPlain(k); }));
@@ -259,7 +249,9 @@ double EquationSearch::Deviation(const Trial& trial, Eigen::Index at) const {
 }
 
 void EquationSearch::SettlePlainLaws() {
-  constexpr double kLeast = 2.0;  // standard errors
+  // Standard errors: every joint has friction, so that chance is asked of each
+  // law alone (of a normal deviate 1 in 20), not of the best of all.
+  constexpr double kLeast = 2.0;
   const double tests = static_cast<double>(columns_.candidates.size());
   for (int k = 0; k < static_cast<int>(columns_.candidates.size()); ++k) {
     if (IsPlain(k) && !IsChosen(k)) chosen_.push_back(k);
@@ -331,6 +323,8 @@ std::vector<double> EquationSearch::FirstOrderGains() const {
 }
 
 bool EquationSearch::AddOne() {
+  // By the order of their first-order gains: what is not among the first few
+  // of those is not the best by cross-validation either.
   constexpr size_t kMostTried = 12;
   const std::vector<double> gains = FirstOrderGains();
   std::vector<std::pair<double, int>> order;

@@ -55,9 +55,8 @@ class EquationSearch {
   const std::vector<int>& chosen() const { return chosen_; }  // candidates
   // Of a change, in the order of now().at, by the jackknife over stretches.
   double Deviation(Eigen::Index at) const { return Deviation(now_, at); }
-  // Whether a column is any force beside what the model misses, for a parameter
-  // of this size.
-  bool HasInfluence(int column, double size) const;
+  // Whether a column is zero.
+  bool IsZero(int column) const { return ActsOnAlone(column, {}); }
   int special_laws() const;  // of those, others than plain ones
   double p_value(int candidate) const { return p_value_.at(candidate); }
   // The changes of theta, in the order of now().at.
