@@ -79,8 +79,7 @@ class Writer {
     FillRivals(&diagnosis);
     if (add && !found_.effects.empty()) FillSteps(&diagnosis);
     diagnosis.by_equations = answer_.by_equations;
-    diagnosis.bodies = answer_.look.bodies;
-    diagnosis.given_laws = answer_.look.given_laws;
+    diagnosis.look = answer_.look;
     diagnosis.where.followed = answer_.look.followed;
     diagnosis.where.rejected_efforts = answer_.look.rejected;
     // Nothing of an arm was rolled out that could be linearised.

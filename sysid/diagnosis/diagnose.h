@@ -83,9 +83,7 @@ struct Diagnosis {
   Verdict final_verdict = Verdict::kAdequate;
   // An arm: the answer is that of the equations of motion, with their values.
   bool by_equations = false;
-  // Links whose bodies the final model frees: those given predict worse.
-  std::vector<int> bodies;
-  std::vector<FreeParameter> given_laws;  // plain ones of the URDF, free too
+  EquationLook look;  // what they show
 
   explicit Diagnosis(const Model& m) : base(m) {}
   const EvaluatedModel& last() const { return final ? *final : base; }

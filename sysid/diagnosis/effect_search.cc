@@ -316,12 +316,13 @@ bool EffectSearch::BeginByEquations(Equations equations) {
   // equations of motion say is the answer, and its values are theirs.
   report_("fitting the equations of motion", std::nan(""));
   std::vector<ScreenedEffect> nothing;
-  DiagnosisProblem given = ProblemOfArm(problem_, by_equations_);
+  DiagnosisProblem arm = problem_;
+  AddWhatArmsHave(by_equations_, arm.model, &arm.free, &arm.options);
+  DiagnosisProblem given = arm;
   given.free = problem_.free;
   base_ = sets_.Keep({}, EstimateByEquations(given, &nothing));
   Say("base", *base_);
-  EvaluatedModel model =
-      EstimateByEquations(ProblemOfArm(problem_, by_equations_), &shown);
+  EvaluatedModel model = EstimateByEquations(arm, &shown);
   if (!shown.empty()) {
     found_by_equations_ = sets_.Keep(IndicesOf(shown), std::move(model));
   } else {

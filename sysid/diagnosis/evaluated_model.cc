@@ -181,6 +181,24 @@ EvaluatedModel OpenModel(const DiagnosisProblem& problem,
   return opened;
 }
 
+EvaluatedModel OpenAtExpected(const DiagnosisProblem& problem,
+                              const std::vector<ScreenedEffect>& effects,
+                              const EstimationOptions& options) {
+  std::vector<std::shared_ptr<const Effect>> added;
+  std::set<std::string> without_influence;
+  std::map<std::string, double> values;
+  for (const ScreenedEffect& effect : effects) {
+    added.push_back(effect.effect);
+    without_influence.insert(effect.without_influence.begin(),
+                             effect.without_influence.end());
+    for (const ExpectedParameter& expected : effect.parameters) {
+      values[expected.name] = expected.value;
+    }
+  }
+  return OpenModel(problem, std::move(added), std::move(without_influence),
+                   values, options);
+}
+
 EvaluatedModel EvaluateFrom(
     const DiagnosisProblem& problem, const EvaluatedModel& before,
     std::vector<std::shared_ptr<const Effect>> effects,
@@ -292,24 +310,8 @@ EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem) {
 EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
                                    const EvaluatedModel& before,
                                    const std::vector<ScreenedEffect>& effects) {
-  std::vector<std::shared_ptr<const Effect>> added = before.added;
-  std::set<std::string> without_influence = before.without_influence;
-  std::map<std::string, double> values = ValuesOf(before);
-  // What was fitted without the effects may be far off: from where it is given.
-  for (const FreeParameter& free : problem.free) {
-    values.erase(free.parameter.name);
-  }
-  for (const ScreenedEffect& effect : effects) {
-    added.push_back(effect.effect);
-    without_influence.insert(effect.without_influence.begin(),
-                             effect.without_influence.end());
-    for (const ExpectedParameter& expected : effect.parameters) {
-      values[expected.name] = expected.value;
-    }
-  }
-  EvaluatedModel after =
-      OpenModel(problem, std::move(added), std::move(without_influence), values,
-                Coarse(problem.options, before.train_error()));
+  EvaluatedModel after = OpenAtExpected(
+      problem, effects, Coarse(problem.options, before.train_error()));
   after.fit = StatesAtStart(
       StartByInverseDynamics(*after.problem),
       AdoptStates(before.fit.model, before.fit.point, after.problem->model()));

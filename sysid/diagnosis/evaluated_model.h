@@ -64,14 +64,20 @@ EvaluatedModel OpenModel(const DiagnosisProblem& problem,
                          const std::map<std::string, double>& values,
                          const EstimationOptions& options);
 
+// The same where a screening expects the effects.
+EvaluatedModel OpenAtExpected(const DiagnosisProblem& problem,
+                              const std::vector<ScreenedEffect>& effects,
+                              const EstimationOptions& options);
+
 // The values of a fit, and of the effects' parameters that it did not move.
 std::map<std::string, double> ValuesOf(const EvaluatedModel& evaluated);
 
 // The problem's own model, from its start.
 EvaluatedModel EvaluateGiven(const DiagnosisProblem& problem);
 
-// The model of `before` with further effects, at the values of the equations of
-// motion (StartByInverseDynamics): the motion is predicted, not fitted.
+// The problem's model with effects, at the values of the equations of motion
+// (StartByInverseDynamics): the motion is predicted, not fitted. Its states
+// start from those of `before`, the model without them.
 EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
                                    const EvaluatedModel& before,
                                    const std::vector<ScreenedEffect>& effects);

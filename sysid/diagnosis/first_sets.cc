@@ -8,9 +8,7 @@
 #include <utility>
 
 #include "sysid/estimation/segmentation.h"
-#include "sysid/inverse_dynamics/estimate.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
-#include "sysid/parameters/free_bodies.h"
 
 namespace sysid {
 namespace {
@@ -44,34 +42,10 @@ std::shared_ptr<EvaluatedModel> FitByEquations(
   return model;
 }
 
-DiagnosisProblem ProblemOfArm(const DiagnosisProblem& problem,
-                              const EquationLook& look) {
-  DiagnosisProblem arm = problem;
-  arm.free.insert(arm.free.end(), look.given_laws.begin(),
-                  look.given_laws.end());
-  for (FreeParameter& body : FreeBodies(problem.model, look.bodies)) {
-    arm.free.push_back(std::move(body));
-  }
-  if (!look.bodies.empty()) arm.options.body_weight = kBodyWeight;
-  for (const RejectedEffort& rejected : look.rejected) {
-    arm.options.no_efforts.push_back(rejected.v);
-  }
-  return arm;
-}
-
 EvaluatedModel EstimateByEquations(const DiagnosisProblem& problem,
                                    std::vector<ScreenedEffect>* effects) {
   for (;;) {
-    std::vector<std::shared_ptr<const Effect>> added;
-    std::map<std::string, double> values;
-    for (const ScreenedEffect& effect : *effects) {
-      added.push_back(effect.effect);
-      for (const ExpectedParameter& expected : effect.parameters) {
-        values[expected.name] = expected.value;
-      }
-    }
-    EvaluatedModel model =
-        OpenModel(problem, std::move(added), {}, values, problem.options);
+    EvaluatedModel model = OpenAtExpected(problem, *effects, problem.options);
     model.fit = FitInverseDynamics(*model.problem);
     if (DropAtBound(model, effects)) continue;
     if (problem.holdout != nullptr) {

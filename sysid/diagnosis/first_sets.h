@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "sysid/diagnosis/evaluated_model.h"
-#include "sysid/inverse_dynamics/equation_look.h"
 
 namespace sysid {
 
@@ -17,14 +16,10 @@ std::shared_ptr<EvaluatedModel> FitByEquations(
     const DiagnosisProblem& problem, const EvaluatedModel& base,
     std::vector<ScreenedEffect>* effects);
 
-// The problem of an arm: what the equations of motion say of its bodies and of
-// the recorded efforts.
-DiagnosisProblem ProblemOfArm(const DiagnosisProblem& problem,
-                              const EquationLook& look);
-
-// Its model with effects, all that is free fitted to the equations of motion
-// alone (FitInverseDynamics), but for effects that end at a bound, which go.
-// Judged by predictions over short segments from measured states: no stretches.
+// The problem's model with effects, all that is free fitted to the equations
+// of motion alone (FitInverseDynamics), but for effects that end at a bound,
+// which go. Judged by predictions over short segments from measured states: no
+// stretches.
 EvaluatedModel EstimateByEquations(const DiagnosisProblem& problem,
                                    std::vector<ScreenedEffect>* effects);
 

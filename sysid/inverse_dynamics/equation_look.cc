@@ -20,6 +20,7 @@
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/inverse_dynamics/motion.h"
 #include "sysid/inverse_dynamics/regression.h"
+#include "sysid/parameters/free_bodies.h"
 
 namespace sysid {
 namespace {
@@ -303,6 +304,24 @@ bool IsMeasured(const Model& model, const DataSet& data) {
 }
 
 }  // namespace
+
+void AddWhatArmsHave(const EquationLook& look, const Model& model,
+                     std::vector<FreeParameter>* free,
+                     EstimationOptions* options) {
+  for (const FreeParameter& law : look.given_laws) {
+    free->push_back(law);
+    // By its place in this model.
+    free->back().parameter =
+        FindParameters(model, {law.parameter.name}, "effects").front();
+  }
+  for (FreeParameter& body : FreeBodies(model, look.bodies)) {
+    free->push_back(std::move(body));
+  }
+  if (!look.bodies.empty()) options->body_weight = kBodyWeight;
+  for (const RejectedEffort& rejected : look.rejected) {
+    options->no_efforts.push_back(rejected.v);
+  }
+}
 
 EquationLook LookByEquations(
     const ShootingProblem& problem,

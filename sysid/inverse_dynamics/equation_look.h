@@ -77,6 +77,13 @@ struct EquationLook {
   int tests = 0;  // candidates that were looked at
 };
 
+// What a fit of an arm has beside what its user frees: the given plain laws and
+// the bodies free, and the rejected efforts left out. Nothing else than before
+// where it is no arm.
+void AddWhatArmsHave(const EquationLook& look, const Model& model,
+                     std::vector<FreeParameter>* free,
+                     EstimationOptions* options);
+
 // From the problem's model at its start (StartByInverseDynamics); `known`
 // parameters stay. With more effects than `few` bodies and efforts are asked.
 // Nothing where a run does not measure all joints, or where there are no

@@ -438,18 +438,18 @@ std::string ArmSentence(const Diagnosis& diagnosis) {
                      LeftOfEfforts(diagnosis.base.fit) + " (rms)";
   if (diagnosis.verdict != Verdict::kUnexplained) {
     text += ": missing are " + ListEffects(diagnosis.proposed, " and ");
-  } else if (diagnosis.given_laws.empty()) {
+  } else if (diagnosis.look.given_laws.empty()) {
     text += ", and no effects of the catalogue explain most of that";
   }
-  if (!diagnosis.given_laws.empty()) {
+  if (!diagnosis.look.given_laws.empty()) {
     std::vector<std::string> names;
-    for (const FreeParameter& law : diagnosis.given_laws) {
+    for (const FreeParameter& law : diagnosis.look.given_laws) {
       names.push_back(law.parameter.name);
     }
     text += ", and the friction of the URDF is not this machine's (free " +
             Join(names) + ")";
   }
-  if (!diagnosis.bodies.empty()) {
+  if (!diagnosis.look.bodies.empty()) {
     text += ", and the bodies are not those of the URDF";
   }
   if (diagnosis.steps.empty()) return text + ".";
@@ -567,7 +567,7 @@ std::string EndSentence(const Diagnosis& diagnosis, const FinalFit& final) {
     text +=
         "So many effects are decided by the equations of motion, without "
         "rolling the motion out";
-    if (!diagnosis.bodies.empty()) {
+    if (!diagnosis.look.bodies.empty()) {
       text += "; the bodies of the URDF, free beside them, are fitted as well";
     }
     text +=

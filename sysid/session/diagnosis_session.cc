@@ -11,10 +11,8 @@
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/estimation/run_parts.h"
 #include "sysid/estimation/segmentation.h"
-#include "sysid/inverse_dynamics/estimate.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 #include "sysid/io/csv.h"
-#include "sysid/parameters/free_bodies.h"
 #include "sysid/parameters/patterns.h"
 #include "sysid/session/check_runs.h"
 #include "sysid/session/effect_inputs.h"
@@ -243,20 +241,7 @@ FinalFit FitFinal(const Session& session, const DiagnosisProblem& problem,
   ExtendProblem(problem, diagnosis.last(), &model, &free);
   FinalFit final{session, nullptr, Fit(model), std::nullopt};
   if (diagnosis.by_equations) {
-    for (FreeParameter& body : FreeBodies(model, diagnosis.bodies)) {
-      free.push_back(std::move(body));
-    }
-    for (const FreeParameter& law : diagnosis.given_laws) {
-      free.push_back(law);
-      free.back().parameter =
-          FindParameters(model, {law.parameter.name}, "final").front();
-    }
-    if (!diagnosis.bodies.empty()) {
-      final.session.options.body_weight = kBodyWeight;
-    }
-    for (const RejectedEffort& rejected : diagnosis.where.rejected_efforts) {
-      final.session.options.no_efforts.push_back(rejected.v);
-    }
+    AddWhatArmsHave(diagnosis.look, model, &free, &final.session.options);
   }
   final.session.model = model;
   final.session.free = free;
