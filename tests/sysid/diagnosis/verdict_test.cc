@@ -35,5 +35,16 @@ TEST(ExplainsMost, HoldsOfModelsThatCannotBeFollowed) {
   EXPECT_FALSE(ExplainsMost(Of({100.0}), Of({60.0})));
 }
 
+// By the mean over joints of what is left of each one's mean square.
+TEST(ExplainsMostEffort, IsThreeQuartersOfTheMeanSquares) {
+  Fit given{Model(Mechanism())}, found = given;
+  EXPECT_FALSE(ExplainsMostEffort(given, found));  // no efforts
+  given.effort = {{"a", 10.0, 90.0}, {"b", 2.0, 50.0}};
+  found.effort = {{"a", 1.0, 9.0}, {"b", 1.2, 30.0}};  // 0.01 and 0.36
+  EXPECT_TRUE(ExplainsMostEffort(given, found));
+  found.effort[1].rms = 1.6;  // 0.64: 0.325 on the average
+  EXPECT_FALSE(ExplainsMostEffort(given, found));
+}
+
 }  // namespace
 }  // namespace sysid

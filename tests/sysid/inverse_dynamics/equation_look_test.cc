@@ -146,6 +146,50 @@ TEST(LookByEquations, AsksTheBodiesOfAnArm) {
   }
 }
 
+// Friction that a URDF gives is often a placeholder: it is free.
+TEST(LookByEquations, FreesTheFrictionThatAnArmIsGiven) {
+  HiddenDrives hidden(1e-5);
+  Model start = hidden.arm->truth;
+  for (int i = 0; i < 3; ++i) {
+    start.SetEffectParameter(JointName(i) + ".damping", 7.0);
+  }
+  const EquationLook look = hidden.LookFrom(start);
+  EXPECT_TRUE(look.is_arm);
+  EXPECT_THAT(look.given_laws, SizeIs(9));
+  EXPECT_THAT(NamesOf(look), SizeIs(::testing::Le(2)))
+      << ::testing::PrintToString(NamesOf(look));
+  std::vector<FreeParameter> free;
+  EstimationOptions options;
+  AddWhatArmsHave(look, start, &free, &options);
+  EXPECT_THAT(free, SizeIs(9 + 10 * look.bodies.size()));
+  EXPECT_THAT(options.no_efforts, IsEmpty());
+}
+
+// A tilt across the plane of the joints is no force; the reference of a spring
+// is one only where the spring is there.
+TEST(LookByEquations, LeavesOutParametersThatAreNoForce) {
+  const Catalogue catalogue;
+  for (const std::string planted : {"spring@joint2", "gravity_tilt@base"}) {
+    const bool spring = planted == "spring@joint2";
+    const Model truth = Shipped(
+        "pendulum2_planar", {planted},
+        {{spring ? "joint2.stiffness" : "gravity_tilt_x", spring ? 0.5 : 0.2},
+         {spring ? "joint2.spring_reference" : "gravity_tilt_y", 0.2}});
+    SimulationOptions options;
+    options.noise = 1e-5;
+    options.excitation = Excitation::kMultisine;
+    options.excitation_level = 0.3;
+    const sysid::Run run = Simulate(truth, RandomState(truth, 0.3, 1), options);
+    const Model model = Shipped("pendulum2_planar");
+    const EquationLook look = LookByEquations(
+        ShootingProblem(model, {}, {run}, {}),
+        {catalogue.Make(planted, model.mechanism(), "test")}, {}, kFew);
+    ASSERT_THAT(look.effects, SizeIs(1)) << planted;
+    EXPECT_THAT(look.effects[0].without_influence, SizeIs(spring ? 0 : 1));
+    EXPECT_THAT(look.effects[0].parameters, SizeIs(spring ? 2 : 1));
+  }
+}
+
 TEST(LookByEquations, RejectsAnEffortThatIsNone) {
   HiddenDrives hidden(1e-5);
   hidden.arm->run.effort.col(2) *= 0.003;

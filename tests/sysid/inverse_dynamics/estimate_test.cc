@@ -144,5 +144,46 @@ TEST_F(EstimateTest, TheBodyOfTheUrdfCountsWhereverTheSearchBegins) {
   EXPECT_LT((found.xi - Xi0()).head(10).norm(), 1e-3 * Xi0().head(10).norm());
 }
 
+// (11.18) is the second derivative of (11.8), along any change.
+TEST_F(EstimateTest, TheCurvatureOfTheEntropyIsThatOfItsDifferences) {
+  const Inertial<double>& body = model_.nominal().links[2];
+  const Eigen::MatrixXd curvature = EntropyCurvature(body);
+  ASSERT_EQ(curvature.rows(), 10);
+  const Eigen::VectorXd xi0 = Xi0().head(10);
+  const Eigen::Matrix4d inverse = PseudoInertia(xi0).inverse();
+  const auto D = [&](const Eigen::VectorXd& xi) {
+    const Eigen::Matrix4d M = inverse * PseudoInertia(xi);
+    return M.trace() - std::log(M.determinant()) - 4.0;
+  };
+  for (int k = 0; k < 10; ++k) {
+    // Each coordinate, and all at once.
+    Eigen::VectorXd x =
+        Eigen::VectorXd::Unit(10, k) / std::sqrt(curvature(k, k));
+    if (k == 9) x = 0.3 * xi0;
+    constexpr double kStep = 1e-3;
+    const double second =
+        (D(xi0 + kStep * x) - 2.0 * D(xi0) + D(xi0 - kStep * x)) /
+        (kStep * kStep);
+    const double expected = x.dot(curvature * x);
+    EXPECT_NEAR(second, expected, 1e-4 * expected) << k;
+  }
+  EXPECT_EQ(EntropyCurvature(Inertial<double>()).size(), 0);
+}
+
+// The more a body of the URDF counts, the less of it the data moves.
+TEST_F(EstimateTest, ABodyThatCountsMoreMovesLess) {
+  const Eigen::VectorXd change = 0.2 * Xi0();
+  const auto moved = [&](double body_weight) {
+    EstimationOptions options = problem_.options();
+    options.body_weight = body_weight;
+    const ShootingProblem problem = problem_.With(options);
+    const RegressionEstimate found = EstimateByRegression(
+        problem, coordinates_, Knowing(change, 30.0), problem.InitialTheta());
+    EXPECT_TRUE(found.converged);
+    return (found.xi - Xi0()).head(10).norm();
+  };
+  EXPECT_LT(moved(1e4), 0.5 * moved(1e-2));
+}
+
 }  // namespace
 }  // namespace sysid

@@ -68,6 +68,40 @@ TEST_F(ProposalsTest, AreInTheSentenceOfWhatIsUnexplained) {
                         "1.25)."));
 }
 
+TEST_F(ProposalsTest, OfChosenCandidatesTheCatalogueIsNotBlamed) {
+  diagnosis_.verdict = Verdict::kUnexplained;
+  EXPECT_THAT(DiagnosisSentence(diagnosis_),
+              HasSubstr("no effect of the catalogue explains it"));
+  diagnosis_.narrowed = true;
+  EXPECT_THAT(DiagnosisSentence(diagnosis_),
+              HasSubstr("none of the chosen candidates explains it"));
+}
+
+// Of an arm: efforts in per cent, what is missing, and what of the URDF is not
+// this machine's.
+TEST(ArmSentence, SaysWhatIsLeftOfTheEfforts) {
+  Diagnosis diagnosis(Shipped("pendulum1"));
+  diagnosis.by_equations = true;
+  diagnosis.base.fit.effort = {{"joint1", 5.0, 89.72}};
+  diagnosis.verdict = Verdict::kMissingEffect;
+  diagnosis.proposed = {"viscous_damping@joint1"};
+  diagnosis.look.bodies = {1};
+  EXPECT_EQ(DiagnosisSentence(diagnosis),
+            "The equations of motion leave of the efforts joint1 89.7 % (rms): "
+            "missing are viscous_damping@joint1, and the bodies are not those "
+            "of the URDF.");
+  diagnosis.verdict = Verdict::kUnexplained;
+  diagnosis.look = {};
+  EXPECT_THAT(DiagnosisSentence(diagnosis),
+              HasSubstr("no effects of the catalogue explain most of that"));
+  FreeParameter law;
+  law.parameter.name = "joint1.damping";
+  diagnosis.look.given_laws = {law};
+  EXPECT_THAT(DiagnosisSentence(diagnosis),
+              HasSubstr("the friction of the URDF is not this machine's (free "
+                        "joint1.damping)"));
+}
+
 // Where the values rise towards zero their size falls.
 TEST(StandInSentence, SaysHowTheValueOrItsSizeChanges) {
   Diagnosis diagnosis(Shipped("pendulum1"));
