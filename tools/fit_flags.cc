@@ -36,6 +36,7 @@ DEFINE_double(noise, 0, "standard deviation of a measurement");
 DEFINE_string(residual, "", "heading or rotation");
 DEFINE_string(loss, "", "none, huber or cauchy");
 DEFINE_string(check, "all", "none, numbers or all");
+DEFINE_double(time, 0, "longest duration, s; 0: as long as it takes");
 DEFINE_int32(threads, 0, "worker threads; 0: all cores");
 DEFINE_uint64(seed, 1, "every random draw derives from it");
 DEFINE_string(json, "", "result as JSON; - is standard output");
@@ -116,6 +117,7 @@ FitRequest RequestFromFlags() {
   if (FlagGiven("step")) request.step = FLAGS_step;
   if (FlagGiven("segment")) request.segment = FLAGS_segment;
   if (FlagGiven("noise")) request.noise = FLAGS_noise;
+  if (FlagGiven("time")) request.time = FLAGS_time;
   ReadWords(&request);
   return request;
 }

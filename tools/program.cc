@@ -253,8 +253,8 @@ int RunProgram(int argc, char** argv, const std::string& help,
     return kExitBadInput;
   } catch (const Cancelled&) {
     std::fprintf(stderr,
-                 "error: interrupted before there was a first point: nothing "
-                 "was fitted, and no file was written\n");
+                 "error: stopped before there was a first point: nothing was "
+                 "fitted, and no file was written\n");
     return kExitNoResult;
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr, "error: out of memory\n");

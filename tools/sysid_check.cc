@@ -8,6 +8,7 @@
 #include "models/printable.h"
 #include "sysid/checks/check.h"
 #include "sysid/checks/remedy.h"
+#include "sysid/estimation/time_limit.h"
 #include "sysid/io/unreadable_run.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/findings.h"
@@ -15,6 +16,7 @@
 #include "sysid/session/check_session.h"
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/law_values.h"
+#include "sysid/session/session_options.h"
 #include "tools/fit_flags.h"
 #include "tools/program.h"
 
@@ -129,10 +131,16 @@ int Main() {
   PrintNotices(session.notices, session.run_names);
   std::vector<std::string> runs = request.traj;
   runs.insert(runs.end(), request.holdout.begin(), request.holdout.end());
+  const TimeLimit limit({}, DurationOf(request));
+  session.options.stop = limit.stop();
+  const size_t noticed = session.notices.size();
   CheckResult result = CheckSession(&session);
   result.findings = FindingsOf(refused, runs, session);
   result.findings.insert(result.findings.end(), session.findings.begin(),
                          session.findings.end());
+  if (limit.stopped_by() == StoppedBy::kTime) {
+    PrintNotices(session.notices, session.run_names, noticed);
+  }
   const std::string json =
       CheckJson(session.model_name, runs, result, session.notices);
   GiveResult(

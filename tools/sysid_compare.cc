@@ -7,12 +7,14 @@
 
 #include "gflags/gflags.h"
 #include "models/error.h"
+#include "sysid/estimation/time_limit.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/write_file.h"
 #include "sysid/report/comparison_report.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/free_choice.h"
 #include "sysid/session/named_values.h"
+#include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
 #include "sysid/session/stochastic_session.h"
 #include "sysid/stochastic/rollout_gradient.h"
@@ -45,6 +47,7 @@ constexpr char kHelp[] =
   --learning_rate 0.1  --schedule cosine|exponential|constant  --epochs 150
   --huber D  --from_rest  --kernels 3  --draws 16  --spread 0.3  --online
                              of Adam and the mixture, as of sysid_fit
+  --time S                   at most so long, s: the starts that ended by then
   --truth a=1,b=2            true values, if known: distances are to these
                              (default: to what Levenberg-Marquardt finds)
   --repeat N                 N starts and seeds: the given start, then others
@@ -147,12 +150,16 @@ int Main(ProcessGroup* group) {
     CheckFigure(request);
   });
   Watch watch(&session.options);
+  const TimeLimit limit(session.options.stop,
+                        kShareOfWork * DurationOf(request));
+  session.options.stop = limit.stop();
   CheckSessionNumbers(&session);
   NoteMovedStarts(&session);
   PrintNotices(session.notices, session.run_names);
   const ShootingProblem problem(session.model, session.free, session.runs,
                                 session.options);
-  const Comparison comparison = CompareSolvers(problem, options);
+  Comparison comparison = CompareSolvers(problem, options);
+  comparison.stopped_by = limit.stopped_by();
   if (group != nullptr) group->Finish();
   if (!is_first) return kExitDone;
   watch.ClearLine();
@@ -175,9 +182,11 @@ int Main(ProcessGroup* group) {
                 WritesFiles() || !FLAGS_figure.empty());
   const int starts = static_cast<int>(comparison.trials.size());
   if (starts < comparison.asked) {
-    std::fprintf(stderr, "error: interrupted after %d of %d starts\n", starts,
-                 comparison.asked);
-    return kExitNoResult;
+    const bool out_of_time = comparison.stopped_by == StoppedBy::kTime;
+    std::fprintf(stderr, "%s after %d of %d starts\n",
+                 out_of_time ? "note: out of time" : "error: interrupted",
+                 starts, comparison.asked);
+    if (!out_of_time) return kExitNoResult;
   }
   for (const SolverRun& run : comparison.runs) {
     if (run.fit.converged) continue;

@@ -39,6 +39,8 @@ constexpr char kHelp[] =
 
 constexpr char kHelpOnResults[] =
     R"(  --check none|numbers|all   of the recordings (default: all)
+  --time S                   at most so long, s: what was judged by then
+                             (default: with --auto 300)
   --json FILE|-              machine-readable result
   --out DIR                  report.html to look at, diagnosis.json, fit.json,
                              prediction.csv, identified.urdf
@@ -87,7 +89,7 @@ void WriteOutputs(const DiagnoseResult& result, const NextCommands& next,
     WriteModelFiles(ShowFinal(*result.final, 0));
   } else {
     std::fprintf(stderr,
-                 "note: interrupted before the last fit: fit.json, "
+                 "note: stopped before the last fit: fit.json, "
                  "prediction.csv and identified.urdf are not written\n");
   }
   PageSource source = PageFromFlags("sysid_diagnose", result.session);
@@ -120,7 +122,7 @@ int Main(ProcessGroup* group) {
         return DiagnosisText(result, next, colour);
       });
   const Diagnosis& diagnosis = result.diagnosis;
-  if (!diagnosis.interrupted.empty()) {
+  if (diagnosis.stopped_by == StoppedBy::kUser) {
     watch.SayKept("what was judged so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: interrupted while %s\n",
                  diagnosis.interrupted.c_str());

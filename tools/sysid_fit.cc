@@ -57,6 +57,7 @@ constexpr char kHelp[] =
   --residual heading|rotation    --loss none|huber|cauchy
   --check none|numbers|all   of the recordings (default: all)
   --threads N (default: all cores)    --seed N    --skip_bad_runs
+  --time S                   at most so long, s: the best point by then
   --json FILE|-              machine-readable result
   --out DIR  --resume        report.html to look at, fit.json, prediction.csv,
                              identified.urdf; go on there with a killed fit
@@ -151,9 +152,6 @@ IdentifyRequest IdentifyRequestFromFlags(ProcessGroup* group, Watch* watch) {
   if (!FLAGS_out.empty()) request.checkpoint = FLAGS_out + "/checkpoint.cbor";
   request.resume = FLAGS_resume;
   request.callbacks = CallbacksFromFlags(request, group, watch, CheckFlags);
-  if (group != nullptr) {
-    request.callbacks.stop = group->StopTogether(watch->stop());
-  }
   return request;
 }
 
@@ -202,7 +200,7 @@ int Main(ProcessGroup* group) {
     }
   }
   const Fit& fit = result.fit();
-  if (!fit.converged) {
+  if (!result.IsAnswer()) {
     watch.SayKept("the best point so far", WritesFiles());
     std::fprintf(stderr, "error: no usable result: %s\n",
                  fit.termination.c_str());
@@ -210,7 +208,8 @@ int Main(ProcessGroup* group) {
   if (!samples.failure.empty()) {
     std::fprintf(stderr, "error: no samples: %s\n", samples.failure.c_str());
   }
-  return fit.converged && samples.failure.empty() ? kExitDone : kExitNoResult;
+  return result.IsAnswer() && samples.failure.empty() ? kExitDone
+                                                      : kExitNoResult;
 }
 
 }  // namespace

@@ -81,6 +81,10 @@ int Main() {
     throw InputError("--json", "is nothing that sysid_studio writes",
                      "--out saves the session");
   }
+  if (FlagGiven("time")) {
+    throw InputError("--time", "has no meaning here",
+                     "a fit of the page ends by its button");
+  }
   StudioSetup setup = OpenSetup();
   const std::vector<std::string> notices = setup.session.notices;
   const sigset_t interrupts = BlockInterrupts();
@@ -107,5 +111,5 @@ int main(int argc, char** argv) {
   return sysid::RunProgram(argc, argv,
                            std::string(sysid::kHelp) +
                                sysid::kDiagnosisFlagsHelp + sysid::kHelpOnExit,
-                           sysid::Main, {"json", "solver"});
+                           sysid::Main, {"json", "solver", "time"});
 }

@@ -5,14 +5,21 @@
 
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
+#include "sysid/estimation/time_limit.h"
 #include "sysid/session/check_session.h"
+#include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
 
 namespace sysid {
 namespace {
 
+// Of the time for all work: the rest is for the last fit and the experiment.
+constexpr double kShareOfSearch = 0.75;
+// A whole arm's search has ended long before.
+constexpr double kLongestAuto = 300.0;  // s
+
 // The last fit, as far as it came; none where that is nowhere.
-std::optional<FinalFit> FitFinalUnlessInterrupted(DiagnoseResult* result) {
+std::optional<FinalFit> FitFinalUnlessStopped(DiagnoseResult* result) {
   std::optional<FinalFit> final;
   try {
     final = FitFinal(result->session, result->problem, result->diagnosis);
@@ -22,13 +29,11 @@ std::optional<FinalFit> FitFinalUnlessInterrupted(DiagnoseResult* result) {
     }
   } catch (const Cancelled&) {
   }
-  Diagnosis* const diagnosis = &result->diagnosis;
-  diagnosis->interrupted = "fitting whole runs, the last step";
-  diagnosis->doubts.push_back("interrupted while " + diagnosis->interrupted);
+  result->diagnosis.interrupted = "fitting whole runs, the last step";
   return final;
 }
 
-std::optional<NextExperiment> ChooseExperimentUnlessInterrupted(
+std::optional<NextExperiment> ChooseExperimentUnlessStopped(
     const Catalogue& catalogue, DiagnoseResult* result) {
   try {
     return ChooseExperiment(catalogue, result->session, result->problem,
@@ -37,6 +42,21 @@ std::optional<NextExperiment> ChooseExperimentUnlessInterrupted(
     result->diagnosis.interrupted = "choosing the next experiment";
     return std::nullopt;
   }
+}
+
+// Says who stopped what was being done, and that not all was judged. What the
+// search judged stands where only what follows it ran out of time.
+void SayStopped(const DiagnoseRequest& request, bool search_ended,
+                Diagnosis* diagnosis) {
+  if (diagnosis->interrupted.empty()) return;
+  const bool asked = request.callbacks.stop.stop_requested();
+  diagnosis->stopped_by = asked ? StoppedBy::kUser : StoppedBy::kTime;
+  const std::string how = asked ? "interrupted" : OutOfTime(*request.time);
+  diagnosis->doubts.insert(
+      diagnosis->doubts.begin(),
+      how + " while " + diagnosis->interrupted +
+          (search_ended ? "" : ": the search is not complete"));
+  if (search_ended && !asked) diagnosis->interrupted.clear();
 }
 
 // Whether something is left to explain: what an effect explains is no fault of
@@ -55,6 +75,10 @@ FitOutcome WhatIsLeft(const Diagnosis& diagnosis) {
 
 DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
   const double start_s = Now();
+  if (request.add_found && !request.time) request.time = kLongestAuto;
+  const double duration = kShareOfWork * DurationOf(request);
+  const TimeLimit limit(request.callbacks.stop, duration);
+  const TimeLimit search(limit.stop(), kShareOfSearch * duration);
   request.may_free_nothing = true;
   request.assumes_inertia = true;
   DiagnoseResult result(OpenSession(request, catalogue));
@@ -67,7 +91,8 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
   const Processes& all =
       request.started_with != nullptr ? *request.started_with : Alone();
   session->options.keep_best = true;
-  session->options.stop = result.problem.options.stop = request.callbacks.stop;
+  session->options.stop = limit.stop();
+  result.problem.options.stop = search.stop();
   session->options.progress = result.problem.options.progress =
       request.callbacks.progress;
   CheckSessionNumbers(session);
@@ -84,13 +109,17 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
   options.keep_evaluated = true;
   result.diagnosis = Diagnose(result.problem, candidates, options);
   result.diagnosis.narrowed = !request.candidates.empty();
+  Diagnosis* const diagnosis = &result.diagnosis;
+  const bool search_ended = diagnosis->interrupted.empty();
+  // Out of time, what the search had found is fitted all the same.
   if ((request.add_found || request.fit_whole_runs) &&
-      result.diagnosis.interrupted.empty()) {
-    result.final = FitFinalUnlessInterrupted(&result);
+      !request.callbacks.stop.stop_requested()) {
+    result.final = FitFinalUnlessStopped(&result);
   }
-  if (result.diagnosis.interrupted.empty()) {
-    result.experiment = ChooseExperimentUnlessInterrupted(catalogue, &result);
+  if (diagnosis->interrupted.empty()) {
+    result.experiment = ChooseExperimentUnlessStopped(catalogue, &result);
   }
+  SayStopped(request, search_ended, diagnosis);
   CheckSessionData(session, WhatIsLeft(result.diagnosis));
   if (result.final) {
     result.final->session.findings = session->findings;

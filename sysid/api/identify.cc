@@ -8,9 +8,11 @@
 #include "models/error.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
+#include "sysid/estimation/time_limit.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/fitted_base.h"
 #include "sysid/session/check_session.h"
+#include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
 #include "sysid/session/stochastic_session.h"
 #include "sysid/unexplained_force/discrepancy.h"
@@ -111,6 +113,23 @@ Solved SolveOrSay(const IdentifyRequest& request, const Session& session,
   }
 }
 
+// The trial of added effects; nothing where it takes more than its part of the
+// time, and the fit begins where it is told.
+std::optional<AddedEffects> TryAddedEffectsInTime(
+    const Catalogue& catalogue, const IdentifyRequest& request,
+    const Session& session) {
+  constexpr double kPart = 0.5;
+  const TimeLimit limit(session.options.stop, kPart * DurationOf(request));
+  Session limited = session;
+  limited.options.stop = limit.stop();
+  try {
+    return TryAddedEffects(catalogue, limited);
+  } catch (const Cancelled&) {
+    if (session.options.stop.stop_requested()) throw;
+    return std::nullopt;
+  }
+}
+
 Holdout PredictHeldOut(const Session& session, const ShootingProblem& problem,
                        const Fit& fit) {
   const auto held_out = MakeDataSetLike(session.model, session.holdout,
@@ -136,7 +155,8 @@ void Complete(const ShootingProblem& problem, SolverKind kind, Fit* fit) {
 
 // The session as it is read and checked, all that its user should know first in
 // its notices.
-Session Open(const IdentifyRequest& request, const Catalogue& catalogue) {
+Session Open(const IdentifyRequest& request, const Catalogue& catalogue,
+             const std::stop_token& stop) {
   CheckProcesses(request);
   Session session = OpenSession(request, catalogue);
   if (request.processes != nullptr) CheckSharedSession(catalogue, session);
@@ -145,7 +165,7 @@ Session Open(const IdentifyRequest& request, const Catalogue& catalogue) {
   if (session.solver == "gmm") CheckMixtureSize(session, request.mixture);
   session.options.keep_best = true;
   session.options.progress = request.callbacks.progress;
-  session.options.stop = request.callbacks.stop;
+  session.options.stop = stop;
   CheckSessionNumbers(&session);
   if (FindSolver(session.solver).kind == SolverKind::kStochastic) {
     NoteMovedStarts(&session);
@@ -159,10 +179,13 @@ IdentifyResult Identify(IdentifyRequest request, const Catalogue& catalogue) {
   const double start_s = Now();
   request.any_solver = true;
   request.may_free_nothing = true;
-  Session session = Open(request, catalogue);
+  const Processes& all =
+      request.processes != nullptr ? *request.processes : Alone();
+  const TimeLimit limit(request.callbacks.stop,
+                        kShareOfWork * DurationOf(request));
+  Session session = Open(request, catalogue, all.StopTogether(limit.stop()));
   request.runs.clear();
   request.holdout_runs.clear();
-  const Processes& all = ProcessesOf(session.options);
   DoAlike(all, [&] {
     if (request.callbacks.ready) request.callbacks.ready(session);
   });
@@ -172,7 +195,7 @@ IdentifyResult Identify(IdentifyRequest request, const Catalogue& catalogue) {
   // they are told, or where the equations of motion begin a fit.
   std::optional<AddedEffects> added;
   if (kind == SolverKind::kShooting && request.processes == nullptr) {
-    added = TryAddedEffects(catalogue, session);
+    added = TryAddedEffectsInTime(catalogue, request, session);
   }
   if (added) session = StartedFrom(*added, session);
   const auto problem = std::make_shared<const ShootingProblem>(
@@ -183,6 +206,12 @@ IdentifyResult Identify(IdentifyRequest request, const Catalogue& catalogue) {
                         std::move(solved),  std::nullopt,       added,
                         checkpoint};
   Fit* const fit = &result.solved.fit;
+  if (!fit->converged && result.session.options.stop.stop_requested()) {
+    fit->stopped_by = limit.stopped_by();
+    if (fit->stopped_by == StoppedBy::kTime) {
+      fit->termination = OutOfTime(*request.time) + ", " + fit->termination;
+    }
+  }
   if (checkpoint != nullptr && !checkpoint->trouble().empty()) {
     result.session.notices.push_back("the last stages are in no checkpoint: " +
                                      checkpoint->trouble());

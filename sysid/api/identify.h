@@ -51,6 +51,11 @@ struct IdentifyResult {
   std::shared_ptr<const Checkpoint> checkpoint;
 
   const Fit& fit() const { return solved.fit; }
+  // A fit that ran out of time is an answer where stages of it ended before.
+  bool IsAnswer() const {
+    return fit().converged ||
+           (fit().stopped_by == StoppedBy::kTime && fit().stages > 0);
+  }
 };
 
 // Throws InputError for what is wrong with the request or what it names, at the

@@ -385,12 +385,7 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
       interrupted = true;
     }
   }
-  if (interrupted) {
-    diagnosis.interrupted = doing;
-    diagnosis.doubts.insert(
-        diagnosis.doubts.begin(),
-        "interrupted while " + doing + ": the search is not complete");
-  }
+  if (interrupted) diagnosis.interrupted = doing;
   return diagnosis;
 }
 

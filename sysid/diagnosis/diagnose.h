@@ -52,6 +52,9 @@ struct Diagnosis {
   // had judged by then stands, the verdict says nothing of the rest. Else
   // empty.
   std::string interrupted;
+  // Who stopped it, or what was to follow. Out of time, what was judged by then
+  // is the answer.
+  StoppedBy stopped_by = StoppedBy::kNobody;
   EvaluatedModel base;
   Where where;                              // of the base
   std::vector<CandidateEffect> candidates;  // best first

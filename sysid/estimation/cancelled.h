@@ -20,6 +20,13 @@ inline void ThrowIfCancelled(const std::stop_token& stop) {
   if (stop.stop_requested()) throw Cancelled();
 }
 
+// Who ended a work before it was through.
+enum class StoppedBy { kNobody, kTime, kUser };
+// As results say it: "", "time", "user".
+inline std::string ToString(StoppedBy by) {
+  return by == StoppedBy::kTime ? "time" : by == StoppedBy::kUser ? "user" : "";
+}
+
 // What Fit::termination says of a fit that was stopped: "while joined segments"
 // is `when`.
 inline std::string InterruptedWords(const std::string& when) {

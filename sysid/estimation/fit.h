@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/estimates.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/shooting_stage.h"
@@ -42,8 +43,11 @@ struct BaseParameter {
 struct Fit : Estimates {
   std::string solver = "lm";
   bool converged = false;
-  std::string termination;  // in words; where it failed: why
+  std::string termination;                    // in words; where it failed: why
+  StoppedBy stopped_by = StoppedBy::kNobody;  // then it has not converged
   int iterations = 0;
+  // That ended by themselves: of what was stopped in the first, none.
+  int stages = 0;
   // Times that all data was rolled out, with or without derivatives.
   int evaluations = 0;
   // Of the fit; a program makes it its own, and all threads' processor time.

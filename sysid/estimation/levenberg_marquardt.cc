@@ -196,6 +196,7 @@ Fit Finish(const Stages& stages, const Ended& ended) {
   fit.converged = ended.last.converged;
   fit.termination = ended.last.message;
   fit.iterations = stages.iterations;
+  fit.stages = stages.ended;
   fit.evaluations = stages.evaluations;
   fit.history = stages.history;
   double states = 0.0;  // that were estimated

@@ -1,17 +1,15 @@
 #include "sysid/estimation/parallel.h"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
-#include <csignal>
 #include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
 
 #include "sysid/estimation/cancelled.h"
+#include "sysid/estimation/no_signals.h"
 
 namespace sysid {
 namespace {
@@ -51,11 +49,7 @@ class Helpers {
     const std::lock_guard<std::mutex> lock(mutex_);
     open_.push_back(call);
     places_ += call->places_;
-    // They take no signals: a program that awaits one elsewhere (Ctrl-C) would
-    // be ended by it here.
-    sigset_t all, before;
-    sigfillset(&all);
-    pthread_sigmask(SIG_SETMASK, &all, &before);
+    const NoSignals in_them;
     try {
       for (; idle_ < places_; ++idle_) {
         std::thread(&Helpers::Help, this).detach();
@@ -63,7 +57,6 @@ class Helpers {
     } catch (const std::exception&) {
       // No more threads to be had: those that are there do it.
     }
-    pthread_sigmask(SIG_SETMASK, &before, nullptr);
     wake_.notify_all();
   }
 

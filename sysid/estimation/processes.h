@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,11 @@ class Processes {
   virtual std::vector<std::string> Gather(const std::string& own) const = 0;
   // What the first one says.
   virtual std::string Share(const std::string& own) const = 0;
+  // Asked to stop where any process's `mine` was: by all at the same point of
+  // their work, a call of the above.
+  virtual std::stop_token StopTogether(const std::stop_token& mine) const {
+    return mine;
+  }
 };
 
 // One process with all runs.

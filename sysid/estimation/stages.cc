@@ -164,6 +164,7 @@ StageSummary Stages::Run(const StageGoal& goal) {
     return Minimise(goal);
   });
   defect_ = goal.defect;
+  ++ended;
   Measure();
   return done;
 }

@@ -104,6 +104,7 @@ class Stages {
   std::vector<HistoryEntry> history;
   int iterations = 0;
   int evaluations = 0;
+  int ended = 0;  // stages
 
  private:
   // A stage from the log, or by `run`.

@@ -15,9 +15,9 @@ namespace sysid {
 // keeping. That is short, but of a model that needs tiny steps.
 class StopLater {
  public:
-  // Slurm kills 30 s after its SIGTERM; there are two of these, and files to
-  // write.
-  static constexpr std::chrono::milliseconds kGrace{5000};
+  // A program ends within a second of Ctrl-C: there are two of these, and files
+  // to write.
+  static constexpr std::chrono::milliseconds kGrace{200};
 
   explicit StopLater(std::stop_token first,
                      std::chrono::milliseconds later = kGrace)

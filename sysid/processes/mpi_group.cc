@@ -127,7 +127,7 @@ class MpiGroup final : public ProcessGroup {
     return text;
   }
 
-  std::stop_token StopTogether(const std::stop_token& mine) override {
+  std::stop_token StopTogether(const std::stop_token& mine) const override {
     stop_ = mine;
     return together_.get_token();
   }
@@ -164,7 +164,7 @@ class MpiGroup final : public ProcessGroup {
   MPI_Datatype long_sum_ = MPI_DATATYPE_NULL;
   MPI_Op add_ = MPI_OP_NULL;
   bool finished_ = false;
-  std::stop_token stop_;
+  mutable std::stop_token stop_;
   mutable std::stop_source together_;
 };
 

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <memory>
-#include <stop_token>
 
 #include "sysid/estimation/processes.h"
 
@@ -24,10 +23,6 @@ class ProcessGroup : public Processes,
   virtual int Run(const std::function<int()>& program) = 0;
   // To be called by the work where it is through all calls of Processes.
   virtual void Finish() = 0;
-
-  // Asked to stop where any process's `mine` was: by all at the same point of
-  // their work, a call of Processes.
-  virtual std::stop_token StopTogether(const std::stop_token& mine) = 0;
 
   // Cores of this machine for each of its processes.
   virtual int CoresEach() const = 0;

@@ -54,6 +54,7 @@ std::string ComparisonJson(const Session& session,
   json["start"] = Finite(comparison.start);
   json["reference"] = Finite(comparison.reference);
   json["reference_is_truth"] = comparison.reference_is_truth;
+  json["stopped"] = StoppedJson(comparison.stopped_by);
   json["solvers"] = List(comparison.runs, OfSolver);
   json["uncertainty"] =
       List(comparison.uncertainty, [](const UncertaintyComparison& u) -> Json {

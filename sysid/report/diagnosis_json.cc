@@ -126,6 +126,7 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
   json["segment_s"] = Finite(diagnosis.base.fit.segment_s);
   json["verdict"] = ToString(diagnosis.verdict);
   json["sentence"] = DiagnosisSentence(diagnosis);
+  json["stopped"] = StoppedJson(diagnosis.stopped_by);
   json["interrupted"] = nullptr;
   if (!diagnosis.interrupted.empty()) {
     json["interrupted"] = diagnosis.interrupted;

@@ -488,8 +488,10 @@ std::string DiagnosisSentence(const Diagnosis& diagnosis) {
   }
   std::string text = ErrorAsGiven(diagnosis);
   if (!diagnosis.interrupted.empty()) {
-    text += ", and the search for what is missing was interrupted while " +
-            diagnosis.interrupted;
+    text += diagnosis.stopped_by == StoppedBy::kTime
+                ? ", and time ran out while "
+                : ", and the search for what is missing was interrupted while ";
+    text += diagnosis.interrupted;
     if (!diagnosis.proposed.empty()) {
       text +=
           "; " + Join(diagnosis.proposed, " and ") + " was the best by then";

@@ -100,6 +100,7 @@ std::string FitJson(const Session& session, const ShootingProblem& problem,
   json["solver"] = fit.solver;
   json["converged"] = fit.converged;
   json["termination"] = fit.termination;
+  json["stopped"] = StoppedJson(fit.stopped_by);
   json["iterations"] = fit.iterations;
   json["wall_time_s"] = fit.wall_time_s;
   json["cpu_time_s"] = fit.cpu_time_s;

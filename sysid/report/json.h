@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/evaluation.h"
 #include "sysid/estimation/fit.h"
 #include "sysid/linearization/residual_tests.h"
@@ -30,6 +31,10 @@ Json Finite(const List& values) {
 }
 inline Json Finite(const Eigen::MatrixXd& rows) {
   return Finite(rows.rowwise());
+}
+
+inline Json StoppedJson(StoppedBy by) {
+  return by == StoppedBy::kNobody ? Json(nullptr) : Json(ToString(by));
 }
 
 // A list of what `item` makes of each.

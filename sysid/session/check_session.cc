@@ -5,6 +5,7 @@
 
 #include "models/error.h"
 #include "sysid/checks/remedy.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/hypotheses/check_data.h"
 #include "sysid/hypotheses/constants.h"
 #include "sysid/hypotheses/work.h"
@@ -84,8 +85,15 @@ size_t CheckSessionData(Session* session, const FitOutcome& outcome) {
     return before;
   }
   const std::vector<Finding> numbers = session->findings;
-  const CheckResult result =
-      CheckData(InputOf(*session), numbers, hypotheses::kBudget * outcome.work);
+  CheckResult result;
+  try {
+    result = CheckData(InputOf(*session), numbers,
+                       hypotheses::kBudget * outcome.work);
+  } catch (const Cancelled&) {
+    session->notices.push_back(
+        "stopped while the data was checked; sysid_check does it");
+    return before;
+  }
   session->findings = result.findings;
   std::vector<Finding> fresh;
   for (const Finding& finding : result.findings) {
@@ -103,8 +111,14 @@ size_t CheckSessionData(Session* session, const FitOutcome& outcome) {
 
 CheckResult CheckSession(Session* session) {
   const CheckInput input = InputOf(*session);
-  CheckResult result = CheckData(input, CheckNumbers(input),
-                                 std::numeric_limits<double>::infinity());
+  const std::vector<Finding> numbers = CheckNumbers(input);
+  CheckResult result;
+  try {
+    result = CheckData(input, numbers, std::numeric_limits<double>::infinity());
+  } catch (const Cancelled&) {
+    result.findings = numbers;
+    session->notices.push_back("out of time: the numbers alone were checked");
+  }
   session->findings = result.findings;
   session->checked = true;
   Note(session->findings, session);

@@ -78,6 +78,8 @@ struct FitRequest {
   // a measurement, rad or m. Positive.
   std::optional<double> step, segment, noise;
   int threads = 0;  // 0: all cores
+  // Longest duration of the whole work, s: what there is by then is the result.
+  std::optional<double> time;
   // Not given: all of it, and the numbers where several processes fit.
   std::optional<CheckLevel> check;
 

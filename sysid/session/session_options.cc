@@ -207,6 +207,17 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
       request.processes == nullptr ? CheckLevel::kAll : CheckLevel::kNumbers);
 }
 
+double DurationOf(const FitRequest& request) {
+  if (!request.time) return kInfinity;
+  if (*request.time > 0) return *request.time;
+  throw InputError("--time", "cannot be " + ShortestText(*request.time),
+                   "it is a duration in seconds, above 0");
+}
+
+std::string OutOfTime(double seconds) {
+  return "out of time (--time " + ShortestText(seconds) + ")";
+}
+
 void FillLengths(const FitRequest& request, const FitSpecification& spec,
                  Session* session) {
   const std::string hint = "give seconds, or leave it out: it is then chosen";

@@ -25,4 +25,12 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
 void FillLengths(const FitRequest& request, const FitSpecification& spec,
                  Session* session);
 
+// FitRequest::time, s; infinity where there is none. Throws InputError for one
+// that is not positive.
+double DurationOf(const FitRequest& request);
+// Of that for the work itself; the rest is for the reports.
+inline constexpr double kShareOfWork = 0.9;
+// What a result says of its end by that.
+std::string OutOfTime(double seconds);
+
 }  // namespace sysid

@@ -94,7 +94,8 @@ struct Comparison {
   std::vector<UncertaintyComparison> uncertainty;
   std::vector<ComparedStart> trials;  // the given start first
   int asked = 1;  // starts; fewer trials: the others were interrupted
-  std::optional<Landscape> landscape;  // of two parameters
+  std::optional<Landscape> landscape;         // of two parameters
+  StoppedBy stopped_by = StoppedBy::kNobody;  // for who asks to stop to say
 };
 
 // The problem is not changed: each solver gets its own. Of several processes

@@ -17,7 +17,6 @@
 #include "sysid/estimation/segmentation.h"
 #include "sysid/estimation/shooting_segment.h"
 #include "sysid/estimation/state_weights.h"
-#include "sysid/estimation/stop_later.h"
 #include "sysid/linearization/statistics.h"
 #include "sysid/unexplained_force/force_equations.h"
 
@@ -399,12 +398,11 @@ void AddDiscrepancyOf(const ShootingProblem& problem, Fit* fit) {
 void AddDiscrepancy(const ShootingProblem& given, Fit* fit) {
   if (!(fit->train.total.normalized_rms > NoiseFloor(fit->train.dof))) return;
   // A fit that may be stopped with a point to keep keeps it.
-  const StopLater later(given.options().stop);
-  const EstimationOptions options = WithGrace(given, later);
   try {
-    AddDiscrepancyOf(given.With(options).Weighing(fit->misfit), fit);
+    ThrowIfCancelled(given.options().stop);
+    AddDiscrepancyOf(given.Weighing(fit->misfit), fit);
   } catch (const Cancelled&) {
-    if (!options.keep_best) throw;
+    if (!given.options().keep_best) throw;
   }
 }
 

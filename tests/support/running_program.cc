@@ -117,14 +117,18 @@ bool RunningProgram::RunsUntil(const std::function<bool()>& holds) {
   return false;
 }
 
-bool RunningProgram::WorksFor(double cpu_s) {
+double RunningProgram::Worked() {
   clockid_t clock;
-  if (HasEnded() || clock_getcpuclockid(child_, &clock) != 0) return false;
-  return RunsUntil([&] {
-    timespec spent{};
-    return clock_gettime(clock, &spent) == 0 &&
-           static_cast<double>(spent.tv_sec) + 1e-9 * spent.tv_nsec >= cpu_s;
-  });
+  timespec spent{};
+  if (HasEnded() || clock_getcpuclockid(child_, &clock) != 0 ||
+      clock_gettime(clock, &spent) != 0) {
+    return 0.0;
+  }
+  return static_cast<double>(spent.tv_sec) + 1e-9 * spent.tv_nsec;
+}
+
+bool RunningProgram::WorksFor(double cpu_s) {
+  return RunsUntil([&] { return Worked() >= cpu_s; });
 }
 
 int RunningProgram::Await() {

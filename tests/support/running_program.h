@@ -31,6 +31,8 @@ class RunningProgram {
   void Signal(int signal);
   // Whether it has ended.
   bool HasEnded();
+  // For how many seconds of the processor it has worked; 0 once it has ended.
+  double Worked();
   // Waits until it has worked for so many seconds of the processor: false where
   // it ended before.
   bool WorksFor(double cpu_s);

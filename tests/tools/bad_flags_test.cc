@@ -71,6 +71,9 @@ TEST_F(BadFlagsTest, WrongNumbers) {
   ExpectFlags({"--step", "1e-9"}, "--step", "more than 1000 steps",
               "leave it out");
   ExpectFlags({"--segment", "-2"}, "--segment", "a positive number", "seconds");
+  ExpectFlags({"--time", "0"}, "--time", "cannot be 0", "above 0");
+  ExpectFlags({"--time", "-3"}, "--time", "cannot be -3", "above 0");
+  ExpectFlags({"--time", "soon"}, "--time", "cannot be 'soon'", "a number");
   ExpectFlags({"--threads", "-1"}, "--threads", "must not be negative",
               "0 means all cores");
   ExpectFlags({"--threads", "1.5"}, "--threads", "cannot be '1.5'",
