@@ -319,13 +319,18 @@ EvaluatedModel EvaluateByEquations(const DiagnosisProblem& problem,
   return after;
 }
 
-EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
-                              const EvaluatedModel& before, double segment_s,
-                              int most_iterations) {
+std::optional<EvaluatedModel> EvaluateLonger(const DiagnosisProblem& problem,
+                                             const EvaluatedModel& before,
+                                             double segment_s,
+                                             int most_iterations,
+                                             double worst) {
   EvaluatedModel after = OpenAgain(problem, before);
   Limit(most_iterations, 0.0, &after);
   // Rolled out to the new cuts with the step that served before.
   FitFrom(Recut(*after.problem, before.fit.point, segment_s), &after);
+  if (!after.fit.converged || !(after.train_error() <= worst)) {
+    return std::nullopt;
+  }
   Evaluate(problem, nullptr, &after);
   return after;
 }

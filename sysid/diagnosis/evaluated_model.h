@@ -108,11 +108,15 @@ bool IsAtNoiseFloor(const EvaluatedModel& evaluated);
 EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
                              EvaluatedModel evaluated);
 
-// The same model in longer segments, s, which show what adds up slowly; fitted
-// in so many iterations at most.
-EvaluatedModel EvaluateLonger(const DiagnosisProblem& problem,
-                              const EvaluatedModel& before, double segment_s,
-                              int most_iterations);
+// The same model in longer segments, s, which show what adds up slowly, fitted
+// in so many iterations at most. Nothing where that does not converge, or to an
+// error above `worst`: its held-out runs are not looked at, which of a motion
+// that is not followed takes longest.
+std::optional<EvaluatedModel> EvaluateLonger(const DiagnosisProblem& problem,
+                                             const EvaluatedModel& before,
+                                             double segment_s,
+                                             int most_iterations,
+                                             double worst);
 
 // The same model from one trajectory a run, joined over all segments. Where no
 // sensor sees a spin, the states of single segments may each be caught in a

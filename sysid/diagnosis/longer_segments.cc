@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "sysid/diagnosis/evaluated_model.h"
+#include "models/math/constants.h"
 #include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/estimation/run_parts.h"
 #include "sysid/estimation/segmentation.h"
@@ -58,11 +58,12 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
     return std::nullopt;
   }
   report("longer segments", now.train_error());
-  EvaluatedModel longer = EvaluateLonger(
-      problem, now, std::min(2.0 * length, longest), kMostIterationsToFollow);
-  if (longer.train_error() > kGrowth * now.train_error() ||
-      longer.holdout_error() > kGrowth * std::max(1.0, now.holdout_error()) ||
-      !Follows(longer) || longer.fit.segment_s < 1.1 * length) {
+  std::optional<EvaluatedModel> longer = EvaluateLonger(
+      problem, now, std::min(2.0 * length, longest), kMostIterationsToFollow,
+      kGrowth * now.train_error());
+  if (!longer ||
+      longer->holdout_error() > kGrowth * std::max(1.0, now.holdout_error()) ||
+      !Follows(*longer) || longer->fit.segment_s < 1.1 * length) {
     return std::nullopt;
   }
   return longer;
@@ -73,9 +74,11 @@ std::optional<EvaluatedModel> LengthenTo(const DiagnosisProblem& problem,
   while (!IsAsLong(now.fit.segment_s, length)) {
     if (!Follows(now)) return std::nullopt;
     const double before = now.fit.segment_s;
-    now = EvaluateLonger(problem, now, std::min(2.0 * before, length),
-                         kMostIterationsToFollow);
-    if (!(now.fit.segment_s > before)) return std::nullopt;
+    std::optional<EvaluatedModel> longer =
+        EvaluateLonger(problem, now, std::min(2.0 * before, length),
+                       kMostIterationsToFollow, kInfinity);
+    if (!longer || !(longer->fit.segment_s > before)) return std::nullopt;
+    now = *std::move(longer);
   }
   return now;
 }
