@@ -42,6 +42,11 @@ struct Input {
   std::vector<double> values;  // one a sample, none missing
 };
 
+// What is known of the motion at the first sample of a run, beside what was
+// measured: nothing; that nothing moved; that the first row's positions and
+// velocities are exact.
+enum class RunStart { kEstimated, kRest, kKnown };
+
 // A recording: what sysid_fit fits. SI units throughout.
 struct Run {
   std::string name;       // the file as the user gave it
@@ -52,6 +57,7 @@ struct Run {
   // Which of the nv efforts were recorded: one that is zero throughout is then
   // known to be so. Empty: those that are not zero throughout.
   std::vector<bool> recorded_efforts;
+  RunStart start = RunStart::kEstimated;
   std::vector<Input> inputs;
   std::vector<std::string> unread;  // columns of the file that nobody reads
   // What a factor for the time would multiply; empty where it has one.

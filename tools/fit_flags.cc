@@ -36,6 +36,7 @@ DEFINE_double(noise, 0, "standard deviation of a measurement");
 DEFINE_string(residual, "", "heading or rotation");
 DEFINE_string(loss, "", "none, huber or cauchy");
 DEFINE_string(check, "all", "none, numbers or all");
+DEFINE_string(start, "", "estimated, rest or known");
 DEFINE_double(time, 0, "longest duration, s; 0: as long as it takes");
 DEFINE_int32(threads, 0, "worker threads; 0: all cores");
 DEFINE_uint64(seed, 1, "every random draw derives from it");
@@ -61,6 +62,7 @@ const char kDiagnosisFlagsHelp[] =
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy
+  --start estimated|rest|known   how runs begin
   --threads N (default: all cores)    --seed N    --skip_bad_runs
 )";
 
@@ -92,6 +94,7 @@ void ReadWords(FitRequest* request) {
     request->residual = ParseOrientation(FLAGS_residual);
   }
   if (!FLAGS_loss.empty()) request->loss = ParseLoss(FLAGS_loss);
+  if (!FLAGS_start.empty()) request->start = ParseStart(FLAGS_start);
   if (FlagGiven("check")) request->check = ParseCheckLevel(FLAGS_check);
 }
 
@@ -126,7 +129,7 @@ std::string CommandFromFlags(const std::string& program) {
   std::string command = program;
   for (const char* name : {"model", "lock", "traj", "holdout", "spec", "free",
                            "columns", "shift", "ignore", "integrator", "step",
-                           "segment", "noise", "residual", "loss"}) {
+                           "segment", "noise", "residual", "loss", "start"}) {
     if (!FlagGiven(name)) continue;
     command += std::string(" --") + name + " " + ShellWord(FlagText(name));
   }

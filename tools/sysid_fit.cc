@@ -55,6 +55,8 @@ constexpr char kHelp[] =
   --segment S                length of a shooting segment (default: chosen)
   --noise S                  of a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy
+  --start estimated|rest|known   runs begin at rest, or exactly as their first
+                             row says
   --check none|numbers|all   of the recordings (default: all)
   --threads N (default: all cores)    --seed N    --skip_bad_runs
   --time S                   at most so long, s: the best point by then

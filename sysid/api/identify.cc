@@ -8,9 +8,11 @@
 #include "models/error.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
+#include "sysid/estimation/fit.h"
 #include "sysid/estimation/time_limit.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/fitted_base.h"
+#include "sysid/linearization/statistics.h"
 #include "sysid/session/check_session.h"
 #include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
@@ -113,6 +115,36 @@ Solved SolveOrSay(const IdentifyRequest& request, const Session& session,
   }
 }
 
+// The problem with runs of whose start nothing is known.
+ShootingProblem WithEstimatedStarts(const ShootingProblem& problem) {
+  std::vector<Run> runs = RunsOf(problem.data());
+  for (Run& run : runs) run.start = RunStart::kEstimated;
+  return problem.WithData(MakeDataSetLike(problem.model(), std::move(runs),
+                                          problem.options(), problem.data()));
+}
+
+// Whether the data contradict what is said of the starts of the runs: whether
+// the fit would be better with starts of its own by more than noise makes it in
+// one of a thousand recordings. Twice the log-likelihood ratio, in units of
+// what the better fit leaves of the noise, is chi-square distributed with the
+// count of what is said (Wilks 1938).
+bool ContradictsStarts(const ShootingProblem& problem, const Fit& fit) {
+  constexpr double kChance = 1e-3;
+  double said = 0.0;
+  for (const auto& data : problem.runs()) {
+    if (data->run.start == RunStart::kEstimated) continue;
+    said += problem.model().nv() *
+            (data->run.start == RunStart::kKnown ? 2.0 : 1.0);
+  }
+  if (said == 0.0) return false;
+  const Fit own = FitLevenbergMarquardtFrom(
+      WithEstimatedStarts(problem).StartingAt(fit.point.theta), fit.segment_s);
+  if (!own.converged) return false;
+  const double unit = std::max(1.0, own.train.squares / own.train.dof);
+  const double gained = fit.train.squares - own.train.squares;
+  return FisherTail(gained / (unit * said), said, own.train.dof) < kChance;
+}
+
 // The trial of added effects; nothing where it takes more than its part of the
 // time, and the fit begins where it is told.
 std::optional<AddedEffects> TryAddedEffectsInTime(
@@ -198,10 +230,23 @@ IdentifyResult Identify(IdentifyRequest request, const Catalogue& catalogue) {
     added = TryAddedEffectsInTime(catalogue, request, session);
   }
   if (added) session = StartedFrom(*added, session);
-  const auto problem = std::make_shared<const ShootingProblem>(
+  auto problem = std::make_shared<const ShootingProblem>(
       session.model, session.free, session.runs, session.options);
   const auto checkpoint = OpenCheckpoint(request, session, *problem);
   Solved solved = SolveOrSay(request, session, *problem, checkpoint.get());
+  if (kind == SolverKind::kShooting && solved.fit.converged &&
+      ContradictsStarts(*problem, solved.fit)) {
+    const bool known = session.start == RunStart::kKnown;
+    session.notices.push_back(
+        "the recordings contradict --start " + ToString(session.start) +
+        (known ? ": their first rows are taken to be as noisy as the others"
+               : ": did they begin before the first row?"));
+    if (known) {
+      problem = std::make_shared<const ShootingProblem>(
+          WithEstimatedStarts(*problem));
+      solved = SolveOrSay(request, session, *problem, nullptr);
+    }
+  }
   IdentifyResult result{std::move(session), notices_when_ready, problem,
                         std::move(solved),  std::nullopt,       added,
                         checkpoint};

@@ -115,8 +115,7 @@ EvaluatedModel EvaluateAgain(const DiagnosisProblem& problem,
 std::optional<EvaluatedModel> EvaluateLonger(const DiagnosisProblem& problem,
                                              const EvaluatedModel& before,
                                              double segment_s,
-                                             int most_iterations,
-                                             double worst);
+                                             int most_iterations, double worst);
 
 // The same model from one trajectory a run, joined over all segments. Where no
 // sensor sees a spin, the states of single segments may each be caught in a

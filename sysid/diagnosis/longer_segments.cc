@@ -58,9 +58,9 @@ std::optional<EvaluatedModel> Lengthen(const DiagnosisProblem& problem,
     return std::nullopt;
   }
   report("longer segments", now.train_error());
-  std::optional<EvaluatedModel> longer = EvaluateLonger(
-      problem, now, std::min(2.0 * length, longest), kMostIterationsToFollow,
-      kGrowth * now.train_error());
+  std::optional<EvaluatedModel> longer =
+      EvaluateLonger(problem, now, std::min(2.0 * length, longest),
+                     kMostIterationsToFollow, kGrowth * now.train_error());
   if (!longer ||
       longer->holdout_error() > kGrowth * std::max(1.0, now.holdout_error()) ||
       !Follows(*longer) || longer->fit.segment_s < 1.1 * length) {

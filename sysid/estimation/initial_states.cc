@@ -204,6 +204,31 @@ std::vector<MotorMotion> MotorMotions(const ShootingProblem& problem,
   return motors;
 }
 
+// The first state, where Run::start knows it.
+void StartAsKnown(const Model& model, const Run& run, RowMatrixXd* states) {
+  if (run.start == RunStart::kEstimated) return;
+  const StateLayout& at = model.layout();
+  for (const Body& body : model.movers()) {
+    auto q = states->row(0).segment(at.q(body), ConfigurationSize(body.type));
+    auto qd = states->row(0).segment(at.qd(body), VelocitySize(body));
+    qd.setZero();
+    if (run.start == RunStart::kRest) continue;
+    for (const Channel& channel : run.channels) {
+      if (channel.target != body.joint ||
+          channel.kind == ChannelKind::kFramePosition ||
+          channel.kind == ChannelKind::kMotorPosition) {
+        continue;
+      }
+      const auto first = channel.values.row(0);
+      if (IsPositionLike(channel.kind)) {
+        q = first;
+      } else {
+        qd = first;
+      }
+    }
+  }
+}
+
 // Internal states of effects: as the sensors of motors say, else as they start,
 // or as the way since the sample before says.
 void FollowStates(const ShootingProblem& problem, const Run& run,
@@ -288,6 +313,7 @@ RowMatrixXd StatesFromData(const ShootingProblem& problem, int run_index) {
   if (any_unmeasured && any_frame) {
     SolveUnmeasured(problem, run, unmeasured, &states);
   }
+  StartAsKnown(model, run, &states);
   FollowStates(problem, run, &states);
   return states;
 }

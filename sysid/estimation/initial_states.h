@@ -12,7 +12,8 @@ namespace sysid {
 // sample). Where a joint is not measured, its position follows from measured
 // frames by inverse kinematics at the starting parameters, or else is neutral.
 // Gaps are bridged linearly. Internal states are where the sensors of motors
-// say they are; the others start as their effects say.
+// say they are; the others start as their effects say. The first is as
+// Run::start knows it.
 RowMatrixXd StatesFromData(const ShootingProblem& problem, int run);
 // Of every run, spread over the threads.
 std::vector<RowMatrixXd> AllStatesFromData(const ShootingProblem& problem);

@@ -107,7 +107,13 @@ void Linearizer::Belief(const SegmentPlace& at, Eigen::VectorXd* r,
                 states.data() + at.segment * states.cols(), r->data(), J,
                 &J_believed);
   }
-  Whitening(belief_).Apply(r->data(), {Map(J->data(), tangent, tangent)});
+  const bool at_start = solution_.runs[at.run].samples[at.segment] == 0;
+  const std::vector<double> sigma =
+      at_start ? BeliefAtStart(problem_, at.run, options_.twist_hold,
+                               State(at.run, at.segment))
+                     .sigma
+               : belief_;
+  Whitening(sigma).Apply(r->data(), {Map(J->data(), tangent, tangent)});
 }
 
 bool Linearizer::Roll(const SegmentPlace& at, const RolloutOptions& rollout,

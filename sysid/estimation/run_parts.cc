@@ -13,6 +13,7 @@ Run SamplesOf(const Run& run, int first, int end, int stride) {
   const auto rows = Eigen::seqN(first, count, stride);
   Run part;
   part.name = run.name;
+  if (first == 0) part.start = run.start;
   for (int k = first; k < end; k += stride) part.t.push_back(run.t[k]);
   part.recorded_efforts = run.recorded_efforts;
   part.effort = run.effort(rows, Eigen::all);

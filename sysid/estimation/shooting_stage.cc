@@ -307,8 +307,11 @@ void ShootingStage::AddPriors() {
     const int count = independent ? point_->runs[r].segments() : 1;
     for (int k = 0; k < count; ++k) {
       const double* x = State(r, k);
-      auto* cost = new StatePriorCost(
-          &model, std::vector<double>(x, x + model.state_size()), sigma);
+      const StartBelief belief =
+          point_->runs[r].samples[k] == 0
+              ? BeliefAtStart(shooting_, r, options_.twist_hold, x)
+              : StartBelief{{x, x + model.state_size()}, sigma};
+      auto* cost = new StatePriorCost(&model, belief.state, belief.sigma);
       problem_->AddResidualBlock(cost, nullptr, State(r, k));
       problem_->SetManifold(State(r, k), manifold_.get());
     }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "sysid/estimation/initial_states.h"
+
 namespace sysid {
 
 double TightDefect(const ShootingProblem& problem, const Solution& solution) {
@@ -70,6 +72,34 @@ std::vector<double> StateBelief(const ShootingProblem& problem,
     sigma[at.dz() + i] = states[i].typical_scale;
   }
   return sigma;
+}
+
+StartBelief BeliefAtStart(const ShootingProblem& problem, int run,
+                          double twist_hold, const double* x) {
+  // Of what a measurement tells: that weighs nothing beside it.
+  constexpr double kExact = 1e-3;
+  const Model& model = problem.model();
+  const StateLayout& at = model.layout();
+  StartBelief belief{{x, x + at.size()}, StateBelief(problem, twist_hold)};
+  const RunStart start = problem.runs()[run]->run.start;
+  if (start == RunStart::kEstimated) return belief;
+  const std::vector<double> measured = DefectSigma(problem);
+  const auto known = StatesFromData(problem, run).row(0).eval();
+  for (const Body& body : model.movers()) {
+    const int nv = VelocitySize(body);
+    for (int i = 0; i < nv; ++i) {
+      belief.state[at.qd(body) + i] = known[at.qd(body) + i];
+      belief.sigma[at.dqd(body) + i] = kExact * measured[at.dqd(body) + i];
+    }
+    if (start == RunStart::kRest) continue;
+    for (int i = 0; i < nv; ++i) {
+      belief.sigma[at.dq(body) + i] = kExact * measured[at.dq(body) + i];
+    }
+    for (int i = 0; i < ConfigurationSize(body.type); ++i) {
+      belief.state[at.q(body) + i] = known[at.q(body) + i];
+    }
+  }
+  return belief;
 }
 
 ThetaBelief BodyBelief(const ShootingProblem& problem) {

@@ -61,4 +61,13 @@ ThetaBelief BodyBelief(const ShootingProblem& problem);
 std::vector<double> StateBelief(const ShootingProblem& problem,
                                 double twist_hold);
 
+// The same about the first sample of a run, which Run::start may know more of:
+// the state (state_size) and how well it is known. `x`: the state as it is,
+// where nothing more is known of it.
+struct StartBelief {
+  std::vector<double> state, sigma;
+};
+StartBelief BeliefAtStart(const ShootingProblem& problem, int run,
+                          double twist_hold, const double* x);
+
 }  // namespace sysid

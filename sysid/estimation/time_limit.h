@@ -28,9 +28,8 @@ class TimeLimit {
     thread_ = std::jthread(
         [this, end = std::chrono::steady_clock::now() +
                      std::chrono::duration_cast<std::chrono::milliseconds>(
-                         std::chrono::duration<double>(
-                             std::min(seconds, kLongest)))](
-            const std::stop_token& own) {
+                         std::chrono::duration<double>(std::min(
+                             seconds, kLongest)))](const std::stop_token& own) {
           std::mutex mutex;
           std::condition_variable_any changed;
           std::unique_lock lock(mutex);

@@ -100,7 +100,12 @@ bool LinearizedFit::Linearize(Segment* segment, ScratchPool* pool) const {
   const Eigen::MatrixXd columns = Whiten(*segment, std::move(J));
   Eigen::MatrixXd S = Eigen::MatrixXd::Zero(rows + n, n);
   S.topRows(rows) = columns.leftCols(n);
-  const std::vector<double> belief = StateBelief(problem_, kHeldSpin);
+  const bool at_start = point_.runs[segment->run].samples[segment->index] == 0;
+  const std::vector<double> belief =
+      at_start
+          ? BeliefAtStart(problem_, segment->run, kHeldSpin, StateOf(*segment))
+                .sigma
+          : StateBelief(problem_, kHeldSpin);
   for (int i = 0; i < n; ++i) S(rows + i, i) = 1.0 / belief[i];
   const HouseholderFactors qr(S);
   segment->basis = qr.Q();

@@ -387,9 +387,9 @@ std::string ResolveModel(const std::string& model, const std::string& file) {
 
 const std::vector<std::string>& TopKeys() {
   static const auto& keys = *new std::vector<std::string>{
-      "model",  "free",       "fix",      "effects", "columns",
-      "noise",  "integrator", "residual", "step",    "segment",
-      "solver", "loss",       "shift",    "ignore",  "lock"};
+      "model",      "free",     "fix",  "effects", "columns", "noise",
+      "integrator", "residual", "step", "segment", "solver",  "loss",
+      "shift",      "ignore",   "lock", "start"};
   return keys;
 }
 
@@ -429,6 +429,7 @@ void ReadTop(const Entry& entry, FitSpecification* spec) {
   } else {
     (name == "integrator" ? spec->integrator
      : name == "residual" ? spec->residual
+     : name == "start"    ? spec->start
                           : spec->solver) = Word(value, name);
   }
 }
@@ -441,7 +442,8 @@ const std::vector<std::string>& KnownWords(const std::string& key) {
           {"integrator", IntegratorNames()},
           {"residual", {"heading", "rotation"}},
           {"solver", {"lm", "inverse_dynamics", "adam", "gmm"}},
-          {"loss", {"none", "huber", "cauchy"}}};
+          {"loss", {"none", "huber", "cauchy"}},
+          {"start", {"estimated", "rest", "known"}}};
   return words.at(key);
 }
 

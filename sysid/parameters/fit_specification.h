@@ -49,12 +49,12 @@ struct FitSpecification {
   std::optional<Located<double>> step;     // s, > 0
   std::optional<Located<double>> segment;  // s, > 0
   // Each one of its KnownWords().
-  std::optional<Located<std::string>> integrator, residual, solver, loss;
+  std::optional<Located<std::string>> integrator, residual, solver, loss, start;
   std::optional<double> loss_scale;  // > 0; residuals are in units of the noise
 };
 
-// The words that a flag and key may have: of integrator, residual, solver and
-// loss.
+// The words that a flag and key may have: of integrator, residual, solver, loss
+// and start.
 const std::vector<std::string>& KnownWords(const std::string& key);
 
 // Reads a specification. An empty file is an empty specification. `free` is a
@@ -68,7 +68,7 @@ const std::vector<std::string>& KnownWords(const std::string& key);
 // at any level (with the nearest known), keys given twice, values of the wrong
 // type, text that is not YAML, lower >= upper, an initial value outside its
 // bounds, a standard deviation, noise, step, segment or scale that is not
-// positive, an integrator, residual, solver or loss that there is not.
+// positive, an integrator, residual, solver, loss or start that there is not.
 FitSpecification ReadFitSpecification(const std::string& path);
 
 // The same from text; `path` names it in errors and resolves `model`.

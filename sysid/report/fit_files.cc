@@ -11,6 +11,7 @@
 #include "sysid/io/cell.h"
 #include "sysid/io/run_columns.h"
 #include "sysid/report/fit_report.h"
+#include "sysid/session/session_options.h"
 
 namespace sysid {
 namespace {
@@ -108,6 +109,9 @@ std::string Settings(const Session& session) {
   }
   if (options.orientation == OrientationResidual::kRotation) {
     text += "residual: rotation\n";
+  }
+  if (session.start != RunStart::kEstimated) {
+    text += "start: " + ToString(session.start) + "\n";
   }
   if (options.loss != RobustLoss::kNone) {
     text += std::string("loss: {name: ") +

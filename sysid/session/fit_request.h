@@ -74,6 +74,7 @@ struct FitRequest {
   std::optional<Integrator> integrator;
   std::optional<OrientationResidual> residual;
   std::optional<RobustLoss> loss;
+  std::optional<RunStart> start;  // of all runs
   // Integration step, s; length of a shooting segment, s; standard deviation of
   // a measurement, rad or m. Positive.
   std::optional<double> step, segment, noise;

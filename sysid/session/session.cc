@@ -469,6 +469,7 @@ Session OpenSession(FitRequest request, const Catalogue& catalogue) {
       UnmeasuredNotice(mechanism, all, session.flag_locks);
   if (!unmeasured.empty()) session.notices.push_back(unmeasured);
   FillLengths(request, spec, &session);
+  FillStart(request, spec, &session);
   CoverTables(&session);
   return session;
 }

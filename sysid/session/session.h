@@ -34,10 +34,11 @@ struct Session {
   std::vector<std::string> run_names;    // of both, of all processes
   std::vector<SkippedRun> skipped_runs;  // of both
   EstimationOptions options;
-  std::string solver;     // one of Solvers()
-  std::string spec_file;  // empty where there is none
-  ColumnMap columns;      // of flags and specification
-  ChannelEdits edits;     // so too: --shift and --ignore
+  RunStart start = RunStart::kEstimated;  // of the runs
+  std::string solver;                     // one of Solvers()
+  std::string spec_file;                  // empty where there is none
+  ColumnMap columns;                      // of flags and specification
+  ChannelEdits edits;                     // so too: --shift and --ignore
   // What of both the flags alone say.
   ColumnMap flag_columns;
   ChannelEdits flag_edits;

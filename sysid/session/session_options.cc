@@ -167,6 +167,35 @@ CheckLevel ParseCheckLevel(const std::string& word) {
                    NameHint(word, {"none", "numbers", "all"}));
 }
 
+namespace {
+
+// That the first row has positions and velocities of all that moves.
+void CheckFirstRow(const Model& model, const Run& run,
+                   const std::string& place) {
+  for (const Body& body : model.movers()) {
+    bool position = false, velocity = false;
+    for (const Channel& channel : run.channels) {
+      if (channel.target != body.joint || channel.values.row(0).hasNaN() ||
+          channel.kind == ChannelKind::kFramePosition ||
+          channel.kind == ChannelKind::kMotorPosition) {
+        continue;
+      }
+      const bool rate = channel.kind == ChannelKind::kVelocity ||
+                        channel.kind == ChannelKind::kAngularVelocity;
+      (rate ? velocity : position) = true;
+    }
+    if (position && velocity) continue;
+    throw InputError(
+        place,
+        "the first row of " + run.name + " has no " +
+            (position ? "velocity" : "position") + " of " +
+            model.mechanism().joints[body.joint].name,
+        "known needs both of every joint; rest: nothing moves there");
+  }
+}
+
+}  // namespace
+
 void FillOptions(const FitRequest& request, const FitSpecification& spec,
                  Session* session) {
   // Outside of this the squares of whitened errors overflow.
@@ -205,6 +234,38 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
   options->threads = ChooseThreads(request.threads);
   session->check = request.check.value_or(
       request.processes == nullptr ? CheckLevel::kAll : CheckLevel::kNumbers);
+}
+
+std::string ToString(RunStart start) {
+  return start == RunStart::kRest    ? "rest"
+         : start == RunStart::kKnown ? "known"
+                                     : "estimated";
+}
+
+RunStart ParseStart(const std::string& word) {
+  CheckWord("start", word);
+  for (const RunStart start : {RunStart::kRest, RunStart::kKnown}) {
+    if (word == ToString(start)) return start;
+  }
+  return RunStart::kEstimated;
+}
+
+void FillStart(const FitRequest& request, const FitSpecification& spec,
+               Session* session) {
+  std::optional<RunStart> start = request.start;
+  std::string place = "--start";
+  if (!start && spec.start) {
+    start = ParseStart(spec.start->value);
+    place = spec.start->place;
+  }
+  session->start = start.value_or(session->start);
+  for (std::vector<Run>* runs : {&session->runs, &session->holdout}) {
+    for (Run& run : *runs) {
+      run.start = start.value_or(run.start);
+      if (run.start == RunStart::kKnown)
+        CheckFirstRow(session->model, run, place);
+    }
+  }
 }
 
 double DurationOf(const FitRequest& request) {

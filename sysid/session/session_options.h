@@ -12,6 +12,8 @@ namespace sysid {
 void CheckWord(const std::string& name, const std::string& word);
 // Words of flags and keys as values; throw InputError at the flag.
 RobustLoss ParseLoss(const std::string& word);
+RunStart ParseStart(const std::string& word);
+std::string ToString(RunStart start);
 OrientationResidual ParseOrientation(const std::string& word);
 CheckLevel ParseCheckLevel(const std::string& word);
 
@@ -24,6 +26,12 @@ void FillOptions(const FitRequest& request, const FitSpecification& spec,
 // segment to the longest run, with a notice.
 void FillLengths(const FitRequest& request, const FitSpecification& spec,
                  Session* session);
+
+// Says of the session's runs how they begin, where that is said of all (runs in
+// memory may say it themselves). Throws InputError for one that
+// begins as known, but whose first row lacks a position or velocity.
+void FillStart(const FitRequest& request, const FitSpecification& spec,
+               Session* session);
 
 // FitRequest::time, s; infinity where there is none. Throws InputError for one
 // that is not positive.

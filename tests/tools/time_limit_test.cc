@@ -1,6 +1,6 @@
 // Every program ends soon after it is told to: after --time, or by Ctrl-C at
-// whatever moment. Seconds are those of the processor: two threads that work for
-// one second more.
+// whatever moment. Seconds are those of the processor: two threads that work
+// for one second more.
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -71,10 +71,10 @@ TEST_F(TimeLimitTest, DiagnosesWhatItCan) {
 }
 
 TEST_F(TimeLimitTest, SaysNothingWhereTimeWasEnough) {
-  const ProgramResult fit = Run(
-      SYSID_FIT, {"--model", "pendulum2_planar", "--traj",
-                  Shipped("pendulum2_planar_friction.csv"), "--free",
-                  "link1.length", "--time", "300", "--json", "whole.json"});
+  const ProgramResult fit =
+      Run(SYSID_FIT, {"--model", "pendulum2_planar", "--traj",
+                      Shipped("pendulum2_planar_friction.csv"), "--free",
+                      "link1.length", "--time", "300", "--json", "whole.json"});
   EXPECT_EQ(fit.exit_code, 0);
   EXPECT_TRUE(Read("whole.json")["stopped"].is_null());
 }
