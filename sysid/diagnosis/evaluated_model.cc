@@ -121,6 +121,12 @@ EvaluatedModel OpenAgain(const DiagnosisProblem& problem,
                    Coarse(problem.options, before.train_error()));
 }
 
+// A law that is so much stiffer than the model before, and would take as much
+// longer, is not followed; nor is a motion that needs such steps over longer
+// segments alone, which is chaos.
+constexpr double kStiffer = 16.0;
+constexpr double kFiner = 4.0;
+
 void Limit(int most_iterations, double shortest_step,
            EvaluatedModel* evaluated) {
   EstimationOptions options = evaluated->problem->options();
@@ -205,9 +211,6 @@ EvaluatedModel EvaluateFrom(
     std::set<std::string> without_influence,
     const std::vector<std::map<std::string, double>>& starts, double enough,
     const EstimationOptions& options) {
-  // A law that is so much stiffer than the model before, and would take as much
-  // longer, is not followed.
-  constexpr double kStiffer = 16.0;
   EstimationOptions limited = options;
   if (options.rollout.step <= 0) {
     limited.shortest_step = before.fit.point.rollout.step / kStiffer;
@@ -325,7 +328,11 @@ std::optional<EvaluatedModel> EvaluateLonger(const DiagnosisProblem& problem,
                                              int most_iterations,
                                              double worst) {
   EvaluatedModel after = OpenAgain(problem, before);
-  Limit(most_iterations, 0.0, &after);
+  Limit(most_iterations,
+        problem.options.rollout.step > 0
+            ? 0.0
+            : before.fit.point.rollout.step / kFiner,
+        &after);
   // Rolled out to the new cuts with the step that served before.
   FitFrom(Recut(*after.problem, before.fit.point, segment_s), &after);
   if (!after.fit.converged || !(after.train_error() <= worst)) {

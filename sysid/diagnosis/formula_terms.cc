@@ -119,6 +119,25 @@ std::string TextOf(const FormulaTerm& term, const std::string& number) {
                   "w" + number);
 }
 
+namespace {
+
+// The joint that carries another, past those that do not move; -1: none.
+int CarrierOf(const Mechanism& mechanism, int joint) {
+  int link = mechanism.joints[joint].parent_link;
+  for (;;) {
+    const auto up = std::find_if(
+        mechanism.joints.begin(), mechanism.joints.end(),
+        [&](const Joint& other) { return other.child_link == link; });
+    if (up == mechanism.joints.end()) return -1;
+    if (VelocitySize(*up) > 0) {
+      return static_cast<int>(up - mechanism.joints.begin());
+    }
+    link = up->parent_link;
+  }
+}
+
+}  // namespace
+
 std::vector<FormulaTerm> TermsOf(const Mechanism& mechanism, int joint,
                                  bool driven,
                                  const std::vector<std::string>& inputs) {
@@ -126,8 +145,13 @@ std::vector<FormulaTerm> TermsOf(const Mechanism& mechanism, int joint,
   Words own = {"q", "qd"};
   if (driven) own.push_back("tau");
   Words others, angles;
-  for (const Joint& other : mechanism.joints) {
-    if (other.name == of.name || VelocitySize(other) != 1) continue;
+  for (size_t j = 0; j < mechanism.joints.size(); ++j) {
+    const Joint& other = mechanism.joints[j];
+    const int at = static_cast<int>(j);
+    if (VelocitySize(other) != 1 || (CarrierOf(mechanism, at) != joint &&
+                                     CarrierOf(mechanism, joint) != at)) {
+      continue;
+    }
     const std::string position = AsWord(other.name + ".q");
     others.push_back(position);
     others.push_back(AsWord(other.name + ".qd"));

@@ -11,13 +11,13 @@ namespace sysid {
 // What a law that no catalogue has may be a sum of: products of what the joint
 // does, of what drives it, of what other joints do and of recorded inputs.
 //
-// With x one of q, qd, tau of the joint, y one of q, qd of another joint or an
-// input, b = 1 or x, and s, g, p, w that a fit finds:
+// With x one of q, qd, tau of the joint, y one of q, qd of a joint next to it or
+// an input, b = 1 or x, and s, g, p, w that a fit finds:
 //
 //   powers      x1^a x2^b x3^c of degree 1 to 3;  y, y^2 and y^3, the first two
 //               times b and y times x1 x2 as well
 //   magnitudes  |x| b and |x| y;  |y| b and |y| y
-//   turns       sin, cos of q, of 2 q and of the other hinges' q, of q + those,
+//   turns       sin, cos of q, of 2 q and of those hinges' q, of q + those,
 //               times b
 //   saturation  x / (s + |x|), y / (s + |y|), tanh(qd / s) times 1, q, q^2,
 //               |q|, |tau|, |y|, sin q and cos q
