@@ -137,12 +137,17 @@ bool ContradictsStarts(const ShootingProblem& problem, const Fit& fit) {
             (data->run.start == RunStart::kKnown ? 2.0 : 1.0);
   }
   if (said == 0.0) return false;
-  const Fit own = FitLevenbergMarquardtFrom(
-      WithEstimatedStarts(problem).StartingAt(fit.point.theta), fit.segment_s);
-  if (!own.converged) return false;
-  const double unit = std::max(1.0, own.train.squares / own.train.dof);
-  const double gained = fit.train.squares - own.train.squares;
-  return FisherTail(gained / (unit * said), said, own.train.dof) < kChance;
+  try {
+    const Fit own = FitLevenbergMarquardtFrom(
+        WithEstimatedStarts(problem).StartingAt(fit.point.theta),
+        fit.segment_s);
+    if (!own.converged) return false;
+    const double unit = std::max(1.0, own.train.squares / own.train.dof);
+    const double gained = fit.train.squares - own.train.squares;
+    return FisherTail(gained / (unit * said), said, own.train.dof) < kChance;
+  } catch (const Cancelled&) {
+    return false;  // The fit itself is an answer.
+  }
 }
 
 // The trial of added effects; nothing where it takes more than its part of the
@@ -242,9 +247,14 @@ IdentifyResult Identify(IdentifyRequest request, const Catalogue& catalogue) {
         (known ? ": their first rows are taken to be as noisy as the others"
                : ": did they begin before the first row?"));
     if (known) {
-      problem = std::make_shared<const ShootingProblem>(
+      const auto estimated = std::make_shared<const ShootingProblem>(
           WithEstimatedStarts(*problem));
-      solved = SolveOrSay(request, session, *problem, nullptr);
+      try {
+        solved = SolveOrSay(request, session, *estimated, nullptr);
+        problem = estimated;
+      } catch (const Cancelled&) {
+        // What was fitted from the first rows is what there is.
+      }
     }
   }
   IdentifyResult result{std::move(session), notices_when_ready, problem,

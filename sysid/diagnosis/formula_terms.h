@@ -11,8 +11,8 @@ namespace sysid {
 // What a law that no catalogue has may be a sum of: products of what the joint
 // does, of what drives it, of what other joints do and of recorded inputs.
 //
-// With x one of q, qd, tau of the joint, y one of q, qd of a joint next to it or
-// an input, b = 1 or x, and s, g, p, w that a fit finds:
+// With x one of q, qd, tau of the joint, y one of q, qd of a joint next to it
+// or an input, b = 1 or x, and s, g, p, w that a fit finds:
 //
 //   powers      x1^a x2^b x3^c of degree 1 to 3;  y, y^2 and y^3, the first two
 //               times b and y times x1 x2 as well

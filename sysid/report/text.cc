@@ -103,6 +103,11 @@ std::string ErrorWords(const RunErrors& errors) {
   return ErrorWords(errors.total, CommonUnit(errors.channels));
 }
 
+std::string Probability(double p) {
+  if (std::isnan(p)) return "-";
+  return p < 1e-12 ? "<1e-12" : Format("%.2g", p);
+}
+
 std::string Behind(const std::string& unit) {
   return unit == "-" ? "" : " " + unit;
 }

@@ -31,6 +31,9 @@ std::string ErrorWords(const RunErrors& errors);
 // In bold, red or green (kBold, ...), where there is `colour`.
 std::string Paint(bool colour, const char* code, const std::string& text);
 
+// "0.012", "<1e-12"; "-" where there is none (NaN).
+std::string Probability(double p);
+
 // " m", of a unit behind a number; "" where it has none ("-").
 std::string Behind(const std::string& unit);
 // " (fit 99.2 %)", (8.1); nothing where nothing moved or the dynamics fail.

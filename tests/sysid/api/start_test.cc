@@ -76,8 +76,8 @@ Coverage CoverageOf(RunStart start, int seeds, double off = 0.0) {
     EXPECT_TRUE(result.fit().converged);
     const ParameterEstimate& damping = result.fit().parameters[0];
     constexpr double kInterval = 1.96;  // 95 %
-    coverage.covered += std::abs(damping.value - kDamping[0]) <
-                        kInterval * damping.std_error;
+    coverage.covered +=
+        std::abs(damping.value - kDamping[0]) < kInterval * damping.std_error;
     coverage.width += damping.std_error / seeds;
     for (const std::string& notice : result.session.notices) {
       coverage.contradicted +=
@@ -110,9 +110,8 @@ TEST(Start, IsNotBelievedAgainstTheData) {
 TEST(Start, OfAllThatMovesMustBeInTheFirstRow) {
   sysid::Run run = FromRest(1);
   run.channels.pop_back();
-  EXPECT_THAT(
-      ErrorText([&] { Identify(RequestFor(RunStart::kKnown, run)); }),
-      HasSubstr("has no velocity of joint2"));
+  EXPECT_THAT(ErrorText([&] { Identify(RequestFor(RunStart::kKnown, run)); }),
+              HasSubstr("has no velocity of joint2"));
   EXPECT_TRUE(Identify(RequestFor(RunStart::kRest, run)).fit().converged);
 }
 
