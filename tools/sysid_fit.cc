@@ -37,9 +37,8 @@ constexpr char kHelp[] =
   --free a,b=0.5  --fix c=1  parameters to fit (from a start), to hold (at):
                              names, inertial (all of each link), 'link*.mass';
                              --free none compares the model as it stands
-  --add effect@target,...    effects to add ('viscous_damping@*');
-                             docs/effects.md lists them, sysid_diagnose says
-                             which is missing
+  --add effect@target,...    effects to add ('viscous_damping@*'): see
+                             docs/effects.md, and sysid_diagnose
   --columns n=expr,...       foreign columns: t=time_ms*0.001,joint2.q=b-a
                              (of one run: b.csv/joint2.q=-b; below alike)
   --shift joint1.q=0.01      a column that was recorded late, by seconds
@@ -52,14 +51,12 @@ constexpr char kHelp[] =
     --huber D (rad, m; default: none, 0.1)  --from_rest    of adam and gmm
     --kernels 3  --draws 16  --spread 0.3  --online    of gmm
   --integrator rk4|semi_implicit_euler|ros2  --step S (default: from the noise)
-  --segment S                length of a shooting segment (default: chosen)
-  --noise S                  of a measurement, rad or m (default: estimated)
+  --segment S  --noise S     length of a shooting segment (default: chosen); of
+                             a measurement, rad or m (default: estimated)
   --residual heading|rotation    --loss none|huber|cauchy
-  --start estimated|rest|known   runs begin at rest, or exactly as their first
-                             row says
+  --start estimated|rest|known  at rest, or exactly as each first row says
   --check none|numbers|all   of the recordings (default: all)
-  --threads N (default: all cores)    --seed N    --skip_bad_runs
-  --time S                   at most so long, s: the best point by then
+  --threads N (all cores)  --time S (no limit)  --seed N  --skip_bad_runs
   --json FILE|-              machine-readable result
   --out DIR  --resume        report.html to look at, fit.json, prediction.csv,
                              identified.urdf; go on there with a killed fit

@@ -421,6 +421,7 @@ TEST(RealRecordings, QuaternionInAnotherOrderIsNamedAndMended) {
     run.effort = RowMatrixXd::Zero(run.size(), 4);
     run.effort.leftCols(3) = effort.col(0) * axis.transpose();
     run.effort.col(3) = effort.col(1);
+    if (!run.recorded_efforts.empty()) run.recorded_efforts.assign(4, true);
   }
   EXPECT_TRUE(Check(session).empty()) << Named(Check(session));
   const double clean = FitError(session);
