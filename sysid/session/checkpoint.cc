@@ -44,6 +44,7 @@ class Checksum {
 std::string RunChecksum(const RunData& data) {
   Checksum sum;
   sum.Add(data.run.t);
+  sum.Add(static_cast<double>(data.run.start));
   for (const Channel& channel : data.run.channels) {
     sum.Add(channel.name);
     sum.Add(static_cast<double>(channel.kind));

@@ -172,6 +172,12 @@ TEST(ProblemChecksum, IsOfAllThatDecidesAFit) {
   EXPECT_NE(ProblemChecksum(ShootingProblem(Problem().model(), Problem().free(),
                                             runs, Problem().options())),
             sum);
+  // The same numbers, of which more is known.
+  runs = RunsOf(*Problem().shared_data());
+  runs[0].start = RunStart::kRest;
+  EXPECT_NE(ProblemChecksum(ShootingProblem(Problem().model(), Problem().free(),
+                                            runs, Problem().options())),
+            sum);
   // The same parameters of another mechanism.
   Mechanism turned = Problem().model().mechanism();
   turned.joints[0].axis *= -1.0;
