@@ -107,6 +107,7 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
   DiagnosisOptions options;
   options.add = request.add_found;
   options.keep_evaluated = true;
+  options.judges_until = limit.stop();
   result.diagnosis = Diagnose(result.problem, candidates, options);
   result.diagnosis.narrowed = !request.candidates.empty();
   Diagnosis* const diagnosis = &result.diagnosis;

@@ -342,6 +342,20 @@ std::set<std::string> JointsThatMissForce(const Where& given,
   return joints;
 }
 
+// The verdict on what a search found that was stopped, where there is time for
+// it.
+bool ExplainsSoFar(const DiagnosisProblem& problem, const Answer& answer,
+                   const std::stop_token& until) {
+  if (!until.stop_possible() || until.stop_requested()) return answer.explains;
+  DiagnosisProblem judged = problem;
+  judged.options.stop = until;
+  try {
+    return EffectSearch::Explains(judged, answer);
+  } catch (const Cancelled&) {
+    return answer.explains;
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> Diagnosis::added() const {
@@ -369,6 +383,7 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
     if (!options.keep_evaluated || !search.HasBase()) throw;
     interrupted = true;
     answer = search.SoFar();
+    answer.explains = ExplainsSoFar(problem, answer, options.judges_until);
   }
   Diagnosis diagnosis =
       Writer(problem, candidates, answer).Write(options.add, interrupted);

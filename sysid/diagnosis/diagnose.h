@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -98,6 +99,9 @@ struct DiagnosisOptions {
   // Where EstimationOptions::stop asks to end: what was judged so far instead
   // of Cancelled, once the model as given was.
   bool keep_evaluated = false;
+  // Then asks to end the verdict on that, too. Not set: there is none, and what
+  // is above the noise is unexplained.
+  std::stop_token judges_until = {};
 };
 
 // Throws InputError where the runs are too short or too still to decide

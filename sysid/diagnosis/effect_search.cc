@@ -426,16 +426,19 @@ EffectSearch::Answer EffectSearch::Run(const std::vector<int>& start,
 
 EffectSearch::Answer EffectSearch::Judged() const {
   Answer answer = SoFar();
-  const FittedSet& found = *answer.found;
-  if (answer.by_equations) {
-    answer.explains = ExplainsMostEffort(base_->model.fit, found.model.fit);
-    return answer;
-  }
-  // Above the noise a fit that ended before its minimum explains nothing.
-  answer.explains = answer.at_noise ||
-                    (!found.effects.empty() && found.model.fit.converged &&
-                     ExplainsMost(problem_, base_->model, found.model, 1.0));
+  answer.explains = Explains(problem_, answer);
   return answer;
+}
+
+bool EffectSearch::Explains(const DiagnosisProblem& problem,
+                            const Answer& answer) {
+  const EvaluatedModel& base = answer.base->model;
+  const FittedSet& found = *answer.found;
+  if (answer.by_equations) return ExplainsMostEffort(base.fit, found.model.fit);
+  // Above the noise a fit that ended before its minimum explains nothing.
+  return answer.at_noise ||
+         (!found.effects.empty() && found.model.fit.converged &&
+          ExplainsMost(problem, base, found.model, 1.0));
 }
 
 EffectSearch::Answer EffectSearch::SoFar() const {

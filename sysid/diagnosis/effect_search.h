@@ -56,6 +56,8 @@ class EffectSearch {
   // that would judge it, so that it explains nothing unless it is at the noise.
   bool HasBase() const { return base_ != nullptr; }
   Answer SoFar() const;
+  // Whether what was found accounts for what the model as given misses.
+  static bool Explains(const DiagnosisProblem& problem, const Answer& answer);
 
  private:
   // What the equations of motion show, where that is more than a search adds

@@ -121,7 +121,8 @@ def record_cart(path, seed):
 
 
 def diagnose(programs, folder, *flags):
-    done = subprocess.run([programs / "sysid_diagnose", *flags, "--auto", "--json", "diagnosis.json"],
+    done = subprocess.run([programs / "sysid_diagnose", *flags, "--auto", "--time", "1000",
+                           "--json", "diagnosis.json"],
                           cwd=folder, text=True, capture_output=True)
     print(done.stdout, done.stderr)
     diagnosis = json.loads((folder / "diagnosis.json").read_text())
