@@ -15,7 +15,7 @@ namespace {
 
 // Of the time for all work: the rest is for the last fit and the experiment.
 constexpr double kShareOfSearch = 0.75;
-// A whole arm's search has ended long before.
+// Of a diagnosis that may add effects: what takes longer nobody waits for.
 constexpr double kLongestAuto = 300.0;  // s
 
 // The last fit, as far as it came; none where that is nowhere.

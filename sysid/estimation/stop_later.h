@@ -15,8 +15,7 @@ namespace sysid {
 // keeping. That is short, but of a model that needs tiny steps.
 class StopLater {
  public:
-  // A program ends within a second of Ctrl-C: there are two of these, and files
-  // to write.
+  // A program is to end within a second of Ctrl-C, and has files to write yet.
   static constexpr std::chrono::milliseconds kGrace{200};
 
   explicit StopLater(std::stop_token first,
