@@ -17,8 +17,8 @@ namespace sysid {
 // does but read flags and render. FitRequest::candidates are the effects to
 // consider. Of the solvers it has lm.
 struct DiagnoseRequest : FitRequest {
-  // Adds the best effect, refits, and looks again, until nothing is missing; for
-  // 300 s at most where FitRequest::time does not say how long.
+  // Adds the best effect, refits, and looks again, until nothing is missing;
+  // for 300 s at most where FitRequest::time does not say how long.
   bool add_found = false;
   // Fits the model that it ends with to whole runs. With `add_found` always.
   bool fit_whole_runs = false;
