@@ -11,6 +11,7 @@
 #include "sysid/diagnosis/candidate_forces.h"
 #include "sysid/diagnosis/effect_search.h"
 #include "sysid/diagnosis/formula_proposals.h"
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/estimation/cancelled.h"
 
 namespace sysid {
@@ -342,6 +343,14 @@ std::set<std::string> JointsThatMissForce(const Where& given,
   return joints;
 }
 
+// Whether a formula could be the better answer: above the noise by what matters
+// (J.2), of a model that can be followed.
+bool MayLackALaw(const Diagnosis& diagnosis, const Answer& answer) {
+  return diagnosis.usable && !diagnosis.by_equations &&
+         diagnosis.verdict != Verdict::kAdequate &&
+         answer.found->error() > 1.0 + kMatters;
+}
+
 // The verdict on what a search found that was stopped, where there is time for
 // it.
 bool ExplainsSoFar(const DiagnosisProblem& problem, const Answer& answer,
@@ -387,14 +396,19 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
   }
   Diagnosis diagnosis =
       Writer(problem, candidates, answer).Write(options.add, interrupted);
-  if (!interrupted && diagnosis.usable && !diagnosis.by_equations &&
-      diagnosis.verdict == Verdict::kUnexplained) {
+  if (!interrupted && MayLackALaw(diagnosis, answer)) {
     try {
       const EvaluatedModel& found = answer.found->model;
       report("looking for a formula", found.train_error());
-      diagnosis.proposals = ProposeFormulas(
+      std::vector<FormulaProposal> formulas = ProposeFormulas(
           problem, found, JointsThatMissForce(diagnosis.where, found),
           static_cast<int>(candidates.size()), report);
+      if (!formulas.empty() && !formulas.front().replaces.empty()) {
+        diagnosis.verdict = Verdict::kUnexplained;
+      }
+      if (diagnosis.verdict == Verdict::kUnexplained) {
+        diagnosis.proposals = std::move(formulas);
+      }
     } catch (const Cancelled&) {
       if (!options.keep_evaluated) throw;
       interrupted = true;

@@ -82,8 +82,19 @@ std::shared_ptr<FittedSet> EffectSearch::FitFrom(const FittedSet& from,
   return sets_.Keep(set.effects, Evaluate(from, set, enough, error));
 }
 
+// Without what the data does not determine its error is about the same.
+bool EffectSearch::MayBeBest(const FittedSet& fitted) const {
+  const std::shared_ptr<FittedSet> best = sets_.Best();
+  if (best == nullptr) return true;
+  const int gone = static_cast<int>(
+      catalogue_[*fitted.undetermined]->ParameterNames().size());
+  ModelScore rest = fitted.score;
+  rest.parameters = std::max(0, rest.parameters - gone);
+  return !Beats(best->score, rest);
+}
+
 void EffectSearch::DropUndetermined(std::shared_ptr<FittedSet> fitted) {
-  while (fitted->undetermined) {
+  while (fitted->undetermined && MayBeBest(*fitted)) {
     std::vector<int> rest = fitted->effects;
     std::erase(rest, *fitted->undetermined);
     sets_.ForgetThatItWasBeaten(rest);
@@ -203,7 +214,7 @@ void EffectSearch::FitOtherNames() {
 
 void EffectSearch::GoOnWith(const FittedSet& best, EvaluatedModel longer) {
   sets_.GoOnWith(best);
-  looks_.Clear();
+  looks_.GoOn();
   fits_ = failures_ = 0;
   const auto kept = sets_.Keep(best.effects, std::move(longer));
   Say("longer", *kept);

@@ -109,8 +109,10 @@ class EffectSearch {
                                      const ProposedSet& set, double enough,
                                      double error);
   std::shared_ptr<FittedSet> FitWithout(const FittedSet& from, int effect);
-  // What the data does not determine goes, and the rest is fitted.
+  // What the data does not determine goes, and the rest is fitted, where that
+  // may be the best.
   void DropUndetermined(std::shared_ptr<FittedSet> fitted);
+  bool MayBeBest(const FittedSet& fitted) const;
   std::vector<int> IndicesOf(const std::vector<ScreenedEffect>& effects) const;
   std::vector<std::shared_ptr<const Effect>> EffectsOf(
       const std::vector<int>& effects) const;

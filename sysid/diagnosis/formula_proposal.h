@@ -14,6 +14,9 @@ struct FormulaProposal {
   std::vector<std::string> laws;
   // Effects of the catalogue that are in the model beside them.
   std::vector<std::string> beside;
+  // Effects of the catalogue's answer that it replaces by another law. (One
+  // that only smooths the sign in a dry friction is the same law.)
+  std::vector<std::string> replaces;
   std::vector<ParameterEstimate> parameters;  // of laws
   double cv_error = 0.0, holdout = 0.0;       // normalised
   double segment_s = 0.0;                     // over which the errors are

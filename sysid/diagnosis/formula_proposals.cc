@@ -141,6 +141,27 @@ Merged Merge(const DiagnosisProblem& problem, const Dictionary& dictionary,
   return merged;
 }
 
+// What it replaces of the catalogue's set.
+std::vector<std::string> ReplacedBy(const FittedSet& fitted,
+                                    const Dictionary& dictionary) {
+  std::set<std::string> smoothed;  // joints
+  for (const int e : fitted.effects) {
+    if (!dictionary.IsTerm(e)) continue;
+    const FormulaTerm& term = dictionary.terms[dictionary.TermAt(e)];
+    if (IsSmoothSign(term)) smoothed.insert(term.joint);
+  }
+  std::vector<std::string> replaced;
+  for (size_t i = 0; i < dictionary.first_term; ++i) {
+    const Effect& effect = *dictionary.effects[i];
+    const bool stays = std::find(fitted.effects.begin(), fitted.effects.end(),
+                                 static_cast<int>(i)) != fitted.effects.end();
+    const bool is_smoothed = (effect.hooks() & kDryFrictionHook) != 0 &&
+                             smoothed.contains(effect.target());
+    if (!stays && !is_smoothed) replaced.push_back(effect.name());
+  }
+  return replaced;
+}
+
 FormulaProposal Describe(const EvaluatedModel& model, const Merged& merged) {
   FormulaProposal proposal;
   std::vector<const Effect*> laws;
@@ -198,6 +219,7 @@ std::vector<FormulaProposal> ProposeFormulas(
     const EvaluatedModel by_catalogue = EvaluateOver(problem, found, model);
     if (!Beats(ScoreOf(model), ScoreOf(by_catalogue), deviations)) continue;
     proposals.push_back(Describe(model, merged));
+    proposals.back().replaces = ReplacedBy(*fitted, dictionary);
   }
   // The answer of the search stays the first: rivals have errors as small.
   std::stable_sort(

@@ -119,6 +119,10 @@ std::string TextOf(const FormulaTerm& term, const std::string& number) {
                   "w" + number);
 }
 
+bool IsSmoothSign(const FormulaTerm& term) {
+  return term.shape == "qd/({s}+abs(qd))" || term.shape == "tanh(qd/{s})";
+}
+
 namespace {
 
 // The joint that carries another, past those that do not move; -1: none.

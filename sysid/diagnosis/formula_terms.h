@@ -38,6 +38,9 @@ struct FormulaTerm {
 // c f with names for c and for what f has to find: "c3*tanh(qd/s3)".
 std::string TextOf(const FormulaTerm& term, const std::string& number);
 
+// Whether it is dry friction whose sign is smooth.
+bool IsSmoothSign(const FormulaTerm& term);
+
 // Of a joint: a hinge or slide. `driven`: whether it has an effort; `inputs`:
 // names of what the law may read beside the joints.
 std::vector<FormulaTerm> TermsOf(const Mechanism& mechanism, int joint,

@@ -36,6 +36,10 @@ Looks::Looks(const DiagnosisProblem& problem, const Candidates& catalogue,
 
 void Looks::From(const std::shared_ptr<FittedSet>& at) {
   Look look{at, nullptr, {}, {}};
+  if (const auto before = refuted_.find(at->effects);
+      before != refuted_.end()) {
+    look.refuted = before->second;
+  }
   look.sets = std::make_unique<LinearSets>(problem_, at->model, catalogue_);
   if (look.sets->Valid()) look.predicted = SearchSets(*look.sets);
   Log("look at " + std::to_string(look.predicted.size()) + " sets from",
@@ -58,6 +62,23 @@ bool Looks::WasMadeFrom(const FittedSet& at) const {
   });
 }
 
+bool Looks::Refuted::Has(const std::vector<int>& effects,
+                         const std::vector<int>& of_look) const {
+  const auto includes = [](const auto& all, const std::set<int>& some) {
+    return std::includes(all.begin(), all.end(), some.begin(), some.end());
+  };
+  return includes(effects, added) &&
+         (!over_others || includes(Minus(of_look, effects), removed));
+}
+
+void Looks::GoOn() {
+  for (Look& look : looks_) {
+    for (Refuted& one : look.refuted) one.over_others = true;
+    refuted_[look.at->effects] = std::move(look.refuted);
+  }
+  Clear();
+}
+
 void Looks::Clear() {
   looks_.clear();
   tried_.clear();
@@ -76,12 +97,10 @@ std::vector<Looks::Prediction> Looks::Nearest() const {
         continue;
       }
       ArrayXd logs = one.log_errors;
-      for (const auto& [added, ratio] : look.refuted) {
-        if (!std::includes(effects.begin(), effects.end(), added.begin(),
-                           added.end())) {
-          continue;
+      for (const Refuted& refuted : look.refuted) {
+        if (refuted.Has(effects, look.at->effects)) {
+          logs = logs.max((one.log_errors + refuted.ratio).min(now));
         }
-        logs = logs.max((one.log_errors + ratio).min(now));
       }
       const auto known = fitted_.Find(effects);
       if (known != nullptr &&
@@ -196,14 +215,17 @@ void Looks::Learn(const ProposedSet& proposed, const FittedSet& fitted) {
   if (look == looks_.end()) return;
   constexpr double kAsBadAsCanBe = 1e3;
   const double ratio = fitted.error() / proposed.error;
+  const std::set<int> removed = Minus(from.effects, proposed.effects);
   if (fitted.implausible) {
-    look->refuted.push_back({{*fitted.implausible}, std::log(kAsBadAsCanBe)});
+    look->refuted.push_back(
+        {{*fitted.implausible}, std::log(kAsBadAsCanBe), removed});
   } else if (!(ratio < kRefuted)) {
     std::set<int> added = Minus(proposed.effects, from.effects);
     if (added.empty()) {
       added = {proposed.effects.begin(), proposed.effects.end()};
     }
-    look->refuted.push_back({added, std::log(std::min(ratio, kAsBadAsCanBe))});
+    look->refuted.push_back(
+        {added, std::log(std::min(ratio, kAsBadAsCanBe)), removed});
   }
 }
 

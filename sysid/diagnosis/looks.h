@@ -38,6 +38,8 @@ class Looks {
   // From this set, as good as it is now.
   bool WasMadeFrom(const FittedSet& at) const;
   void Clear();
+  // For longer segments: what was refuted stays so, as they are less linear.
+  void GoOn();
 
   // The set to fit next, to replace the best one; and what came of it, which
   // may say that the predictions of others are wrong, too.
@@ -57,14 +59,26 @@ class Looks {
   std::vector<ProposedSet> SameForceAs(const FittedSet& best) const;
 
  private:
+  // What a refit from a look's set added, and by how much less it did than was
+  // predicted: ln of the ratio of the errors. Or an effect whose law excluded
+  // the values that it had.
+  struct Refuted {
+    std::set<int> added;
+    double ratio;
+    // What it took out. Over other segments only what takes out as much is
+    // refuted.
+    std::set<int> removed;
+    bool over_others = false;
+
+    // Whether a set, beside that of the look, makes the same changes.
+    bool Has(const std::vector<int>& effects,
+             const std::vector<int>& of_look) const;
+  };
   struct Look {
     std::shared_ptr<FittedSet> at;
     std::unique_ptr<LinearSets> sets;
     std::vector<PredictedSet> predicted;
-    // Effects that a refit from here added, and by how much less they did than
-    // was predicted: ln of the ratio of the errors. Or one whose law excluded
-    // the values that it had.
-    std::vector<std::pair<std::set<int>, double>> refuted;
+    std::vector<Refuted> refuted;
   };
   // A set as a look predicts it, with what was refuted there.
   struct Prediction {
@@ -89,6 +103,8 @@ class Looks {
   const FittedSets& fitted_;
   const Commonness commonness_;
   std::vector<Look> looks_;
+  // Over shorter segments, by the set from which it was.
+  std::map<std::vector<int>, std::vector<Refuted>> refuted_;
   // Which sets were fitted from where.
   std::set<std::pair<std::vector<int>, const FittedSet*>> tried_;
   // By the effects of a set that was the best, those of each other one, and by

@@ -383,8 +383,12 @@ std::string FormulaWords(const Diagnosis& diagnosis) {
   if (diagnosis.proposals.empty()) return "";
   const FormulaProposal& best = diagnosis.proposals.front();
   return " A formula that is read off the data, " +
-         Join(best.effects(), " and ") + ", leaves " + Times(best.cv_error) +
-         " times the noise (held out " + Times(best.holdout) + ").";
+         Join(best.effects(), " and ") +
+         (best.replaces.empty()
+              ? ""
+              : ", without " + ListEffects(best.replaces, " and ")) +
+         ", leaves " + Times(best.cv_error) + " times the noise (held out " +
+         Times(best.holdout) + ").";
 }
 
 std::string FormulasText(const Diagnosis& diagnosis,
