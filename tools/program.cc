@@ -122,6 +122,10 @@ std::string FlagText(const std::string& name) {
   return at == GivenFlags().end() ? "" : at->second;
 }
 
+void AdoptFlag(const std::string& name, const std::string& value) {
+  GivenFlags()[name] = value;
+}
+
 std::string ShellWord(const std::string& text) {
   bool plain = !text.empty();
   for (const unsigned char c : text) {

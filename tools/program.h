@@ -32,6 +32,8 @@ Asked ParseFlags(int argc, char** argv,
 // Whether a flag was given, and how it was written ("" where it was not).
 bool FlagGiven(const std::string& name);
 std::string FlagText(const std::string& name);
+// As if the flag had been given so, in the commands that are proposed.
+void AdoptFlag(const std::string& name, const std::string& value);
 // A word as a shell reads it back.
 std::string ShellWord(const std::string& text);
 // The arguments of the program, each behind a blank, as a shell reads them.

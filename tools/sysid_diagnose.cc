@@ -106,6 +106,9 @@ int Main(ProcessGroup* group) {
       Diagnose(DiagnoseRequestFromFlags(group, &watch));
   if (group != nullptr) group->Finish();
   if (result.is_elsewhere) return kExitDone;
+  for (const UndoneFault& fault : result.session.undone) {
+    AdoptFlag(fault.flag, fault.value);
+  }
   watch.ClearLine();
   PrintNotices(result.session.notices, result.session.run_names,
                result.notices_when_ready);

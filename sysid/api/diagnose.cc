@@ -3,18 +3,23 @@
 #include <algorithm>
 #include <utility>
 
+#include "sysid/diagnosis/first_sets.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/clock.h"
 #include "sysid/estimation/time_limit.h"
 #include "sysid/session/check_session.h"
+#include "sysid/session/gather_notices.h"
 #include "sysid/session/session_options.h"
 #include "sysid/session/shared_runs.h"
+#include "sysid/session/undo_faults.h"
 
 namespace sysid {
 namespace {
 
 // Of the time for all work: the rest is for the last fit and the experiment.
 constexpr double kShareOfSearch = 0.75;
+// That the checks of the data take at most before it.
+constexpr double kShareOfChecks = 0.25;
 // Of a diagnosis that may add effects: what takes longer nobody waits for.
 constexpr double kLongestAuto = 300.0;  // s
 
@@ -71,6 +76,18 @@ FitOutcome WhatIsLeft(const Diagnosis& diagnosis) {
   return outcome;
 }
 
+// Checks the data before anything is concluded from it, within a part of the
+// time; whether it is read otherwise then.
+bool UndoFaultsFor(const DiagnoseRequest& request, const Catalogue& catalogue,
+                   double duration, Session* session) {
+  const std::stop_token stop = session->options.stop;
+  const TimeLimit checks(stop, kShareOfChecks * duration);
+  session->options.stop = checks.stop();
+  UndoFaults(request, catalogue, session);
+  session->options.stop = stop;
+  return !session->undone.empty();
+}
+
 }  // namespace
 
 DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
@@ -82,19 +99,22 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
   request.may_free_nothing = true;
   request.assumes_inertia = true;
   DiagnoseResult result(OpenSession(request, catalogue));
-  request.runs.clear();
-  request.holdout_runs.clear();
   Session* const session = &result.session;
-  const auto candidates =
-      ChooseCandidates(catalogue, *session, request.candidates, "--candidates");
-  result.problem = OpenDiagnosis(*session, &session->notices);
-  const Processes& all =
-      request.started_with != nullptr ? *request.started_with : Alone();
   session->options.keep_best = true;
   session->options.stop = limit.stop();
-  result.problem.options.stop = search.stop();
-  session->options.progress = result.problem.options.progress =
-      request.callbacks.progress;
+  session->options.progress = request.callbacks.progress;
+  std::vector<std::shared_ptr<const Effect>> candidates;
+  const auto open = [&] {
+    candidates = ChooseCandidates(catalogue, *session, request.candidates,
+                                  "--candidates");
+    std::vector<std::string> notices;
+    result.problem = OpenDiagnosis(*session, &notices);
+    AddNewNotices(notices, &session->notices);
+    result.problem.options.stop = search.stop();
+  };
+  open();
+  const Processes& all =
+      request.started_with != nullptr ? *request.started_with : Alone();
   CheckSessionNumbers(session);
   DoAlike(all, [&] {
     if (request.callbacks.ready) request.callbacks.ready(*session);
@@ -106,6 +126,17 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
   }
   DiagnosisOptions options;
   options.add = request.add_found;
+  if (request.add_found) {
+    EquationLook look = LookAtEquations(result.problem, candidates);
+    // Of an arm they judge the efforts too.
+    if (!look.is_arm && UndoFaultsFor(request, catalogue, duration, session)) {
+      open();
+      look = LookAtEquations(result.problem, candidates);
+    }
+    options.look = std::make_shared<const EquationLook>(std::move(look));
+  }
+  request.runs.clear();
+  request.holdout_runs.clear();
   options.keep_evaluated = true;
   options.judges_until = limit.stop();
   result.diagnosis = Diagnose(result.problem, candidates, options);
@@ -121,7 +152,9 @@ DiagnoseResult Diagnose(DiagnoseRequest request, const Catalogue& catalogue) {
     result.experiment = ChooseExperimentUnlessStopped(catalogue, &result);
   }
   SayStopped(request, search_ended, diagnosis);
-  CheckSessionData(session, WhatIsLeft(result.diagnosis));
+  if (!request.add_found || result.diagnosis.by_equations) {
+    CheckSessionData(session, WhatIsLeft(result.diagnosis));
+  }
   if (result.final) {
     result.final->session.findings = session->findings;
     // All that passed, the search and the checks too.

@@ -36,6 +36,8 @@ struct Finding {
   double error_left = kNaN;
   std::string file;     // run or URDF; "" where it is of all runs
   std::string subject;  // our name of the column, joint or link: "joint1.q"
+  // Whether effects of the catalogue say the same.
+  bool is_effect = false;
   // Time span, s; NaN where it is everywhere.
   double t_start = kNaN, t_end = kNaN;
   std::string evidence;     // numbers with units

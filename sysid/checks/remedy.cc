@@ -158,6 +158,14 @@ std::string IgnoreFlag(const CheckInput& input, const std::string& run,
   return "--ignore " + Quoted(Join(parts, ","));
 }
 
+std::string FlagValue(const std::string& flag) {
+  std::string value = flag.substr(flag.find(' ') + 1);
+  if (value.size() > 1 && value.front() == '\'' && value.back() == '\'') {
+    value = value.substr(1, value.size() - 2);
+  }
+  return value;
+}
+
 bool Measures(const CheckInput& input, ChannelKind kind, int target) {
   return std::any_of(input.runs.begin(), input.runs.end(), [&](const Run* run) {
     return FindChannel(*run, kind, target) != nullptr;

@@ -41,6 +41,9 @@ std::string IgnoreFlag(const CheckInput& input, const std::string& run,
                        const std::vector<std::string>& columns,
                        const std::vector<std::pair<double, double>>& spans);
 
+// The value in such a text: of "--columns 'value'".
+std::string FlagValue(const std::string& flag);
+
 // Whether any run measures the column's channel, or has its effort.
 bool Measures(const CheckInput& input, ChannelKind kind, int target);
 bool IsDriven(const CheckInput& input, const Joint& joint);

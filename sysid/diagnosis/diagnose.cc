@@ -12,6 +12,7 @@
 #include "sysid/diagnosis/effect_search.h"
 #include "sysid/diagnosis/formula_proposals.h"
 #include "sysid/diagnosis/judgement_constants.h"
+#include "sysid/diagnosis/longer_segments.h"
 #include "sysid/estimation/cancelled.h"
 
 namespace sysid {
@@ -373,6 +374,34 @@ std::vector<std::string> Diagnosis::added() const {
   return names;
 }
 
+std::vector<std::string> Diagnosis::ConfirmedBy() const {
+  std::vector<std::string> by;
+  if (verdict != Verdict::kMissingEffect && verdict != Verdict::kUndecided) {
+    return by;
+  }
+  const auto is_shown = [&](const std::string& name) {
+    return std::any_of(
+        look.effects.begin(), look.effects.end(),
+        [&](const ScreenedEffect& effect) { return effect.name() == name; });
+  };
+  if (by_equations || std::all_of(proposed.begin(), proposed.end(), is_shown)) {
+    by.push_back("equations_of_motion");
+  }
+  // Of an arm short predictions are all that there is.
+  const bool predicts =
+      final == nullptr || (final->train_error() < base.train_error() &&
+                           !(final->holdout_error() > base.holdout_error()));
+  if (!by_equations || predicts) by.push_back("segments");
+  double longest = 0.0;
+  for (const auto& data : last().problem->data().runs()) {
+    longest = std::max(longest, data->run.t.back() - data->run.t.front());
+  }
+  if (!by_equations && IsAsLong(last().fit.segment_s, longest)) {
+    by.push_back("whole_runs");
+  }
+  return by;
+}
+
 Diagnosis Diagnose(const DiagnosisProblem& problem,
                    const Candidates& candidates,
                    const DiagnosisOptions& options) {
@@ -384,6 +413,7 @@ Diagnosis Diagnose(const DiagnosisProblem& problem,
     problem.options.progress({what, 0, 0, error});
   };
   EffectSearch search(problem, candidates, report);
+  if (options.look != nullptr) search.UseLook(*options.look);
   Answer answer;
   bool interrupted = false;
   try {

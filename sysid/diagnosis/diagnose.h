@@ -11,6 +11,7 @@
 #include "sysid/diagnosis/model_comparison.h"
 #include "sysid/diagnosis/stability.h"
 #include "sysid/diagnosis/verdict.h"
+#include "sysid/inverse_dynamics/equation_look.h"
 #include "sysid/unexplained_force/where.h"
 
 namespace sysid {
@@ -92,6 +93,11 @@ struct Diagnosis {
   explicit Diagnosis(const Model& m) : base(m) {}
   const EvaluatedModel& last() const { return final ? *final : base; }
   std::vector<std::string> added() const;  // names
+  // What shows the effects of the answer: "equations_of_motion", where those
+  // show them all; "segments" that were not fitted, which the last model
+  // predicts better than the model as given; "whole_runs", where those segments
+  // are as long. Empty where nothing is missing, or nothing explains it.
+  std::vector<std::string> ConfirmedBy() const;
 };
 
 struct DiagnosisOptions {
@@ -102,6 +108,8 @@ struct DiagnosisOptions {
   // Then asks to end the verdict on that, too. Not set: there is none, and what
   // is above the noise is unexplained.
   std::stop_token judges_until = {};
+  // What the equations of motion show, where that is known (LookAtEquations).
+  std::shared_ptr<const EquationLook> look = nullptr;
 };
 
 // Throws InputError where the runs are too short or too still to decide

@@ -314,9 +314,7 @@ std::vector<int> EffectSearch::IndicesOf(
 bool EffectSearch::BeginByEquations(Equations equations) {
   report_("looking at the equations of motion", std::nan(""));
   by_equations_ =
-      LookByEquations(ShootingProblem(problem_.model, problem_.free,
-                                      problem_.train, problem_.options),
-                      catalogue_, problem_.known, kMostEffectsBySegments);
+      known_look_ ? *known_look_ : LookAtEquations(problem_, catalogue_);
   std::vector<ScreenedEffect>& shown = by_equations_.effects;
   if (!by_equations_.is_arm) return false;
   if (equations == Equations::kBegin) {

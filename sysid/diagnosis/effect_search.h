@@ -46,6 +46,9 @@ class EffectSearch {
   // What the equations of motion show: a set to begin with; or, where that is
   // more than a search adds one by one, the answer.
   enum class Equations { kBegin, kMayAnswer };
+  // What the equations of motion show, where that is known before Run().
+  void UseLook(const EquationLook& look) { known_look_ = look; }
+
   // From the model as given; where `start` has effects, from those.
   // At most so many fits at a horizon.
   Answer Run(const std::vector<int>& start = {},
@@ -127,6 +130,7 @@ class EffectSearch {
   int fits_ = 0, failures_ = 0;  // at this horizon; in a row
   std::vector<int> assumed_;
   std::shared_ptr<FittedSet> base_;
+  std::optional<EquationLook> known_look_;
   EquationLook by_equations_;
   std::shared_ptr<FittedSet> found_by_equations_;  // null: it is no arm
 };

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "sysid/diagnosis/judgement_constants.h"
 #include "sysid/estimation/segmentation.h"
 #include "sysid/inverse_dynamics/inverse_dynamics_fit.h"
 
@@ -30,6 +31,13 @@ bool DropAtBound(const EvaluatedModel& model,
 }
 
 }  // namespace
+
+EquationLook LookAtEquations(const DiagnosisProblem& problem,
+                             const Candidates& candidates) {
+  return LookByEquations(ShootingProblem(problem.model, problem.free,
+                                         problem.train, problem.options),
+                         candidates, problem.known, kMostEffectsBySegments);
+}
 
 std::shared_ptr<EvaluatedModel> FitByEquations(
     const DiagnosisProblem& problem, const EvaluatedModel& base,

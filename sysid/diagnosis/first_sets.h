@@ -4,11 +4,17 @@
 #include <vector>
 
 #include "sysid/diagnosis/evaluated_model.h"
+#include "sysid/inverse_dynamics/equation_look.h"
 
 namespace sysid {
 
 // Sets of effects from which a search begins beside the model as given: what
 // the equations of motion show, and what must be there for the machine to move.
+
+// What the equations of motion show of a problem: which effects are missing,
+// and whether it is an arm, of which they are the answer.
+EquationLook LookAtEquations(const DiagnosisProblem& problem,
+                             const Candidates& candidates);
 
 // The base with effects, at the values that the equations of motion give them
 // all; without those that end at a bound.

@@ -44,15 +44,6 @@ constexpr const char* kFaultNames[] = {
 static_assert(std::size(kFaultNames) ==
               static_cast<size_t>(DataFault::kClockScale) + 1);
 
-// The value of "--columns 'value'".
-std::string ValueOf(const std::string& flag) {
-  std::string value = flag.substr(flag.find(' ') + 1);
-  if (value.size() > 1 && value.front() == '\'' && value.back() == '\'') {
-    value = value.substr(1, value.size() - 2);
-  }
-  return value;
-}
-
 // The numbers of a column of a run, which may be const; none where it has not
 // got it.
 template <typename R>
@@ -229,7 +220,7 @@ std::vector<std::string> FixTexts(const CheckInput& input,
   CheckInput all = input;
   for (const int run : hypothesis.runs) {
     text = flag(OfOneRun(all, *input.runs[run]));
-    const std::string value = ValueOf(text);
+    const std::string value = FlagValue(text);
     if (hypothesis.late.empty()) {
       all.flag_columns = ParseColumnMap(value, "--columns");
     } else {

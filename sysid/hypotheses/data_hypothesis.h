@@ -72,6 +72,10 @@ struct DataHypothesis {
   // those are as the user gave them in what it competes with.
   bool like_bodies = false;
 
+  // Whether effects of the catalogue (effort_delay, sensor_delay) say the same:
+  // a search for effects decides between them.
+  bool is_effect = false;
+
   // In words, with half the width of the 95 % interval.
   std::function<std::string(double p, double within)> says;
   std::string consequence;

@@ -136,6 +136,7 @@ Finding Report(const Explanation& best, const std::vector<Explanation>& winners,
     finding.file = Join(files);
   }
   finding.subject = hypothesis.subject();
+  finding.is_effect = hypothesis.is_effect;
   finding.evidence = "held-out error in multiples of the noise: " +
                      ErrorText(all.as_given().fit.error) + " as read, " +
                      ErrorText(best.fit.error) + " " + Says(best);

@@ -207,6 +207,15 @@ std::string DiagnosisJson(const Session& session, const Diagnosis& diagnosis,
                          {"open", OpenJson(final->fit.open, false)}};
   }
   json["next_command"] = next.fit;
+  json["confirmed_by"] = diagnosis.ConfirmedBy();
+  json["measurement"] = List(session.undone, [](const UndoneFault& fault) {
+    return Json{
+        {"hypothesis", fault.hypothesis},
+        {"where", fault.where},
+        {"columns", fault.flag == "columns" ? Json(fault.text) : Json(nullptr)},
+        {"flag", fault.text},
+        {"gain", fault.gain}};
+  });
   json["findings"] = session.findings;
   json["skipped_runs"] = session.skipped_runs;
   json["notices"] = session.notices;

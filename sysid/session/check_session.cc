@@ -132,7 +132,17 @@ std::string CheckedLine(const Session& session) {
       std::to_string(runs) + (runs == 1 ? " run" : " runs");
   const size_t found = session.findings.size();
   std::string text = "  checked: ";
-  if (found == 0) {
+  if (!session.undone.empty()) {
+    std::vector<std::string> undone;
+    for (const UndoneFault& fault : session.undone) {
+      undone.push_back(fault.hypothesis + " (" + fault.where + ") with " +
+                       fault.text);
+    }
+    text += "undone: " + Join(undone, "; ");
+    if (found > undone.size()) {
+      text += "; " + std::to_string(found - undone.size()) + " more";
+    }
+  } else if (found == 0) {
     text += "nothing wrong with " + count;
   } else {
     text += std::to_string(found) + (found == 1 ? " finding" : " findings") +

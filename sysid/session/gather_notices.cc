@@ -71,4 +71,13 @@ std::vector<std::string> GatherNotices(const std::vector<std::string>& notices,
   return gathered;
 }
 
+void AddNewNotices(const std::vector<std::string>& notices,
+                   std::vector<std::string>* all) {
+  for (const std::string& notice : notices) {
+    if (std::find(all->begin(), all->end(), notice) == all->end()) {
+      all->push_back(notice);
+    }
+  }
+}
+
 }  // namespace sysid

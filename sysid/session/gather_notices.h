@@ -13,4 +13,8 @@ namespace sysid {
 std::vector<std::string> GatherNotices(const std::vector<std::string>& notices,
                                        const std::vector<std::string>& runs);
 
+// Those that are not there yet.
+void AddNewNotices(const std::vector<std::string>& notices,
+                   std::vector<std::string>* all);
+
 }  // namespace sysid

@@ -22,6 +22,16 @@ struct SkippedRun {
   std::string run, reason;
 };
 
+// A fault of the recordings that was found, and undone by a flag: what follows
+// reads them so.
+struct UndoneFault {
+  std::string hypothesis;   // Finding::fault
+  std::string where;        // "run.csv: joint1.q"
+  std::string flag, value;  // "columns", "joint1.q=-joint1.q"
+  std::string text;         // of both, as it is pasted
+  double gain = 0.0;        // by what the error fell; 0: the numbers show it
+};
+
 // Everything that a fit starts from. What was assumed on the way, and what of
 // the input was ignored, is in `notices`, a line each.
 struct Session {
@@ -55,7 +65,8 @@ struct Session {
   // What CheckSession found, worst first; `checked` where it was asked.
   std::vector<Finding> findings;
   bool checked = false;
-  size_t not_checked = 0;  // kinds of fault, for want of time
+  std::vector<UndoneFault> undone;  // UndoFaults
+  size_t not_checked = 0;           // kinds of fault, for want of time
 
   explicit Session(const Model& m) : model(m) {}
 };

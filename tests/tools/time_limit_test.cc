@@ -61,12 +61,12 @@ TEST_F(TimeLimitTest, DiagnosesWhatItCan) {
   const ProgramResult found =
       Run(SYSID_DIAGNOSE,
           {"--model", "pendulum3", "--traj", Shipped("pendulum3.csv"), "--auto",
-           "--time", "3", "--json", "found.json"});
+           "--time", "6", "--json", "found.json"});
   const Json json = Read("found.json");
   EXPECT_EQ(found.exit_code, 0);
   if (json["stopped"].is_null()) return;  // a fast machine
   EXPECT_EQ(json["stopped"], "time");
-  EXPECT_THAT(json["doubts"].dump(), HasSubstr("out of time (--time 3)"));
+  EXPECT_THAT(json["doubts"].dump(), HasSubstr("out of time (--time 6)"));
   EXPECT_TRUE(json["final"]["cv_error"].is_number());
 }
 

@@ -19,6 +19,7 @@ void DelayHypotheses(const CheckInput& input,
     DataHypothesis hypothesis;
     hypothesis.fault = DataFault::kChannelLate;
     hypothesis.subjects = hypothesis.late = columns;
+    hypothesis.is_effect = true;
     // Where half a sample changes the residuals, and rounding does not.
     hypothesis.probe = 0.5 * period;
     // Half a sample is how well times are known at all; what a drive's

@@ -8,6 +8,19 @@
 namespace sysid {
 namespace {
 
+TEST(CheckedLine, SaysWhatWasUndone) {
+  Session session(MakeModel(LoadUrdf(FindModel("pendulum1")), Catalogue()));
+  session.run_names = {"a.csv"};
+  session.checked = true;
+  session.findings.resize(2);
+  session.undone = {{"degrees", "a.csv: joint1.q", "columns",
+                     "joint1.q=joint1.q*pi/180",
+                     "--columns 'joint1.q=joint1.q*pi/180'", 9.0}};
+  EXPECT_EQ(CheckedLine(session),
+            "  checked: undone: degrees (a.csv: joint1.q) with --columns "
+            "'joint1.q=joint1.q*pi/180'; 1 more\n");
+}
+
 // Nothing is said to be right that nobody looked at.
 TEST(CheckedLine, SaysHowMuchWasNotTested) {
   Session session(MakeModel(LoadUrdf(FindModel("pendulum1")), Catalogue()));
