@@ -1,6 +1,7 @@
 #include "sysid/simulation/driven_motion.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "models/internal_state.h"
 #include "models/parameters.h"
@@ -91,6 +92,9 @@ Eigen::VectorXd WithStates(const Model& model, Eigen::VectorXd x0,
 RowMatrixXd DrivenMotion(const Model& model, const Eigen::VectorXd& x0,
                          const MotionOptions& options, const DriveLaw& drive,
                          Run* run) {
+  if (x0.size() != model.layout().size()) {
+    throw std::invalid_argument("a state of another model");
+  }
   const Eigen::VectorXd started = WithStates(model, x0, *run);
   Roll roll(model, started, options.integrator, drive, run);
   RowMatrixXd states, finer;

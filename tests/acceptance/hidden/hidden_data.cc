@@ -7,6 +7,7 @@
 
 #include "glog/logging.h"
 #include "models/dynamics.h"
+#include "models/internal_state.h"
 #include "models/math/rotation.h"
 #include "models/state.h"
 #include "sysid/simulation/simulate.h"
@@ -203,7 +204,8 @@ sysid::Run Record(const TestMechanism& mechanism, const Model& truth,
   const Eigen::VectorXd x0 = StartOf(mechanism, seed);
   const Model with_effects = WithEffects(truth, planted);
   if (info.engine == "sysid" && mechanism.drive != Drive::kTracking) {
-    return Simulate(with_effects, x0, options);
+    return Simulate(with_effects, AdoptState(truth, x0.data(), with_effects),
+                    options);
   }
   sysid::Run run = Planned(mechanism, truth, with_effects, x0, options);
   Controller controller;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "models/internal_state.h"
 #include "models/stepper.h"
 #include "residuals/acting_inputs.h"
 
@@ -17,18 +18,27 @@ class SysidPlant : public Plant {
         ws_(model_),
         stepper_(Integrator::kRungeKutta4, &ws_) {}
 
-  void SetState(const Eigen::VectorXd& x) override { x_ = x; }
-  Eigen::VectorXd State() const override { return x_; }
+  // Internal states of effects start with the first sample from there.
+  void SetState(const Eigen::VectorXd& x) override {
+    x_.setZero(model_.layout().size());
+    x_.head(x.size()) = x;
+    starts_ = true;
+  }
+  Eigen::VectorXd State() const override {
+    return x_.head(model_.layout().z());
+  }
 
   bool Advance(const Run& run, int sample) override {
     const double dt = run.t[sample + 1] - run.t[sample];
     const int steps =
         std::max(1, static_cast<int>(std::ceil(dt / step_ * (1 - 1e-9))));
-    std::vector<double> tau(model_.nv());
+    std::vector<double> held(model_.held_size());
     for (int s = 0; s < steps; ++s) {
       ActingInputs<double>(run, ws_, sample, run.t[sample] + dt * s / steps,
-                           dt / steps, tau.data());
-      if (!stepper_.Step(dt / steps, tau.data(), x_.data())) return false;
+                           dt / steps, held.data());
+      if (starts_) StartStates(&ws_, held.data(), x_.data());
+      starts_ = false;
+      if (!stepper_.Step(dt / steps, held.data(), x_.data())) return false;
     }
     return x_.allFinite();
   }
@@ -39,6 +49,7 @@ class SysidPlant : public Plant {
   Workspace<double> ws_;
   Stepper<double> stepper_;
   Eigen::VectorXd x_;
+  bool starts_ = false;
 };
 
 }  // namespace
