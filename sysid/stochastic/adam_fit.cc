@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "sysid/estimation/cancelled.h"
 #include "sysid/stochastic/descent.h"
 #include "sysid/stochastic/rollout_gradient.h"
 #include "sysid/stochastic/stochastic_fit.h"
@@ -46,6 +47,7 @@ Fit FitAdam(const ShootingProblem& problem, const AdamFitOptions& options) {
   for (int epoch = 1; epoch <= epochs + 1; ++epoch) {
     double loss = 0.0;
     int failed = 0;
+    if (epoch > 2) sums.StopAt(problem.options().stop);  // one step is taken
     ++fit->evaluations;
     const auto evaluate = [&] {
       return MeanLossGradient(rollouts, all, descent.transformation(),
@@ -53,10 +55,16 @@ Fit FitAdam(const ShootingProblem& problem, const AdamFitOptions& options) {
                               &failed, &gradient);
     };
     bool shortened = epoch % kStepEvery == 0 && descent.ShortenStep(v);
-    bool ok = evaluate();
-    if (!ok && descent.ShortenStep(v)) {
-      shortened = true;
+    bool ok = false;
+    try {
       ok = evaluate();
+      if (!ok && descent.ShortenStep(v)) {
+        shortened = true;
+        ok = evaluate();
+      }
+    } catch (const Cancelled&) {
+      if (!descent.Interrupted(epoch - 1)) throw;
+      break;
     }
     if (shortened) {
       best_loss = std::numeric_limits<double>::infinity();  // another loss

@@ -5,6 +5,7 @@
 
 #include "models/error.h"
 #include "models/math/constants.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/identifiability.h"
 #include "sysid/stochastic/descent.h"
 #include "sysid/stochastic/rollout_gradient.h"
@@ -46,7 +47,7 @@ class MixtureDescent {
   MixtureFit Run();
 
  private:
-  // One step; false where all draws have failed too often.
+  // One step; false where all draws have failed too often, or it was stopped.
   bool Epoch(int epoch, int arrived);
   // v of ParameterMixture::Mean() as it was recorded last.
   Eigen::VectorXd Estimate() const;
@@ -137,9 +138,16 @@ bool MixtureDescent::Epoch(int epoch, int arrived) {
   int failed = 0;
   Eigen::ArrayXXd by_v;
   Eigen::VectorXd gradient, packed = mixture_.Pack();
-  bool ok = MeanLossGradient(descent_.rollouts(), arrived,
-                             descent_.transformation(), options_.huber,
-                             draws_.v(), &sums_, &loss, &failed, &by_v);
+  if (epoch > 1) sums_.StopAt(problem_.options().stop);  // one step is taken
+  bool ok = false;
+  try {
+    ok = MeanLossGradient(descent_.rollouts(), arrived,
+                          descent_.transformation(), options_.huber, draws_.v(),
+                          &sums_, &loss, &failed, &by_v);
+  } catch (const Cancelled&) {
+    if (!descent_.Interrupted(epoch - 1)) throw;
+    return false;
+  }
   if (ok) gradient = draws_.Gradient(by_v);
   ok = ok && gradient.allFinite();
   result_.draws += options_.draws;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "models/math/constants.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/estimation/parallel.h"
 
 namespace sysid {
@@ -181,8 +182,9 @@ void RolloutSums::Evaluate(const Rollouts& rollouts, int count, double huber,
              &scratch_[thread], part)) {
       *part = kInfinity;
     }
-    return true;
+    return !stop_.stop_requested();
   });
+  ThrowIfCancelled(stop_);
   values_.resize(points);
   gradients_.resize(points, n);
   for (int p = 0; p < points; ++p) {

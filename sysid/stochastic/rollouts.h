@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <memory>
+#include <stop_token>
+#include <utility>
 #include <vector>
 
 #include "sysid/estimation/shooting_problem.h"
@@ -121,6 +123,9 @@ inline double HuberSlope(double s, double huber) {
 // The rollouts' problem must outlive it.
 class RolloutSums {
  public:
+  // Evaluate() throws Cancelled once that asks to stop.
+  void StopAt(std::stop_token stop) { stop_ = std::move(stop); }
+
   // Of the first `count` rollouts, at each row of `thetas`.
   void Evaluate(const Rollouts& rollouts, int count, double huber,
                 const RowMatrixXd& thetas);
@@ -144,6 +149,7 @@ class RolloutSums {
                   const SegmentRollout& rollout, double huber,
                   const double* theta, Scratch* scratch, double* sum);
 
+  std::stop_token stop_;
   std::vector<SegmentRollout> rollouts_;
   std::vector<Scratch> scratch_;
   RowMatrixXd parts_;  // a row for each theta and rollout
