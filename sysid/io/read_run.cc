@@ -574,6 +574,15 @@ class RunReader {
 
 }  // namespace
 
+Run ReadTable(std::unique_ptr<TableFile> table, const ColumnMap& columns,
+              const Mechanism& mechanism, std::vector<std::string>* notices,
+              RunContent content) {
+  const std::string path = table->path();
+  const std::unique_ptr<TableFile> file =
+      JoinOtherFiles(std::move(table), ColumnsOf(columns, path, mechanism));
+  return RunReader(file.get(), columns, mechanism, notices, content).Read();
+}
+
 namespace {
 
 Run ReadAs(const std::string& path, const ColumnMap& columns,
@@ -629,40 +638,23 @@ Run ReadRun(const std::string& path, const ColumnMap& columns,
   }
 }
 
-namespace {
-
 Run ReadContent(const std::string& path, RunContent content,
                 const Mechanism& mechanism, std::vector<std::string>* notices) {
-  const std::unique_ptr<TableFile> file = OpenTable(path);
-  Run run = RunReader(file.get(), {}, mechanism, notices, content).Read();
-  run.name = path;
+  Run run = ReadTable(OpenTable(path), {}, mechanism, notices, content);
+  run.name = path;  // with the topic of a bag
   return run;
 }
 
-}  // namespace
-
-Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
-                std::vector<std::string>* notices) {
-  return ReadContent(path, RunContent::kEfforts, mechanism, notices);
-}
-
-Run ReadPositions(const std::string& path, const Mechanism& mechanism,
-                  std::vector<std::string>* notices) {
-  return ReadContent(path, RunContent::kPositions, mechanism, notices);
-}
-
-Run ReadInputs(const std::string& path, const Mechanism& mechanism,
-               std::vector<std::string>* notices) {
-  return ReadContent(path, RunContent::kInputs, mechanism, notices);
+ColumnMap OwnInputColumns(const TableFile& table, const Mechanism& mechanism) {
+  ColumnMap map;
+  for (const std::string& name : table.header()) {
+    if (IsOwnInput(name, mechanism)) map.push_back({name, name, table.path()});
+  }
+  return map;
 }
 
 ColumnMap OwnInputColumns(const std::string& path, const Mechanism& mechanism) {
-  ColumnMap map;
-  const std::unique_ptr<TableFile> file = OpenTable(path);
-  for (const std::string& name : file->header()) {
-    if (IsOwnInput(name, mechanism)) map.push_back({name, name, path});
-  }
-  return map;
+  return OwnInputColumns(*OpenTable(path), mechanism);
 }
 
 Run ParseRun(const std::string& path, const std::string& text,
