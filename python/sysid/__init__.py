@@ -11,7 +11,7 @@ the effect that a model lacks.
 docs/python.md of the project has more.
 """
 
-from ._errors import InputError
+from ._errors import InputError, Stopped
 from ._native import version as __version__
 from .diagnosis import Diagnosis, diagnose
 from .fitting import Fit, Parameter, Prediction, Samples, fit
@@ -20,5 +20,5 @@ from .run import Run, read
 from .simulation import simulate
 
 __all__ = ["Diagnosis", "Fit", "InputError", "Model", "Parameter",
-           "Prediction", "Run", "Samples", "__version__", "diagnose", "fit",
-           "load", "read", "simulate"]
+           "Prediction", "Run", "Samples", "Stopped", "__version__", "diagnose",
+           "fit", "load", "read", "simulate"]

@@ -24,3 +24,7 @@ class InputError(ValueError):
         self.place, self.what, self.hint = place, what, hint
         text = f"{place}: {what}"
         super().__init__(text + (f"\n  hint: {hint}" if hint else ""))
+
+
+class Stopped(RuntimeError):
+    """A call was stopped by its event before there was anything to keep."""

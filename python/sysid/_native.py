@@ -11,7 +11,7 @@ import threading
 
 import numpy as np
 
-from ._errors import InputError
+from ._errors import InputError, Stopped
 
 _DOUBLES = ctypes.POINTER(ctypes.c_double)
 _DONE, _INPUT_ERROR, _STOPPED, _NO_MEMORY, _FAILED = range(5)
@@ -155,7 +155,7 @@ def _raise(handle):
         value = handle.value()
         raise InputError(value["place"], value["what"], value["hint"])
     if code == _STOPPED:
-        raise KeyboardInterrupt("stopped before there was a first point")
+        raise Stopped("stopped before there was a first point")
     if code == _NO_MEMORY:
         raise MemoryError("sysid: out of memory")
     raise RuntimeError(handle.value()["what"])
@@ -217,9 +217,11 @@ class _Watched:
 
     def run(self, progress, stop):
         self._thread.start()
+        interrupt = None
         try:
             self._wait(progress, stop)
         except BaseException as error:
+            interrupt = error
             self.stop()
             # Its memory is the call's until that ends: within a second.
             while not self._done.wait(self.PERIOD):
@@ -229,6 +231,9 @@ class _Watched:
         finally:
             self._thread.join()
             _library.sysid_control_free(self._control)
+        if isinstance(interrupt, KeyboardInterrupt) and isinstance(
+                self._error, Stopped):
+            raise interrupt
         if self._error is not None:
             raise self._error
         return self._handle

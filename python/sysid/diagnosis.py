@@ -47,10 +47,10 @@ class Diagnosis(results.Result):
         ...                        ["data/runs/hidden_1.csv",
         ...                         "data/runs/hidden_2.csv"])
         >>> found.verdict, found.effects
-        ('missing_effect', ['coulomb_friction@joint1'])
+        ('missing_effect', ['coulomb_friction@joint2'])
         >>> fit = found.fit()
         >>> fit.effects
-        ['coulomb_friction@joint1']
+        ['coulomb_friction@joint2']
         """
         call = {name: value for name, value in self._call.items()
                 if name not in ("candidates", "auto", "whole_runs")}
@@ -124,7 +124,7 @@ def diagnose(model: Union[Model, str, "os.PathLike[str]"], runs: Any, *,
     ...                        candidates=["coulomb_friction",
     ...                                    "viscous_damping"])
     >>> found.effects
-    ['coulomb_friction@joint1']
+    ['coulomb_friction@joint2']
     """
     call = {"free": free, "fix": fix, "add": add, "candidates": candidates,
             **more}

@@ -374,8 +374,8 @@ def fit(model: Union[Model, str, "os.PathLike[str]"], runs: Any, *,
     ------
     InputError
         For what is wrong, with its place and what to do.
-    KeyboardInterrupt
-        Where it was stopped before there was a first point.
+    Stopped, KeyboardInterrupt
+        Where ``stop`` or Ctrl-C ended it before there was a first point.
 
     Examples
     --------

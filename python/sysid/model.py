@@ -13,9 +13,9 @@ class Model:
     >>> import sysid
     >>> model = sysid.load("cartpole")
     >>> [(joint["name"], joint["unit"]) for joint in model.joints]
-    [('slide', 'm'), ('joint1', 'rad')]
-    >>> model.parameters["pole.mass"]
-    0.5
+    [('slider', 'm'), ('hinge', 'rad')]
+    >>> model.parameters["pole.mass"], model.units["pole.mass"]
+    (0.2, 'kg')
 
     Attributes
     ----------

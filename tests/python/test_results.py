@@ -48,24 +48,26 @@ def test_fit_is_the_programs(program_json, model, paths, how):
     runs = {"arrays": lambda path: run_of(path),
             "read": lambda path: sysid.read(path, loaded),
             "paths": lambda path: path}[how]
-    fit = sysid.fit(loaded, [runs(path) for path in paths])
+    fit = sysid.fit(loaded, [runs(path) for path in paths], check="numbers")
     assert_same(fit.json, program_json("sysid_fit", "--model", model,
-                                       "--traj", ",".join(paths)))
+                                       "--check", "numbers", "--traj",
+                                       ",".join(paths)))
 
 
 def test_diagnosis_is_the_programs(program_json):
     paths = [f"data/runs/hidden_{i}.csv" for i in (1, 2, 3)]
     found = sysid.diagnose(
         "pendulum2_planar", [run_of(path) for path in paths[:2]],
-        holdout=[run_of(paths[2])])
+        holdout=[run_of(paths[2])], check="numbers")
     expected = program_json(
         "sysid_diagnose", "--model", "pendulum2_planar", "--traj",
-        ",".join(paths[:2]), "--holdout", paths[2])
+        ",".join(paths[:2]), "--holdout", paths[2], "--check", "numbers")
     assert_same(found.json, expected, ("next_command", "next_experiment"))
     assert found.verdict == "missing_effect"
-    assert found.effects == ["coulomb_friction@joint1"]
-    assert "sysid.fit(model, runs, holdout=held_out, " \
-        "add='coulomb_friction@joint1'" in found.json["next_command"]
+    assert found.effects == ["coulomb_friction@joint2"]
+    assert found.json["next_command"] == (
+        "sysid.fit(model, runs, holdout=held_out, check='numbers', "
+        "add='coulomb_friction@joint2')")
     fit = found.fit()
     assert fit.effects == found.effects
     assert fit.json["error"]["train"]["normalized_rms"] < 1.1
@@ -91,17 +93,17 @@ def test_simulation_follows_efforts_of_arrays():
     t = np.arange(200) * 0.01
     pushed = sysid.simulate(
         "cartpole", noise=0, rate=100, initial=sysid.Run(
-            t=t, q={"slide": 0 * t, "joint1": 0 * t}),
-        efforts=sysid.Run(t=t, tau={"slide": 1 + 0 * t}))
-    assert pushed["slide"][-1] > 0.1
-    np.testing.assert_array_equal(pushed["slide.tau"], 1.0)
+            t=t, q={"slider": 0 * t, "hinge": 0 * t}),
+        efforts=sysid.Run(t=t, tau={"slider": 1 + 0 * t}))
+    assert pushed["slider.q"][-1] > 0.1
+    np.testing.assert_array_equal(pushed["slider.tau"], 1.0)
 
 
 @pytest.fixture(scope="module")
 def fit():
     return sysid.fit("pendulum2_planar", ["data/runs/hidden_1.csv"],
                      holdout=["data/runs/hidden_3.csv"],
-                     add=["coulomb_friction@joint1"])
+                     add=["coulomb_friction@joint2"])
 
 
 def test_covariance_is_that_of_the_standard_errors(fit):
@@ -151,7 +153,7 @@ def test_predicts_a_run_as_it_predicts_held_out_ones(fit):
 
 def test_the_fitted_model_goes_on(fit):
     model = fit.model
-    assert model.effects == ["coulomb_friction@joint1"]
+    assert model.effects == ["coulomb_friction@joint2"]
     for name, value in fit.values.items():
         assert model.parameters[name] == value
     compared = sysid.fit(model, ["data/runs/hidden_2.csv"], free="none")
@@ -173,15 +175,15 @@ def test_exports_a_urdf_that_loads_again(fit, tmp_path):
     path = tmp_path / "robot.urdf"
     fit.export(path)
     # Friction is in its <dynamics>.
-    assert sysid.load(path).effects == ["coulomb_friction@joint1"]
+    assert sysid.load(path).effects == ["coulomb_friction@joint2"]
     with pytest.raises(sysid.InputError, match="writes a URDF"):
         fit.export(tmp_path / "robot.sdf")
 
 
 def test_is_shown_as_text_and_html(fit):
-    assert "joint1.friction" in str(fit)
+    assert "joint2.friction" in str(fit)
     page = fit._repr_html_()
-    assert "joint1.friction" in page and "at the noise floor" in page
+    assert "joint2.friction" in page and "at the noise floor" in page
     frame = pytest.importorskip("pandas") and fit.to_pandas()
-    assert frame.loc["joint1.friction", "value"] == \
-        fit.values["joint1.friction"]
+    assert frame.loc["joint2.friction", "value"] == \
+        fit.values["joint2.friction"]
