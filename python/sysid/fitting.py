@@ -239,7 +239,7 @@ class Fit(results.Result):
         >>> model = sysid.load("pendulum2_planar")
         >>> fit = sysid.fit(model, ["data/runs/hidden_1.csv"])
         >>> fit.residuals("joint1").shape
-        (2001,)
+        (801,)
         """
         runs = self.predictions(held_out)
         known = [name for run in runs for name in run]

@@ -225,7 +225,7 @@ def read(path: Union[str, "os.PathLike[str]"],
     >>> model = sysid.load("pendulum2_planar")
     >>> run = sysid.read("data/runs/hidden_1.csv", model)
     >>> len(run), sorted(run.columns)
-    (2001, ['joint1.q', 'joint2.q', 't'])
+    (801, ['joint1.q', 'joint2.q', 't'])
     """
     request = _native.Request()
     values = {

@@ -484,6 +484,7 @@ class RunReader {
 
   void NormalizeOrientation(const Found& found, Channel* channel) const {
     constexpr double kRounding = 0.01;
+    constexpr double kUnit = 4.0 * std::numeric_limits<double>::epsilon();
     for (int row = 0; row < channel->values.rows(); ++row) {
       const double norm = channel->values.row(row).norm();
       if (std::isnan(norm)) continue;
@@ -495,7 +496,8 @@ class RunReader {
             "its columns are w, x, y, z of a unit quaternion; leave them empty "
             "where nothing was measured");
       }
-      channel->values.row(row) /= norm;
+      // What was normalised stays: a run that is written reads back the same.
+      if (std::abs(norm - 1.0) > kUnit) channel->values.row(row) /= norm;
     }
   }
 
