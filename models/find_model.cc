@@ -1,5 +1,7 @@
 #include "models/find_model.h"
 
+#include <dlfcn.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <set>
@@ -17,11 +19,17 @@ std::vector<fs::path> RobotFolders() {
   const char* data_dir = std::getenv("SYSID_DATA_DIR");
   if (data_dir && *data_dir) folders.push_back(fs::path(data_dir) / "robots");
   folders.push_back(fs::path(SYSID_SOURCE_DATADIR) / "robots");
+  const auto add_beside = [&](const fs::path& file) {
+    folders.push_back(file.parent_path().parent_path() / "share/sysid/robots");
+  };
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (!error) {
-    folders.push_back(program.parent_path().parent_path() /
-                      "share/sysid/robots");
+  if (!error) add_beside(program);
+  // Part of a shared library, in a program of others (Python).
+  Dl_info here;
+  if (dladdr(reinterpret_cast<void*>(&RobotFolders), &here) != 0) {
+    const fs::path library = fs::canonical(here.dli_fname, error);
+    if (!error) add_beside(library);
   }
   folders.push_back(fs::path(SYSID_INSTALL_DATADIR) / "robots");
   return folders;

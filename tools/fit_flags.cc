@@ -68,21 +68,6 @@ const char kDiagnosisFlagsHelp[] =
 
 namespace {
 
-// The names of effects on a flag that has no values.
-std::vector<std::string> EffectsFromFlag(const std::string& text,
-                                         const std::string& flag) {
-  std::vector<std::string> names;
-  for (const NamedValue& effect : SplitEffectValues(text, flag)) {
-    if (effect.value) {
-      throw InputError(flag,
-                       "'" + effect.name + "' has a value, which the fit finds",
-                       "write " + flag + " " + effect.name);
-    }
-    names.push_back(effect.name);
-  }
-  return names;
-}
-
 // How to fit, as far as words say it.
 void ReadWords(FitRequest* request) {
   CheckWord("solver", FLAGS_solver);
@@ -111,7 +96,7 @@ FitRequest RequestFromFlags() {
   request.free_none = FLAGS_free == "none";
   if (!request.free_none) request.free = SplitAssignments(FLAGS_free, "--free");
   request.fix = SplitAssignments(FLAGS_fix, "--fix");
-  request.add = EffectsFromFlag(FLAGS_add, "--add");
+  request.add = SplitEffectNames(FLAGS_add, "--add");
   request.columns = ParseColumnMap(FLAGS_columns);
   request.shift = ParseShifts(FLAGS_shift, "--shift");
   request.ignore = ParseIgnored(FLAGS_ignore, "--ignore");

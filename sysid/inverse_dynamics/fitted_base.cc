@@ -1,6 +1,7 @@
 #include "sysid/inverse_dynamics/fitted_base.h"
 
 #include "models/math/decompositions.h"
+#include "sysid/estimation/cancelled.h"
 #include "sysid/inverse_dynamics/base_parameters.h"
 #include "sysid/inverse_dynamics/effort_comparison.h"
 #include "sysid/inverse_dynamics/regression.h"
@@ -11,9 +12,7 @@ namespace {
 // Of which the equations of the joints' motion do not tell.
 bool HasInternalStates(const Model& model) { return model.layout().nz() > 0; }
 
-}  // namespace
-
-void AddBaseParameters(const ShootingProblem& fitted, Fit* fit) {
+void AddBaseParametersOf(const ShootingProblem& fitted, Fit* fit) {
   const ShootingProblem problem = WithRowsInMemory(fitted);
   const Model& model = problem.model();
   const ParameterMap& map = problem.map();
@@ -38,6 +37,17 @@ void AddBaseParameters(const ShootingProblem& fitted, Fit* fit) {
   const Eigen::MatrixXd by_theta = SolveSquare(
       map.ValueJacobian(fit->point.theta), RootOfCovariance(fit->covariance));
   fit->base = BaseParameters(coordinates, R, R * at.D * by_theta, at.xi);
+}
+
+}  // namespace
+
+void AddBaseParameters(const ShootingProblem& problem, Fit* fit) {
+  // A fit that may be stopped with a point to keep keeps it.
+  try {
+    AddBaseParametersOf(problem, fit);
+  } catch (const Cancelled&) {
+    if (!problem.options().keep_best) throw;
+  }
 }
 
 }  // namespace sysid

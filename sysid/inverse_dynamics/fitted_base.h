@@ -9,7 +9,8 @@ namespace sysid {
 // say (BaseParameters), their values are those of the fit, and their standard
 // errors its covariance's.
 //
-// Fills Fit::base; leaves it empty where no body is free, where a joint's
+// Fills Fit::base; leaves it empty where it is stopped and may keep what there
+// is (EstimationOptions::keep_best), where no body is free, where a joint's
 // position or all efforts were not measured, where effects have internal
 // states, and where parameters cannot move the coordinates one by one.
 void AddBaseParameters(const ShootingProblem& problem, Fit* fit);

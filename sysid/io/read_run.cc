@@ -484,6 +484,7 @@ class RunReader {
 
   void NormalizeOrientation(const Found& found, Channel* channel) const {
     constexpr double kRounding = 0.01;
+    constexpr double kUnit = 4.0 * std::numeric_limits<double>::epsilon();
     for (int row = 0; row < channel->values.rows(); ++row) {
       const double norm = channel->values.row(row).norm();
       if (std::isnan(norm)) continue;
@@ -495,7 +496,8 @@ class RunReader {
             "its columns are w, x, y, z of a unit quaternion; leave them empty "
             "where nothing was measured");
       }
-      channel->values.row(row) /= norm;
+      // What was normalised stays: a run that is written reads back the same.
+      if (std::abs(norm - 1.0) > kUnit) channel->values.row(row) /= norm;
     }
   }
 
@@ -574,6 +576,15 @@ class RunReader {
 
 }  // namespace
 
+Run ReadTable(std::unique_ptr<TableFile> table, const ColumnMap& columns,
+              const Mechanism& mechanism, std::vector<std::string>* notices,
+              RunContent content) {
+  const std::string path = table->path();
+  const std::unique_ptr<TableFile> file =
+      JoinOtherFiles(std::move(table), ColumnsOf(columns, path, mechanism));
+  return RunReader(file.get(), columns, mechanism, notices, content).Read();
+}
+
 namespace {
 
 Run ReadAs(const std::string& path, const ColumnMap& columns,
@@ -629,40 +640,23 @@ Run ReadRun(const std::string& path, const ColumnMap& columns,
   }
 }
 
-namespace {
-
 Run ReadContent(const std::string& path, RunContent content,
                 const Mechanism& mechanism, std::vector<std::string>* notices) {
-  const std::unique_ptr<TableFile> file = OpenTable(path);
-  Run run = RunReader(file.get(), {}, mechanism, notices, content).Read();
-  run.name = path;
+  Run run = ReadTable(OpenTable(path), {}, mechanism, notices, content);
+  run.name = path;  // with the topic of a bag
   return run;
 }
 
-}  // namespace
-
-Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
-                std::vector<std::string>* notices) {
-  return ReadContent(path, RunContent::kEfforts, mechanism, notices);
-}
-
-Run ReadPositions(const std::string& path, const Mechanism& mechanism,
-                  std::vector<std::string>* notices) {
-  return ReadContent(path, RunContent::kPositions, mechanism, notices);
-}
-
-Run ReadInputs(const std::string& path, const Mechanism& mechanism,
-               std::vector<std::string>* notices) {
-  return ReadContent(path, RunContent::kInputs, mechanism, notices);
+ColumnMap OwnInputColumns(const TableFile& table, const Mechanism& mechanism) {
+  ColumnMap map;
+  for (const std::string& name : table.header()) {
+    if (IsOwnInput(name, mechanism)) map.push_back({name, name, table.path()});
+  }
+  return map;
 }
 
 ColumnMap OwnInputColumns(const std::string& path, const Mechanism& mechanism) {
-  ColumnMap map;
-  const std::unique_ptr<TableFile> file = OpenTable(path);
-  for (const std::string& name : file->header()) {
-    if (IsOwnInput(name, mechanism)) map.push_back({name, name, path});
-  }
-  return map;
+  return OwnInputColumns(*OpenTable(path), mechanism);
 }
 
 Run ParseRun(const std::string& path, const std::string& text,

@@ -1,11 +1,14 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "models/mechanism.h"
 #include "residuals/run.h"
 #include "sysid/io/column_map.h"
+#include "sysid/io/run_sources.h"
+#include "sysid/io/table_file.h"
 
 namespace sysid {
 
@@ -33,20 +36,19 @@ namespace sysid {
 Run ReadRun(const std::string& path, const ColumnMap& columns,
             const Mechanism& mechanism, std::vector<std::string>* notices);
 
-// The same of a file that need not measure anything, but must have an effort.
-Run ReadEfforts(const std::string& path, const Mechanism& mechanism,
-                std::vector<std::string>* notices);
+// The same of a table that is open; it has what is asked of it.
+Run ReadTable(std::unique_ptr<TableFile> table, const ColumnMap& columns,
+              const Mechanism& mechanism, std::vector<std::string>* notices,
+              RunContent content = RunContent::kMeasurements);
 
-// The same of a file of which only positions are used.
-Run ReadPositions(const std::string& path, const Mechanism& mechanism,
-                  std::vector<std::string>* notices);
-
-// The same of a file of which only inputs are used (InputColumns, and any
-// column whose name is a plain word).
-Run ReadInputs(const std::string& path, const Mechanism& mechanism,
-               std::vector<std::string>* notices);
+// The same of a file that need not measure anything, but must have an effort
+// (kEfforts); of which only positions are used (kPositions), or only inputs
+// (kInputs: InputColumns, and any column whose name is a plain word).
+Run ReadContent(const std::string& path, RunContent content,
+                const Mechanism& mechanism, std::vector<std::string>* notices);
 // Those words, as a map of each onto itself.
 ColumnMap OwnInputColumns(const std::string& path, const Mechanism& mechanism);
+ColumnMap OwnInputColumns(const TableFile& table, const Mechanism& mechanism);
 
 // The same from a text with separators (csv.h); `path` only names it.
 Run ParseRun(const std::string& path, const std::string& text,

@@ -6,16 +6,10 @@
 #include "sysid/io/run_columns.h"
 
 namespace sysid {
-namespace {
 
-// Where a column's numbers are.
-struct Source {
-  const RowMatrixXd* values;
-  int slot;
-};
-
-void AddSources(const Mechanism& mechanism, const Run& run, std::string* header,
-                std::vector<Source>* sources) {
+std::vector<ColumnOfRun> ColumnsOfRun(const Mechanism& mechanism,
+                                      const Run& run) {
+  std::vector<ColumnOfRun> columns;
   for (const ColumnGroup& whole : RunColumnGroups(mechanism)) {
     const RowMatrixXd* values = nullptr;
     ColumnGroup group = whole;
@@ -33,14 +27,11 @@ void AddSources(const Mechanism& mechanism, const Run& run, std::string* header,
     }
     if (values == nullptr) continue;
     for (size_t i = 0; i < group.columns.size(); ++i) {
-      *header += ',';
-      *header += CsvCell(group.columns[i]);
-      sources->push_back({values, first + group.slots[i]});
+      columns.push_back({group.columns[i], values, first + group.slots[i]});
     }
   }
+  return columns;
 }
-
-}  // namespace
 
 std::string FormatRun(const Mechanism& mechanism, const Run& run,
                       const std::vector<std::string>& comments) {
@@ -54,14 +45,15 @@ std::string FormatRun(const Mechanism& mechanism, const Run& run,
     text += '\n';
   }
   std::string header = "t";
-  std::vector<Source> sources;
-  AddSources(mechanism, run, &header, &sources);
+  const std::vector<ColumnOfRun> columns = ColumnsOfRun(mechanism, run);
+  for (const ColumnOfRun& column : columns)
+    header += ',' + CsvCell(column.name);
   for (const Input& input : run.inputs) header += ',' + CsvCell(input.name);
   text += header + "\n";
   for (int row = 0; row < run.size(); ++row) {
     text += ShortestText(run.t[row]);
-    for (const Source& source : sources) {
-      const double value = (*source.values)(row, source.slot);
+    for (const ColumnOfRun& column : columns) {
+      const double value = (*column.values)(row, column.slot);
       text += ',';
       if (std::isfinite(value)) text += ShortestText(value);
     }

@@ -132,4 +132,18 @@ std::vector<NamedValue> SplitEffectValues(const std::string& text,
   return ReadAssignments(SplitEffects(text, place), place);
 }
 
+std::vector<std::string> SplitEffectNames(const std::string& text,
+                                          const std::string& place) {
+  std::vector<std::string> names;
+  for (const NamedValue& effect : SplitEffectValues(text, place)) {
+    if (effect.value) {
+      throw InputError(place,
+                       "'" + effect.name + "' has a value, which the fit finds",
+                       "write " + place + " " + effect.name);
+    }
+    names.push_back(effect.name);
+  }
+  return names;
+}
+
 }  // namespace sysid

@@ -28,6 +28,10 @@ std::vector<NamedValue> SplitAssignments(const std::string& text,
 std::vector<NamedValue> SplitEffectValues(const std::string& text,
                                           const std::string& place);
 
+// The names of effects where they have no values: throws InputError for one.
+std::vector<std::string> SplitEffectNames(const std::string& text,
+                                          const std::string& place);
+
 // The values with a place. Throws InputError there where a name comes twice.
 std::vector<NamedValue> EachOnce(std::vector<NamedValue> values,
                                  const std::string& place);

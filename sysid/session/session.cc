@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <set>
 
 #include "models/error.h"
 #include "models/find_model.h"
@@ -10,8 +11,8 @@
 #include "sysid/io/cell.h"
 #include "sysid/io/csv.h"
 #include "sysid/io/read_run.h"
-#include "sysid/io/run_rows.h"
 #include "sysid/session/check_runs.h"
+#include "sysid/session/edit_run.h"
 #include "sysid/session/effect_inputs.h"
 #include "sysid/session/effort_notices.h"
 #include "sysid/session/free_choice.h"
@@ -70,17 +71,6 @@ void CheckShipped(const Located<std::string>& model) {
     throw InputError(model.place,
                      "no shipped model is named '" + model.value + "'",
                      error.hint());
-  }
-}
-
-// As the session's shifts and ignored spans make it.
-void EditRun(const Session& session, Run* run,
-             std::vector<std::string>* notices) {
-  CountTurns(session.model.mechanism(), run, notices);
-  ApplyEdits(session.edits, session.model.mechanism(), run, notices);
-  if (!session.edits.ignored.empty()) {
-    DropUnmeasured(session.edits.ignored.front().place, run, notices);
-    BeginMeasured(run, notices);
   }
 }
 
@@ -362,6 +352,21 @@ ColumnMap LawInputs(const FitRequest& request, const FitSpecification& spec,
   return inputs;
 }
 
+// The columns that the recordings have, files or in memory.
+std::set<std::string> NamesShown(const FitRequest& request,
+                                 const ColumnMap& columns,
+                                 const Mechanism& mechanism) {
+  std::set<std::string> names = NamesInRuns(mechanism, request.runs);
+  names.merge(NamesInRuns(mechanism, request.holdout_runs));
+  std::vector<std::string> files = request.traj;
+  files.insert(files.end(), request.holdout.begin(), request.holdout.end());
+  if (files.empty()) return names;
+  std::set<std::string> of_files = NamesInFiles(mechanism, files, columns);
+  if (of_files.empty()) return {};  // One cannot be read.
+  names.merge(of_files);
+  return names;
+}
+
 // All but the runs and what depends on them.
 Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
                         const Catalogue& catalogue) {
@@ -381,12 +386,10 @@ Session OpenWithoutRuns(const FitRequest& request, const FitSpecification& spec,
   for (ColumnMapping& input : LawInputs(request, spec, mechanism)) {
     columns.push_back(std::move(input));
   }
-  if (given == nullptr && request.runs.empty() &&
-      request.holdout_runs.empty()) {
-    std::vector<std::string> files = request.traj;
-    files.insert(files.end(), request.holdout.begin(), request.holdout.end());
+  if (given == nullptr) {
     for (NamedValue& lock :
-         LocksOfUnshown(mechanism(), files, columns, locks, &notices)) {
+         LocksOfUnshown(mechanism(), NamesShown(request, columns, mechanism()),
+                        locks, &notices)) {
       locks.push_back(std::move(lock));
     }
   }

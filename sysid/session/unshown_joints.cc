@@ -12,13 +12,11 @@
 #include "sysid/parameters/patterns.h"
 
 namespace sysid {
-namespace {
 
-// Of our columns those that some file has; nothing where one cannot be read.
 // Many files are alike: the first few are looked into.
-std::set<std::string> NamesIn(const Mechanism& mechanism,
-                              const std::vector<std::string>& files,
-                              const ColumnMap& columns) {
+std::set<std::string> NamesInFiles(const Mechanism& mechanism,
+                                   const std::vector<std::string>& files,
+                                   const ColumnMap& columns) {
   constexpr size_t kMost = 20;
   std::set<std::string> names;
   for (size_t i = 0; i < std::min(files.size(), kMost); ++i) {
@@ -37,6 +35,26 @@ std::set<std::string> NamesIn(const Mechanism& mechanism,
   }
   return names;
 }
+
+std::set<std::string> NamesInRuns(const Mechanism& mechanism,
+                                  const std::vector<Run>& runs) {
+  std::set<std::string> names;
+  for (const Run& run : runs) {
+    for (const ColumnGroup& group : RunColumnGroups(mechanism)) {
+      const Joint* const joint =
+          group.is_effort ? &mechanism.joints[group.target] : nullptr;
+      const bool has =
+          joint != nullptr
+              ? HasEffort(run, joint->v_index, VelocitySize(*joint))
+              : FindChannel(run, group.kind, group.target) != nullptr;
+      if (has) names.insert(group.columns.begin(), group.columns.end());
+    }
+    for (const Input& input : run.inputs) names.insert(input.name);
+  }
+  return names;
+}
+
+namespace {
 
 struct ShownJoints {
   std::vector<bool> joints;
@@ -98,12 +116,10 @@ double NearestToZero(const Joint& joint) {
 }  // namespace
 
 std::vector<NamedValue> LocksOfUnshown(const Mechanism& mechanism,
-                                       const std::vector<std::string>& files,
-                                       const ColumnMap& columns,
+                                       const std::set<std::string>& names_shown,
                                        const std::vector<NamedValue>& locks,
                                        std::vector<std::string>* notices) {
-  const ShownJoints shown =
-      FindShown(mechanism, NamesIn(mechanism, files, columns));
+  const ShownJoints shown = FindShown(mechanism, names_shown);
   if (shown.frames || !shown.any) return {};
   std::vector<NamedValue> found;
   std::vector<std::string> names;

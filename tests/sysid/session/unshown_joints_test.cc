@@ -47,8 +47,8 @@ class LocksOfUnshownTest : public ::testing::Test {
     folder_.Write("run.csv", header + "\n");
     std::vector<std::string> held;
     notices_.clear();
-    for (const NamedValue& lock :
-         LocksOfUnshown(Robot(), {path}, {}, locks, &notices_)) {
+    for (const NamedValue& lock : LocksOfUnshown(
+             Robot(), NamesInFiles(Robot(), {path}, {}), locks, &notices_)) {
       held.push_back(lock.name);
     }
     return held;
@@ -72,6 +72,19 @@ TEST_F(LocksOfUnshownTest, HoldsWhatTheRecordingDoesNotShow) {
 TEST_F(LocksOfUnshownTest, LeavesWhatMaySwing) {
   EXPECT_THAT(Held("t,lift.q,arm.q"), ElementsAre("wheel"));
   EXPECT_THAT(Held("t,arm.q"), ElementsAre("wheel", "head"));
+}
+
+TEST_F(LocksOfUnshownTest, KnowsWhatRunsInMemoryShow) {
+  const Mechanism robot = Robot();
+  const int lift = robot.FindJoint("lift");
+  sysid::Run run;
+  run.t = {0.0, 0.1};
+  run.channels = {{ChannelKind::kPosition, lift, "lift", {}, {}}};
+  run.recorded_efforts.assign(robot.nv, false);
+  run.recorded_efforts[robot.joints[lift].v_index] = true;
+  run.inputs = {{"head.cmd", true, {0.3, 0.3}}};
+  EXPECT_THAT(NamesInRuns(robot, {run}),
+              ElementsAre("head.cmd", "lift.q", "lift.tau"));
 }
 
 TEST_F(LocksOfUnshownTest, HoldsNothingWhereNothingIsKnown) {
