@@ -7,6 +7,7 @@ from typing import Any, Dict, Iterable, List, Optional, Union
 from . import results
 from .fitting import Fit, Names, fit
 from .model import Model
+from .run import as_list
 
 
 class Diagnosis(results.Result):
@@ -128,6 +129,7 @@ def diagnose(model: Union[Model, str, "os.PathLike[str]"], runs: Any, *,
     """
     call = {"free": free, "fix": fix, "add": add, "candidates": candidates,
             **more}
+    runs, holdout = as_list(runs), as_list(holdout)  # they are used again
     handle = results.run_call(
         "diagnose", model, runs, holdout,
         {**call, "auto": auto or None}, progress, stop)
