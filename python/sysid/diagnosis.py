@@ -75,8 +75,8 @@ class Diagnosis(results.Result):
             f"<h4>{self.json['model']}</h4>"
             + results.sentence_html(sentence, self.verdict == "adequate")
             + results.table_html(
-                ["effect", "error predicted", "error with it",
-                 "error of held-out data"], rows)
+                ["effect", "error predicted, times the noise", "with it",
+                 "of held-out data"], rows)
             + f"<p><code>{self.json['next_command']}</code></p>"
             + results.notices_html(self.notices))
 

@@ -132,7 +132,7 @@ def notices_html(notices: List[str]) -> str:
     if not notices:
         return ""
     lines = "".join(f"<li>{html.escape(notice)}</li>" for notice in notices)
-    return f"<details><summary>{len(notices)} notes</summary><ul>{lines}" \
+    return f"<details><summary>Notes: {len(notices)}</summary><ul>{lines}" \
            "</ul></details>"
 
 
