@@ -105,6 +105,9 @@ Result Predictions(const Call& call);  // {"held_out", "run"}
 // The object of a request's {"object": 0}; throws std::logic_error where it is
 // none of this kind.
 const ModelHandle& ModelIn(const Call& call, const Json& json);
+// Of a table whose columns were named for this mechanism: throws InputError for
+// one of a joint or link that it does not have.
+void CheckNames(const TableView& table, const Mechanism& mechanism);
 // A run of a request: {"table": 0} or {"object": 0}, for this mechanism.
 Run RunIn(const Call& call, const Json& json, const Mechanism& mechanism,
           const ColumnMap& columns, std::vector<std::string>* notices);

@@ -3,11 +3,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "models/error.h"
 #include "models/find_model.h"
 #include "models/parameters.h"
 #include "models/urdf/load_urdf.h"
 #include "python/native/functions.h"
 #include "sysid/checks/model_findings.h"
+#include "sysid/io/cell.h"
 #include "sysid/io/column_map.h"
 #include "sysid/io/read_run.h"
 #include "sysid/io/run_columns.h"
@@ -91,6 +93,20 @@ Result ResultOf(std::shared_ptr<const RunHandle> run) {
   result.arrays = ArraysOf(run->mechanism, run->run);
   result.run = std::move(run);
   return result;
+}
+
+void CheckNames(const TableView& table, const Mechanism& mechanism) {
+  const std::vector<std::string> known = RunColumnNames(mechanism);
+  const std::vector<std::string> followers = FollowerColumnNames(mechanism);
+  for (const MemoryTable::Column& column : table.columns) {
+    const std::string& name = column.name;
+    if (!HasRunColumnSuffix(name) || Contains(known, name) ||
+        Contains(followers, name)) {
+      continue;
+    }
+    const ColumnNameFault fault = ExplainUnknownColumn(name, mechanism);
+    throw InputError(table.name + ", " + name, fault.what, fault.hint);
+  }
 }
 
 Run RunIn(const Call& call, const Json& json, const Mechanism& mechanism,

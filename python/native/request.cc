@@ -180,6 +180,9 @@ void TakeRuns(const Call& call, const Json& list, const std::string& flag,
     if (entry.contains("file")) {
       entries.push_back(entry["file"]);
     } else {
+      if (entry.contains("table")) {
+        CheckNames(call.tables.at(entry["table"]), mechanism);
+      }
       runs->push_back(RunIn(call, entry, mechanism, {}, notices));
     }
   }

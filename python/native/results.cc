@@ -5,6 +5,7 @@
 
 #include "models/error.h"
 #include "python/native/functions.h"
+#include "sysid/estimation/clock.h"
 #include "sysid/estimation/holdout.h"
 #include "sysid/report/diagnosis_report.h"
 #include "sysid/report/fit_report.h"
@@ -122,12 +123,14 @@ Json NoteJson(const Session& session) { return session.notices; }
 }  // namespace
 
 Result FitRuns(const Call& call) {
+  const double before_s = CpuSeconds();
   IdentifyRequest request;
   std::vector<std::string> notices;
   FillRequest(call, {}, &request, &notices);
   request.callbacks = call.MakeCallbacks();
   IdentifyResult found = Identify(request);
   AddNotices(notices, &found.session, &found.notices_when_ready);
+  found.solved.fit.cpu_time_s -= before_s;  // of this call
   Result result;
   result.fit = std::make_shared<const FitHandle>(
       FitHandle{std::move(found), CallIn(call.request)});
@@ -145,8 +148,12 @@ Result DiagnoseRuns(const Call& call) {
   std::vector<std::string> notices;
   FillRequest(call, {"auto", "whole_runs"}, &request, &notices);
   const Json& options = call.request.at("options");
-  request.add_found = options.value("auto", false);
-  request.fit_whole_runs = options.value("whole_runs", false);
+  const auto is_set = [&](const char* name) {
+    return options.contains(name) &&
+           Truth(options[name], std::string("--") + name);
+  };
+  request.add_found = is_set("auto");
+  request.fit_whole_runs = is_set("whole_runs");
   request.callbacks = call.MakeCallbacks();
   DiagnoseResult found = Diagnose(request);
   AddNotices(notices, &found.session, &found.notices_when_ready);

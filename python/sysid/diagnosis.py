@@ -7,6 +7,7 @@ from typing import Any, Dict, Iterable, List, Optional, Union
 from . import results
 from .fitting import Fit, Names, fit
 from .model import Model
+from .run import as_list
 
 
 class Diagnosis(results.Result):
@@ -74,8 +75,8 @@ class Diagnosis(results.Result):
             f"<h4>{self.json['model']}</h4>"
             + results.sentence_html(sentence, self.verdict == "adequate")
             + results.table_html(
-                ["effect", "error predicted", "error with it",
-                 "error of held-out data"], rows)
+                ["effect", "error predicted, times the noise", "with it",
+                 "of held-out data"], rows)
             + f"<p><code>{self.json['next_command']}</code></p>"
             + results.notices_html(self.notices))
 
@@ -128,6 +129,7 @@ def diagnose(model: Union[Model, str, "os.PathLike[str]"], runs: Any, *,
     """
     call = {"free": free, "fix": fix, "add": add, "candidates": candidates,
             **more}
+    runs, holdout = as_list(runs), as_list(holdout)  # they are used again
     handle = results.run_call(
         "diagnose", model, runs, holdout,
         {**call, "auto": auto or None}, progress, stop)

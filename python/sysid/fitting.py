@@ -141,7 +141,7 @@ class Samples:
 
     def save(self, folder: Union[str, "os.PathLike[str]"]) -> None:
         """Writes sample_1.urdf, ... and samples.csv, a row a draw."""
-        os.makedirs(folder, exist_ok=True)
+        formats.make_folder(folder)
         for i, urdf in enumerate(self.urdfs):
             formats.write_text(os.path.join(folder, f"sample_{i + 1}.urdf"),
                                urdf)

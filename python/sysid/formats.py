@@ -232,6 +232,14 @@ def read_table(path: str, wanted: str, notices: List[str]) -> Table:
                      "sysid.read(path, model) reads all formats")
 
 
+def make_folder(path: Union[str, "os.PathLike[str]"]) -> None:
+    try:
+        os.makedirs(path, exist_ok=True)
+    except OSError as error:
+        raise InputError(os.fspath(path), "no folder can be made there: "
+                         f"{error.strerror}", "name another") from None
+
+
 def write_text(path: Union[str, "os.PathLike[str]"], text: str) -> None:
     """Writes a file whole or not at all."""
     path = os.path.abspath(os.fspath(path))

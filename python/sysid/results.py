@@ -1,6 +1,7 @@
 """What fits and diagnoses share: the call, progress, tables, files."""
 
 import html
+import importlib
 import os
 import sys
 import warnings
@@ -9,7 +10,7 @@ from typing import Any, Callable, Dict, List, Optional
 from . import _native, formats, options
 from ._errors import InputError
 from .model import as_model
-from .run import put_runs
+from .run import as_list, put_runs
 
 Progress = Callable[[str, int, int, float], None]
 
@@ -18,9 +19,8 @@ class _Bar:
     """A bar of tqdm, where that is there; else nothing."""
 
     def __init__(self) -> None:
-        import tqdm.auto
-
-        self._bar = tqdm.auto.tqdm(bar_format="{desc} [{elapsed}]",
+        bars = importlib.import_module("tqdm.auto")
+        self._bar = bars.tqdm(bar_format="{desc} [{elapsed}]",
                                    leave=False, delay=0.5)
 
     def __call__(self, doing: str, iteration: int, of: int,
@@ -51,6 +51,7 @@ def run_call(function: str, model: Any, runs: Any, holdout: Any,
              given: Dict[str, Any], progress: Any, stop: Any
              ) -> "_native.Handle":
     given = options.given(given)
+    holdout = as_list(holdout)
     request = _native.Request()
     values: Dict[str, Any] = {
         "model": request.object(as_model(model)._handle),
@@ -62,6 +63,9 @@ def run_call(function: str, model: Any, runs: Any, holdout: Any,
         },
     }
     values["runs"], count = put_runs(runs, 1, request)
+    if not values["runs"]:
+        raise InputError("runs", "there is none",
+                         "give a list of sysid.Run, or of files' paths")
     values["holdout"], _ = put_runs(holdout, count, request)
     shower = _shower(progress)
     try:
@@ -98,7 +102,7 @@ class Result:
         with a warning.
         """
         files = self._ask("files")
-        os.makedirs(folder, exist_ok=True)
+        formats.make_folder(folder)
         for name, text in files["files"].items():
             formats.write_text(os.path.join(folder, name), text)
         if files["no_page"]:
@@ -128,7 +132,7 @@ def notices_html(notices: List[str]) -> str:
     if not notices:
         return ""
     lines = "".join(f"<li>{html.escape(notice)}</li>" for notice in notices)
-    return f"<details><summary>{len(notices)} notes</summary><ul>{lines}" \
+    return f"<details><summary>Notes: {len(notices)}</summary><ul>{lines}" \
            "</ul></details>"
 
 

@@ -180,14 +180,19 @@ def put_run(run: Any, number: int, request: "_native.Request") -> dict:
     return request.table(run.name or f"run {number}", run._columns)
 
 
+def as_list(runs: Any) -> List[Any]:
+    """One recording, or several."""
+    if runs is None:
+        return []
+    if isinstance(runs, (Run, str, os.PathLike)):
+        return [runs]
+    return list(runs)
+
+
 def put_runs(runs: Any, first: int, request: "_native.Request"
              ) -> Tuple[List[dict], int]:
-    if runs is None:
-        return [], first
-    if isinstance(runs, (Run, str, os.PathLike)):
-        runs = [runs]
     entries = [put_run(run, first + i, request)
-               for i, run in enumerate(runs)]
+               for i, run in enumerate(as_list(runs))]
     return entries, first + len(entries)
 
 

@@ -29,8 +29,8 @@ std::set<std::string> NamesInRuns(const Mechanism& mechanism,
 //    limit), which holds them.
 //
 // Others swing as they like, and are estimated. Each is held at zero, or where
-// the limits are nearest to it. None where frames' positions are measured, or no
-// joint is shown. `locks` is what is held already. One notice for all.
+// the limits are nearest to it. None where frames' positions are measured, or
+// no joint is shown. `locks` is what is held already. One notice for all.
 std::vector<NamedValue> LocksOfUnshown(const Mechanism& mechanism,
                                        const std::set<std::string>& shown,
                                        const std::vector<NamedValue>& locks,
