@@ -1,6 +1,7 @@
 #include "sysid/session/undo_faults.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,7 +22,9 @@ constexpr int kMostFaults = 3;
 // how recordings are read.
 std::optional<FitRequest> WithFix(const FitRequest& request,
                                   const Finding& finding) {
-  if (finding.severity != Severity::kWrong || finding.is_effect ||
+  // What halves the error explains most of what is wrong.
+  const bool explains = std::isnan(finding.error_left) || finding.weight > 2.0;
+  if (finding.severity != Severity::kWrong || !explains || finding.is_effect ||
       finding.remedies.empty()) {
     return std::nullopt;
   }

@@ -14,7 +14,7 @@ DataHypothesis Gain(const std::vector<std::string>& names) {
   DataHypothesis hypothesis;
   hypothesis.fault = DataFault::kEffortScale;
   hypothesis.subjects = names;
-  hypothesis.like_bodies = true;
+  hypothesis.like_bodies = hypothesis.is_effect = true;
   hypothesis.probe = 1e-4;  // far above rounding, and linear there
   // Less than a factor of 2 is a body's or a drive's constant, to be fitted;
   // N mm for N m is 1000.
