@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 
 #include "models/error.h"
 #include "sysid/checks/remedy.h"
 #include "sysid/estimation/cancelled.h"
 #include "sysid/hypotheses/check_data.h"
 #include "sysid/hypotheses/constants.h"
+#include "sysid/hypotheses/data_hypothesis.h"
 #include "sysid/hypotheses/work.h"
 #include "sysid/session/shared_runs.h"
 
@@ -117,6 +119,11 @@ CheckResult CheckSession(Session* session) {
     result = CheckData(input, numbers, std::numeric_limits<double>::infinity());
   } catch (const Cancelled&) {
     result.findings = numbers;
+    std::set<DataFault> kinds;
+    for (const DataHypothesis& hypothesis : AllHypotheses(input)) {
+      kinds.insert(hypothesis.fault);
+    }
+    session->not_checked = kinds.size();
     session->notices.push_back("out of time: the numbers alone were checked");
   }
   session->findings = result.findings;

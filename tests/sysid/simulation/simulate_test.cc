@@ -37,6 +37,14 @@ TEST(Simulate, MeasuresThePositionOfEveryJointAtTheRate) {
   EXPECT_EQ(run.effort, RowMatrixXd::Zero(101, 2));
 }
 
+TEST(Simulate, RefusesTheStateOfAnotherModel) {
+  Model model = MakeModel(LoadUrdf(FindModel("pendulum2_planar")), Catalogue());
+  const Eigen::VectorXd x0 = RandomState(model, 0.5, 1);
+  model.AddEffect(Catalogue().Make("presliding_friction@joint1",
+                                   model.mechanism(), "here"));
+  EXPECT_THROW(Simulate(model, x0, SimulationOptions()), std::invalid_argument);
+}
+
 TEST(Simulate, StartsAtTheStateAndSwingsAsAPendulumDoes) {
   // A pole on a heavy cart: small swings of sqrt(m g c / (m c^2 + I)).
   Model model = Shipped("cartpole");
