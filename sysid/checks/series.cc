@@ -188,4 +188,56 @@ std::vector<std::pair<double, double>> Times(
   return times;
 }
 
+double RadianTime(const std::vector<const Run*>& runs) {
+  constexpr double kStride = 0.1;  // s: longer than noise, shorter than motions
+  std::vector<double> times;
+  for (const Run* run : runs) {
+    const double period = MedianPeriod(run->t);
+    const int h = std::max(1, static_cast<int>(kStride / period));
+    for (const Channel& channel : run->channels) {
+      if (!IsPositionLike(channel.kind)) continue;
+      for (int c = 0; c < channel.values.cols(); ++c) {
+        const auto y = channel.values.col(c);
+        std::vector<double> first, second;
+        for (int k = 2 * h; k < run->size(); ++k) {
+          const double change = y[k] - 2.0 * y[k - h] + y[k - 2 * h];
+          if (std::isnan(change)) continue;
+          first.push_back(y[k] - y[k - h]);
+          second.push_back(std::abs(change));
+        }
+        if (first.empty()) continue;
+        const double middle = Median(first);
+        for (double& value : first) value = std::abs(value - middle);
+        const double bend = Median(second);
+        if (bend > 0.0) times.push_back(h * period * Median(first) / bend);
+      }
+    }
+  }
+  return times.empty() ? 0.0 : Median(times);
+}
+
+void SumsOfLine::Add(double t, const Eigen::RowVectorXd& y) {
+  if (n_++ == 0) {
+    y_ = Eigen::RowVectorXd::Zero(y.size());
+    yy_ = ty_ = y_;
+    first_t_ = t;
+    first_y_ = y;
+  }
+  const double s = t - first_t_;
+  const Eigen::RowVectorXd d = y - first_y_;
+  t_ += s;
+  tt_ += s * s;
+  y_ += d;
+  yy_ += d.cwiseAbs2();
+  ty_ += s * d;
+}
+
+double SumsOfLine::AboutLine() const {
+  if (n_ < 3) return 0.0;
+  const double stt = tt_ - t_ * t_ / n_;
+  const Eigen::RowVectorXd sty = ty_ - t_ * y_ / n_;
+  const Eigen::RowVectorXd syy = yy_ - y_.cwiseAbs2() / n_;
+  return std::max(0.0, (syy - sty.cwiseAbs2() / stt).sum());
+}
+
 }  // namespace sysid

@@ -40,6 +40,25 @@ bool IsBeyondLimits(const Series& series, const Joint& joint);
 double Median(std::vector<double> values);
 double Percentile(std::vector<double> values, double part);
 
+// How long a radian of the motion takes, s: the median over runs and channels
+// of h median|dq - median dq| / median|ddq|, dq and ddq the first and second
+// differences over h. A sinusoid of w has about 1 / w, and what turns on and on
+// the time in which its speed changes.
+double RadianTime(const std::vector<const Run*>& runs);
+
+// What moves beside the straight line that any state goes on along, without
+// forces: sum of squares about it, of vectors y over t.
+class SumsOfLine {
+ public:
+  void Add(double t, const Eigen::RowVectorXd& y);
+  double AboutLine() const;
+
+ private:
+  int n_ = 0;
+  double t_ = 0.0, tt_ = 0.0, first_t_ = 0.0;
+  Eigen::RowVectorXd y_, yy_, ty_, first_y_;
+};
+
 // A finding in a run ("t", "joint1.tau"), at a series.
 Finding At(const Run& run, const std::string& subject, const std::string& fault,
            Severity severity);

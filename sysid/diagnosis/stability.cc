@@ -1,6 +1,7 @@
 #include "sysid/diagnosis/stability.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <map>
@@ -248,40 +249,6 @@ Columns ByRows(const LinearizedFit& fit, int s,
   return columns;
 }
 
-// Q and C of DerSimonian and Laird: tau^2 = (Q - (n - 1)) / C.
-struct Cochran {
-  double q = 0.0, c = 0.0, weights = 0.0;
-};
-Cochran CochranOf(const std::vector<StratumEstimate>& estimates) {
-  double mean = 0.0, squares = 0.0;
-  Cochran of;
-  for (const StratumEstimate& at : estimates) {
-    const double w = 1.0 / (at.std_error * at.std_error);
-    of.weights += w;
-    squares += w * w;
-    mean += w * at.value;
-  }
-  mean /= of.weights;
-  of.c = of.weights - squares / of.weights;
-  for (const StratumEstimate& at : estimates) {
-    of.q += std::pow((at.value - mean) / at.std_error, 2);
-  }
-  return of;
-}
-
-// The Q that n strata of a constant law exceed with probability p, where `dof`
-// independent numbers tell of the errors: of Fisher's distribution.
-double QByChance(double p, int n, double dof) {
-  const double d = n - 1.0;
-  double below = 0.0, above = 1.0;
-  while (FisherTail(above, d, dof) > p) above *= 2.0;
-  for (int i = 0; i < 60; ++i) {
-    const double f = 0.5 * (below + above);
-    (FisherTail(f, d, dof) > p ? below : above) = f;
-  }
-  return d * above;
-}
-
 // Whether the law's size grows along the strata: a line over their order has
 // most of what the estimates differ by.
 Trend TrendOf(const std::vector<StratumEstimate>& estimates, double off,
@@ -458,27 +425,14 @@ class StrataEquations {
 }  // namespace
 
 const char* NameOf(Strata strata) {
-  switch (strata) {
-    case Strata::kTime:
-      return "time";
-    case Strata::kSpeed:
-      return "speed";
-    case Strata::kPosition:
-      return "position";
-    case Strata::kEffort:
-      return "effort";
-    case Strata::kAmplitude:
-      return "amplitude";
-    case Strata::kRun:
-      break;
-  }
-  return "run";
+  constexpr std::array kNames = {"time",   "speed",     "position",
+                                 "effort", "amplitude", "run"};
+  return kNames.at(static_cast<size_t>(strata));
 }
 
 const char* NameOf(Trend trend) {
-  return trend == Trend::kRises   ? "rises"
-         : trend == Trend::kFalls ? "falls"
-                                  : "none";
+  constexpr std::array kNames = {"none", "rises", "falls"};
+  return kNames.at(static_cast<size_t>(trend));
 }
 
 bool ParameterByStrata::IsConstant() const {
@@ -531,22 +485,21 @@ std::vector<ParameterByStrata> ParametersByStrata(
     by.joint = problem.model().mechanism().joints[body.joint].name;
     by.is_slide = body.type == JointType::kPrismatic;
     by.gain = gain;
+    const VectorXd by_stratum = values[at] + (slope * change).array();
+    const VectorXd errors = std::abs(slope) * sigma * std_error;
     for (int b = 0; b < cut.count(); ++b) {
-      by.estimates.push_back({cut.bounds[b], cut.bounds[b + 1],
-                              values[at] + slope * change[b],
-                              std::abs(slope) * sigma * std_error[b]});
+      by.estimates.push_back(
+          {cut.bounds[b], cut.bounds[b + 1], by_stratum[b], errors[b]});
     }
     const double size = std::max(1e-300, std::abs(values[at] - one.off));
     const int free = cut.count() - 1;
-    const auto [q, c, weights] = CochranOf(by.estimates);
-    const double tau = std::sqrt(std::max(0.0, (q - free) / c));
+    const auto [Q, C, weights] = HeterogeneityOf(by_stratum, errors);
+    const double tau = std::sqrt(std::max(0.0, (Q - free) / C));
     by.spread = tau / size;
-    by.least_spread =
-        std::sqrt(
-            std::max(0.0, q - QByChance(kByChance / asked.size(), cut.count(),
-                                        std::max(2.0, dof / time))) /
-            weights) /
-        size;
+    // What chance makes of Q, where the errors tell dof / time times.
+    const double chance = free * FisherQuantile(kByChance / asked.size(), free,
+                                                std::max(2.0, dof / time));
+    by.least_spread = std::sqrt(std::max(0.0, Q - chance) / weights) / size;
     by.trend = TrendOf(by.estimates, one.off, tau);
     VectorXd law = VectorXd::Zero(fit.kept().size()), own = law;
     for (const AskedParameter& other : asked) {

@@ -78,38 +78,6 @@ int Solve(const ShootingProblem& problem, bool fix_theta, int iterations,
       .evaluations;
 }
 
-// How long a radian of the motion takes, s: the median over runs and channels
-// of h median|dq - median dq| / median|ddq|, dq and ddq the first and second
-// differences over h. A sinusoid of w has about 1 / w, and what turns on and on
-// the time in which its speed changes.
-double RadianTime(const std::vector<const Run*>& runs) {
-  constexpr double kStride = 0.1;  // s: longer than noise, shorter than motions
-  std::vector<double> times;
-  for (const Run* run : runs) {
-    const double period = MedianPeriod(run->t);
-    const int h = std::max(1, static_cast<int>(kStride / period));
-    for (const Channel& channel : run->channels) {
-      if (!IsPositionLike(channel.kind)) continue;
-      for (int c = 0; c < channel.values.cols(); ++c) {
-        const auto y = channel.values.col(c);
-        std::vector<double> first, second;
-        for (int k = 2 * h; k < run->size(); ++k) {
-          const double change = y[k] - 2.0 * y[k - h] + y[k - 2 * h];
-          if (std::isnan(change)) continue;
-          first.push_back(y[k] - y[k - h]);
-          second.push_back(std::abs(change));
-        }
-        if (first.empty()) continue;
-        const double middle = Median(first);
-        for (double& value : first) value = std::abs(value - middle);
-        const double bend = Median(second);
-        if (bend > 0.0) times.push_back(h * period * Median(first) / bend);
-      }
-    }
-  }
-  return times.empty() ? 0.0 : Median(times);
-}
-
 }  // namespace
 
 CoarseModel WithFriction(const Model& model,
@@ -233,39 +201,6 @@ int CoarseFitter::Samples() const {
 }
 
 namespace {
-
-// What moves beside the straight line that any state goes on along, without
-// forces: sum of squares about it, of vectors y over t.
-class SumsOfLine {
- public:
-  void Add(double t, const Eigen::RowVectorXd& y) {
-    if (n_++ == 0) {
-      y_ = Eigen::RowVectorXd::Zero(y.size());
-      yy_ = ty_ = y_;
-      first_t_ = t;
-      first_y_ = y;
-    }
-    const double s = t - first_t_;
-    const Eigen::RowVectorXd d = y - first_y_;
-    t_ += s;
-    tt_ += s * s;
-    y_ += d;
-    yy_ += d.cwiseAbs2();
-    ty_ += s * d;
-  }
-  double AboutLine() const {
-    if (n_ < 3) return 0.0;
-    const double stt = tt_ - t_ * t_ / n_;
-    const Eigen::RowVectorXd sty = ty_ - t_ * y_ / n_;
-    const Eigen::RowVectorXd syy = yy_ - y_.cwiseAbs2() / n_;
-    return std::max(0.0, (syy - sty.cwiseAbs2() / stt).sum());
-  }
-
- private:
-  int n_ = 0;
-  double t_ = 0.0, tt_ = 0.0, first_t_ = 0.0;
-  Eigen::RowVectorXd y_, yy_, ty_, first_y_;
-};
 
 // Of an angle that is read modulo a turn while it leaps by more than half a
 // turn from sample to sample every turn of its range is as likely: the

@@ -17,6 +17,11 @@ double FisherTail(double f, double d1, double d2) {
   return boost::math::cdf(boost::math::complement(distribution, f));
 }
 
+double FisherQuantile(double p, double d1, double d2) {
+  return boost::math::quantile(
+      boost::math::complement(boost::math::fisher_f(d1, d2), p));
+}
+
 double NormalQuantile(double p) {
   return boost::math::quantile(
       boost::math::complement(boost::math::normal(), p));
@@ -74,6 +79,17 @@ double StudentQuantile(double probability, double nu) {
       policies::policy<policies::overflow_error<policies::ignore_error>>;
   return boost::math::quantile(
       boost::math::students_t_distribution<double, Policy>(nu), probability);
+}
+
+Heterogeneity HeterogeneityOf(const Eigen::VectorXd& values,
+                              const Eigen::VectorXd& std_errors) {
+  const Eigen::ArrayXd w = std_errors.array().square().inverse();
+  Heterogeneity of;
+  of.weights = w.sum();
+  const double mean = (w * values.array()).sum() / of.weights;
+  of.C = of.weights - w.square().sum() / of.weights;
+  of.Q = (w * (values.array() - mean).square()).sum();
+  return of;
 }
 
 double NoiseFloor(double dof) { return 1.1 + 3.0 * std::sqrt(0.5 / dof); }

@@ -10,6 +10,8 @@ namespace sysid {
 
 // P(F > f) with d1 and d2 degrees of freedom (d2 may be large).
 double FisherTail(double f, double d1, double d2);
+// The f with P(F > f) = p.
+double FisherQuantile(double p, double d1, double d2);
 // The x that a standard normal variable exceeds with probability p.
 double NormalQuantile(double p);
 
@@ -36,6 +38,17 @@ class BlockScores {
 
 // Of Student's distribution with nu degrees of freedom.
 double StudentQuantile(double probability, double nu);
+
+// How much estimates of one number differ beyond their standard errors
+// (DerSimonian and Laird 1986): Cochran's Q of n of them is about n - 1 where
+// they do not, and tau^2 = (Q - (n - 1)) / C is the variance of what they
+// estimate.
+struct Heterogeneity {
+  double Q = 0.0, C = 0.0;
+  double weights = 0.0;  // sum of 1 / std_error^2
+};
+Heterogeneity HeterogeneityOf(const Eigen::VectorXd& values,
+                              const Eigen::VectorXd& std_errors);
 
 // The largest normalised error that may still be noise, with `dof` numbers:
 // three standard deviations above 1.1.
