@@ -10,8 +10,8 @@
 #include "models/inertial_columns.h"
 #include "models/parameters.h"
 #include "sysid/estimation/cancelled.h"
+#include "sysid/inverse_dynamics/columns_of_runs.h"
 #include "sysid/inverse_dynamics/effort_audit.h"
-#include "sysid/inverse_dynamics/equation_columns.h"
 #include "sysid/inverse_dynamics/equation_products.h"
 #include "sysid/inverse_dynamics/equation_rows.h"
 #include "sysid/inverse_dynamics/equation_search.h"
@@ -25,206 +25,10 @@
 namespace sysid {
 namespace {
 
-// A model and candidates, as columns of the equations of all runs.
-class ColumnsOfRuns {
- public:
-  // All must outlive it.
-  ColumnsOfRuns(const ShootingProblem& problem, const Model& start,
-                const std::vector<FreeParameter>& free,
-                const std::vector<std::shared_ptr<const Effect>>& candidates,
-                const std::set<std::string>& known,
-                const std::vector<int>& undriven)
-      : problem_(problem),
-        start_(start),
-        free_(free),
-        undriven_(undriven),
-        columns_(MakeEquationColumns(start, free, candidates, known)),
-        map_(columns_.model, columns_.parameters, false),
-        theta_(map_.size()) {
-    std::vector<std::string> names;
-    for (int i = 0; i < map_.size(); ++i) {
-      theta_[i] = map_.parameters()[i].nominal;
-      names.push_back(map_.parameters()[i].name);
-    }
-    gains_ = EffortGains(columns_.model, undriven_, names);
-  }
-  // Of the links that move, those of a possible body and of which nothing is
-  // free already.
-  void AskBodies() {
-    if (!HasInertialColumns(Workspace<double>(start_))) return;
-    std::set<int> asked;
-    for (int i = 0; i < columns_.free; ++i) {
-      const Parameter& p = columns_.parameters[i];
-      if (p.kind >= ParameterKind::kMass &&
-          p.kind <= ParameterKind::kInertiaScale) {
-        asked.insert(p.index);
-      }
-    }
-    const std::vector<Inertial<double>>& bodies = start_.nominal().links;
-    std::vector<Eigen::MatrixXd> beliefs;
-    for (int link = 0; link < static_cast<int>(bodies.size()); ++link) {
-      if (asked.contains(link) || start_.placement(link).body < 0) continue;
-      const Eigen::MatrixXd curvature = EntropyCurvature(bodies[link]);
-      if (curvature.size() == 0) continue;
-      links_.push_back(link);
-      beliefs.push_back(kBodyWeight * curvature);
-    }
-    bodies_.columns = kTen * static_cast<int>(links_.size());
-    bodies_.belief = Eigen::MatrixXd::Zero(bodies_.columns, bodies_.columns);
-    for (size_t i = 0; i < beliefs.size(); ++i) {
-      const auto at = static_cast<Eigen::Index>(kTen * i);
-      bodies_.belief.block<kTen, kTen>(at, at) = beliefs[i];
-    }
-  }
-
-  const Model& model() const { return columns_.model; }
-  const std::vector<int>& links() const { return links_; }  // of AskBodies()
-  int candidates() const {
-    return static_cast<int>(columns_.candidates.size());
-  }
-  std::vector<EquationRows> Rows(const EquationFilter& filter) const {
-    std::vector<EquationRows> rows;
-    for (const auto& data : problem_.runs()) {
-      rows.push_back(RowsOf(data->run, filter));
-    }
-    return rows;
-  }
-  std::unique_ptr<EquationSearch> Search(const std::vector<EquationRows>& rows,
-                                         const std::vector<int>& silent,
-                                         bool bodies_are_free) const {
-    auto search = std::make_unique<EquationSearch>(
-        columns_, free_, theta_, gains_, rows, bodies_, silent,
-        [this] { ThrowIfCancelled(problem_.options().stop); });
-    search->Run(bodies_are_free);
-    return search;
-  }
-  MechanismParameters<double> ValuesOf(const EquationSearch& search) const {
-    return ValuesAt(ThetaOf(search));
-  }
-  std::vector<ScreenedEffect> EffectsOf(const EquationSearch& search,
-                                        const EquationFilter& filter) const {
-    std::vector<ScreenedEffect> effects;
-    const Eigen::VectorXd changes = search.Changes();
-    int i = columns_.free;
-    for (const int k : search.chosen()) {
-      const EquationColumns::Candidate& candidate = columns_.candidates[k];
-      ScreenedEffect effect;
-      effect.effect = candidate.effect;
-      effect.dof = candidate.count;
-      effect.p_value = search.p_value(k);
-      for (int c = 0; c < candidate.count; ++c, ++i) {
-        const int column = candidate.first + c;
-        const Parameter& parameter = columns_.parameters[column];
-        // Some columns are zero only where the law is off (the reference of a
-        // spring).
-        if (search.IsZero(column) && !MovesAnything(search, column, filter)) {
-          effect.without_influence.push_back(parameter.name);
-          --effect.dof;
-          continue;
-        }
-        ExpectedParameter expected;
-        expected.name = parameter.name;
-        expected.unit = parameter.unit;
-        expected.null_value = theta_[column];
-        expected.value = expected.null_value + changes[i];
-        expected.std_error = search.Deviation(i);
-        effect.parameters.push_back(expected);
-      }
-      effects.push_back(std::move(effect));
-    }
-    return effects;
-  }
-
- private:
-  Eigen::VectorXd ThetaOf(const EquationSearch& search) const {
-    const Eigen::VectorXd changes = search.Changes();
-    Eigen::VectorXd theta = theta_;
-    for (size_t i = 0; i < search.now().at.size(); ++i) {
-      const int at = search.now().at[i];
-      if (at < theta.size()) theta[at] += changes[static_cast<Eigen::Index>(i)];
-    }
-    return theta;
-  }
-  MechanismParameters<double> ValuesAt(const Eigen::VectorXd& theta) const {
-    MechanismParameters<double> values;
-    map_.Apply<double>(theta.data(), &values);
-    return values;
-  }
-
-  // Whether the equations have a derivative by a parameter where a search
-  // ended.
-  bool MovesAnything(const EquationSearch& search, int column,
-                     const EquationFilter& filter) const {
-    constexpr double kStep = 1e-3, kRounding = 1e-12;
-    Eigen::VectorXd above = ThetaOf(search), below = above;
-    above[column] += kStep;
-    below[column] -= kStep;
-    return std::any_of(
-        problem_.runs().begin(), problem_.runs().end(), [&](const auto& data) {
-          const SampledMotion sampled =
-              SampleMotion(columns_.model, data->run, filter);
-          const auto rows = [&](const Eigen::VectorXd& at) {
-            return EvaluateEquations(columns_.model, sampled, ValuesAt(at),
-                                     undriven_)
-                .rows;
-          };
-          const RowMatrixXd lower = rows(below);
-          return (rows(above) - lower).norm() > kRounding * lower.norm();
-        });
-  }
-
-  EquationRows RowsOf(const Run& run, const EquationFilter& filter) const {
-    ThrowIfCancelled(problem_.options().stop);
-    const Seeding<Jet24> seeding = [&](int begin,
-                                       MechanismParameters<Jet24>* s) {
-      std::vector<Jet24> seeded(theta_.data(), theta_.data() + theta_.size());
-      const int end = std::min<int>(begin + Jet24::DIMENSION, map_.size());
-      for (int i = begin; i < end; ++i) seeded[i] = Jet24(theta_[i], i - begin);
-      map_.Apply<Jet24>(seeded.data(), s);
-    };
-    const int threads = problem_.options().threads;
-    const SampledMotion sampled =
-        SampleMotion(columns_.model, run, filter, threads);
-    EquationRows rows = MakeEquationRows<Jet24>(
-        columns_.model, sampled, map_.size(), seeding,
-        {columns_.model.nominal(), {}, undriven_}, threads);
-    if (!links_.empty()) AddBodies(sampled, threads, &rows);
-    NormaliseByGain(gains_, theta_, &rows);
-    return rows;
-  }
-
-  // The columns of bodies before the last, r. Effects that are off, or do not
-  // depend on bodies, do not change them.
-  void AddBodies(const SampledMotion& sampled, int threads,
-                 EquationRows* rows) const {
-    const EquationRows own = MakeEquationRows<double>(
-        start_, sampled, bodies_.columns,
-        [&](int, MechanismParameters<double>* s) { *s = start_.nominal(); },
-        {start_.nominal(), links_, undriven_}, threads);
-    const Eigen::Index r = rows->rows.cols() - 1;
-    RowMatrixXd all(rows->rows.rows(), r + bodies_.columns + 1);
-    all << rows->rows.leftCols(r), own.rows.leftCols(bodies_.columns),
-        rows->rows.rightCols<1>();
-    rows->rows = std::move(all);
-  }
-
-  static constexpr int kTen = 10;
-  const ShootingProblem& problem_;
-  const Model& start_;
-  const std::vector<FreeParameter>& free_;
-  const std::vector<int>& undriven_;
-  const EquationColumns columns_;
-  const ParameterMap map_;
-  Eigen::VectorXd theta_;  // off
-  std::vector<int> gains_;
-  std::vector<int> links_;
-  EquationSearch::Bodies bodies_;
-};
-
 // What is left of each joint, on the velocity of each other one, its sign and
 // its acceleration: how much of what the joint's own three leave they explain.
 std::vector<FollowedMotion> MotionsThatAreFollowed(
-    const EquationSearch::Trial& now, const std::vector<EquationRows>& runs,
+    const EquationModels::Fit& now, const std::vector<EquationRows>& runs,
     const std::vector<std::string>& names, const std::vector<int>& silent) {
   constexpr double kMost = 0.5;  // of what is left
   const int nv = static_cast<int>(names.size());
@@ -351,12 +155,14 @@ EquationLook LookByEquations(
   std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(plain),
                [](const auto& effect) { return IsPlainLaw(*effect); });
   EquationFilter filter;
+  std::vector<ModelledEfforts> efforts;  // by run
   std::vector<FreeParameter> free = problem.free();
   {
     look.given_laws = GivenPlainLaws(start, free, known);
     std::vector<FreeParameter> with = free;
     with.insert(with.end(), look.given_laws.begin(), look.given_laws.end());
-    const ColumnsOfRuns columns(problem, start, with, plain, known, undriven);
+    ColumnsOfRuns columns(problem, start, with, plain, known, undriven, false);
+    columns.AskBodies();
     const std::vector<EquationRows> rows = columns.Rows(first);
     auto found = columns.Search(rows, silent, false);
     look.is_arm =
@@ -384,8 +190,13 @@ EquationLook LookByEquations(
     }
     filter = ChooseFilter(columns.model(), columns.ValuesOf(*found), runs,
                           first, problem.options().threads);
+    if (look.is_arm) found = columns.Search(rows, silent, true);
+    for (const EquationRows& run : rows) {
+      efforts.emplace_back(run, found->now(), undriven);
+    }
   }
 
+  VLOG(1) << "filter of " << filter.average << " s";
   std::vector<std::shared_ptr<const Effect>> asked = candidates;
   if (look.is_arm) {
     // All bodies are asked together: none of them is an effect.
@@ -393,21 +204,42 @@ EquationLook LookByEquations(
       return !effect->adjusts_nominal().empty();
     });
   }
-  ColumnsOfRuns columns(problem, start, free, asked, known, undriven);
+  ColumnsOfRuns columns(problem, start, free, asked, known, undriven,
+                        look.is_arm);
   if (look.is_arm) columns.AskBodies();
-  const std::vector<EquationRows> rows = columns.Rows(filter);
-  auto found = columns.Search(rows, silent, false);
-  if (look.is_arm && !columns.links().empty()) {
+  std::vector<EquationRows> rows;
+  std::unique_ptr<EquationSearch> found;
+  const auto search = [&] {
+    rows = columns.Rows(filter, &efforts);
+    const bool first = found == nullptr;
+    const bool asks = look.is_arm && !columns.links().empty();
+    if (!first || !asks) {
+      found = columns.Search(rows, silent, !look.bodies.empty());
+      return;
+    }
     auto freely = columns.Search(rows, silent, true);
-    // Laws that only the given bodies need stand in for others.
+    // Laws that only the given bodies need stand in for others: where there are
+    // more of them, it need not go on.
+    found = columns.Search(rows, silent, false, freely->special_laws());
     if (found->IsBeatenBy(freely.get()) ||
         (freely->special_laws() < found->special_laws() &&
          !freely->IsBeatenBy(found.get()))) {
       found = std::move(freely);
       look.bodies = columns.links();
     }
+  };
+  // Laws that read efforts read those of a model without them: once more, with
+  // those of the model that has them.
+  constexpr int kMostTimes = 3;
+  for (int i = 0; i < kMostTimes; ++i) {
+    search();
+    if (!look.is_arm || !columns.ReadEfforts(*found)) break;
+    efforts.clear();
+    for (const EquationRows& run : rows) {
+      efforts.emplace_back(run, found->now(), undriven);
+    }
   }
-  look.effects = columns.EffectsOf(*found, filter);
+  look.effects = columns.EffectsOf(found.get());
   look.tests = columns.candidates();
   look.followed = MotionsThatAreFollowed(found->now(), rows, joints, silent);
   return look;

@@ -36,9 +36,9 @@ namespace sysid {
 // errors or not possible: a coupled pair of axes hides the laws of both from
 // whoever adds one after the other. An effect is added where stretches of time
 // that were not fitted are then predicted better (cross-validation over 20
-// stretches) by more standard errors of the difference than chance makes of the
-// best of so many, and what is left of a joint falls by a twentieth; it goes
-// again where it is not missed by one.
+// stretches, (11.20)) by more standard errors than chance makes of the best of
+// so many, and what is left of a joint falls by a twentieth; it goes again
+// where it is not missed by one.
 //
 // Of an arm (more effects than a search by segments takes) the bodies are then
 // asked as well: whether the same search, with all ten coordinates of each link
@@ -46,7 +46,9 @@ namespace sysid {
 // bodies can imitate shows there in their own cost: a law counts that lowers it
 // by more than ln(candidates) + 2, while all of it is below half a unit for
 // each coordinate that the data tells. Efforts that no motion of their joint
-// explains (effort_audit.h) tell nothing.
+// explains (effort_audit.h) tell nothing. Laws with searched parameters, and
+// those that read efforts, are candidates of arms alone: elsewhere segments
+// show them better.
 
 // An effort that is none of its joint.
 struct RejectedEffort {

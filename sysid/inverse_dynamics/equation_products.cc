@@ -3,37 +3,106 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "models/math/decompositions.h"
 
 namespace sysid {
 
-EquationProducts MultiplyRows(const EquationRows& rows, int from, int to) {
+namespace {
+
+// Of the columns `at` those that act on a joint: index in `at`, and in G.
+struct Acting {
+  std::vector<int> at, place;
+};
+Acting ActingOn(const JointProducts& own, const std::vector<int>& at) {
+  Acting acting;
+  for (size_t i = 0; i < at.size(); ++i) {
+    const int place = own.place[at[i]];
+    if (place < 0) continue;
+    acting.at.push_back(static_cast<int>(i));
+    acting.place.push_back(place);
+  }
+  return acting;
+}
+
+}  // namespace
+
+JointProducts::JointProducts(Eigen::MatrixXd products)
+    : place(products.cols() - 1), G(std::move(products)) {
+  std::iota(place.begin(), place.end(), 0);
+}
+
+double EquationProducts::Left(int joint, const std::vector<int>& at,
+                              const Eigen::VectorXd& d) const {
+  const JointProducts& own = of[joint];
+  const Eigen::Index last = own.G.cols() - 1;
+  const Acting acting = ActingOn(own, at);
+  const Eigen::VectorXd x = d(acting.at);
+  return std::max(0.0, own.G(last, last) +
+                           2.0 * x.dot(own.G.col(last)(acting.place)) +
+                           x.dot(own.G(acting.place, acting.place) * x));
+}
+
+double EquationProducts::Moved(int joint, const std::vector<int>& at,
+                               const Eigen::VectorXd& d) const {
+  const Acting acting = ActingOn(of[joint], at);
+  const Eigen::VectorXd x = d(acting.at);
+  return std::max(0.0, x.dot(of[joint].G(acting.place, acting.place) * x));
+}
+
+std::vector<std::vector<int>> ColumnsOfJoints(
+    const std::vector<EquationRows>& runs) {
+  const int nv = runs[0].nv;
+  const auto columns = static_cast<int>(runs[0].rows.cols()) - 1;
+  std::vector<std::vector<int>> places(nv, std::vector<int>(columns, -1));
+  for (const EquationRows& run : runs) {
+    for (Eigen::Index i = 0; i < run.rows.rows(); ++i) {
+      for (int c = 0; c < columns; ++c) {
+        if (run.rows(i, c) != 0.0) places[i % nv][c] = 0;
+      }
+    }
+  }
+  for (std::vector<int>& of_joint : places) {
+    int count = 0;
+    for (int& place : of_joint) place = place < 0 ? -1 : count++;
+  }
+  return places;
+}
+
+EquationProducts MultiplyRows(const EquationRows& rows, int from, int to,
+                              const std::vector<std::vector<int>>& columns) {
   EquationProducts products;
   products.times.resize(rows.nv);
   for (int v = 0; v < rows.nv; ++v) {
-    RowMatrixXd own(to - from, rows.rows.cols());
+    std::vector<int> own_columns;
+    for (size_t c = 0; c < columns[v].size(); ++c) {
+      if (columns[v][c] >= 0) own_columns.push_back(static_cast<int>(c));
+    }
+    own_columns.push_back(static_cast<int>(rows.rows.cols()) - 1);
+    RowMatrixXd own(to - from, own_columns.size());
     int n = 0;
     for (int t = from; t < to; ++t) {
-      if (!rows.rests(t, v)) own.row(n++) = rows.rows.row(t * rows.nv + v);
+      if (rows.rests(t, v)) continue;
+      own.row(n++) = rows.rows.row(t * rows.nv + v)(own_columns);
     }
     products.times[v] = n;
     const auto moving = own.topRows(n);
-    products.of.emplace_back(moving.transpose() * moving);
+    products.of.emplace_back();
+    products.of.back().place = columns[v];
+    products.of.back().G = moving.transpose() * moving;
   }
   return products;
 }
 
-void AddProducts(const EquationProducts& more, double times,
-                 EquationProducts* sum) {
+void AddProducts(const EquationProducts& more, EquationProducts* sum) {
   if (sum->of.empty()) {
-    sum->of.assign(more.of.size(),
-                   Eigen::MatrixXd::Zero(more.of[0].rows(), more.of[0].cols()));
-    sum->times = Eigen::VectorXd::Zero(more.times.size());
+    *sum = more;
+    return;
   }
-  for (size_t v = 0; v < more.of.size(); ++v) sum->of[v] += times * more.of[v];
-  sum->times += times * more.times;
+  for (size_t v = 0; v < more.of.size(); ++v) sum->of[v].G += more.of[v].G;
+  sum->times += more.times;
 }
 
 Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
@@ -59,14 +128,14 @@ WeightedProducts Weigh(const EquationProducts& products,
                        const std::vector<int>& at,
                        const Eigen::VectorXd& variance,
                        const Eigen::MatrixXd& P) {
-  const Eigen::Index last = products.of[0].cols() - 1;
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(at.size(), at.size());
   Eigen::VectorXd g = Eigen::VectorXd::Zero(at.size());
   for (int v = 0; v < variance.size(); ++v) {
     if (!(products.times[v] > 0.0)) continue;
-    const Eigen::MatrixXd& own = products.of[v];
-    G += own(at, at) / variance[v];
-    g += own.col(last)(at) / variance[v];
+    const JointProducts& own = products.of[v];
+    const Acting acting = ActingOn(own, at);
+    G(acting.at, acting.at) += own.G(acting.place, acting.place) / variance[v];
+    g(acting.at) += own.G.col(own.G.cols() - 1)(acting.place) / variance[v];
   }
   if (P.size() > 0) G += P(at, at);
   return {std::move(G), std::move(g)};

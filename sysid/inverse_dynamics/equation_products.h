@@ -1,39 +1,48 @@
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "sysid/inverse_dynamics/equation_rows.h"
 
 namespace sysid {
 
-// Sums of products of [J | r] of each joint over a stretch of time.
-struct EquationProducts {
-  std::vector<Eigen::MatrixXd> of;  // by joint
-  Eigen::VectorXd times;            // that tell of it
+// Products of [J | r] of a joint, of those columns alone that act on it.
+struct JointProducts {
+  JointProducts() = default;
+  // Of all columns.
+  explicit JointProducts(Eigen::MatrixXd products);
 
-  // |r + J d|^2 of a joint; d of the columns `at`.
-  double Left(int joint, const std::vector<int>& at,
-              const Eigen::VectorXd& d) const {
-    const Eigen::MatrixXd& G = of[joint];
-    const int last = static_cast<int>(G.cols()) - 1;
-    double sum = G(last, last);
-    for (size_t i = 0; i < at.size(); ++i) {
-      sum += 2.0 * d[i] * G(at[i], last);
-      for (size_t k = 0; k < at.size(); ++k) {
-        sum += d[i] * d[k] * G(at[i], at[k]);
-      }
-    }
-    return std::max(sum, 0.0);
+  // By column: its place in G, or -1 where it does not act on the joint.
+  std::vector<int> place;
+  Eigen::MatrixXd G;  // r last
+
+  bool Has(int column) const {
+    return place[column] >= 0 && G(place[column], place[column]) != 0.0;
   }
 };
 
+// Sums of them over a stretch of time.
+struct EquationProducts {
+  std::vector<JointProducts> of;  // by joint
+  Eigen::VectorXd times;          // that tell of it
+
+  // |r + J d|^2 of a joint; d of the columns `at`.
+  double Left(int joint, const std::vector<int>& at,
+              const Eigen::VectorXd& d) const;
+  // |J d|^2.
+  double Moved(int joint, const std::vector<int>& at,
+               const Eigen::VectorXd& d) const;
+};
+
+// By joint: JointProducts::place of runs.
+std::vector<std::vector<int>> ColumnsOfJoints(
+    const std::vector<EquationRows>& runs);
 // Of the times [from, to) of rows, but for those at which the joint may rest:
 // what holds it then no law says.
-EquationProducts MultiplyRows(const EquationRows& rows, int from, int to);
-// sum += times * more.
-void AddProducts(const EquationProducts& more, double times,
-                 EquationProducts* sum);
+EquationProducts MultiplyRows(const EquationRows& rows, int from, int to,
+                              const std::vector<std::vector<int>>& columns);
+// sum += more.
+void AddProducts(const EquationProducts& more, EquationProducts* sum);
 
 // The least x with G x = g, of columns of unit length.
 Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G, const Eigen::VectorXd& g);

@@ -310,14 +310,23 @@ Eigen::VectorXd SlowestKnown(const Model& model,
   return slowest;
 }
 
-// Samples x nv: true where a joint's direction is not known.
+// Samples x nv: true where a joint may rest: its direction is not known for
+// longer than half a width of g. What turns about at once does not rest.
 MatrixXb FindSlow(const SampledMotion& sampled) {
   const int nv = static_cast<int>(sampled.slowest.size());
   MatrixXb slow(sampled.size(), nv);
-  for (int k = 0; k < sampled.size(); ++k) {
-    const MotionSample& motion = sampled.motion[k];
-    for (int v = 0; v < nv; ++v) {
-      slow(k, v) = motion.known && std::abs(motion.qd[v]) < sampled.slowest[v];
+  for (int v = 0; v < nv; ++v) {
+    int first = 0;  // of those that are slow together
+    for (int k = 0; k <= sampled.size(); ++k) {
+      const bool is_slow =
+          k < sampled.size() && sampled.motion[k].known &&
+          std::abs(sampled.motion[k].qd[v]) < sampled.slowest[v];
+      if (is_slow) continue;
+      slow.col(v)
+          .segment(first, k - first)
+          .setConstant(2 * (k - first) > kSteps);
+      if (k < sampled.size()) slow(k, v) = false;
+      first = k + 1;
     }
   }
   return slow;
@@ -366,6 +375,11 @@ SampledMotion SampleMotion(const Model& model, const Run& run, double from,
   return sampled;
 }
 
+void ReadDryFriction(const Model& model, SampledMotion* sampled) {
+  sampled->slowest =
+      sampled->slowest.cwiseMax(SlowestKnown(model, sampled->motion));
+}
+
 SampledMotion SampleMotion(const Model& model, const Run& run,
                            const EquationFilter& filter, int threads) {
   return SampleMotion(model, run, run.t.front(), run.t.back(), filter, threads);
@@ -401,14 +415,16 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
     }
   });
   const MatrixXb slow = FindSlow(sampled);
-  // How far the fit of the motion carries a kink.
-  const int bend =
-      static_cast<int>(std::ceil(kGaussianReach * sampled.bend / sampled.step));
+  // How far what holds a joint at rest shows: beyond so many widths of g and of
+  // the fit of the motion together there is less than 1 % of it.
+  constexpr double kShows = 2.6;
+  const int shows = static_cast<int>(std::ceil(
+      kShows * std::hypot(sampled.bend, kSteps * sampled.step) / sampled.step));
   for (int i = 0; i < times; ++i) {
     if (known[i] == 0) continue;
     const int k = MiddleOf(i), at = out.times();
-    const int first = std::max(0, k - kReachSteps - bend);
-    const int last = std::min(sampled.size() - 1, k + kReachSteps + bend);
+    const int first = std::max(0, k - shows);
+    const int last = std::min(sampled.size() - 1, k + shows);
     out.rests.row(at) =
         slow.middleRows(first, last - first + 1).colwise().any();
     if (at < i) {

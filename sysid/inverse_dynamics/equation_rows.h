@@ -104,6 +104,9 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
                               int columns, const Seeding<T>& seeding,
                               const PlainPart& plain = {}, int threads = 1);
 
+// The speeds of (11.13) with the dry friction of another model, too.
+void ReadDryFriction(const Model& model, SampledMotion* sampled);
+
 // Without derivatives.
 EquationRows EvaluateEquations(const Model& model, const SampledMotion& sampled,
                                const MechanismParameters<double>& values,

@@ -18,7 +18,7 @@ EquationProducts Three() {
   rows.rests.setConstant(3, 1, false);
   rows.rows.resize(3, 4);
   rows.rows << 1, 1, 0, 2, 0, 1, 0, 1, 0, 0, 2, 4;
-  return MultiplyRows(rows, 0, 3);
+  return MultiplyRows(rows, 0, 3, ColumnsOfJoints({rows}));
 }
 
 Eigen::VectorXd Solve(const EquationProducts& products,
@@ -36,16 +36,35 @@ TEST(MultiplyRows, LeavesRestsOut) {
   rows.rests(1, 0) = true;
   rows.rows.resize(2, 2);
   rows.rows << 1, 2, 5, 7;
-  const EquationProducts products = MultiplyRows(rows, 0, 2);
+  const EquationProducts products = MultiplyRows(rows, 0, 2, {{0}});
   EXPECT_EQ(products.times[0], 1.0);
-  EXPECT_EQ(products.of[0], (Eigen::Matrix2d{{1, 2}, {2, 4}}));
+  EXPECT_EQ(products.of[0].G, (Eigen::Matrix2d{{1, 2}, {2, 4}}));
+}
+
+// A column that does not act on a joint is none of its products.
+TEST(ColumnsOfJoints, AreThoseThatActOnThem) {
+  EquationRows rows;
+  rows.nv = 2;
+  rows.t = {0.0};
+  rows.rests.setConstant(1, 2, false);
+  rows.rows.resize(2, 4);
+  rows.rows << 1, 0, 3, 5, 0, 0, 2, 7;
+  const std::vector<std::vector<int>> columns = ColumnsOfJoints({rows});
+  EXPECT_EQ(columns, (std::vector<std::vector<int>>{{0, -1, 1}, {-1, -1, 0}}));
+  const EquationProducts products = MultiplyRows(rows, 0, 1, columns);
+  EXPECT_EQ(products.of[1].G, (Eigen::Matrix2d{{4, 14}, {14, 49}}));
+  EXPECT_FALSE(products.of[1].Has(0));
+  // |5 + (1, 0, 3) d|^2 and |7 + (0, 0, 2) d|^2.
+  const Eigen::Vector3d d(1, 10, -2);
+  EXPECT_EQ(products.Left(0, {0, 1, 2}, d), 0.0);
+  EXPECT_EQ(products.Left(1, {0, 1, 2}, d), 9.0);
 }
 
 // (d - 2)^2 / 1 + d^2 / 4: a belief draws to where it begins.
 TEST(Weigh, AddsWhatIsBelieved) {
   EquationProducts products;
   products.times = Eigen::VectorXd::Ones(1);
-  products.of = {Eigen::Matrix2d{{1, -2}, {-2, 4}}};
+  products.of = {JointProducts(Eigen::Matrix2d{{1, -2}, {-2, 4}})};
   const Eigen::VectorXd d =
       SolveWeighted(Weigh(products, {0}, Eigen::VectorXd::Ones(1),
                           Eigen::MatrixXd::Constant(1, 1, 0.25)),
@@ -80,8 +99,8 @@ TEST(SolveWeighted, SolvesForTheRestWhereABoundHolds) {
 TEST(SolveWeighted, HoldsNoMoreThanItMust) {
   EquationProducts products;
   products.times = Eigen::VectorXd::Ones(1);
-  products.of = {
-      Eigen::Matrix3d{{1, 0.99, -1.99}, {0.99, 1, 0}, {-1.99, 0, 9}}};
+  products.of = {JointProducts(
+      Eigen::Matrix3d{{1, 0.99, -1.99}, {0.99, 1, 0}, {-1.99, 0, 9}})};
   const ChangeBounds bounds = {Eigen::Vector2d(-kNone, -50),
                                Eigen::Vector2d(1, kNone)};
   const Eigen::VectorXd d = Solve(products, {0, 1}, bounds);
