@@ -18,7 +18,7 @@ constexpr int kTen = 10;  // coordinates of a link
 // Whether some column along the i-th parameter acts on a joint; what is
 // searched, or follows from the weights of several columns, has none.
 bool IsSeen(const EquationModels& models,
-                   const EquationColumns::Candidate& candidate, int i) {
+            const EquationColumns::Candidate& candidate, int i) {
   const auto probes = static_cast<int>(candidate.probes.size());
   const auto own = static_cast<int>(candidate.effect->parameters().size());
   if (i >= own) return !models.IsZero(candidate.first + probes + i - own);
@@ -35,7 +35,7 @@ bool IsSeen(const EquationModels& models,
 
 ModelledEfforts::ModelledEfforts(const EquationRows& rows,
                                  const EquationModels::Fit& fit,
-                const std::vector<int>& undriven)
+                                 const std::vector<int>& undriven)
     : t_(rows.t), u_(rows.effort) {
   const Eigen::Index last = rows.rows.cols() - 1;
   for (Eigen::Index i = 0; i < rows.rows.rows(); ++i) {
@@ -66,11 +66,12 @@ RowMatrixXd ModelledEfforts::At(const SampledMotion& sampled) const {
   return efforts;
 }
 
-ColumnsOfRuns::ColumnsOfRuns(const ShootingProblem& problem, const Model& start,
-              const std::vector<FreeParameter>& free,
-              const std::vector<std::shared_ptr<const Effect>>& candidates,
-              const std::set<std::string>& known,
-              const std::vector<int>& undriven, bool all_laws)
+ColumnsOfRuns::ColumnsOfRuns(
+    const ShootingProblem& problem, const Model& start,
+    const std::vector<FreeParameter>& free,
+    const std::vector<std::shared_ptr<const Effect>>& candidates,
+    const std::set<std::string>& known, const std::vector<int>& undriven,
+    bool all_laws)
     : problem_(problem),
       start_(start),
       free_(free),
@@ -111,7 +112,7 @@ void ColumnsOfRuns::AskBodies() {
 
 std::vector<EquationRows> ColumnsOfRuns::Rows(
     const EquationFilter& filter,
-    const std::vector<ModelledEfforts>* efforts ) const {
+    const std::vector<ModelledEfforts>* efforts) const {
   std::vector<EquationRows> rows;
   for (size_t i = 0; i < problem_.runs().size(); ++i) {
     rows.push_back(RowsOf(problem_.runs()[i]->run, filter,
@@ -131,16 +132,16 @@ std::unique_ptr<EquationSearch> ColumnsOfRuns::Search(
   return search;
 }
 
-MechanismParameters<double> ColumnsOfRuns::ValuesOf(const EquationSearch& search) const {
+MechanismParameters<double> ColumnsOfRuns::ValuesOf(
+    const EquationSearch& search) const {
   const EquationColumns::Pass& pass = columns_.passes[0];
   const Eigen::VectorXd changes = search.models().Changes(search.now());
   Eigen::VectorXd theta = columns_.at(pass.columns);
   for (size_t i = 0; i < search.now().at.size(); ++i) {
-    const auto at = std::find(pass.columns.begin(), pass.columns.end(),
-                              search.now().at[i]);
+    const auto at =
+        std::find(pass.columns.begin(), pass.columns.end(), search.now().at[i]);
     if (at != pass.columns.end()) {
-      theta[at - pass.columns.begin()] +=
-          changes[static_cast<Eigen::Index>(i)];
+      theta[at - pass.columns.begin()] += changes[static_cast<Eigen::Index>(i)];
     }
   }
   MechanismParameters<double> values;
@@ -155,7 +156,8 @@ bool ColumnsOfRuns::ReadEfforts(const EquationSearch& search) const {
       });
 }
 
-std::vector<ScreenedEffect> ColumnsOfRuns::EffectsOf(EquationSearch* search) const {
+std::vector<ScreenedEffect> ColumnsOfRuns::EffectsOf(
+    EquationSearch* search) const {
   std::vector<ScreenedEffect> effects;
   for (const int k : search->chosen()) {
     const EquationColumns::Candidate& candidate = columns_.candidates[k];
@@ -171,8 +173,7 @@ std::vector<ScreenedEffect> ColumnsOfRuns::EffectsOf(EquationSearch* search) con
         --effect.dof;
         continue;
       }
-      const std::vector<EffectParameter>& own =
-          candidate.effect->parameters();
+      const std::vector<EffectParameter>& own = candidate.effect->parameters();
       ExpectedParameter expected;
       expected.name = parameter.name;
       expected.unit = parameter.unit;
@@ -189,7 +190,7 @@ std::vector<ScreenedEffect> ColumnsOfRuns::EffectsOf(EquationSearch* search) con
 }
 
 EquationRows ColumnsOfRuns::RowsOf(const Run& run, const EquationFilter& filter,
-                    const ModelledEfforts* efforts) const {
+                                   const ModelledEfforts* efforts) const {
   ThrowIfCancelled(problem_.options().stop);
   const int threads = problem_.options().threads;
   SampledMotion sampled = SampleMotion(model(), run, filter, threads);
@@ -225,12 +226,12 @@ EquationRows ColumnsOfRuns::RowsOf(const Run& run, const EquationFilter& filter,
   return rows;
 }
 
-EquationRows ColumnsOfRuns::RowsOfPass(size_t i, const SampledMotion& sampled) const {
+EquationRows ColumnsOfRuns::RowsOfPass(size_t i,
+                                       const SampledMotion& sampled) const {
   const EquationColumns::Pass& pass = columns_.passes[i];
   const ParameterMap& map = maps_[i];
   const Eigen::VectorXd theta = columns_.at(pass.columns);
-  const Seeding<Jet24> seeding = [&](int begin,
-                                     MechanismParameters<Jet24>* s) {
+  const Seeding<Jet24> seeding = [&](int begin, MechanismParameters<Jet24>* s) {
     std::vector<Jet24> seeded(theta.data(), theta.data() + theta.size());
     const int end = std::min<int>(begin + Jet24::DIMENSION, map.size());
     for (int k = begin; k < end; ++k) seeded[k] = Jet24(theta[k], k - begin);
@@ -242,7 +243,8 @@ EquationRows ColumnsOfRuns::RowsOfPass(size_t i, const SampledMotion& sampled) c
 }
 
 // Effects that are off, or do not depend on bodies, do not change them.
-RowMatrixXd ColumnsOfRuns::BodyColumns(const SampledMotion& sampled, int threads) const {
+RowMatrixXd ColumnsOfRuns::BodyColumns(const SampledMotion& sampled,
+                                       int threads) const {
   return MakeEquationRows<double>(
              start_, sampled, bodies_.columns,
              [&](int, MechanismParameters<double>* s) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "models/math/decompositions.h"
+#include "sysid/linearization/statistics.h"
 
 namespace sysid {
 namespace {
@@ -131,6 +132,7 @@ std::vector<int> EquationModels::With(const std::vector<int>& chosen) const {
 EquationModels::Fit EquationModels::Given() const {
   Fit fit;
   fit.variance = given_;
+  fit.scales = {VectorXd::Ones(given_.size()), gains_};
   return fit;
 }
 
@@ -146,31 +148,49 @@ EquationModels::Fit EquationModels::Solve(const std::vector<int>& chosen,
 
 EquationModels::Fit EquationModels::SolveFrom(const std::vector<int>& chosen,
                                               VectorXd variance) const {
-  constexpr int kMostReweighed = 20;
+  constexpr int kMostReweighed = 20, kFewestReweighed = 3;
   Fit fit;
   fit.chosen = chosen;
   fit.at = With(chosen);
   fit.free = static_cast<int>(
       std::count_if(fit.at.begin(), fit.at.end(),
                     [this](int column) { return column < columns_.free; }));
-  // Every round raises the posterior.
+  fit.scales = {VectorXd::Ones(variance.size()), gains_};
+  // Every round raises the posterior, but for those that change scales.
   double before = -std::numeric_limits<double>::infinity();
   for (int round = 0; round < kMostReweighed; ++round) {
-    fit.d = SolveWeighted(Weigh(all_, fit.at, variance, P_), fit.at, bounds_);
+    fit.d = SolveWeighted(Weigh(all_, fit.at, variance, P_, &fit.scales),
+                          fit.at, bounds_);
     fit.likelihood = 0.0;
     for (int v = 0; v < variance.size(); ++v) {
       // A joint of which nothing is left says nothing.
       variance[v] =
-          std::max(all_.Left(v, fit.at, fit.d) / std::max(1.0, all_.times[v]),
+          std::max(all_.Left(v, fit.at, fit.scales.Times(v, fit.at, fit.d)) /
+                       std::max(1.0, all_.times[v]),
                    std::numeric_limits<double>::min());
       fit.likelihood -= 0.5 * all_.times[v] * std::log(variance[v]);
     }
     fit.cost_of_bodies = 0.5 * fit.d.dot(P_(fit.at, fit.at) * fit.d);
-    if (fit.posterior() < before + kSettled) break;
+    const bool settled = fit.posterior() < before + kSettled;
     before = fit.posterior();
+    if (settled && round + 1 >= kFewestReweighed) break;
+    if (round + 1 < kMostReweighed) Rescale(&fit);
   }
   fit.variance = std::move(variance);
   return fit;
+}
+
+void EquationModels::Rescale(Fit* fit) const {
+  // Beyond this the effort is none of the joint.
+  constexpr double kMost = 10.0;
+  for (size_t v = 0; v < gains_.size(); ++v) {
+    const auto at = std::find(fit->at.begin(), fit->at.end(), gains_[v]);
+    if (gains_[v] < 0 || at == fit->at.end()) continue;
+    const double scale =
+        1.0 - fit->d[at - fit->at.begin()] / (1.0 + columns_.at[gains_[v]]);
+    fit->scales.of[static_cast<Index>(v)] =
+        std::clamp(scale, 1.0 / kMost, kMost);
+  }
 }
 
 EquationModels::Fit EquationModels::SolvePossible(
@@ -218,15 +238,18 @@ void EquationModels::LeaveStretchesOut(Fit* fit) const {
   if (fit->squares.size() > 0) return;
   fit->without.resize(stretches_.size(), fit->at.size());
   fit->squares.resize(stretches_.size(), fit->variance.size());
-  const WeightedProducts all = Weigh(all_, fit->at, fit->variance, P_);
+  const WeightedProducts all =
+      Weigh(all_, fit->at, fit->variance, P_, &fit->scales);
   for (size_t k = 0; k < stretches_.size(); ++k) {
-    WeightedProducts others = Weigh(stretches_[k], fit->at, fit->variance);
+    WeightedProducts others =
+        Weigh(stretches_[k], fit->at, fit->variance, {}, &fit->scales);
     others.G = all.G - others.G;
     others.g = all.g - others.g;
     const VectorXd d = SolveWeighted(others, fit->at, bounds_);
     fit->without.row(k) = d.transpose();
     for (int v = 0; v < fit->variance.size(); ++v) {
-      fit->squares(k, v) = stretches_[k].Left(v, fit->at, d);
+      fit->squares(k, v) =
+          stretches_[k].Left(v, fit->at, fit->scales.Times(v, fit->at, d));
     }
   }
 }
@@ -236,24 +259,23 @@ double EquationModels::Advantage(Fit* a, Fit* b) const {
   LeaveStretchesOut(b);
   // The columns of both, and by how much their changes differ.
   std::vector<int> at = a->at;
-  std::vector<Index> of_b;
+  std::vector<Index> places_of_b;
   for (const int column : b->at) {
     const auto known = std::find(at.begin(), at.end(), column);
-    of_b.push_back(known - at.begin());
+    places_of_b.push_back(known - at.begin());
     if (known == at.end()) at.push_back(column);
   }
   // g_k and D_k of (11.20).
   double gains = 0.0, expected = 0.0;
   std::vector<std::pair<double, double>> of_stretches;
   for (size_t k = 0; k < stretches_.size(); ++k) {
-    VectorXd differ = VectorXd::Zero(static_cast<Index>(at.size()));
     const auto row = static_cast<Index>(k);
-    differ.head(static_cast<Index>(a->at.size())) = a->without.row(row);
-    for (size_t i = 0; i < of_b.size(); ++i) {
-      differ[of_b[i]] -= b->without(row, static_cast<Index>(i));
-    }
+    const VectorXd of_a = a->without.row(row), of_b = b->without.row(row);
     double gain = 0.0, difference = 0.0;
     for (int v = 0; v < a->variance.size(); ++v) {
+      VectorXd differ = VectorXd::Zero(static_cast<Index>(at.size()));
+      differ.head(of_a.size()) = a->scales.Times(v, a->at, of_a);
+      differ(places_of_b) -= b->scales.Times(v, b->at, of_b);
       const double s2 = 2.0 * std::max(a->variance[v], b->variance[v]);
       gain += (b->squares(row, v) - a->squares(row, v)) / s2;
       difference += stretches_[k].Moved(v, at, differ) / s2;
@@ -273,6 +295,12 @@ double EquationModels::Advantage(Fit* a, Fit* b) const {
   return slope / std::sqrt(squares / std::max(1.0, n - 1.0) / expected);
 }
 
+double EquationModels::Significant(int compared) const {
+  const double p = 0.5 * std::erfc(Deviations(compared) / std::sqrt(2.0));
+  return StudentQuantile(
+      1.0 - p, std::max(1.0, static_cast<double>(stretches_.size()) - 1.0));
+}
+
 bool EquationModels::Matters(Fit* a, Fit* b) const {
   LeaveStretchesOut(a);
   LeaveStretchesOut(b);
@@ -283,7 +311,7 @@ bool EquationModels::Matters(Fit* a, Fit* b) const {
 
 double EquationModels::IndependentBodyColumns(const Fit& fit) const {
   if (!bodies_are_free_) return 0.0;
-  const MatrixXd G = Weigh(all_, fit.at, fit.variance, P_).G;
+  const MatrixXd G = Weigh(all_, fit.at, fit.variance, P_, &fit.scales).G;
   const MatrixXd one = MatrixXd::Identity(G.rows(), G.cols());
   const MatrixXd inverse = SolveSymmetric(G, one);
   return bodies_.columns - (P_(fit.at, fit.at) * inverse).trace();
@@ -297,7 +325,7 @@ bool EquationModels::Unbends(const Fit& with, const Fit& without) const {
 }
 
 std::vector<EquationModels::Promise> EquationModels::Promises(
-    const std::vector<int>& beside, const VectorXd& variance,
+    const std::vector<int>& beside, const Fit& now,
     const std::vector<int>& candidates) const {
   const std::vector<int> at = With(beside);
   std::vector<int> both = at;  // `at`, then those of each candidate
@@ -306,7 +334,7 @@ std::vector<EquationModels::Promise> EquationModels::Promises(
       both.push_back(columns_.candidates[k].first + c);
     }
   }
-  const auto [G, g] = Weigh(all_, both, variance, P_);
+  const auto [G, g] = Weigh(all_, both, now.variance, P_, &now.scales);
   const auto n = static_cast<Index>(at.size());
   const VectorXd d = -SolveScaled(G.topLeftCorner(n, n), g.head(n));
   const VectorXd slope = g + G.leftCols(n) * d;
@@ -337,33 +365,20 @@ std::vector<EquationModels::Promise> EquationModels::Promises(
   return promises;
 }
 
-bool EquationModels::ActsOnAlone(int column,
-                                 const std::vector<int>& joints) const {
-  for (int v = 0; v < static_cast<int>(all_.of.size()); ++v) {
-    if (all_.of[v].Has(column) &&
-        std::find(joints.begin(), joints.end(), v) == joints.end()) {
-      return false;
-    }
-  }
-  return true;
+bool EquationModels::IsZero(int column) const {
+  return std::none_of(all_.of.begin(), all_.of.end(),
+                      [&](const auto& own) { return own.Has(column); });
 }
 
 VectorXd EquationModels::Changes(const Fit& fit) const {
   VectorXd changes = fit.d;
   for (size_t i = 0; i < fit.at.size(); ++i) {
-    std::vector<int> joints;
-    for (size_t v = 0; v < gains_.size(); ++v) {
-      if (gains_[v] == fit.at[i]) joints.push_back(static_cast<int>(v));
+    if (std::find(gains_.begin(), gains_.end(), fit.at[i]) == gains_.end()) {
+      continue;
     }
-    if (joints.empty()) continue;
+    const auto k = static_cast<Index>(i);
     const double before = 1.0 + columns_.at[fit.at[i]];
-    const double after = before * before / (before - fit.d[i]);
-    changes[i] = after - before;
-    for (size_t k = 0; k < fit.at.size(); ++k) {
-      if (k != i && ActsOnAlone(fit.at[k], joints)) {
-        changes[k] *= after / before;
-      }
-    }
+    changes[k] = before * before / (before - fit.d[k]) - before;
   }
   return changes;
 }

@@ -30,6 +30,8 @@ class EquationModels {
     int free = 0;             // so many of the first
     Eigen::VectorXd d;
     Eigen::VectorXd variance;  // by joint, of what is left
+    // What columns are scaled by where the effort has a gain, (11.17).
+    JointScales scales;
     double likelihood = -std::numeric_limits<double>::infinity();  // (11.14)
     double cost_of_bodies = 0.0;                                   // 1/2 d' P d
     double posterior() const { return likelihood - cost_of_bodies; }  // its log
@@ -79,21 +81,23 @@ class EquationModels {
   // t of (11.20): by how many standard errors a predicts stretches that were
   // not fitted better than b.
   double Advantage(Fit* a, Fit* b) const;
+  // What chance makes of the largest t of `compared` models: of as many normal
+  // deviates, and of Student's distribution for the few stretches.
+  double Significant(int compared) const;
   // Whether a leaves less of some joint than b by what matters.
   bool Matters(Fit* a, Fit* b) const;
   // Whether the bodies need what one model has and another lacks: without it
   // they leave what was believed of them.
   bool Unbends(const Fit& with, const Fit& without) const;
 
-  // What a candidate would add to the likelihood beside a set, with the
-  // variances as they are, and the directions of its columns that the data
+  // What a candidate would add to the likelihood beside a set, with variances
+  // and scales as they are, and the directions of its columns that the data
   // tells of.
   struct Promise {
     double gain = 0.0;
     int dof = 0;
   };
-  std::vector<Promise> Promises(const std::vector<int>& beside,
-                                const Eigen::VectorXd& variance,
+  std::vector<Promise> Promises(const std::vector<int>& beside, const Fit& now,
                                 const std::vector<int>& candidates) const;
 
   // The changes by column, in the order of Fit::at.
@@ -107,13 +111,13 @@ class EquationModels {
   // |d| of a chosen candidate of one column over its standard error.
   double SizeOf(Fit* fit, int candidate) const;
   // Whether a column is zero.
-  bool IsZero(int column) const { return ActsOnAlone(column, {}); }
+  bool IsZero(int column) const;
 
  private:
   std::vector<int> With(const std::vector<int>& chosen) const;
   Fit SolveFrom(const std::vector<int>& chosen, Eigen::VectorXd variance) const;
   Eigen::Index FirstOf(const Fit& fit, int candidate) const;  // in Fit::at
-  bool ActsOnAlone(int column, const std::vector<int>& joints) const;
+  void Rescale(Fit* fit) const;                               // by its gains
   double IndependentBodyColumns(const Fit& fit) const;
 
   const EquationColumns& columns_;

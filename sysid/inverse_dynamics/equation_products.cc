@@ -124,18 +124,37 @@ Eigen::VectorXd SolveScaled(const Eigen::MatrixXd& G,
   return scale.cwiseProduct(ShortestLeastSquares(scaled, right, kDependent));
 }
 
+Eigen::VectorXd JointScales::Times(int joint, const std::vector<int>& at,
+                                   const Eigen::VectorXd& d) const {
+  Eigen::VectorXd scaled = of[joint] * d;
+  for (size_t i = 0; i < at.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (at[i] == but[joint]) scaled[k] = d[k];
+  }
+  return scaled;
+}
+
 WeightedProducts Weigh(const EquationProducts& products,
                        const std::vector<int>& at,
                        const Eigen::VectorXd& variance,
-                       const Eigen::MatrixXd& P) {
+                       const Eigen::MatrixXd& P, const JointScales* scales) {
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(at.size(), at.size());
   Eigen::VectorXd g = Eigen::VectorXd::Zero(at.size());
   for (int v = 0; v < variance.size(); ++v) {
     if (!(products.times[v] > 0.0)) continue;
     const JointProducts& own = products.of[v];
     const Acting acting = ActingOn(own, at);
-    G(acting.at, acting.at) += own.G(acting.place, acting.place) / variance[v];
-    g(acting.at) += own.G.col(own.G.cols() - 1)(acting.place) / variance[v];
+    Eigen::MatrixXd own_G = own.G(acting.place, acting.place) / variance[v];
+    Eigen::VectorXd own_g =
+        own.G.col(own.G.cols() - 1)(acting.place) / variance[v];
+    if (scales != nullptr && scales->of[v] != 1.0) {
+      const Eigen::VectorXd scale =
+          scales->Times(v, at, Eigen::VectorXd::Ones(at.size()))(acting.at);
+      own_G = scale.asDiagonal() * own_G * scale.asDiagonal();
+      own_g = scale.cwiseProduct(own_g);
+    }
+    G(acting.at, acting.at) += own_G;
+    g(acting.at) += own_g;
   }
   if (P.size() > 0) G += P(at, at);
   return {std::move(G), std::move(g)};

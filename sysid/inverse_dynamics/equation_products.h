@@ -51,6 +51,17 @@ struct ChangeBounds {
   Eigen::VectorXd lower, upper;
 };
 
+// Of each joint by how much its columns are scaled, but for one of them (-1:
+// all).
+struct JointScales {
+  Eigen::VectorXd of;
+  std::vector<int> but;
+
+  // The changes that columns are scaled for.
+  Eigen::VectorXd Times(int joint, const std::vector<int>& at,
+                        const Eigen::VectorXd& d) const;
+};
+
 // G and g of sum_v |r_v + J_v d|^2 / s_v^2 + d' P d, its halves' curvature and
 // slope at d = 0, of the columns `at`; P of all columns, or empty.
 struct WeightedProducts {
@@ -60,7 +71,8 @@ struct WeightedProducts {
 WeightedProducts Weigh(const EquationProducts& products,
                        const std::vector<int>& at,
                        const Eigen::VectorXd& variance,
-                       const Eigen::MatrixXd& P = {});
+                       const Eigen::MatrixXd& P = {},
+                       const JointScales* scales = nullptr);
 
 // The d of least such sum within bounds: what passes one is held there, and the
 // others are solved for again.

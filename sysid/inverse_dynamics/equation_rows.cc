@@ -310,23 +310,35 @@ Eigen::VectorXd SlowestKnown(const Model& model,
   return slowest;
 }
 
-// Samples x nv: true where a joint may rest: its direction is not known for
-// longer than half a width of g. What turns about at once does not rest.
-MatrixXb FindSlow(const SampledMotion& sampled) {
+// Samples x nv: true where the direction of a joint is not known or another
+// than before, and where that lasts for longer than half a width of g, so that
+// it may rest.
+struct SlowTimes {
+  MatrixXb turns, rests;
+};
+SlowTimes FindSlow(const SampledMotion& sampled) {
   const int nv = static_cast<int>(sampled.slowest.size());
-  MatrixXb slow(sampled.size(), nv);
+  SlowTimes slow;
+  slow.turns.setConstant(sampled.size(), nv, false);
+  slow.rests = slow.turns;
   for (int v = 0; v < nv; ++v) {
+    if (!(sampled.slowest[v] > 0.0)) continue;
     int first = 0;  // of those that are slow together
     for (int k = 0; k <= sampled.size(); ++k) {
-      const bool is_slow =
-          k < sampled.size() && sampled.motion[k].known &&
-          std::abs(sampled.motion[k].qd[v]) < sampled.slowest[v];
-      if (is_slow) continue;
-      slow.col(v)
-          .segment(first, k - first)
-          .setConstant(2 * (k - first) > kSteps);
-      if (k < sampled.size()) slow(k, v) = false;
+      const bool known = k < sampled.size() && sampled.motion[k].known;
+      const double qd = known ? sampled.motion[k].qd[v] : 0.0;
+      if (known && std::abs(qd) < sampled.slowest[v]) {
+        slow.turns(k, v) = true;
+        continue;
+      }
+      if (2 * (k - first) > kSteps) {
+        slow.rests.col(v).segment(first, k - first).setConstant(true);
+      }
       first = k + 1;
+      if (known && k > 0 && sampled.motion[k - 1].known &&
+          (sampled.motion[k - 1].qd[v] > 0.0) != (qd > 0.0)) {
+        slow.turns(k, v) = true;
+      }
     }
   }
   return slow;
@@ -414,19 +426,24 @@ EquationRows MakeEquationRows(const Model& model, const SampledMotion& sampled,
       known[i] = SetAverage(sampled, range, rest, i, &out) ? 1 : 0;
     }
   });
-  const MatrixXb slow = FindSlow(sampled);
+  const SlowTimes slow = FindSlow(sampled);
   // How far what holds a joint at rest shows: beyond so many widths of g and of
-  // the fit of the motion together there is less than 1 % of it.
-  constexpr double kShows = 2.6;
-  const int shows = static_cast<int>(std::ceil(
-      kShows * std::hypot(sampled.bend, kSteps * sampled.step) / sampled.step));
+  // the fit of the motion together there is less than 1 % of it. Where it turns
+  // about it may rest for less than can be seen.
+  constexpr double kShows = 2.6, kTurnShows = 1.5;
+  const double width =
+      std::hypot(sampled.bend, kSteps * sampled.step) / sampled.step;
   for (int i = 0; i < times; ++i) {
     if (known[i] == 0) continue;
     const int k = MiddleOf(i), at = out.times();
-    const int first = std::max(0, k - shows);
-    const int last = std::min(sampled.size() - 1, k + shows);
-    out.rests.row(at) =
-        slow.middleRows(first, last - first + 1).colwise().any();
+    const auto near = [&](const MatrixXb& of, double widths) {
+      const int reach = static_cast<int>(std::ceil(widths * width));
+      const int first = std::max(0, k - reach);
+      const int last = std::min(sampled.size() - 1, k + reach);
+      return of.middleRows(first, last - first + 1).colwise().any().eval();
+    };
+    out.rests.row(at) = near(slow.rests, kShows).array() ||
+                        near(slow.turns, kTurnShows).array();
     if (at < i) {
       out.rows.middleRows(at * nv, nv) = out.rows.middleRows(i * nv, nv);
       out.effort.row(at) = out.effort.row(i);

@@ -60,7 +60,7 @@ void EquationSearch::AskPlainLaws(const Effect* of,
   }
   std::erase_if(plain, [&](int k) { return IsExcluded(k, *chosen); });
   const std::vector<EquationModels::Promise> promises =
-      models_->Promises(*chosen, now_.variance, plain);
+      models_->Promises(*chosen, now_, plain);
   for (size_t i = 0; i < plain.size(); ++i) {
     if (promises[i].dof > 0) chosen->push_back(plain[i]);
   }
@@ -71,7 +71,7 @@ void EquationSearch::SettlePlainLaws() {
   // chance is asked of each law alone (of a normal deviate 1 in 20); of a bias,
   // which many do not have, as of the best of all.
   constexpr double kLeast = 2.0;
-  const double least_of_bias = Deviations(models_->size());
+  const double least_of_bias = models_->Significant(models_->size());
   std::vector<int> chosen = now_.chosen;
   AskPlainLaws(nullptr, &chosen);
   std::set<int> needed;  // by the bodies
@@ -121,7 +121,7 @@ bool EquationSearch::AddOne() {
   std::vector<int> beside = chosen();
   AskPlainLaws(nullptr, &beside);
   const std::vector<EquationModels::Promise> promises =
-      models_->Promises(beside, now_.variance, every);
+      models_->Promises(beside, now_, every);
   std::vector<std::pair<double, int>> order;
   for (const int k : every) {
     const auto [promised, dof] = promises[k];
@@ -130,7 +130,7 @@ bool EquationSearch::AddOne() {
     if (gain > 0.0 && !IsChosen(k)) order.emplace_back(gain / dof, k);
   }
   std::sort(order.rbegin(), order.rend());
-  const double deviations = Deviations(static_cast<int>(order.size()));
+  const double deviations = models_->Significant(models_->size());
   // Of those that are the same to these data the commonest, which the
   // catalogue lists first.
   constexpr double kSame = 1e-6;
@@ -238,7 +238,7 @@ bool EquationSearch::MoveOne() {
       if (!is_same) AskPlainLaws(&other, &with);
       Fit fit = models_->Solve(with, now_.variance);
       const double more = models_->columns_of(k) > models_->columns_of(of)
-                              ? Deviations(models_->size())
+                              ? models_->Significant(models_->size())
                               : 1.0;
       if (!(fit.likelihood >
             now_.likelihood + kLikelier * std::abs(now_.likelihood)) ||
@@ -283,15 +283,18 @@ bool EquationSearch::SimplifyOne() {
 
 void EquationSearch::Run(int most_special_laws) {
   SettlePlainLaws();
+  // What is added, moved and simplified may go round: from every set once.
+  std::set<std::set<int>> began, moved;
+  const auto is_new = [this](std::set<std::set<int>>* sets) {
+    return sets->emplace(chosen().begin(), chosen().end()).second;
+  };
   // What was found may have hidden plain laws of its joints.
-  std::set<std::set<int>> had;
   for (bool any = true; any;) {
     any = false;
-    while (special_laws() <= most_special_laws &&
-           had.emplace(chosen().begin(), chosen().end()).second && AddOne()) {
+    while (special_laws() <= most_special_laws && is_new(&began) && AddOne()) {
       any = true;
-      throw_if_cancelled_();
-      while (MoveOne() || TakeOutOne() || SimplifyOne()) {
+      while (is_new(&moved) && (MoveOne() || TakeOutOne() || SimplifyOne())) {
+        throw_if_cancelled_();
       }
     }
     const std::vector<int> before = chosen();

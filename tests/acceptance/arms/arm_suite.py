@@ -297,4 +297,5 @@ def main():
           f"median {seconds[len(seconds) // 2]} CPU s, longest {seconds[-1]}")
 
 
-main()
+if __name__ == "__main__":
+    main()

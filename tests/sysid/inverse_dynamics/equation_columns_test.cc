@@ -44,23 +44,22 @@ TEST(EquationColumns, HaveACandidateForEachValueThatIsSearched) {
   EXPECT_FALSE(EquationColumns::Exclude(second, columns.candidates[0]));
   EXPECT_THAT(columns.Values(second, Eigen::Vector2d(0.3, -0.1)),
               ElementsAre(0.3, -0.1, 3.0));
-  EXPECT_THAT(MakeEquationColumns(model, {}, Make(model, {"cogging@joint1"}),
-                                  {}, false)
-                  .candidates,
-              IsEmpty());
+  EXPECT_THAT(
+      MakeEquationColumns(model, {}, Make(model, {"cogging@joint1"}), {}, false)
+          .candidates,
+      IsEmpty());
 }
 
 // -a q - b (q - 1) is a spring of a + b about b / (a + b): its weights are no
 // changes of its parameters.
 TEST(EquationColumns, SpringFromTwoReferences) {
   const Model model = Shipped("pendulum2_planar");
-  const EquationColumns columns = MakeEquationColumns(
-      model, {}, Make(model, {"spring@joint1"}), {}, true);
+  const EquationColumns columns =
+      MakeEquationColumns(model, {}, Make(model, {"spring@joint1"}), {}, true);
   ASSERT_EQ(columns.candidates.size(), 1u);
   EXPECT_FALSE(columns.candidates[0].is_linear);
-  EXPECT_THAT(
-      columns.Values(columns.candidates[0], Eigen::Vector2d(3.0, -1.0)),
-      ElementsAre(2.0, -0.5));
+  EXPECT_THAT(columns.Values(columns.candidates[0], Eigen::Vector2d(3.0, -1.0)),
+              ElementsAre(2.0, -0.5));
 }
 
 // Stribeck friction has the place of the Coulomb friction of the model, and its
@@ -88,11 +87,11 @@ TEST(EquationColumns, TakeOverWhatALawOfTheModelHas) {
 // What is late by little cannot be told from what the filters bend.
 TEST(EquationColumns, HaveNoDelays) {
   const Model model = Shipped("pendulum2_planar");
-  EXPECT_THAT(MakeEquationColumns(model, {},
-                                  Make(model, {"effort_delay@base",
-                                               "actuator_lag@joint1",
-                                               "joint_elasticity@joint1"}),
-                                  {}, true)
+  EXPECT_THAT(MakeEquationColumns(
+                  model, {},
+                  Make(model, {"effort_delay@base", "actuator_lag@joint1",
+                               "joint_elasticity@joint1"}),
+                  {}, true)
                   .candidates,
               IsEmpty());
 }
