@@ -296,11 +296,15 @@ class Mujoco:
 
 def open_engine(engine: str, path: str) -> Any:
     """The engine with the file in it."""
-    kinds = {"mujoco": Mujoco}
+    kinds = {"mujoco": (".engines", "Mujoco"),
+             "drake": (".drake_engine", "Drake"),
+             "pinocchio": (".pinocchio_engine", "Pinocchio")}
     if engine not in kinds:
         raise InputError("engine", f"'{engine}' is none that is known",
                          "known: " + ", ".join(kinds))
     if not os.path.exists(path):
         raise InputError(path, "there is no such file",
                          f"fit.export({path!r}) writes it")
-    return kinds[engine](path)
+    module, kind = kinds[engine]
+    opener = getattr(importlib.import_module(module, __package__), kind)
+    return opener(path)

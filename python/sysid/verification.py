@@ -70,12 +70,12 @@ def check_parameters(engine: Any, rows: List[Dict[str, Any]]
     for row in rows:
         found = engine.number(row["name"])
         arrival = row["arrival"]
+        if arrival == "arrived" and engine.passes_by(row["name"]):
+            arrival = "lost"
         if arrival == "arrived" and found is not None:
             scale = max(abs(row["value"]), 1e-9)
             if abs(found - row["value"]) > 1e-9 * scale + 1e-12:
                 arrival = "differs"
-        if arrival == "arrived" and engine.passes_by(row["name"]):
-            arrival = "lost"
         checked.append({**row, "arrival": arrival, "found": found})
     return checked
 

@@ -127,8 +127,7 @@ constexpr ArrivalRule kSdf[] = {
     {"spring", "", kArrived, "joint '{J}' dynamics spring_stiffness", ""},
     {"armature", "", kArrived, "joint '{J}' drake:rotor_inertia",
      "Drake's; Gazebo passes it by"},
-    {"effort_limit", ".effort_limit", kArrived, "joint '{J}' limit effort",
-     ""},
+    {"effort_limit", ".effort_limit", kArrived, "joint '{J}' limit effort", ""},
     {"mass", "", kArrived, "link '{J}' inertial", ""},
     {"com", "", kArrived, "link '{J}' inertial", ""},
     {"inertia", "", kArrived, "link '{J}' inertial", ""},
@@ -209,8 +208,7 @@ ArrivalRow MechanismRow(const Model& model, ExportFormat format,
   row.unit = p.unit;
   row.value = p.nominal;
   row.arrival = Arrival::kArrived;
-  const std::string body =
-      format == ExportFormat::kMjcf ? "body '" : "link '";
+  const std::string body = format == ExportFormat::kMjcf ? "body '" : "link '";
   const auto& mechanism = model.mechanism();
   switch (p.kind) {
     case ParameterKind::kMass:
@@ -271,9 +269,9 @@ std::vector<ArrivalRow> ArrivalRows(const Model& model, ExportFormat format,
   const EffectSet& effects = model.effects();
   for (int i = 0; i < effects.size(); ++i) {
     const Effect& effect = effects.effect(i);
-    const bool ball = effect.joint() >= 0 &&
-                      model.mechanism().joints[effect.joint()].type ==
-                          JointType::kSpherical;
+    const bool ball =
+        effect.joint() >= 0 &&
+        model.mechanism().joints[effect.joint()].type == JointType::kSpherical;
     for (size_t k = 0; k < effect.parameters().size(); ++k) {
       const EffectParameter& parameter = effect.parameters()[k];
       ArrivalRow row;

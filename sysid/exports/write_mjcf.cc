@@ -197,7 +197,9 @@ class MjcfWriter {
     SetText(element, "name", joint.name);
     const bool ball = joint.type == JointType::kSpherical;
     SetText(element, "type",
-            ball ? "ball" : IsRotation1(joint.type) ? "hinge" : "slide");
+            ball                      ? "ball"
+            : IsRotation1(joint.type) ? "hinge"
+                                      : "slide");
     const double offset = Of(joint, "sensor_offset");
     if (!ball) {
       SetNumbers(element, "axis", joint.axis);
@@ -332,9 +334,8 @@ class MjcfWriter {
                            values_.Has(name + "effort_gain") ||
                            values_.Has(name + "actuator_lag") ||
                            (values_.Has(name + "effort_limit") && !has_drive);
-    const double limit = values_.Has(name + "effort_limit")
-                             ? Of(joint, "effort_limit")
-                             : 0.0;
+    const double limit =
+        values_.Has(name + "effort_limit") ? Of(joint, "effort_limit") : 0.0;
     if (joint.type == JointType::kSpherical) {
       if (has_motor) WriteBallMotors(joint);
       return;

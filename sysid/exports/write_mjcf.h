@@ -19,7 +19,8 @@ struct ExportData {
 struct ExportText {
   std::string text;  // empty: it cannot be written
   std::string why_not;
-  std::vector<std::string> notes;  // what is not a parameter, and is to be known
+  std::vector<std::string>
+      notes;  // what is not a parameter, and is to be known
 };
 
 // The time step that is written, s, and what MuJoCo's constraints are made as

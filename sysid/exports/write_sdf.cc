@@ -157,8 +157,7 @@ class SdfWriter {
     AppendText(dynamics, "friction", ExactText(Of(joint, "friction")));
     AppendText(dynamics, "spring_reference",
                ExactText(Of(joint, "spring_reference")));
-    AppendText(dynamics, "spring_stiffness",
-               ExactText(Of(joint, "stiffness")));
+    AppendText(dynamics, "spring_stiffness", ExactText(Of(joint, "stiffness")));
   }
 
   void WriteMimic(const Joint& joint, TiXmlElement* axis,

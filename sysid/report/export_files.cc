@@ -158,8 +158,8 @@ std::vector<NamedText> ExportFiles(const PageFit& fit) {
     if (!of.text.text.empty()) files.push_back({of.file, of.text.text});
   }
   files.push_back({"export.json", Dump({{"schema", "sysid.export/1"},
-                                            {"model", session.model_name},
-                                            {"files", list}})});
+                                        {"model", session.model_name},
+                                        {"files", list}})});
   return files;
 }
 

@@ -16,9 +16,9 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 // The model with these effects at these values.
-Model With(Model model,
-           const std::vector<std::pair<std::string, std::vector<double>>>&
-               effects) {
+Model With(
+    Model model,
+    const std::vector<std::pair<std::string, std::vector<double>>>& effects) {
   for (const auto& [name, values] : effects) {
     const auto effect = Catalogue().Make(name, model.mechanism(), "test");
     model.AddEffect(effect);
@@ -39,8 +39,7 @@ TEST(Arrival, EveryEffectOfTheCatalogueHasAPlaceOrAReasonInMjcf) {
     const Model model = Shipped(name);
     for (const std::string& effect : Catalogue().Names(model.mechanism())) {
       const Model with = With(model, {{effect, {}}});
-      for (const ArrivalRow& row :
-           ArrivalRows(with, ExportFormat::kMjcf, {})) {
+      for (const ArrivalRow& row : ArrivalRows(with, ExportFormat::kMjcf, {})) {
         EXPECT_TRUE(FindArrivalRule(ExportFormat::kMjcf,
                                     effect.substr(0, effect.find('@')),
                                     row.name) != nullptr)
@@ -59,8 +58,8 @@ TEST(Arrival, EveryEffectOfTheCatalogueHasAPlaceOrAReasonInMjcf) {
 }
 
 TEST(Arrival, SaysWhatIsLost) {
-  const Model model = With(Shipped("cartpole"),
-                           {{"stribeck_friction@hinge", {0.1, 0.2, 0.3}}});
+  const Model model =
+      With(Shipped("cartpole"), {{"stribeck_friction@hinge", {0.1, 0.2, 0.3}}});
   const auto rows = ArrivalRows(model, ExportFormat::kMjcf, {"pole.mass"});
   ASSERT_EQ(rows.size(), 4u);
   EXPECT_EQ(rows[0].name, "hinge.friction");
@@ -74,9 +73,9 @@ TEST(Arrival, SaysWhatIsLost) {
 }
 
 TEST(Arrival, FrictionOfBallsIsAnotherLaw) {
-  const Model model =
-      With(Shipped("pendulum1"), {{"coulomb_friction@joint1", {0.1}},
-                                  {"viscous_damping@joint1", {0.2}}});
+  const Model model = With(
+      Shipped("pendulum1"),
+      {{"coulomb_friction@joint1", {0.1}}, {"viscous_damping@joint1", {0.2}}});
   const auto mjcf = ArrivalRows(model, ExportFormat::kMjcf, {});
   EXPECT_EQ(mjcf[0].arrival, Arrival::kPartly);
   EXPECT_EQ(mjcf[1].arrival, Arrival::kArrived);
@@ -85,13 +84,13 @@ TEST(Arrival, FrictionOfBallsIsAnotherLaw) {
 }
 
 TEST(WriteMjcf, HasTheLawsOfAJoint) {
-  const std::string text = Mjcf(With(
-      Shipped("cartpole"), {{"viscous_damping@hinge", {0.25}},
-                            {"quadratic_drag@hinge", {0.5}},
-                            {"coulomb_friction@hinge", {0.125}},
-                            {"armature@hinge", {0.0625}},
-                            {"spring@hinge", {2.0, 0.375}},
-                            {"sensor_offset@hinge", {0.25}}}));
+  const std::string text =
+      Mjcf(With(Shipped("cartpole"), {{"viscous_damping@hinge", {0.25}},
+                                      {"quadratic_drag@hinge", {0.5}},
+                                      {"coulomb_friction@hinge", {0.125}},
+                                      {"armature@hinge", {0.0625}},
+                                      {"spring@hinge", {2.0, 0.375}},
+                                      {"sensor_offset@hinge", {0.25}}}));
   EXPECT_THAT(text, HasSubstr("damping=\"0.25 0.5 0\""));
   EXPECT_THAT(text, HasSubstr("frictionloss=\"0.125\" "
                               "solreffriction=\"0.002 1\" "
@@ -106,18 +105,16 @@ TEST(WriteMjcf, HasDrives) {
   ExportData data;
   data.driven = {"hinge"};
   const std::string text = Mjcf(
-      With(Shipped("cartpole"),
-           {{"position_drive@slider", {40.0, 3.0, 0.0105}},
-            {"sensor_offset@slider", {0.5}},
-            {"effort_gain@hinge", {0.25}},
-            {"effort_bias@hinge", {0.75}},
-            {"actuator_lag@hinge", {0.03}}}),
+      With(Shipped("cartpole"), {{"position_drive@slider", {40.0, 3.0, 0.0105}},
+                                 {"sensor_offset@slider", {0.5}},
+                                 {"effort_gain@hinge", {0.25}},
+                                 {"effort_bias@hinge", {0.75}},
+                                 {"actuator_lag@hinge", {0.03}}}),
       data);
-  EXPECT_THAT(text,
-              HasSubstr("<general name=\"slider.cmd\" joint=\"slider\" "
-                        "gainprm=\"40\" biastype=\"affine\" "
-                        "biasprm=\"20 -40 -3\" forcerange=\"-50 50\" "
-                        "delay=\"0.0105\" nsample=\"12\""));
+  EXPECT_THAT(text, HasSubstr("<general name=\"slider.cmd\" joint=\"slider\" "
+                              "gainprm=\"40\" biastype=\"affine\" "
+                              "biasprm=\"20 -40 -3\" forcerange=\"-50 50\" "
+                              "delay=\"0.0105\" nsample=\"12\""));
   EXPECT_THAT(text, HasSubstr("<general name=\"hinge.tau\" joint=\"hinge\" "
                               "gainprm=\"1.25\" dyntype=\"filterexact\" "
                               "dynprm=\"0.03\" biastype=\"affine\" "
@@ -132,8 +129,8 @@ TEST(WriteMjcf, LimitsDoNotActWhereTheRecordingIsBeyondThem) {
   data.beyond_limits = {"slider"};
   const ExportText text = WriteMjcf(model, data, {});
   EXPECT_THAT(text.text, HasSubstr("range=\"-2 2\" limited=\"false\""));
-  EXPECT_THAT(text.notes, testing::Contains(
-                              HasSubstr("'slider' was recorded beyond")));
+  EXPECT_THAT(text.notes,
+              testing::Contains(HasSubstr("'slider' was recorded beyond")));
 }
 
 TEST(WriteMjcf, RefusesTheInertiaOfNoBody) {
