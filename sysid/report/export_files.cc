@@ -14,7 +14,6 @@
 namespace sysid {
 namespace {
 
-// Turns of a hinge that wraps are within its limits, too: the nearest to zero.
 bool IsBeyond(const Joint& joint, const Channel& channel) {
   constexpr double kMargin = 1e-3;  // rad or m: noise of a sensor at the stop
   for (int k = 0; k < channel.values.rows(); ++k) {
@@ -170,15 +169,6 @@ std::vector<NamedText> FilesBeside(const PageFit& fit) {
   }
   for (NamedText& file : ExportFiles(fit)) files.push_back(std::move(file));
   return files;
-}
-
-std::string MjcfOf(const Session& session, const ShootingProblem& problem,
-                   const Model& model,
-                   const std::vector<std::string>& comments) {
-  std::vector<std::string> lines =
-      Comments(session, ArrivalRows(model, ExportFormat::kMjcf, {}));
-  lines.insert(lines.end(), comments.begin(), comments.end());
-  return WriteMjcf(model, DataOf(problem, model), lines).text;
 }
 
 }  // namespace sysid

@@ -21,10 +21,4 @@ std::vector<NamedText> ExportFiles(const PageFit& fit);
 // ExportFiles.
 std::vector<NamedText> FilesBeside(const PageFit& fit);
 
-// Of a model without recordings: identified.xml alone, for draws; empty where
-// it cannot be written.
-std::string MjcfOf(const Session& session, const ShootingProblem& problem,
-                   const Model& model,
-                   const std::vector<std::string>& comments);
-
 }  // namespace sysid
