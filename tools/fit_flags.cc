@@ -10,6 +10,7 @@
 #include "models/error.h"
 #include "sysid/io/cell.h"
 #include "sysid/io/write_file.h"
+#include "sysid/report/export_files.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/session/named_values.h"
 #include "sysid/session/run_list.h"
@@ -162,15 +163,29 @@ void WriteIntoFolder(const std::string& name, const std::string& text) {
   WriteFileAtomically((out / name).string(), text);
 }
 
+std::vector<std::string> WriteFilesBeside(const PageFit& fit) {
+  std::vector<std::string> names;
+  for (const NamedText& file : FilesBeside(fit)) {
+    WriteIntoFolder(file.name, file.text);
+    names.push_back(file.name);
+  }
+  // One of an earlier fit would be taken for this one's.
+  for (const char* const name : {"identified.xml", "identified.sdf"}) {
+    if (Contains(names, name)) continue;
+    std::filesystem::remove(std::filesystem::path(FLAGS_out) / name);
+    std::fprintf(stderr, "note: no %s: export.json says why\n", name);
+  }
+  return names;
+}
+
 std::vector<std::string> WriteModelFiles(const PageFit& fit) {
   std::vector<std::string> names;
   for (const ModelFile& file : ModelFiles()) {
     WriteIntoFolder(file.name, ModelFileText(fit, file.name));
     names.push_back(file.name);
   }
-  for (const ForceTableFile& file : ForceTableFiles(fit.fit->model)) {
-    WriteIntoFolder(file.name, file.text);
-    names.push_back(file.name);
+  for (std::string& name : WriteFilesBeside(fit)) {
+    names.push_back(std::move(name));
   }
   return names;
 }

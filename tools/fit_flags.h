@@ -39,7 +39,11 @@ PageSource PageFromFlags(const std::string& program, const Session& session);
 // Writes a file into --out.
 void WriteIntoFolder(const std::string& name, const std::string& text);
 
-// Writes the files of a model into --out; their names.
+// Writes into --out what lies beside the files of a model: force tables, the
+// model for simulators, export.json; their names.
+std::vector<std::string> WriteFilesBeside(const PageFit& fit);
+
+// Writes the files of a model into --out, and those; their names.
 std::vector<std::string> WriteModelFiles(const PageFit& fit);
 
 // Writes report.html into --out. Where the build has no page it calls nothing

@@ -76,9 +76,8 @@ std::string WriteOutputs(const PageFit& fit) {
       WriteIntoFolder(file.name, ModelFileText(fit, file.name));
       names.push_back(file.name);
     }
-    for (const ForceTableFile& file : ForceTableFiles(fit.fit->model)) {
-      WriteIntoFolder(file.name, file.text);
-      names.push_back(file.name);
+    for (std::string& name : WriteFilesBeside(fit)) {
+      names.push_back(std::move(name));
     }
     bool had = false;  // of an earlier fit, which they would be taken for
     for (const char* const name : {"/prediction.csv", "/report.html"}) {

@@ -164,6 +164,52 @@ void WriteJoint(const Model& model, int index, const UrdfJoint& was,
   }
 }
 
+// The transmission of a joint, or a new one as Drake wants it.
+TiXmlElement* TransmissionOf(const std::string& joint, TiXmlElement* robot) {
+  for (TiXmlElement* e = robot->FirstChildElement("transmission"); e;
+       e = e->NextSiblingElement("transmission")) {
+    const TiXmlElement* moved = e->FirstChildElement("joint");
+    const std::string* name =
+        moved ? moved->Attribute(std::string("name")) : nullptr;
+    if (name && *name == joint && e->FirstChildElement("actuator")) return e;
+  }
+  TiXmlElement* added = Append(robot, "transmission");
+  added->SetAttribute("name", joint + "_transmission");
+  Append(added, "type")
+      ->LinkEndChild(
+          new TiXmlText("transmission_interface/SimpleTransmission"));
+  Append(added, "joint")->SetAttribute("name", joint);
+  Append(added, "actuator")->SetAttribute("name", joint + "_motor");
+  return added;
+}
+
+// The armature as Drake reads it, ratio^2 rotor_inertia.
+void WriteRotors(const Model& model, TiXmlElement* robot) {
+  const EffectSet& effects = model.effects();
+  for (int i = 0; i < effects.size(); ++i) {
+    const Effect& effect = effects.effect(i);
+    const double armature = effect.kind() == "armature"
+                                ? model.nominal().effects[effects.offset(i)]
+                                : 0.0;
+    if (armature <= 0.0 || model.mechanism().joints[effect.joint()].type ==
+                               JointType::kSpherical) {
+      continue;
+    }
+    robot->SetAttribute("xmlns:drake", "http://drake.mit.edu");
+    TiXmlElement* actuator =
+        TransmissionOf(effect.target(), robot)->FirstChildElement("actuator");
+    TiXmlElement* ratio = Child(actuator, "drake:gear_ratio");
+    const std::string* text = ratio->Attribute(std::string("value"));
+    double n = 0.0;
+    if (!text || !ReadNumber(*text, &n) || n == 0.0) {
+      n = 1.0;
+      ratio->SetAttribute("value", "1");
+    }
+    Child(actuator, "drake:rotor_inertia")
+        ->SetAttribute("value", ExactText(armature / (n * n)));
+  }
+}
+
 // What <dynamics> cannot say.
 std::vector<std::string> EffectComments(const Model& model) {
   std::vector<std::string> all;
@@ -242,6 +288,7 @@ std::string WriteUrdf(const Model& model,
                NamedElement(robot, "joint", name));
     write_link(mechanism.joints[i].child_link);
   }
+  WriteRotors(model, robot);
   TiXmlPrinter printer;
   printer.SetIndent("  ");
   document.Accept(&printer);

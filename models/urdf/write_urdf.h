@@ -21,7 +21,9 @@ enum class UrdfContent {
 // same numbers (R_PJ, which a URDF holds as roll, pitch and yaw, to 1e-15).
 // Numbers that are the file's stay as they are written there.
 //
-// viscous_damping and coulomb_friction become <dynamics damping friction>.
+// viscous_damping and coulomb_friction become <dynamics damping friction>; an
+// armature of a hinge or slide is Drake's drake:rotor_inertia in the joint's
+// <transmission> as well, for the drake:gear_ratio that is there (else 1).
 // What a URDF cannot say, the other effects and a gravity other than 9.81, is
 // left as comments for the reader, one per parameter:
 //

@@ -8,6 +8,7 @@
 #include "sysid/estimation/clock.h"
 #include "sysid/estimation/holdout.h"
 #include "sysid/report/diagnosis_report.h"
+#include "sysid/report/export_files.h"
 #include "sysid/report/fit_report.h"
 #include "sysid/report/page_data.h"
 #include "sysid/report/sampled_models.h"
@@ -41,7 +42,8 @@ std::vector<std::string> EstimateNames(const Fit& fit) {
 
 // A run, measured and predicted: arrays "t", and of each channel
 // "joint1/measured" (as near to the prediction as its meaning allows) and
-// "joint1/predicted".
+// "joint1/predicted"; and "states", the whole state at each sample: q, qd and
+// the effects' own.
 Result PredictionResult(const ShootingProblem& problem, const Solution& point,
                         int run, Json text) {
   const std::optional<Prediction> prediction = Predict(problem, point, run);
@@ -68,6 +70,18 @@ Result PredictionResult(const ShootingProblem& problem, const Solution& point,
     result.arrays.push_back({channel.name + "/measured", std::move(measured)});
     result.arrays.push_back({channel.name + "/predicted", predicted});
   }
+  // What simulators start from: q and qd of the joints, by their places.
+  text["joints"] = Json::array();
+  for (const Joint& joint : mechanism.joints) {
+    if (VelocitySize(joint) == 0) continue;
+    text["joints"].push_back({{"name", joint.name},
+                              {"q", joint.q_index},
+                              {"nq", ConfigurationSize(joint)},
+                              {"v", mechanism.nq + joint.v_index},
+                              {"nv", VelocitySize(joint)},
+                              {"ball", joint.type == JointType::kSpherical}});
+  }
+  result.arrays.push_back({"states", prediction->states});
   result.text = Compact(text);
   return result;
 }
@@ -241,7 +255,7 @@ void AddModelFiles(const PageFit& shown, Json* files) {
   for (const ModelFile& file : ModelFiles()) {
     (*files)[file.name] = ModelFileText(shown, file.name);
   }
-  for (const ForceTableFile& file : ForceTableFiles(shown.fit->model)) {
+  for (const NamedText& file : FilesBeside(shown)) {
     (*files)[file.name] = file.text;
   }
 }

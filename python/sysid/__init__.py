@@ -18,7 +18,9 @@ from .fitting import Fit, Parameter, Prediction, Samples, fit
 from .model import Model, load
 from .run import Run, read
 from .simulation import simulate
+from .verification import Verification, verify
 
 __all__ = ["Diagnosis", "Fit", "InputError", "Model", "Parameter",
-           "Prediction", "Run", "Samples", "Stopped", "__version__", "diagnose",
-           "fit", "load", "read", "simulate"]
+           "Prediction", "Run", "Samples", "Stopped", "Verification",
+           "__version__", "diagnose", "fit", "load", "read", "simulate",
+           "verify"]

@@ -13,7 +13,7 @@ import numpy as np
 from . import _native, formats, options, results
 from ._errors import InputError
 from .model import Model
-from .run import Run, put_run
+from .run import Run, as_list, put_run, read
 
 Names = Union[str, Iterable[str], Mapping[str, Optional[float]]]
 
@@ -72,6 +72,12 @@ class Prediction(Mapping[str, np.ndarray]):
         ``error``, ``channel_errors`` and ``open`` as in fit.json, where a run
         was predicted that was not fitted.
     notices : list of str
+    states : array (n, states)
+        The whole state at each time: positions (of a spherical joint a
+        quaternion x, y, z, w), velocities, states of effects.
+    joints : list of dict
+        Where a joint's numbers are in a row of ``states``: ``q`` and ``nq`` of
+        its position, ``v`` and ``nv`` of its velocity; ``name``, ``ball``.
     """
 
     def __init__(self, handle: "_native.Handle", value: Dict[str, Any]
@@ -91,6 +97,8 @@ class Prediction(Mapping[str, np.ndarray]):
             key: value[key] for key in ("error", "channel_errors", "open")
             if key in value}
         self.notices: List[str] = value.get("notices", [])
+        self.states: np.ndarray = arrays["states"]
+        self.joints: List[Dict[str, Any]] = value["joints"]
 
     def __getitem__(self, channel: str) -> np.ndarray:
         return self._predicted[_known(channel, self._predicted)]
@@ -171,7 +179,8 @@ class Fit(results.Result):
     notices : list of str
     """
 
-    def __init__(self, handle: "_native.Handle") -> None:
+    def __init__(self, handle: "_native.Handle", runs: Any = None,
+                 columns: Any = None) -> None:
         value = handle.value()
         super().__init__(handle, value)
         self._json_text: str = value["json"]
@@ -183,6 +192,7 @@ class Fit(results.Result):
         self.converged: bool = self.json["converged"]
         self.covariance: np.ndarray = handle.arrays()["covariance"]
         self.covariance_names: List[str] = value["names"]
+        self._runs, self._columns = runs, columns
 
     def __getitem__(self, name: str) -> Parameter:
         if name not in self.parameters:
@@ -284,18 +294,53 @@ class Fit(results.Result):
         """
         return Samples(self._ask("sample", count=int(count), seed=int(seed)))
 
-    def export(self, path: Union[str, "os.PathLike[str]"]) -> None:
-        """Writes the fitted model: ``.urdf``, which loads again.
+    def files(self) -> Dict[str, str]:
+        """The texts of all files that :meth:`save` writes, by name."""
+        return self._ask("files")["files"]
 
-        What a URDF cannot say is in its comments, and in the specification
-        beside it that :meth:`save` writes.
+    def export(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Writes the fitted model for a simulator, by the name's end.
+
+        ``.xml`` is MJCF (MuJoCo), ``.sdf`` SDFormat (Gazebo, Drake), ``.urdf``
+        a URDF with Drake's rotors. What a format cannot say is in the file's
+        comments, and in the ``export.json`` that :meth:`save` writes
+        (docs/exports.md).
+
+        Raises
+        ------
+        InputError
+            For other ends, and where the model cannot be written: MuJoCo
+            takes no inertia that no body has.
+
+        Examples
+        --------
+        >>> import os, tempfile, sysid
+        >>> fit = sysid.fit("pendulum2_planar", ["data/runs/hidden_1.csv"])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     fit.export(os.path.join(folder, "robot.xml"))
+        ...     os.listdir(folder)
+        ['robot.xml']
         """
         path = os.fspath(path)
-        if not path.endswith(".urdf"):
+        end = os.path.splitext(path)[1]
+        if end not in (".urdf", ".xml", ".sdf"):
             raise InputError(path, "is of a kind that is not written",
-                             "export('robot.urdf') writes a URDF")
-        formats.write_text(path, self._ask("files")["files"]
-                           ["identified.urdf"])
+                             "export('robot.xml') writes MJCF, .sdf SDFormat, "
+                             ".urdf a URDF")
+        files = self.files()
+        name = "identified" + end
+        if name not in files:
+            listed = json.loads(files["export.json"])["files"]
+            why = next(of["why_not"] for of in listed if of["file"] == name)
+            raise InputError(path, f"cannot be written: {why}")
+        formats.write_text(path, files[name])
+
+    def recordings(self, runs: Any = None) -> List[Run]:
+        """The recordings of ``runs`` (default: those that were fitted), read.
+        """
+        return [run if isinstance(run, Run)
+                else read(run, self.model, columns=self._columns)
+                for run in as_list(self._runs if runs is None else runs)]
 
     def to_pandas(self) -> Any:
         """A pandas.DataFrame of the parameters, by name."""
@@ -391,4 +436,4 @@ def fit(model: Union[Model, str, "os.PathLike[str]"], runs: Any, *,
     """
     given = {"free": free, "fix": fix, "add": add, "solver": solver, **more}
     return Fit(results.run_call("fit", model, runs, holdout, given, progress,
-                                stop))
+                                stop), runs, more.get("columns"))

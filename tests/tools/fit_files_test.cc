@@ -147,8 +147,10 @@ TEST_F(FitFilesTest, TheFolderHoldsEverything) {
       names.push_back(name.substr(7));
     }
   }
-  std::vector<std::string> expected{"fit.json", "prediction.csv",
-                                    "identified.urdf", "identified.sysid.yaml"};
+  std::vector<std::string> expected{"fit.json",        "prediction.csv",
+                                    "identified.urdf", "identified.sysid.yaml",
+                                    "identified.xml",  "identified.sdf",
+                                    "export.json"};
   if (NoReportNote().empty()) expected.push_back("report.html");
   // Nothing temporary is left.
   EXPECT_THAT(names, testing::UnorderedElementsAreArray(expected));
