@@ -327,17 +327,38 @@ bool EquationModels::Unbends(const Fit& with, const Fit& without) const {
 std::vector<EquationModels::Promise> EquationModels::Promises(
     const std::vector<int>& beside, const Fit& now,
     const std::vector<int>& candidates) const {
-  const std::vector<int> at = With(beside);
-  std::vector<int> both = at;  // `at`, then those of each candidate
+  // Of what is fitted the columns that no bound holds; others as they would be
+  // without bounds.
+  const bool is_fitted = beside == now.chosen && !now.at.empty();
+  std::vector<int> at = is_fitted ? std::vector<int>() : With(beside), held;
+  std::vector<double> of_held, of_loose;
+  for (size_t i = 0; is_fitted && i < now.at.size(); ++i) {
+    const int column = now.at[i];
+    const double d = now.d[static_cast<Index>(i)];
+    const bool is_held =
+        d == bounds_.lower[column] || d == bounds_.upper[column];
+    (is_held ? held : at).push_back(column);
+    (is_held ? of_held : of_loose).push_back(d);
+  }
+  const auto n = static_cast<Index>(at.size());
+  std::vector<int> both = at;  // `at`, those of each candidate, what is held
   for (const int k : candidates) {
     for (int c = 0; c < columns_of(k); ++c) {
       both.push_back(columns_.candidates[k].first + c);
     }
   }
+  const auto asked = static_cast<Index>(both.size());
+  both.insert(both.end(), held.begin(), held.end());
   const auto [G, g] = Weigh(all_, both, now.variance, P_, &now.scales);
-  const auto n = static_cast<Index>(at.size());
-  const VectorXd d = -SolveScaled(G.topLeftCorner(n, n), g.head(n));
-  const VectorXd slope = g + G.leftCols(n) * d;
+  VectorXd d = VectorXd::Zero(G.rows());
+  if (is_fitted) {
+    d.head(n) = Eigen::Map<const VectorXd>(of_loose.data(), n);
+    d.tail(G.rows() - asked) =
+        Eigen::Map<const VectorXd>(of_held.data(), G.rows() - asked);
+  } else {
+    d.head(n) = -SolveScaled(G.topLeftCorner(n, n), g.head(n));
+  }
+  const VectorXd slope = g + G * d;
   const MatrixXd cross = G.topRows(n);
   const MatrixXd solved = SolveSymmetric(G.topLeftCorner(n, n), cross);
   std::vector<Promise> promises;

@@ -117,11 +117,17 @@ bool EquationSearch::AddOne() {
   constexpr int kMostValues = 2;
   std::vector<int> every(models_->size());
   std::iota(every.begin(), every.end(), 0);
-  // Beside all plain laws, whatever became of them without the candidate.
+  // Beside what is chosen, and beside all plain laws, some of which may have
+  // become impossible for want of it.
+  std::vector<EquationModels::Promise> promises =
+      models_->Promises(chosen(), now_, every);
   std::vector<int> beside = chosen();
   AskPlainLaws(nullptr, &beside);
-  const std::vector<EquationModels::Promise> promises =
+  const std::vector<EquationModels::Promise> beside_all =
       models_->Promises(beside, now_, every);
+  for (const int k : every) {
+    if (beside_all[k].gain > promises[k].gain) promises[k] = beside_all[k];
+  }
   std::vector<std::pair<double, int>> order;
   for (const int k : every) {
     const auto [promised, dof] = promises[k];

@@ -22,7 +22,7 @@ def swing(seconds=2.0, noise=1e-3, seed=1):
 @pytest.mark.parametrize("call, message", [
     (lambda: sysid.load("pendulum9"), "no shipped model is named"),
     (lambda: sysid.load("no_such.urdf"), "no_such.urdf"),
-    (lambda: sysid.load(3), "give the path of a URDF file"),
+    (lambda: sysid.load(3), "give the path of a URDF or MJCF file"),
     (lambda: sysid.Run(t=[0, 1], q={"joint1": [1, 2, 3]}),
      r"q\['joint1'\]: has 3 numbers, and t has 2"),
     (lambda: sysid.Run(t=[0, 1], q=[1, 2]), "give a dict of arrays"),

@@ -176,8 +176,8 @@ def test_exports_a_urdf_that_loads_again(fit, tmp_path):
     fit.export(path)
     # Friction is in its <dynamics>.
     assert sysid.load(path).effects == ["coulomb_friction@joint2"]
-    with pytest.raises(sysid.InputError, match="writes a URDF"):
-        fit.export(tmp_path / "robot.sdf")
+    with pytest.raises(sysid.InputError, match="robot.obj"):
+        fit.export(tmp_path / "robot.obj")
 
 
 def test_is_shown_as_text_and_html(fit):
